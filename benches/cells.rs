@@ -1,8 +1,8 @@
-//! Contact over cells: products with G in double precision, a warm search on a rough road by projected gradients with
-//! proportioning behind them, and the dense factorisation of the cells in contact beside it, with its error; rolling to
-//! the finest tolerance and to that of `preset = "standard"`. The past by poles in blocks, in single precision, by
-//! fewer poles, by the plain recursion and by direct sums of some lags, and with short waves on a ring of their own,
-//! with their errors. Rows of cells to waves, side by side and one by one.
+//! Contact over cells: products with G in double precision; a warm search on a rough road by projected gradients with
+//! proportioning, and the dense factorisation of the cells in contact for comparison, with its error; rolling to the
+//! finest tolerance and to that of `preset = "standard"`. The past by poles in blocks, in single precision, with fewer
+//! poles, by the plain recursion and by direct sums of some lags, and with short waves on a separate ring, with their
+//! errors. Transforms of cells to waves, rows side by side and one by one.
 //!
 //! `cargo bench --bench cells`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -86,10 +86,10 @@ fn cells(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Steps before those that are measured.
+/// Steps before the measurement.
 const ROLLED: usize = 6;
 
-/// A step: the window moves on by a column, with the forces.
+/// Takes a step: the window moves on by a column, with the forces.
 fn roll(search: &mut CellSearch, road: &RoughRoad, elements: usize, step: usize, forces: &mut [f64]) {
     let (columns, across) = (search.cells().columns(), search.cells().across());
     search.go_on(across);
@@ -107,7 +107,7 @@ fn rolled(columns: usize, across: usize, elements: usize, tolerance: f64) -> (Ce
     (search, forces)
 }
 
-/// Elements round the tyre, cells across, columns of the window, lags of the direct sums.
+/// Elements around the tyre, cells across, columns of the window, lags of the direct sums.
 const PAST: [usize; 4] = [256, 15, 36, 64];
 
 fn past(criterion: &mut Criterion) {
@@ -161,7 +161,7 @@ fn past(criterion: &mut Criterion) {
     for ((name, _), error) in pasts.iter().zip(errors) {
         println!("{} waves, {lags} lags, {name}: error {:.1e}", model.len(), error / largest);
     }
-    // Fewer poles are for rules of one step.
+    // Reduced sets of poles exist for one-step rules only.
     let rule = TimeRule::Sdirk2;
     let (mut all, mut fewer) = (
         boxed(WavePast::new(blocks(), rule, time_step)),
@@ -191,10 +191,12 @@ fn past(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Elements round the tyre, cells across, columns of the window, of what short waves are seen in, of the contact.
+/// Elements around the tyre, cells across, columns of the window, of the part of it that short waves reach, and of the
+/// contact.
 const RINGS: [usize; 5] = [512, 24, 40, 32, 24];
 
-/// Short waves on a ring of their own, beside the march but for what the last forces do, and on the tyre's.
+/// Short waves on a separate ring, advanced beside the march except for the effect of the last forces, and on the
+/// tyre's ring.
 fn rings(criterion: &mut Criterion) {
     let [elements, across, columns, seen, patch] = RINGS;
     let (rule, time_step) = (TimeRule::Sdirk2, 86e-6 * 1024.0 / elements as f64);
@@ -263,8 +265,8 @@ fn rings(criterion: &mut Criterion) {
 /// Cells of a ring, cells across, columns of the window.
 const ROWS: [usize; 3] = [256, 60, 70];
 
-/// Forces to the waves of a ring, rows side by side in vectors, and one real transform after the other, which leaves
-/// out the products across.
+/// Forces to the waves of a ring: rows side by side in vectors, and one real transform after the other, without the
+/// products across.
 fn rows(criterion: &mut Criterion) {
     let [ring, across, columns] = ROWS;
     let tyre = plate_tyre();

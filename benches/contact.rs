@@ -1,7 +1,7 @@
 //! Cost of a time step: the history's direct convolution by window and memory, in multiply-adds; the history by poles,
-//! instant by instant and in blocks, with the direct sum beside it; the search for the points in contact with many
-//! factors kept, with one, and by projected Gauss-Seidel sweeps; a solution with a factor found, beside a neighbour's,
-//! and with one made anew. Each with its error.
+//! instant by instant and in blocks, compared with the direct sum; the search for the points in contact with many kept
+//! factors, with one, and by projected Gauss-Seidel sweeps; a solution with a cached factor, with a neighbouring set's,
+//! and with a new one. Each with its error.
 //!
 //! `cargo bench --bench contact`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -25,7 +25,7 @@ const ELEMENTS: usize = 512;
 /// Points in contact of the default tyre.
 const POINTS: usize = 24;
 
-/// Weights with the shape of a belt wave, cheap to make: the cost does not depend on their values.
+/// Weights with the shape of a belt wave, quick to make: the cost does not depend on their values.
 fn weights(lags: usize) -> Weights {
     let rows = ELEMENTS / 2 + 1;
     let value = |n: usize, p: usize| {
@@ -79,8 +79,8 @@ fn history(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Weights of the convolution that the recursion is, from its answer to a unit force on one element: the direct sum
-/// over them differs from it by rounding only.
+/// Weights of the convolution that is equivalent to the recursion, from its response to a unit force on one element: a
+/// direct sum with them differs from it by rounding only.
 fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: usize) -> Weights {
     let elements = model.elements;
     let mut history =
@@ -102,9 +102,9 @@ fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: us
     Weights { values, odd: Vec::new(), lags, at_rest, evaluations: 0 }
 }
 
-/// The history by poles, its instants taken one by one or in blocks, and by the direct sum over the default memory; the
-/// number of elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`. One iteration by poles is 240 instants, so that whole
-/// blocks are timed.
+/// The history by poles, in single instants or in blocks, and by the direct sum over the default memory; the number of
+/// elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`. One iteration by poles is 240 instants, so that whole blocks are
+/// timed.
 fn modal(criterion: &mut Criterion) {
     const ROUND: i64 = 240;
     /// Memory of the direct sum \[s\].
@@ -146,7 +146,7 @@ fn modal(criterion: &mut Criterion) {
         };
         let mut group = criterion.benchmark_group(format!("history by poles, {elements} elements"));
         group.sample_size(20).throughput(Throughput::Elements(ROUND as u64));
-        // All lengths where a round is cheapest; else the plain recursion and the length that runs take.
+        // All lengths of blocks for the cheapest size; otherwise the plain recursion and the length in use.
         let lengths: &[usize] =
             if elements <= 128 || wanted.is_some() { &[1, 2, 4, INSTANTS, 16, 40] } else { &[1, INSTANTS] };
         for &instants in lengths {
@@ -193,7 +193,7 @@ fn instant_influence() -> Vec<f64> {
     Ring::new(ELEMENTS).elements_of(|n| sum.value(n, &at, Field::Surface).value.re).to_vec()
 }
 
-/// Required displacements \[m\] of a rough patch at a step, as long as the window asks for.
+/// Required displacements \[m\] of a rough patch at a step, scaled to the window.
 fn required(columns: usize, step: usize) -> Vec<f64> {
     let middle = 0.5 * (columns as f64 - 1.0);
     let curvature = 3e-6 * (72.0 / columns as f64).powi(2);
@@ -226,7 +226,7 @@ fn search(criterion: &mut Criterion) {
         let d: Vec<Vec<f64>> = (0..STEPS).map(|step| required(columns, step)).collect();
         let row = || influence[..columns].to_vec();
 
-        // All ways agree.
+        // All methods agree.
         let (mut exact, mut found, mut sweeps, mut worst) = (vec![0.0; columns], vec![0.0; columns], 0, 0.0_f64);
         for kept in [4096, 1] {
             let mut active = ActiveSet::new(row(), columns, 1e-12, kept);
@@ -275,7 +275,7 @@ fn solve(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("solve");
     for points in [16_usize, 32, 64, 128] {
         // Points in a row; the same with one of them exchanged, twice; every second point, which differs by too many
-        // for the factor of a row to serve.
+        // for the row's factor to be of use.
         let in_a_row: Vec<usize> = (0..points).collect();
         let exchanged = |without: usize| -> Vec<usize> { (0..=points).filter(|j| *j != without).collect() };
         let (first, second) = (exchanged(1), exchanged(2));

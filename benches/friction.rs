@@ -1,5 +1,5 @@
-//! Rolling over cells with friction beside rolling without it, at sizes of presets, the past by poles: a step, all
-//! told. Poles are fitted before, or come from the cache.
+//! Rolling over cells with friction compared with rolling without it, at sizes of presets, the past by poles: whole
+//! steps. Poles are fitted before, or come from the cache.
 //!
 //! `cargo bench --bench friction`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -13,10 +13,10 @@ use tyrewave::internals::{scene, scene_text};
 use tyrewave::run::Simulation;
 use tyrewave::scene::LoadedScene;
 
-/// Elements round the tyre and cells across.
+/// Elements around the tyre and cells across.
 const SIZES: [[usize; 2]; 3] = [[128, 8], [256, 16], [512, 16]];
 const FRICTION: &str = "[friction]\nmu = 0.9\ncreep = { longitudinal = 0.02, lateral = 0.03 }";
-/// Steps before those that are measured.
+/// Steps before the measurement.
 const ROLLED: usize = 60;
 
 fn rolling([elements, across]: [usize; 2], friction: &str) -> LoadedScene {
@@ -24,14 +24,14 @@ fn rolling([elements, across]: [usize; 2], friction: &str) -> LoadedScene {
     let numerics = "time_rule = \"bdf2\"\nhistory = \"modal\"\npole_tolerance = 1e-4\ncontact_tolerance = 1e-5";
     let more = format!("[contact]\nzone = \"cells\"\ncells_across = {across}\n{friction}");
     let text = scene_text(elements, "kind = \"made\"\nseed = 3", rolling, numerics, &more);
-    // Finite sums would be kept whole, on one ring.
+    // Truncated sums would not be split into bands, but stay on one ring.
     scene(&text.replace("lateral_terms = 4\nwavenumber_aliases = 2\n", ""))
 }
 
 fn friction(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("friction");
     group.sample_size(20);
-    // Larger ones have many poles to be fitted.
+    // Larger sizes have many poles to fit.
     let is_test = !std::env::args().any(|argument| argument == "--bench");
     for size in SIZES.into_iter().take(if is_test { 1 } else { SIZES.len() }) {
         let mut times = Vec::new();

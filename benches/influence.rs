@@ -1,4 +1,4 @@
-//! Influence functions: compliance in lanes against scalar, fitted against brute force, both sides in one run, each
+//! Influence functions: compliance in lanes compared with scalar, fits compared with brute force, both in one run, each
 //! with a physical checksum.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "what was measured is printed")]
@@ -67,15 +67,15 @@ fn compliance_at(criterion: &mut Criterion, sum: &InfluenceSum, at: &[SumAt], dr
 
 /// Lags for each element: 1.4 s of memory at 80 km/h.
 ///
-/// Truncating the memory is an error of brute force as the fit's is one of the model. It is measured here, relative to
-/// the largest |H_n| like the fit's; what is kept is still less exact than the model, so that the comparison favours
-/// brute force.
+/// Truncating the memory is the error of brute force as the fit's error is that of the model. It is measured here,
+/// relative to the largest |H_n| like the fit's; with this memory brute force is still less accurate than the model, so
+/// that the comparison favours brute force.
 const LAGS_PER_ELEMENT: usize = 16;
 
 /// The number of elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`.
 fn models(criterion: &mut Criterion) {
     let wanted = std::env::var("TYREWAVE_BENCH_ELEMENTS").ok().and_then(|text| text.parse().ok());
-    // As a test, without `--bench`, the dear ones are left out.
+    // As a test, without `--bench`, the expensive sizes are left out.
     let sizes: &[usize] =
         if std::env::args().any(|argument| argument == "--bench") { &[128, 256, 512] } else { &[128] };
     wanted
@@ -88,7 +88,7 @@ fn model(criterion: &mut Criterion, elements: usize) {
     let tyre = wide_tyre();
     let lags = LAGS_PER_ELEMENT * elements;
     let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
-    // Just more exact than brute force is with its memory, relative to each H_n's largest value.
+    // Slightly more accurate than brute force with its memory, relative to each H_n's largest value.
     let options = FitOptions { top: 2.0 * PI * 20e3, ..FitOptions::new(&tyre, elements, 0.0).with_tolerance(3e-6) };
     let fitted = fit(&tyre, &options).unwrap_or_else(|error| panic!("the default tyre is refused: {error}"));
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, elements), Truncation::Tail, 1e-8, options.top);
@@ -115,7 +115,7 @@ fn model(criterion: &mut Criterion, elements: usize) {
     );
     assert!(fit_error <= options.tolerance && first_error <= 1.1 * options.tolerance, "{fit_error:e} {first_error:e}");
     assert!(fit_error < memory_error, "brute force with {lags} lags is the more exact one: {memory_error:e}");
-    // A coarse tyre's brute force stops at its own sampling frequency, far below the 20 kHz of the fit.
+    // A coarse tyre's brute force stops at its sampling frequency, far below the 20 kHz of the fit.
     assert!(brute.evaluations > fitted.evaluations() * (10 * elements as u64 / 256).min(20));
     let folder = std::env::temp_dir().join(format!("tyrewave-bench-{}", std::process::id()));
     let cache = Cache::at(folder.clone(), u64::MAX);

@@ -1,11 +1,11 @@
 //! The linear systems of the search: G0 of the points in contact, 16 to 512 of them, solved by LU, by Cholesky and by
-//! LDLT (LU without exchanges), factors made anew or kept, by the program's own LDLT by panels, by Levinson's recursion
-//! where the points are neighbours, and with one point more than a kept factor has, each with its residual.
+//! LDLT (without pivoting), with new or kept factors, by the program's LDLT by panels, by Levinson's recursion if the
+//! points are neighbours, and with one point more than a kept factor has, each with its residual.
 //!
-//! G0 and the compliances of slices that yield by themselves, of a tyre that turns, from a guess to the tolerance: by
-//! corrections with the factor of the whole symmetric matrix or of a band, made anew; by conjugate residuals with that
-//! of the whole, kept for 1 and 4 instants in which slopes alone have changed, not the points (plain corrections
-//! with it grow without bound: slopes change by factors at the ends of the patch).
+//! G0 plus the compliances of slices, of a rotating tyre, from a guess to the tolerance: by corrections with a new
+//! factor of the whole symmetric matrix or of a band; by conjugate residuals with that of the whole, kept for 1 and 4
+//! instants in which only slopes have changed, not the points (plain corrections with it diverge: slopes change by
+//! factors at the ends of the patch).
 //!
 //! `cargo bench --bench linear_solvers`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -22,8 +22,8 @@ use pulp::Arch;
 use tyrewave::internals::{Aligned, LINE, Ldlt, Ring, add_to_diagonal, add_windows, plate_scene, room};
 use tyrewave::tyre::{Field, InfluenceSum, Projection, Truncation};
 
-/// G0 by distance: the default tyre with so many elements at 80 km/h, its rule's first weight at `rate`/dt; as it would
-/// be by waves of O_n = `skew` E_n, symmetric and skew part.
+/// G0 by distance: the default tyre with `elements` elements at 80 km/h, its rule's first weight at `rate`/dt;
+/// symmetric and skew part, the latter from waves of O_n = `skew` E_n.
 fn instant_influence(elements: usize, rate: f64, skew: f64) -> [Vec<f64>; 2] {
     let scene = plate_scene();
     let time_step = scene.tyre.circumference / elements as f64 / scene.rolling.speed();
@@ -66,7 +66,7 @@ fn residual(matrix: MatRef<'_, f64>, solution: &[f64], d: &[f64]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Solves with one point more than the factor has, by its row: two solves with the factor.
+/// Solves with one point more than the factor has, by bordering with its row: two solves with the factor.
 fn bordered(solve: impl Fn(&[f64]) -> Vec<f64>, row: &[f64], own: f64, d: &[f64], last: f64) -> Vec<f64> {
     let (without, share) = (solve(d), solve(row));
     let dot = |values: &[f64]| row.iter().zip(values).map(|(a, b)| a * b).sum::<f64>();
@@ -150,23 +150,23 @@ fn solvers(criterion: &mut Criterion) {
     }
 }
 
-/// Slices of an instant on points in a row: G0, and what each slice yields more than the tread.
+/// Slices of an instant on consecutive points: G0, and the additional compliance of each slice.
 struct Slices {
     points: Vec<usize>,
     /// Symmetric part of G0 by distance.
     influence: Vec<f64>,
     /// G0 from distance 1 - points on.
     row: Vec<f64>,
-    /// c (1/s - 1).
+    /// Additional compliance c (1/s - 1).
     own: Vec<f64>,
-    /// Forces that displace the points as wanted, and a guess of them.
+    /// Exact forces, and a guess of them; they displace the points as wanted.
     forces: [Vec<f64>; 2],
     wanted: Vec<f64>,
     arch: Arch,
 }
 
 impl Slices {
-    /// On 3 mm of stones under a tyre that has moved on by so many instants, half an element each.
+    /// On stones of 3 mm under a tyre that has moved by `instant` instants, half an element each.
     fn new([even, odd]: &[Vec<f64>; 2], points: usize, compliance: f64, instant: usize) -> Self {
         let signed = |distance: i64| {
             let (even, odd) = (even[distance.unsigned_abs() as usize], odd[distance.unsigned_abs() as usize]);
@@ -209,7 +209,7 @@ impl Slices {
         solver.factorise_band(matrix, self.points.len(), band).expect("G0 is positive definite");
     }
 
-    /// Finds the residuals; returns the largest.
+    /// Computes the residuals; returns the largest.
     fn rest(&self, forces: &[f64], left: &mut [f64]) -> f64 {
         self.displace(forces, left);
         let equations = left.iter_mut().zip(&self.wanted).zip(&self.own).zip(forces);
@@ -219,8 +219,8 @@ impl Slices {
         })
     }
 
-    /// Corrects the guess until the equations hold to half of 1e-12 of the largest; returns the number of corrections
-    /// and the residual. With `directions` each correction is conjugate to those before.
+    /// Corrects the guess until the residual is at most 0.5e-12 of the largest displacement; returns the number of
+    /// corrections and the relative residual. With `directions` each correction is conjugate to those before.
     fn solve(
         &self,
         solver: &mut Ldlt,
@@ -269,17 +269,17 @@ impl Slices {
     }
 }
 
-/// Corrections after which a way has failed.
+/// Number of corrections after which a method has failed.
 const MOST_CORRECTIONS: usize = 60;
 
-/// Slices that yield by themselves, by the ways to a factor.
+/// Slices with a compliance of their own, with the different factors.
 fn yielding(criterion: &mut Criterion) {
     const KAPPA: f64 = 4.6e-10;
     /// First rate of `sdirk2`.
     const RATE: f64 = 2.0 + std::f64::consts::SQRT_2;
     let tyre = plate_scene().tyre;
     for (points, elements) in [(34_usize, 512_usize), (67, 1024), (134, 2048), (268, 4096)] {
-        // The largest skew part that a tyre may have.
+        // The largest skew part of any tyre.
         let influence = instant_influence(elements, RATE, 4.0 * PI / (RATE * elements as f64));
         let compliance = KAPPA / (tyre.circumference / elements as f64 * tyre.contact_width);
         let slices = Slices::new(&influence, points, compliance, 0);
@@ -296,7 +296,7 @@ fn yielding(criterion: &mut Criterion) {
         ways.extend([1, 2, 3].map(|band| (format!("band of {band} blocks, made anew"), band, None)));
         for (name, band, age) in ways {
             if let Some(age) = age {
-                // This instant's is that of `age` before, as seen from there.
+                // The factor of `age` instants before.
                 Slices::new(&influence, points, compliance, age).factorise(&mut solver, kept, band);
             }
             let mut solved = |matrix: &mut [f64]| {

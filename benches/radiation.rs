@@ -1,6 +1,6 @@
 //! Boundary elements: time and error of a free sphere with elements of 3 x 3 and of 4 x 4 nodes at several nodes per
-//! wavelength, against the series for a point source; the rate of the factorisation beside the machine's best; a tyre's
-//! transfers by the full method beside the draft.
+//! wavelength, compared with the series for a point source; the rate of the factorisation compared with the machine's
+//! peak; a tyre's transfer functions by the full method compared with the draft.
 //!
 //! `cargo bench --bench radiation`; errors and rates are printed.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -16,7 +16,7 @@ use tyrewave::internals::{
 };
 
 const MEMORY: u64 = 4 << 30;
-/// ka of the sphere, not at a resonance of its inside.
+/// ka of the sphere, away from its interior resonances.
 const WAVENUMBER: f64 = 8.0;
 const SOURCE: Vector = [0.0, 0.0, 3.0];
 
@@ -24,7 +24,7 @@ const SOURCE: Vector = [0.0, 0.0, 3.0];
 /// -1/(4 pi k) sum (2n + 1) h_n(kr)/h_n'(k) P_n(cos theta), h_n the outgoing functions for exp(+i w t).
 fn series(k: f64, r: f64, cosine: f64) -> Complex64 {
     const TERMS: usize = 60;
-    // Upwards the recurrence is stable for functions that grow with n.
+    // Upward recurrence is stable for functions that grow with n.
     let hankel = |x: f64| {
         let first = Complex64::I * Complex64::from_polar(1.0 / x, -x);
         let mut values = vec![first, first * (Complex64::new(1.0 / x, 0.0) + Complex64::I)];
@@ -50,7 +50,7 @@ fn series(k: f64, r: f64, cosine: f64) -> Complex64 {
 fn sphere(order: usize, nodes: f64) -> (f64, usize, f64) {
     let body = Body::new(Shape::Sphere { radius: 1.0 }, None).unwrap();
     let resolution = Resolution { order, ..Resolution::of(nodes) };
-    // The source is on the axis: even fore and aft and across.
+    // The source is on the axis: the field is even fore and aft and across.
     let problem = Problem::new(&body, WAVENUMBER, WAVENUMBER, &resolution, &Block::ALL[..1], MEMORY).unwrap();
     let drives = [Drive::Source(SOURCE)];
     let mut solution = problem.solve(&drives).unwrap();
@@ -85,7 +85,7 @@ fn spheres(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Strength of the tread within 60 mm of the patch, both ends.
+/// Sum of |G|^2 over the tread within 60 mm of the patch, at both ends.
 fn strength(transfer: &Transfer) -> f64 {
     let value = |across: usize, cell: usize| double(transfer.values[transfer.index(0, across, cell)]);
     let cell = |cell: usize| (0..4).map(|across| value(across, cell).norm_sqr()).sum::<f64>();

@@ -1,6 +1,6 @@
-//! Cost of roads: made texture drawn in chunks, alone and with the curves of its slices, beside one transform of the
-//! whole area; a measured profile resampled once and spread across, beside the same heights resampled column by column.
-//! The number of elements round the tyre doubles.
+//! Cost of roads: made texture generated in chunks, alone and with the curves of its slices, compared with one
+//! transform of the whole area; a measured profile resampled once and spread across, compared with the same heights
+//! resampled column by column. The number of elements around the tyre doubles.
 //!
 //! `cargo bench --bench road`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -29,8 +29,8 @@ fn mean_square(heights: &[f64]) -> f64 {
     heights.iter().map(|z| z * z).sum::<f64>() / heights.len() as f64
 }
 
-/// The textbook way to a texture of the same spectrum: the whole area at once, random lines along and across,
-/// transformed. One metre across, the run's columns kept.
+/// The textbook method for a texture of the same spectrum: the whole area at once, random lines along and across,
+/// transformed. One metre across, of which the run's columns are kept.
 fn at_once(spectrum: &RingSpectrum, lattice: Lattice, rows: usize, seed: u64) -> Vec<f64> {
     let (along, across) = (transform_length(rows), (1.024 / lattice.dy).round() as usize);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -61,7 +61,7 @@ fn made(criterion: &mut Criterion) {
     let (spec, spectrum) = (Road::Made(MadeRoad::default()), RingSpectrum::fit(&TargetSpectrum::dense_asphalt()));
     let mut group = criterion.benchmark_group("made road");
     group.sample_size(10);
-    // As a test, without `--bench`, the dear ones are left out.
+    // As a test, without `--bench`, the expensive sizes are left out.
     let sizes = if std::env::args().any(|argument| argument == "--bench") { &SIZES[..] } else { &SIZES[..2] };
     for &elements in sizes {
         let lattice = lattice(elements);
@@ -69,7 +69,7 @@ fn made(criterion: &mut Criterion) {
         let mut heights = vec![0.0; rows * lattice.columns];
         let mut road = RoadSurface::open(&spec, lattice, Limits::default()).expect("a road");
         road.heights(0, rows, &mut heights).expect("an endless road");
-        // Two draws of one spectrum: they are as high as each other but for the chance of 10 m, 35 of the longest
+        // Two realisations of one spectrum: their heights agree except for the statistics of 10 m, 35 of the longest
         // waves.
         let ratio = 10.0 * (mean_square(&heights) / mean_square(&at_once(&spectrum, lattice, rows, 1))).log10();
         println!("N = {elements}: the two draws differ by {ratio:.2} dB");
@@ -84,13 +84,13 @@ fn made(criterion: &mut Criterion) {
             bench.iter(|| {
                 first += rows as i64;
                 assert!(road.heights(first, rows, &mut heights).is_ok());
-                // The road must be rough: a draw that got fast by giving nothing fails.
+                // The road must be rough: a realisation that is fast because it is empty fails.
                 let height = mean_square(&heights).sqrt();
                 assert!((0.3e-3..0.9e-3).contains(&height), "{height} m");
                 black_box(height)
             });
         });
-        // What a run of the standard preset does: cells of 2 mm along and across, and the curves of its slices.
+        // The work of a run with the standard preset: cells of 2 mm along and across, and the curves of its slices.
         let cells = Lattice { along: (lattice.dx / 0.002).round() as usize, columns: 60, ..lattice };
         let slices = (METRES / cells.dx) as usize;
         let mut area = vec![0.0; slices * cells.cells()];

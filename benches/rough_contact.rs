@@ -1,5 +1,5 @@
 //! Rough contact on the half-space: iterations and thread-CPU time over grid size, surface and number of threads, each
-//! solution checked; and criterion measurements with the convolution's plain alternative beside it.
+//! solution checked; and criterion measurements compared with a plain convolution.
 //!
 //! `cargo bench --bench rough_contact` measures; `-- --table 128,256,512` prints the table.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -35,7 +35,8 @@ fn surface(n: usize, sphere: bool) -> HeightMap {
     for i in 0..n {
         for j in 0..n {
             let k = wavenumber(i).hypot(wavenumber(j));
-            // Two uniform numbers per mode whatever the mode: sizes share their random sequence's statistics only.
+            // Two uniform numbers for every mode, used or not: sizes share the statistics of their random sequence
+            // only.
             let (size, phase) = (rng.random::<f64>(), 2.0 * PI * rng.random::<f64>());
             if k > 0.0 && k <= shortest {
                 let amplitude = k.max(longest).powf(-1.8) * (-(1.0 - size).ln()).sqrt();
@@ -74,7 +75,7 @@ fn penetration(map: &HeightMap, sphere: bool) -> f64 {
     0.75 * (peak - mean)
 }
 
-/// The contact conditions, from the pressure alone.
+/// Checks the contact conditions from the pressure alone.
 fn checked(map: &HeightMap, contact: &Indentation) {
     assert!(contact.residual <= 1e-8, "residual {:e}", contact.residual);
     let Extent { nx, ny } = map.extent;

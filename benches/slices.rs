@@ -1,5 +1,5 @@
-//! Stiffness curves of road slices: growing factor against one search per level, curves of springs against sums over
-//! them, scaling in slices and points, threads; a metre of pressed road beside one of springs.
+//! Stiffness curves of road slices: growing factor compared with one search per level, curves of springs compared with
+//! sums over them, scaling in slices, points and threads; a metre of pressed road compared with one of springs.
 //!
 //! `cargo bench --bench slices` measures; `-- --table` prints the tables.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -20,12 +20,12 @@ mod common;
 mod line_search;
 use common::{median, thread_seconds};
 
-/// Levels at which the search is asked for the same curve.
+/// Number of levels at which the search computes the same curve.
 const LEVELS: u32 = 64;
 const WIDTH: f64 = 0.16;
 const LENGTH: f64 = 3.8e-3;
 
-/// Slices of `points` heights: a random walk of a millimetre or so across the width.
+/// Slices of `points` heights: a random walk of about a millimetre across the width.
 fn heights(slices: usize, points: usize) -> Vec<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let mut z = 0.0;
@@ -56,7 +56,7 @@ fn searched(line: &LineInfluence, depths: &[f64], deepest: f64) -> (Vec<f64>, u6
     (forces, work)
 }
 
-/// The followed curve must hold the searched forces.
+/// Checks that the followed curve contains the searched forces.
 fn checked(growing: &GrowingContact, line: &LineInfluence, forces: &[f64], deepest: f64) {
     for (level, force) in (1..=LEVELS).zip(forces) {
         let y = deepest * f64::from(level) / f64::from(LEVELS);
@@ -78,7 +78,7 @@ fn tables() {
         let mut growing = GrowingContact::default();
         let mut rounds: [Vec<f64>; 2] = Default::default();
         let mut ratio = 0.0;
-        // The thread's clock moves in ticks of some milliseconds: whole batches are timed, and the short side often.
+        // The thread's clock has ticks of some milliseconds: whole batches are timed, and the short side repeatedly.
         const REPEATED: usize = 20;
         for _ in 0..3 {
             let begin = thread_seconds();
@@ -163,13 +163,13 @@ struct Metres {
     pressed: PressedRoad,
     springs: SliceBuilder,
     lattice: Lattice,
-    /// Elements of a metre, and the first that was not looked at.
+    /// Number of elements in a metre, and the first element not used yet.
     elements: usize,
     next: i64,
 }
 
 impl Metres {
-    /// With so many elements round the tyre, of 2 mm cells.
+    /// `elements` elements around the tyre, with cells of 2 mm.
     fn new(elements: usize) -> Self {
         let scene = Scene::from_str(DEFAULT, "scene").expect("the default scene").scene;
         let (dx, width) = (scene.tyre.circumference / elements as f64, scene.tyre.contact_width);
@@ -195,7 +195,7 @@ impl Metres {
         curves.iter().fold(0.0, |error, curve| error.max(curve.error))
     }
 
-    /// The same of springs.
+    /// Largest error of the next metre's curves of springs \[m\].
     fn spring(&mut self) -> f64 {
         let mut heights = vec![0.0; self.elements * self.lattice.cells()];
         self.surface.heights(self.next, self.elements, &mut heights).expect("heights");
@@ -206,12 +206,11 @@ impl Metres {
 }
 
 fn table_of_metres() {
-    /// Metres that are timed.
     const METRES: usize = 20;
     println!("\n| elements | law | ms a metre | largest error, um |\n|---|---|---|---|");
     for elements in [256, 512, 1024] {
         let mut metres = Metres::new(elements);
-        // The tables of the press are made once.
+        // The tables of the pressed road are made once.
         metres.press();
         let laws = [("winkler", Metres::spring as fn(&mut Metres) -> f64), ("pressed", Metres::press)];
         for (law, make) in laws {

@@ -1,7 +1,7 @@
-//! Stages of a run each beside the plain way, in doubling sizes: transforms between wavenumbers and elements; time
+//! Stages of a run compared with plain methods, in doubling sizes: transforms between wavenumbers and elements; time
 //! steps by poles and by direct sums; vibration streamed segment by segment and from the whole record; the velocity for
-//! unit force; the averaged spectrum taken sample by sample and one transform of the record; arrays written row by row
-//! and at once. Both sides are compared before they are timed.
+//! unit force; the averaged spectrum computed sample by sample and by one transform of the record; arrays written row
+//! by row and at once. Both sides are compared before they are timed.
 //!
 //! `cargo bench --bench stages`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -31,16 +31,16 @@ use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::scene::{LoadedScene, PLATE, TimeRule};
 use tyrewave::tyre::Field;
 
-/// Elements round the tyre.
+/// Elements around the tyre.
 const SIZES: [usize; 4] = [128, 256, 512, 1024];
 const SPEED: f64 = 80.0 / 3.6;
 
-/// Tells a test, without `--bench`, which leaves out the dearest bench.
+/// True for a test, without `--bench`, which leaves out the most expensive bench.
 fn is_test() -> bool {
     !std::env::args().any(|argument| argument == "--bench")
 }
 
-/// Largest difference relative to the largest value.
+/// Largest difference relative to the largest value of `exact`.
 fn difference(found: &[f64], exact: &[f64]) -> f64 {
     assert_eq!(found.len(), exact.len());
     let largest = exact.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -53,7 +53,7 @@ fn transforms(criterion: &mut Criterion) {
         let value = |n: usize| 1e-6 / (1.0 + n as f64).powi(2);
         let cosines: Vec<f64> = (0..elements).map(|turn| (2.0 * PI * turn as f64 / elements as f64).cos()).collect();
         let half = elements / 2;
-        // Waves +-n are one; n = 0 and N/2 are there once.
+        // Waves +-n are one; n = 0 and N/2 occur once.
         let summed = |element: usize| -> f64 {
             let wave =
                 |n: usize| if n.is_multiple_of(half) { 1.0 } else { 2.0 } * value(n) * cosines[n * element % elements];
@@ -74,14 +74,14 @@ fn transforms(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The default scene with so many elements, the past carried in a way; it never ends.
+/// The default scene with the given elements and history; practically endless.
 fn scene(elements: usize, history: &str, more: &str) -> LoadedScene {
     let text = edit(
         PLATE,
         &[
             ("numerics.elements", &elements.to_string()),
             ("numerics.history", &format!("\"{history}\"")),
-            // A rule that direct sums have as well.
+            // A rule that direct sums have, too.
             ("numerics.time_rule", "\"bdf2\""),
             ("rolling.duration", "1e5"),
         ],
@@ -112,7 +112,7 @@ impl Rolling {
         road.reach(geometry.first_element(next), end, meter).expect("an endless road");
     }
 
-    /// Does a step under an axle that feels its force.
+    /// Takes a step under an axle that reacts to the force.
     fn step(&mut self) {
         let Self { prepared: Prepared { march, road, axle, .. }, meter } = self;
         let step = march.next_step();
@@ -121,8 +121,8 @@ impl Rolling {
     }
 }
 
-/// Whole time steps but for the road: history, penetration, search. What the direct sums cost depends on their memory;
-/// it is rolled through, so that nothing is forgotten while the ways are compared and all of it is there when they are
+/// Whole time steps without the road: history, penetration, search. The cost of direct sums depends on their memory; it
+/// is filled first, so that nothing is forgotten while the methods are compared and all of it is there when they are
 /// timed.
 fn march(criterion: &mut Criterion) {
     const STEPS: u64 = 16;
@@ -182,8 +182,8 @@ fn layout(elements: usize, revolutions: usize) -> SegmentLayout {
     }
 }
 
-/// Forces of waves with whole periods in a segment, two at least: their means, plain and weighted with the squared
-/// window, are zero, and nothing is taken off as the mean pattern.
+/// Forces of waves with whole periods in a segment, at least two: their means, plain and weighted with the squared
+/// window, are zero, so that no mean pattern is subtracted.
 fn patch_forces(layout: &SegmentLayout, steps: usize) -> Vec<f64> {
     const WAVES: usize = 8;
     let mut random = ChaCha8Rng::seed_from_u64(9);
@@ -340,14 +340,14 @@ fn spectrum(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// An array row by row, complete but not yet forced to the disk.
+/// Writes an array row by row, complete but not flushed to the disk.
 fn streamed_array(path: &Path, columns: usize, values: &[f64]) {
     let mut writer = NpyWriter::create(path, Row::Columns(columns)).expect("a file");
     values.chunks_exact(columns).for_each(|row| writer.push(row).expect("a row"));
     writer.checkpoint().expect("a header");
 }
 
-/// The same bytes made in memory by the crate npyz and written at once.
+/// Writes the same bytes at once, made in memory by the crate npyz.
 fn array_at_once(path: &Path, columns: usize, values: &[f64]) {
     let mut bytes = Vec::new();
     let shape = [(values.len() / columns) as u64, columns as u64];

@@ -1,5 +1,5 @@
 //! Cost of the tyre: one evaluation of the compliance, flat and curved, one of a sidewall's impedance, and one
-//! influence function by its two exact ways, with the error of both against a sum of the smallest tolerance.
+//! influence function by its two exact methods, with the error of both relative to a sum of the smallest tolerance.
 //!
 //! `cargo bench --bench tyre`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -35,7 +35,7 @@ fn compliance(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// One impedance of a sidewall's edge, and eight neighbours together, as runs take them.
+/// One impedance of a sidewall's edge, and eight neighbours together, as in runs.
 fn sidewall(criterion: &mut Criterion) {
     let arc = Arc {
         radius: 0.055,
@@ -85,7 +85,7 @@ fn influence(criterion: &mut Criterion) {
     let exact = at(&sum(Truncation::Tail, 1e-12));
     let mut group = criterion.benchmark_group("influence");
     group.sample_size(10);
-    // As a test, without `--bench`, the dearest ones are left out.
+    // As a test, without `--bench`, the most expensive ones are left out.
     let fast = !std::env::args().any(|argument| argument == "--bench");
     println!(
         "terms a value, N = {ELEMENTS}     with the half-space's tail          without, until the rest is bounded"
@@ -116,8 +116,8 @@ fn influence(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A wave of the curved tyre by the ways to it, with the error of each against steps a sixth as long; then the sums of
-/// one wavenumber at many s side by side, curved and flat, at rest and turning: both directions then.
+/// A wave of the curved tyre by several methods, with the error of each relative to steps a sixth as long; then the
+/// sums of one wavenumber at many s side by side, curved and flat, at rest and rotating, then in both directions.
 fn curved(criterion: &mut Criterion) {
     let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
     let (n, m, s) = (60, 4, Complex64::new(50.0, 2.0 * PI * 1000.0));

@@ -1,4 +1,5 @@
-//! A run stepped by its caller: the contact force on a rough road as it comes, a line of text every few milliseconds.
+//! A run stepped by its caller: the contact force on a rough road, printed while it rolls, a line every few
+//! milliseconds.
 //!
 //! `cargo run --release --example forces_live`
 #![allow(clippy::print_stdout, reason = "an example shows what it found")]
@@ -9,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use tyrewave::scene::PLATE;
 use tyrewave::{Plan, Scene, Simulation};
 
-/// Force of a character of a bar \[N\].
+/// Force per character of a bar \[N\].
 const NEWTONS: f64 = 100.0;
 /// Time between two lines \[s\].
 const EVERY: f64 = 2e-3;
@@ -28,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     while let Some(step) = run.step()? {
         let done = run.next_step();
         let time = done as f64 * run.time_step();
-        // The tyre has come to rolling by then.
+        // The tyre has settled into rolling by then.
         if time >= loaded.scene.rolling.warm_up && done.is_multiple_of(steps_a_line) {
             let bar = "#".repeat((step.total_force / NEWTONS) as usize);
             println!("{time:7.4} s {:6.0} N {bar}", step.total_force);

@@ -1,5 +1,5 @@
-//! A tyre heard beside the road: third octaves and dB(A) at a receiver, and a sound file to listen to, in the folder
-//! that is named or in the system's for temporary files.
+//! Sound of a tyre beside the road: third octaves and dB(A) at a receiver, and an audio file, in the given folder or in
+//! the system's for temporary files.
 //!
 //! `cargo run --release --example receiver -- FOLDER`
 #![allow(clippy::print_stdout, reason = "an example shows what it found")]
@@ -14,7 +14,7 @@ use tyrewave::{LoadedScene, Scene};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args_os().nth(1).map_or_else(std::env::temp_dir, PathBuf::from);
-    // The shipped scene of a flat tyre, coarser and shorter, with a receiver and a draft of the way to it.
+    // The shipped scene of a flat tyre, coarser and shorter, with a receiver and a draft of the radiation.
     let mut scene = Scene::from_str(PLATE, "plate")?.scene;
     (scene.numerics.elements, scene.numerics.pole_tolerance) = (128, 1e-3);
     (scene.rolling.warm_up, scene.rolling.duration) = (0.2, 1.0);

@@ -1,4 +1,4 @@
-//! A made road on a run's lattice, and its slices: how much of a tread each takes as it is pushed in.
+//! A made road on a run's lattice, and its slices: share in contact and displacement as each is pressed into a tread.
 //!
 //! `cargo run --release --example road_slices`
 #![allow(clippy::print_stdout, reason = "an example shows what it found")]
@@ -9,7 +9,7 @@ use tyrewave::Scene;
 use tyrewave::road::{Lattice, Limits, RoadSurface, SliceBuilder};
 use tyrewave::scene::{MadeRoad, NamedTexture, Road};
 
-/// Slices shown.
+/// Number of slices shown.
 const SLICES: usize = 8;
 
 fn main() -> Result<(), Box<dyn Error>> {

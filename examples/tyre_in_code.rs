@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for indentation in indentations {
         let axle = Axle::Indentation { indentation, ramp: 0.02 };
         scene.rolling = Rolling { speed_kmh: 50.0, duration: 0.1, warm_up: 0.2, start: None, axle };
-        // What a file would be refused for, a scene in code is refused for, too.
+        // A scene in code is checked like a scene in a file.
         let loaded = LoadedScene::from_scene(&scene, "code")?;
         let plan = Plan::of(&loaded)?;
         plan.check(&loaded)?;

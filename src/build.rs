@@ -1,4 +1,4 @@
-//! Hands the compiler's version to the program: records of performance are stamped with it.
+//! Passes the compiler's version and the optimisation level to the program, which stamps performance records with them.
 
 use std::process::Command;
 

@@ -1,5 +1,5 @@
-//! Parts of the library for its benchmarks and for the tests that count allocations, which are programs of their own.
-//! No part of the public interface: anything here may change or go without notice.
+//! Parts of the library for its benchmarks and for the tests that count allocations, which are separate programs. Not
+//! part of the public interface: anything here may change or go without notice.
 
 pub use crate::contact::cells::InstantCells;
 pub use crate::contact::cells::direct::DirectPast;

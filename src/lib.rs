@@ -1,8 +1,8 @@
 //! The sound of a tyre rolling on a rough road, from the road's texture to the forces in the contact patch and the
 //! vibration of belt and tread.
 //!
-//! The recommended way: read a [`scene`] (TOML: tyre, road, speed, load), make its [`Plan`] (every number of the run,
-//! without any work), let it [`run`]. In memory, step by step:
+//! The recommended route: read a [`scene`] (TOML: tyre, road, speed, load), make its [`Plan`] (every number of the run,
+//! without computing anything), let it [`run`]. In memory, step by step:
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
@@ -23,7 +23,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Receivers of the scene hear the run, its vibration is followed, and an observer of your own sees every step:
+//! The receivers of the scene record the sound, the vibration is followed, and an observer of yours sees every step:
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
@@ -51,24 +51,24 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`run::run()`] does the same into a folder of results, [`run::resume`] goes on with one that was stopped; [`report`]
-//! makes a page of it. Parts stand by themselves: [`tyre::Stack`] and [`tyre::wave_compliance`] give compliances,
-//! [`tyre::InfluenceSum`] influence functions, [`road::RoadSurface`] heights, [`road::SliceBuilder`] slices and how
-//! they take a tread, [`half_space::indent`] the contact of a rough body, [`response`] spectra, [`sound`] levels and
-//! sound files. The folder `examples` has programs against all of these.
+//! [`run::run()`] does the same into a folder of results, [`run::resume`] continues one that was stopped; [`report`]
+//! makes a page of it. Parts can be used alone: [`tyre::Stack`] and [`tyre::wave_compliance`] give compliances,
+//! [`tyre::InfluenceSum`] influence functions, [`road::RoadSurface`] heights, [`road::SliceBuilder`] road slices and
+//! their stiffness under a tread, [`half_space::indent`] the contact of a rough body, [`response`] spectra, [`sound`]
+//! levels and sound files. The folder `examples` has programs for all of these.
 //!
-//! The data's way is also the order of the modules, public and private ones; each knows only those before it:
-//! `scene` -> `tyre` and `road` -> `contact` -> `response` -> `sound` -> `results` -> `plan` -> `effects` -> `planning`
-//! -> `run` -> `study` -> `report` -> `performance` -> `cli` and `python`.
+//! The modules, public and private, are ordered as the data flows; each knows only those before it: `scene` -> `tyre`
+//! and `road` -> `contact` -> `response` -> `sound` -> `results` -> `plan` -> `effects` -> `planning` -> `run` ->
+//! `study` -> `report` -> `performance` -> `cli` and `python`.
 //!
 //! `numeric`, `counters` and `storage`, which keeps states and caches in files, know no physics and serve all of them;
 //! `half_space`, the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's slices;
-//! `radiation` knows bodies and air alone; `sidewall` knows inflated arcs alone, whose statics a scene asks for, and
-//! whose impedance the tyre; `time_rule` is how a run goes from one step to the next, a choice that a scene names.
-//! `cli` is the command line, all of the program but its allocator; `python`, there with the feature of that name, is
-//! the Python package's extension module. `test_models` has tyres and scenes for tests and benchmarks; `internals`
-//! hands parts on to benchmarks and to tests in programs of their own, and is no part of the interface; `suite` has the
-//! tests of the whole, from the folder `tests`.
+//! `radiation` knows bodies and air alone; `sidewall` knows inflated arcs alone, whose statics the scene uses and whose
+//! impedance the tyre uses; `time_rule` is how a run goes from one step to the next, a choice that a scene names. `cli`
+//! is the command line, the whole program except its allocator; `python`, present with the feature of that name, is the
+//! Python package's extension module. `test_models` has tyres and scenes for tests and benchmarks; `internals` hands
+//! parts to benchmarks and to tests that are separate programs, and is not part of the interface; `suite` has the tests
+//! of the whole, from the folder `tests`.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.

@@ -2,7 +2,7 @@
 //!
 //! Its allocator is mimalloc. With the feature `count-allocations` it is the system's, counted: every allocation then
 //! costs atomic additions that all threads share, which an ordinary run must not pay for (and on stable Rust
-//! `stats_alloc` wraps no other allocator in a constant).
+//! `stats_alloc` cannot wrap another allocator in a constant).
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! Times that several benchmarks take by themselves.
+//! Times that several benchmarks measure.
 
 /// Time this thread has been on a CPU \[s\].
 pub(crate) fn thread_seconds() -> f64 {
@@ -6,7 +6,7 @@ pub(crate) fn thread_seconds() -> f64 {
     read.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).map_or(f64::NAN, |ns| ns * 1e-9)
 }
 
-/// The middle one, the upper of two.
+/// Upper median.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]

@@ -42,10 +42,6 @@ pub(crate) enum CacheAction {
 }
 
 impl CacheArguments {
-    /// Lists or clears.
-    ///
-    /// # Errors
-    /// [`CliError::Cache`].
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let cache = Cache::open()?;
         let folder = cache.folder().display();

@@ -35,7 +35,7 @@ pub(crate) struct CheckArguments {
 }
 
 impl CheckArguments {
-    /// Checks one scene after the other; the first with a mistake ends it.
+    /// Checks one scene after the other, up to the first with a mistake.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let mut rows = Vec::new();
         let mut notes = Report::default();

@@ -35,7 +35,6 @@ pub(crate) struct ComplianceArguments {
 }
 
 impl ComplianceArguments {
-    /// Prints the cases with their computed matrices.
     pub(crate) fn execute(self) -> Result<(), CliError> {
         let path = self.cases;
         let text = input::read_text(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;

@@ -1,4 +1,4 @@
-//! Context of a command beside its own arguments, and its way to answer.
+//! Context of a command beside its arguments, and the output of its answer.
 
 use std::io::Write;
 
@@ -15,7 +15,7 @@ use super::options::GlobalOptions;
 use super::progress::{TerminalProgress, pieces};
 use super::scene_file::SceneFile;
 
-/// Context of a command beside its own arguments.
+/// Context of a command beside its arguments.
 #[derive(Debug)]
 pub(crate) struct Context {
     pub options: GlobalOptions,
@@ -23,20 +23,20 @@ pub(crate) struct Context {
     pub threads: usize,
     /// True if messages on standard error may be coloured.
     pub colour: bool,
-    /// True if the user has asked for the end.
+    /// Flag that the user has asked for the end.
     pub interrupt: Interrupt,
     /// Counts of the program's allocator.
     pub allocations: Option<AllocationProbe>,
 }
 
 impl Context {
-    /// Returns a scene file, whose tyre and road are where the options let them be.
+    /// Loads a scene file; its tyre and road may lie where the options permit.
     pub(crate) fn load(&self, file: &SceneFile) -> Result<LoadedScene, CliError> {
         let reach = if self.options.allow_outside { Reach::Anywhere } else { Reach::Folder };
         Ok(Scene::load_with(&file.scene, &file.settings, reach)?)
     }
 
-    /// Returns a scene file, or the file of a tyre, on which the default scene rolls then; with it whether it is one.
+    /// Loads a scene file, or the file of a tyre, which then rolls in the default scene; true if it is a tyre.
     pub(crate) fn load_scene_or_tyre(&self, file: &SceneFile) -> Result<(LoadedScene, bool), CliError> {
         match self.load(file) {
             Err(CliError::Run(RunError::Scene(SceneError::Tyre { path }))) => {
@@ -46,22 +46,22 @@ impl Context {
         }
     }
 
-    /// Returns the progress as the options want it.
+    /// Progress display, as the options want it.
     pub(crate) fn progress(&self) -> TerminalProgress {
         TerminalProgress::new(self.options.quiet)
     }
 
-    /// Returns a bar over so many equal pieces of work.
+    /// Progress bar over `count` equal pieces of work.
     pub(crate) fn bar(&self, title: &str, count: u64) -> ProgressBar {
         pieces(self.options.quiet, title, count)
     }
 
-    /// Says something beside the answer: nothing where the user wants silence, or JSON alone.
+    /// Prints something beside the answer: nothing if the user wants silence, or JSON alone.
     pub(crate) fn say(&self, text: &str) -> Result<(), CliError> {
         if self.options.quiet || self.options.json { Ok(()) } else { print(text) }
     }
 
-    /// Prints a report, its tables within the terminal's width where there is a terminal; as JSON where that is wanted.
+    /// Prints a report, its tables within the terminal's width if there is one; as JSON if that is wanted.
     pub(crate) fn print_report(&self, report: &Report) -> Result<(), CliError> {
         if self.options.json {
             return print(&format!("{:#}\n", report.to_json()));
@@ -73,7 +73,7 @@ impl Context {
     }
 }
 
-/// Writes to standard output; a closed pipe is no panic.
+/// Writes to standard output; a closed pipe is an error, not a panic.
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(CliError::Print)

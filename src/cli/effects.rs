@@ -43,7 +43,6 @@ pub(crate) struct EffectsArguments {
 }
 
 impl EffectsArguments {
-    /// Compares and prints the tables.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let mut side = self.place.open("effects", context)?;
         side.loaded.check_time_domain()?;
@@ -70,7 +69,7 @@ impl EffectsArguments {
     }
 }
 
-/// Tells of contact over cells in the place of slices, and of its cost on this machine.
+/// Describes contact over cells in place of slices, with time and memory on this machine.
 fn cells_instead(slices: &Plan, cells: &Plan, costs: &UnitCosts, context: &Context) -> String {
     let [slices, cells] = [slices, cells].map(|plan| plan.forecast(costs, context.threads, process_memory()));
     format!(
@@ -82,24 +81,24 @@ fn cells_instead(slices: &Plan, cells: &Plan, costs: &UnitCosts, context: &Conte
     )
 }
 
-/// Returns those that change any level by as much as is shown.
+/// The effects that change any level by as much as the tables show, 0.05 dB.
 fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
     let mut runs = comparison.runs(way);
     runs.retain(|(_, found, reference)| changes(found, reference).any(|(_, change)| change.abs() >= 0.05));
     runs
 }
 
-/// Returns the change of the level of each band that both vouch for, in dB.
+/// Change of the level of each band that is valid in both runs \[dB\].
 fn vouched<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
     changes(found, reference).filter(|(band, _)| band.valid)
 }
 
-/// Returns the change of the level of each band of `reference`, in dB.
+/// Change of the level of each band of `reference` \[dB\].
 fn changes<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
     level_changes(&found.levels, &reference.levels)
 }
 
-/// Returns the largest finite change of a band, in words.
+/// Largest finite change of a band, in words; empty without any.
 fn largest(changes: impl Iterator<Item = (BandLevel, f64)>) -> String {
     let largest = changes.filter(|(_, change)| change.is_finite()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     largest.map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()))
@@ -179,7 +178,7 @@ fn report(comparison: &Comparison) -> Report {
     report
 }
 
-/// Tabulates levels at the receivers with all effects and their changes; none without receivers.
+/// Table of the levels at the receivers with all effects and of their changes; `None` without receivers.
 fn heard(comparison: &Comparison) -> Option<Table> {
     let Comparison { all, doubts, .. } = comparison;
     let of_all = all.heard();
@@ -217,10 +216,10 @@ fn heard(comparison: &Comparison) -> Option<Table> {
     Some(aligned(header, rows))
 }
 
-/// Where there is no level to compare.
+/// Cell where there is no level to compare.
 const NO_PASSAGE: &str = "no passage";
 
-/// Returns the change of a level over the bands that both runs vouch for in words, with these where they are not all.
+/// Change of a level over the bands that are valid in both runs, with these bands if they are not all.
 fn change(found: &RatedLevel, reference: &RatedLevel) -> String {
     let Some((found, reference)) = found.level.as_ref().zip(reference.level.as_ref()) else {
         return NO_PASSAGE.to_owned();
@@ -232,18 +231,18 @@ fn change(found: &RatedLevel, reference: &RatedLevel) -> String {
     }
 }
 
-/// Returns the largest change of a band in words.
+/// Largest change of a valid band, in words.
 fn worst_of(found: &SoundLevels, reference: &SoundLevels) -> String {
     let changes = level_changes(&found.third_octaves, &reference.third_octaves)
         .filter(|(band, _)| band.valid && band.band.nominal_frequency() >= LOWEST_BAND);
     largest(changes)
 }
 
-/// Changes beyond this are cut: next to a change of thirty decibels one of three cannot be seen.
+/// Changes are drawn up to this \[dB\]: beside a change of thirty decibels one of three is invisible.
 const LARGEST_DRAWN: f64 = 12.0;
 
-/// Returns the changes of the levels, of the effects that change any; `None` where there are none, or runs too short
-/// for a spectrum.
+/// Changes of the levels, for the effects that change any; `None` if there are none, or if the runs are too short for a
+/// spectrum.
 fn plot<'a>(comparison: &Comparison, way: Way, title: &'a str) -> Option<LinePlot<'a>> {
     let points = |found, reference| -> Vec<(f64, f64)> {
         vouched(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()

@@ -30,7 +30,6 @@ Examples:
   tyrewave sweep scenes/sound.toml --speed 50..110:10 --set road.seed=1..3 --out results/draws
   tyrewave emission results/draws --out results/emission";
 
-/// File of all rows.
 const FILE: &str = "emission.csv";
 
 #[derive(Clone, Debug, Args)]
@@ -45,7 +44,6 @@ pub(crate) struct EmissionArguments {
 }
 
 impl EmissionArguments {
-    /// Reads, fits, writes and prints.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let sweep = opened(&self.sweep)?;
         let emission = Emission::of(&sweep).map_err(|error| CliError::Usage(error.to_string()))?;
@@ -61,7 +59,6 @@ impl EmissionArguments {
     }
 }
 
-/// Opens the folder of a sweep.
 fn opened(folder: &Path) -> Result<StoredSweep, CliError> {
     let found = if folder.is_dir() { StoredSweep::open(folder) } else { Ok(None) };
     let none = || {

@@ -1,4 +1,4 @@
-//! How a command ends: its error and its exit code.
+//! Errors of a command, and their exit codes.
 
 use std::path::{Path, PathBuf};
 
@@ -14,20 +14,20 @@ use crate::study::sweep::tasks::TaskError;
 use crate::study::validation::ValidationError;
 use thiserror::Error;
 
-/// Exit code of a run that failed on its way.
+/// Exit code of a run that failed after its begin.
 pub(super) const FAILED: u8 = 1;
 /// Exit code of a command line or a scene that is invalid.
 pub(super) const USAGE: u8 = 2;
 /// Exit code of results that could not be written.
 pub(super) const NOT_WRITABLE: u8 = 3;
-/// Exit code of results that are complete, and of which standard output could not tell.
+/// Exit code if the results are complete, but standard output could not be written.
 pub(super) const UNPRINTED: u8 = 4;
 /// Exit code of a comparison that rests on too little to be decided.
 pub(super) const UNDECIDED: u8 = 5;
 /// Exit code after Ctrl-C: 128 + SIGINT, as shells do.
 pub(super) const INTERRUPTED: u8 = 130;
 
-/// Why a command did not do what it was asked for.
+/// Reasons why a command failed.
 #[derive(Debug, Error)]
 pub(crate) enum CliError {
     /// Errors of the library's stages: scene, road, contact, results.
@@ -49,42 +49,42 @@ pub(crate) enum CliError {
     /// A file that was named on the command line.
     #[error("cannot read {}: {source}", path.display())]
     Read { path: PathBuf, source: std::io::Error },
-    /// Something else on the command line, or in a file named there, is invalid.
+    /// Anything else on the command line, or in a file named there, that is invalid.
     #[error("{0}")]
     Usage(String),
-    /// Everything was done, and something of it is not as it must be.
+    /// Everything was done, and part of it failed a requirement.
     #[error("{0}")]
     Failed(String),
-    /// A comparison of performance went against the second one.
+    /// In a comparison of performance the second one is worse.
     #[error("not as good as what it was held against")]
     Worse,
     /// A comparison of performance rests on too few runs.
     #[error("undecided: too few pairs of runs to judge times by; give a larger --budget, or name a --workload")]
     Undecided,
-    /// The user stopped the run; where the partial results are, if there are any.
+    /// The user stopped the run; `kept` holds the partial results, if there are any.
     #[error("interrupted; {}", kept.as_ref().map_or_else(|| "no results are kept".to_owned(), |path| {
         format!("partial results are in {0}; `tyrewave resume {0}` goes on", path.display())
     }))]
     Interrupted { kept: Option<PathBuf> },
-    /// The user stopped work on several runs; where the results of those that were done are.
+    /// The user stopped work on several runs; `kept` holds the results of those that were done.
     #[error("interrupted; what was found so far is in {}", kept.display())]
     PartKept { kept: PathBuf },
     #[error("interrupted; the same command goes on where the sweep was")]
     SweepStopped,
     #[error("cannot write to standard output: {0}")]
     Print(#[source] std::io::Error),
-    /// Everything was done, and standard output could not tell.
+    /// Everything was done, but standard output could not be written.
     #[error("cannot write to standard output: {source}; the results are complete, in {}", kept.display())]
     Unprinted { source: std::io::Error, kept: PathBuf },
 }
 
 impl CliError {
-    /// Returns the error of reading a file that was named on the command line.
+    /// Constructor of the error of reading a file that was named on the command line, for `map_err`.
     pub(crate) fn reading(path: &Path) -> impl FnOnce(InputError) -> Self {
         move |error| Self::Read { path: path.to_owned(), source: error.into() }
     }
 
-    /// Returns the exit code that this error ends the program with.
+    /// Exit code that this error ends the program with.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Run(error) => match error {
@@ -113,7 +113,7 @@ impl CliError {
         }
     }
 
-    /// Returns the same, said by a command whose results are complete in a folder.
+    /// The same error, of a command whose results are complete in a folder.
     pub(crate) fn with_results(self, folder: &Path) -> Self {
         match self {
             Self::Print(source) => Self::Unprinted { source, kept: folder.to_owned() },
@@ -121,12 +121,12 @@ impl CliError {
         }
     }
 
-    /// Returns the same, said of a file.
+    /// The same error, with the file that it is about.
     pub(crate) fn in_file(self, path: &Path) -> Self {
         Self::InFile { path: path.to_owned(), source: Box::new(self) }
     }
 
-    /// Returns the message for people; a mistake in a scene is shown in its place.
+    /// Message for people; a mistake in a scene is shown in its context.
     pub(crate) fn render(&self, colour: bool) -> String {
         match self {
             Self::Run(RunError::Scene(error)) => error.render(colour),
@@ -165,7 +165,7 @@ impl From<PerformanceError> for CliError {
     }
 }
 
-/// Errors that a run may have, too.
+/// Errors that are also errors of a run.
 macro_rules! of_a_run {
     ($($error:ty),*) => {$(
         impl From<$error> for CliError {

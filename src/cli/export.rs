@@ -18,7 +18,7 @@ use super::options::positive;
 use super::output_file::{OutputFile, Replaces, check};
 use super::report::beside;
 
-/// The collection of a folder of instants.
+/// File that lists the instants in a folder.
 const COLLECTION: &str = "patch.pvd";
 
 fn examples() -> String {
@@ -74,7 +74,7 @@ enum Format {
 }
 
 impl ExportArguments {
-    /// Writes the file or folder and says where it is.
+    /// Writes the file or folder and prints its name.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.every.is_some() && self.format != Format::Vtk {
             return Err(CliError::Usage("--every is for --format vtk".to_owned()));
@@ -111,7 +111,7 @@ fn refused(error: ExportError) -> CliError {
     CliError::Usage(error.to_string())
 }
 
-/// Writes the files of a patch, the collection last, and takes away those of an earlier export that had more.
+/// Writes the files of a patch, the collection last, and deletes frames of an earlier, longer export.
 fn write_patch(patch: &Patch, folder: &Path, context: &Context) -> Result<(), CliError> {
     let ours = Replaces::Beginning(VTK_HEAD);
     let made = match fs::create_dir(folder) {
@@ -143,10 +143,7 @@ fn write_patch(patch: &Patch, folder: &Path, context: &Context) -> Result<(), Cl
     Ok(())
 }
 
-/// Lists what is in the folder, which must be an earlier export and nothing else.
-///
-/// # Errors
-/// [`CliError::Usage`], [`CliError::Read`].
+/// Names of the files in a folder, which must be an earlier export and nothing else.
 fn earlier(folder: &Path) -> Result<Vec<String>, CliError> {
     let reading = |source| CliError::Read { path: folder.to_owned(), source };
     let names = flat_folder::entries(folder).map_err(reading)?;

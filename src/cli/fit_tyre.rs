@@ -56,9 +56,9 @@ Examples:
   tyrewave fit-tyre mobility.csv scenes/default.toml --level-error 1 --phase-error 5 --json
   tyrewave fit-tyre tread.unv scenes/default.toml --patch 0.02 --lowest 40 --highest 2000";
 
-/// chi^2/N that chance does not explain.
+/// A larger chi^2/N is not explained by chance.
 const LARGE: f64 = 2.0;
-/// Residuals larger than this are drawn here.
+/// Residuals are drawn up to this.
 const WORST: f64 = 10.0;
 
 #[derive(Clone, Debug, Args)]
@@ -93,7 +93,7 @@ pub(crate) struct FitTyreArguments {
 }
 
 impl FitTyreArguments {
-    /// Fits, writes the tyre with all that tells how good it is, and prints tables or JSON.
+    /// Fits, writes the tyre with the quality of the fit, and prints tables or JSON.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { mobility: path, place, fix, free, level_error, phase_error, patch, lowest, highest } = self;
         let mut side = place.open_tyre("fit-tyre", context)?;
@@ -150,7 +150,7 @@ impl FitTyreArguments {
     }
 }
 
-/// Reads measured values between two frequencies \[Hz\], and what is to be told of them.
+/// Reads measured values between two frequencies \[Hz\], with notes about the file.
 fn measured(bytes: &[u8], width: f64, patches: &[f64], range: [f64; 2]) -> Result<UniversalFile, String> {
     if universal_file::is_universal(bytes) {
         let is_side = |side: &f64| (SMALLEST_PATCH..=width).contains(side);
@@ -175,7 +175,7 @@ fn measured(bytes: &[u8], width: f64, patches: &[f64], range: [f64; 2]) -> Resul
     }
 }
 
-/// Returns the usual parameters and those asked for, as far as the tyre has them.
+/// The usual parameters and those asked for, as far as the tyre has them.
 fn free_parameters(loaded: &LoadedScene, fix: &[Parameter], free: &[Parameter]) -> Result<Vec<Parameter>, CliError> {
     if let Some(both) = free.iter().find(|parameter| fix.contains(parameter)) {
         return Err(CliError::Usage(format!("{} cannot be both free and fixed", both.name())));
@@ -197,12 +197,12 @@ fn free_parameters(loaded: &LoadedScene, fix: &[Parameter], free: &[Parameter]) 
     if chosen.is_empty() { Err(CliError::Usage("every parameter is fixed".to_owned())) } else { Ok(chosen) }
 }
 
-/// Returns the tyre as a file.
+/// The tyre as TOML.
 fn written(tyre: &Tyre) -> Result<String, CliError> {
     Ok(toml::to_string(tyre).map_err(|source| SceneError::NotToml { source })?)
 }
 
-/// Returns the distinct sides of patches, the largest first.
+/// Distinct sides of patches \[m\], the largest first.
 fn patches(points: &[Point]) -> Vec<f64> {
     let mut sides: Vec<f64> = points.iter().map(|point| point.patch).collect();
     sides.sort_by(|a, b| b.total_cmp(a));
@@ -210,7 +210,7 @@ fn patches(points: &[Point]) -> Vec<f64> {
     sides
 }
 
-/// Makes a record of everything, for programs; a number that is infinite is null.
+/// Everything as JSON, for programs; an infinite number is null.
 fn record(fit: &Fit, points: &[Point]) -> serde_json::Value {
     let estimate = |estimate: &Estimate| {
         let Estimate { parameter, start, value, deviation, interval, at_bound } = estimate;
@@ -236,12 +236,12 @@ fn record(fit: &Fit, points: &[Point]) -> serde_json::Value {
     })
 }
 
-/// Tells whether an interval, by its upper end, is smaller than the room that a parameter has.
+/// Whether the measurement determines a parameter: the interval, given by its upper end, is narrower than the bounds.
 fn is_told(value: f64, upper: f64) -> bool {
     upper / value < BOUND
 }
 
-/// Tabulates a fit for the reader.
+/// Tables and text for people.
 fn tables(fit: &Fit, points: &[Point]) -> Report {
     let mut report = Report::default();
     let [before, after] = fit.chi_squared;
@@ -302,7 +302,7 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
     report
 }
 
-/// Returns one line for each measured value, in the file's order; it can be fitted again.
+/// CSV with one line for each measured value, in the file's order; it can be fitted again.
 fn to_csv(fit: &Fit, points: &[Point]) -> String {
     let header =
         "frequency_hz,patch_m,level_db,phase_deg,fitted_level_db,fitted_phase_deg,level_residual,phase_residual";
@@ -314,10 +314,10 @@ fn to_csv(fit: &Fit, points: &[Point]) -> String {
     csv(header.split(','), rows)
 }
 
-/// Returns the measured and fitted levels and phases; what is left of them, in uncertainties.
+/// Measured and fitted levels and phases; residuals in uncertainties.
 fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a [String]) -> [ComparisonPlot<'a>; 2] {
     let sides = patches(points);
-    // One list a patch, by rising frequency.
+    // One list per patch, by rising frequency.
     let by_patch = |value: &dyn Fn(usize) -> f64| -> Vec<Vec<(f64, f64)>> {
         let of = |side: &f64| {
             let own = points.iter().enumerate().filter(|(_, point)| point.patch.total_cmp(side).is_eq());
@@ -334,7 +334,7 @@ fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a
     let compared = |title: &str, of: fn(Complex64) -> f64| {
         panel(title, &[], by_patch(&|index| of(points[index].mobility)), by_patch(&|index| of(fit.mobilities[index])))
     };
-    // At least one uncertainty to either side: less than that is nothing to look into.
+    // The axis shows at least one uncertainty to either side: smaller residuals need no attention.
     let left = |title: &str, part: usize| {
         let left = by_patch(&|index| fit.residuals[2 * index + part].clamp(-WORST, WORST));
         panel(title, &[-1.0, 1.0], left, Vec::new())

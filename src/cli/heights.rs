@@ -6,25 +6,25 @@ use crate::storage::array::{Array, ArrayError};
 
 use super::error::CliError;
 
-/// Steepest median slope that is taken for metres: real textures, steps and spikes included, stay below 2.
+/// Largest median slope that is accepted as metres per metre: real textures, steps and spikes included, stay below 2.
 const STEEPEST: f64 = 20.0;
 
 /// A row (one dimension) or a grid of heights \[m\], row-major.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Heights {
     pub values: Vec<f64>,
-    /// Rows; 1 for a one-dimensional array.
+    /// Number of rows; 1 for a one-dimensional array.
     pub rows: usize,
     pub columns: usize,
 }
 
 impl Heights {
-    /// Reads one row of heights with cells of so many metres.
+    /// Reads one row of heights; `cell` is the cells' size \[m\].
     pub(super) fn read_row(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
         Self::read(path, "a one-dimensional array", |shape| (shape.len() == 1).then(|| (1, shape[0])), cell)
     }
 
-    /// Reads a grid of heights with cells of so many metres.
+    /// Reads a grid of heights; `cell` is the cells' size \[m\].
     pub(super) fn read_grid(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
         Self::read(path, "a two-dimensional array", |shape| (shape.len() == 2).then(|| (shape[0], shape[1])), cell)
     }
@@ -51,8 +51,8 @@ impl Heights {
         Self { values, rows, columns }.checked(path, cell)
     }
 
-    /// Refuses heights that are plausible in millimetres or micrometres only: the median slope between neighbouring
-    /// finite heights, so that a few spikes or walls do not matter.
+    /// Refuses heights that are plausible in millimetres or micrometres only, by the median slope between neighbouring
+    /// finite heights: a few spikes or walls do not matter.
     fn checked(self, path: &Path, [dx, dy]: [f64; 2]) -> Result<Self, CliError> {
         let columns = self.columns;
         let across = self.values.chunks_exact(columns).flat_map(|row| row.windows(2)).map(|z| (z[1] - z[0]).abs() / dy);

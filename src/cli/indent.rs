@@ -68,7 +68,6 @@ pub(crate) struct IndentArguments {
 }
 
 impl IndentArguments {
-    /// Solves, writes the pressure if wanted, prints the answer.
     pub(crate) fn execute(self) -> Result<(), CliError> {
         let Self { dx, dy, modulus, poisson, tolerance, .. } = self;
         let control = match (self.load, self.penetration) {

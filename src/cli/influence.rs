@@ -37,13 +37,13 @@ Examples:
   tyrewave influence scenes/default.toml --out influence
   tyrewave influence scenes/default.toml --cost";
 
-/// Frequencies of the map and of the mobility.
+/// Number of frequencies of the map and of the mobility.
 const FREQUENCIES: usize = 240;
 /// Lowest and highest frequency drawn \[Hz\].
 const BAND: (f64, f64) = (30.0, 10e3);
-/// Times of the response, and their spacing \[s\].
+/// Number of times of the response, and their spacing \[s\].
 const TIMES: (usize, f64) = (240, 5e-5);
-/// Lags either side of t = 0 that causality is judged by.
+/// Lags on either side of t = 0 by which causality is judged.
 const LAGS: usize = 512;
 /// Wavenumbers whose causality is reported.
 const CHECKED: [usize; 4] = [0, 5, 20, 100];
@@ -59,10 +59,10 @@ pub(crate) struct InfluenceArguments {
     cost: bool,
 }
 
-/// Source of everything that is drawn and computed.
+/// Data of all pictures and checks.
 struct View<'a> {
     title: &'a str,
-    /// As it rolls: of a tyre that turns, with its rotation.
+    /// As it rolls: with its rotation, if it turns.
     tyre: &'a Tyre,
     model: &'a RationalModel,
     sum: InfluenceSum,
@@ -133,7 +133,7 @@ impl InfluenceArguments {
     }
 }
 
-/// Returns the sums without a fit.
+/// The sums without a fit, up to |s| = `top` \[rad/s\].
 fn exact(tyre: &Tyre, elements: usize, tolerance: f64, top: f64) -> InfluenceSum {
     InfluenceSum::with(tyre, Projection::new(tyre, elements), Truncation::Tail, tolerance, top)
 }
@@ -152,7 +152,7 @@ impl View<'_> {
         self.model.elements
     }
 
-    /// Returns |H_n| in dB; cells with a lightly damped pole have no value and are grey.
+    /// Picture of |H_n| \[dB\]; cells with a lightly damped pole have no value and are grey.
     fn map(&self) -> Result<String, PlotError> {
         let frequencies = frequencies();
         let half = self.elements() / 2;
@@ -161,7 +161,7 @@ impl View<'_> {
             magnitudes(self.model, Field::Surface, direction, &wavenumbers, &frequencies).unwrap_or_default()
         };
         let forwards = magnitudes(Direction::Forwards);
-        // Waves against the rotation left of 0, where they differ.
+        // Waves against the rotation go left of 0, if they differ.
         let left = if self.model.turns() { half } else { 0 };
         let backwards = if left > 0 { magnitudes(Direction::Backwards) } else { Vec::new() };
         let of_column = |column: usize| match column.checked_sub(left) {
@@ -211,7 +211,7 @@ impl View<'_> {
         let response =
             |distances: &[usize]| impulse_responses(self.model, Field::Surface, distances, &times).unwrap_or_default();
         let right = response(&(0..=half).collect::<Vec<_>>());
-        // Symmetric at rest: the same to the left.
+        // Symmetric if the tyre does not turn: the same to the left.
         let left = self.model.turns().then(|| {
             response(&(0..=half).map(|distance| (self.elements() - distance) % self.elements()).collect::<Vec<_>>())
         });
@@ -233,7 +233,7 @@ impl View<'_> {
         map.to_svg()
     }
 
-    /// Returns the static influence over distance relative to the element's own, beside the elastic half-space's
+    /// Picture of the static influence over distance relative to that at distance 0, beside the elastic half-space's
     /// (Love).
     fn at_rest(&self) -> Result<String, PlotError> {
         let tyre = self.tyre;
@@ -269,7 +269,7 @@ impl View<'_> {
             let at = self.sum.at(s);
             element_mobility(elements, s, |n| self.sum.value(n, &at, Field::Surface).value)
         });
-        // The fit hides the sums: their difference is drawn below.
+        // The two curves coincide in a picture: their difference is drawn below.
         let differences: Vec<(f64, f64)> =
             fitted.iter().zip(&summed).map(|(fit, sum)| (fit.0, fit.1 - sum.1)).collect();
         let panel = |quantity: &str, points: Vec<(f64, f64)>| ComparisonPanel {
@@ -286,7 +286,7 @@ impl View<'_> {
         plot.to_svg()
     }
 
-    /// Returns the causality by wavenumber, of the tyre's own laws and of the hysteretic one in their place.
+    /// Causality by wavenumber, of the tyre's laws and of the hysteretic one in their place.
     fn checks(&self) -> Value {
         let mut hysteretic = self.tyre.clone();
         for layer in &mut hysteretic.layers {

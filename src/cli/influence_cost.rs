@@ -1,4 +1,4 @@
-//! `tyrewave influence SCENE --cost`: what the fit takes against elements, layers and threads.
+//! `tyrewave influence SCENE --cost`: time of the fit over elements, layers and threads.
 
 use std::sync::atomic::AtomicBool;
 
@@ -10,28 +10,27 @@ use crate::tyre::poles::scaling::{FitCost, cost, cut};
 use crate::tyre::poles::{FitError, FitOptions};
 use serde_json::{Value, json};
 
-/// Elements of the table.
 const ELEMENTS: [usize; 5] = [512, 1024, 2048, 4096, 8192];
-/// Parts that the innermost layer is cut into.
+/// Numbers of parts that the innermost layer is cut into.
 const PARTS: [usize; 4] = [1, 2, 4, 8];
-/// Pairs of fits, one thread and all, of which the fastest count.
+/// Pairs of fits, on one thread and on all; the fastest of each count.
 const PAIRS: usize = 3;
 
-/// A number of a fit.
+/// One quantity of a fit's cost.
 type Measure = fn(&FitCost) -> f64;
 
-/// Quantities that grow, in the order of the picture.
+/// Quantities in the picture, in its order.
 const QUANTITIES: [(&str, Measure); 3] = [
     ("time", |cost| cost.seconds),
     ("compliance evaluations", |cost| cost.evaluations as f64),
     ("poles", |cost| cost.order as f64),
 ];
 
-/// Everything that was timed.
+/// Costs of all fits.
 pub(super) struct CostReport {
     elements: Vec<FitCost>,
     layers: Vec<FitCost>,
-    /// Wall time of one thread \[s\], number of threads, wall time of all \[s\].
+    /// Wall time on one thread \[s\], number of threads, wall time on all \[s\].
     threads: (f64, usize, f64),
 }
 
@@ -41,10 +40,8 @@ fn line(costs: &[FitCost], x: impl Fn(&FitCost) -> f64, y: impl Fn(&FitCost) -> 
 }
 
 impl CostReport {
-    /// Fits the tyre with every number of elements and layers, and with one thread beside all of the pool.
-    ///
-    /// # Errors
-    /// [`FitError`] of the first fit that is refused, or stopped.
+    /// Fits the tyre with every number of elements and layers, and on one thread beside all of the pool; fails with the
+    /// first fit that is refused, or stopped. `tick` is called before each fit, except those on one thread.
     pub(super) fn new(
         tyre: &Tyre,
         options: &FitOptions,
@@ -73,7 +70,7 @@ impl CostReport {
         alone / (together * threads as f64)
     }
 
-    /// Makes the contents of `influence.json`.
+    /// Content of `influence.json`.
     pub(super) fn to_json(&self) -> Value {
         json!({
             "elements": self.elements,
@@ -85,7 +82,7 @@ impl CostReport {
         })
     }
 
-    /// Returns two tables with their exponents, and the efficiency of the threads.
+    /// Two tables with their exponents, and the parallel efficiency.
     pub(super) fn report(&self) -> Report {
         let mut report = Report::default();
         for (title, costs, x) in [
@@ -116,7 +113,7 @@ impl CostReport {
         report
     }
 
-    /// Returns the evaluations and time over elements, relative to the first.
+    /// Cost over the number of elements, relative to the fewest.
     pub(super) fn plot(&self, title: &str) -> Result<String, PlotError> {
         let x = |cost: &FitCost| cost.elements as f64;
         let curves = QUANTITIES.map(|(quantity, y)| {

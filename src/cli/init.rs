@@ -1,4 +1,4 @@
-//! `tyrewave init`: something to begin with.
+//! `tyrewave init`: files to begin with.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,9 +23,9 @@ Examples:
   tyrewave init trial --size 235/45R18 --load-index 98
   tyrewave init trial && tyrewave run trial/scene.toml";
 
-/// The tyre that the scene names.
+/// Tyre of the scene, unless a size is given.
 const TYRE: &str = include_str!("../../scenes/tyres/car.toml");
-/// Where the default scene's own tyre begins, and what comes after it.
+/// Lines of the default scene before which its tyre begins, and what follows the tyre begins.
 const TYRE_FROM: &str = "# A car tyre:";
 const TYRE_TO: &str = "# An endless random texture";
 
@@ -45,7 +45,7 @@ pub(crate) struct InitArguments {
 }
 
 impl InitArguments {
-    /// Writes the files, none where one of them is there already, and says what to do next.
+    /// Writes the files, or none if one of them exists, and prints what to do next.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let size = match (self.size, self.load_index) {
             (Some(size), Some(index)) => Some(size.with_index(index).map_err(CliError::Usage)?),
@@ -68,10 +68,10 @@ impl InitArguments {
     }
 }
 
-/// Returns the default scene, its tyre in a file of its own.
+/// The default scene, its tyre in a separate file.
 fn scene() -> String {
     let parts = DEFAULT.split_once(TYRE_FROM).and_then(|(head, rest)| Some((head, rest.split_once(TYRE_TO)?.1)));
-    // A test sees to it that the default scene has both lines.
+    // A test ensures that the default scene has both lines.
     let (head, tail) = parts.unwrap_or((DEFAULT, ""));
     format!(
         "#:schema ./scene.schema.json\n{head}tyre = \"tyre.toml\" # or a table [tyre] here: tyrewave keys tyre\n\n\

@@ -7,38 +7,38 @@ use std::time::{Duration, Instant};
 use super::error::{CliError, INTERRUPTED};
 use super::messages::tell;
 
-/// Requests within this time of the first are the same one: a batch system signals a job's shell and its programs, and
-/// the shell hands it on.
+/// Requests within this time of the first count as the same: a batch system signals a job's shell and its programs, and
+/// the shell passes it on.
 const SAME_REQUEST: Duration = Duration::from_millis(500);
 
-/// Makes a file that would grow past the system's limit (`ulimit -f`) an error of writing from now on, as a full disk
-/// is, and not the end of the program.
+/// From now on a file that would grow past the system's limit (`ulimit -f`) is an error of writing, like a full disk,
+/// and does not end the program.
 pub(super) fn outlive_file_limits() {
-    // A handler that does nothing of use takes the place of the signal's deadly default; without it all is as before.
+    // A handler without effect replaces the signal's fatal default; if it cannot be registered, nothing changes.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
-/// True if the user has asked for the end. Clones share the answer.
+/// Request of the user to end the program. Clones share it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Interrupt {
     asked: Arc<AtomicBool>,
-    /// When that was first asked for.
+    /// Time of the first request.
     first: Arc<OnceLock<Instant>>,
-    /// True once the command looks at the flag between its steps: what does not ends at the first request.
+    /// True once the command checks the flag between its steps: a command that does not ends at the first request.
     looked_at: Arc<AtomicBool>,
 }
 
-/// Which request for the end one is.
+/// Kind of a request for the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Request {
-    /// The first one, of a command that will see it.
+    /// The first one, to a command that will see it.
     First,
-    /// The first one, come another way.
+    /// The first one, received again by another path.
     Same,
-    /// The first one, which no part of the command would see.
+    /// The first one, to a command that does not check the flag.
     Unseen,
-    /// One more.
+    /// A later one.
     Further,
 }
 
@@ -57,14 +57,14 @@ impl Interrupt {
                 tell(&CliError::Interrupted { kept: None }.to_string());
                 std::process::exit(i32::from(INTERRUPTED));
             }
-            // What is written has a name that says that it is not finished.
+            // Unfinished files have names that say so.
             Request::Further => std::process::exit(i32::from(INTERRUPTED)),
         })
         .map_err(|error| CliError::Failed(format!("cannot listen for Ctrl-C: {error}")))?;
         Ok(interrupt)
     }
 
-    /// Asks for the end, at an instant.
+    /// Registers a request at an instant.
     fn request(&self, at: Instant) -> Request {
         let first = *self.first.get_or_init(|| at);
         if !self.asked.swap(true, Ordering::Relaxed) {
@@ -76,7 +76,7 @@ impl Interrupt {
         }
     }
 
-    /// Returns the flag that a run looks at between two steps.
+    /// Flag that a run checks between two steps; from now on the first request only sets it.
     pub(crate) fn flag(&self) -> &AtomicBool {
         self.looked_at.store(true, Ordering::Relaxed);
         &self.asked

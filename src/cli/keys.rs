@@ -35,10 +35,7 @@ pub(crate) struct KeysArguments {
 }
 
 impl KeysArguments {
-    /// Prints the keys.
-    ///
-    /// # Errors
-    /// [`CliError::Usage`] for a table or key that scenes do not have.
+    /// Prints the keys; a table or key that scenes do not have is a [`CliError::Usage`].
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.schema {
             print(&format!("{:#}\n", Scene::json_schema()))
@@ -48,7 +45,7 @@ impl KeysArguments {
     }
 }
 
-/// Returns the keys of a scene's tables, or of one of them and those in it.
+/// Keys of all tables, or of one of them and those within it, or one key.
 fn report(wanted: Option<&str>) -> Result<Report, CliError> {
     let schema = Scene::json_schema();
     let all = sections(&schema);
@@ -85,7 +82,7 @@ fn report(wanted: Option<&str>) -> Result<Report, CliError> {
     Ok(report)
 }
 
-/// Returns a table's name as a scene has it, and what it means.
+/// Name of a table as a scene has it, and its meaning.
 fn heading(Section { path, repeated, schema }: &Section<'_>) -> String {
     let name = match (path.as_str(), repeated) {
         ("", _) => "scene".to_owned(),
@@ -97,7 +94,7 @@ fn heading(Section { path, repeated, schema }: &Section<'_>) -> String {
     format!("{name}{}: {}", tags.collect::<String>(), schema["description"].as_str().unwrap_or_default())
 }
 
-/// Returns its keys: name, what has to stand there, default, meaning.
+/// Keys of a table: name, form, default, meaning.
 fn rows(schema: &Value) -> Vec<[String; 4]> {
     let keys = schema["properties"].as_object().into_iter().flatten();
     let needed = |key: &str| schema["required"].as_array().is_some_and(|keys| keys.iter().any(|name| name == key));

@@ -5,7 +5,7 @@
 
 use std::io::{self, Write};
 
-/// Says a message, which ends with a line's end; one that cannot be written is lost.
+/// Writes a message and a line end; one that cannot be written is lost.
 pub(super) fn tell(message: &str) {
     tell_to(&mut io::stderr(), message);
 }

@@ -42,7 +42,7 @@ pub(crate) struct MobilityArguments {
     points: u32,
 }
 
-/// Returns one row per frequency; real part, imaginary part and level for each patch.
+/// CSV with one row per frequency: real part, imaginary part and level for each patch.
 pub(super) fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
     let columns = |patch: &f64| [format!("re_{patch}mm"), format!("im_{patch}mm"), format!("level_db_{patch}mm")];
     let header = ["frequency_hz".to_owned()].into_iter().chain(patches.iter().flat_map(columns));
@@ -54,7 +54,6 @@ pub(super) fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
 }
 
 impl MobilityArguments {
-    /// Computes, writes `mobility.csv` and `mobility.svg`.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let frequencies = frequencies(self.from, self.to, self.points);
         let Self { place, patch, from, to, points } = self;

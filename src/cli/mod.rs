@@ -1,7 +1,7 @@
 //! The command line: one file per command, a folder for `paper`.
 //!
-//! [`command_line`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the
-//! command executed on them, and turns its error into a message on standard error and an exit code.
+//! [`command_line`] is the whole program: it reads the arguments, listens for Ctrl-C, starts the threads, executes the
+//! command on them, and turns its error into a message on standard error and an exit code.
 
 mod cache;
 mod check;
@@ -162,7 +162,6 @@ pub(crate) enum Command {
     Man(shell::ManArguments),
 }
 
-/// Carries a command out.
 type Execute = fn(Command, &Context) -> Result<(), CliError>;
 
 impl Command {
@@ -203,8 +202,8 @@ impl Command {
     }
 }
 
-/// Carries out the command line of this process on threads of its own, and returns the exit code for `main`.
-/// `allocations` tells the counts of the program's allocator, if it counts.
+/// Executes the command line of this process on a thread pool, and returns the exit code for `main`. `allocations`
+/// reads the counters of the program's allocator, if it counts.
 pub fn command_line(allocations: Option<AllocationProbe>) -> ExitCode {
     interrupt::outlive_file_limits();
     let line = match CommandLine::try_parse() {

@@ -9,9 +9,9 @@ use clap::{Args, ColorChoice};
 use super::error::{CliError, NOT_WRITABLE, USAGE};
 use super::messages::tell;
 
-/// More of them are a slip of the finger.
+/// A larger number is taken for a typing error.
 const MOST_THREADS: u16 = 1024;
-/// Variable that gives the number of threads where no option does.
+/// Environment variable with the number of threads, used if no option gives it.
 const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
 
 /// Options that every command takes, before or after its name.
@@ -37,10 +37,7 @@ pub(crate) struct GlobalOptions {
 }
 
 impl GlobalOptions {
-    /// Tells how many threads are wanted: never zero, and never what the environment says without a bound.
-    ///
-    /// # Errors
-    /// [`CliError::Usage`] for an environment that asks for too many.
+    /// Number of threads: never zero, and an error if the environment asks for more than [`MOST_THREADS`].
     pub(crate) fn threads(&self) -> Result<usize, CliError> {
         match self.threads {
             Some(threads) => Ok(threads.into()),
@@ -60,14 +57,13 @@ impl GlobalOptions {
     }
 }
 
-/// Tells whether a value of the environment's variable says how many threads are wanted; an empty one, and 0, leave it
-/// open.
+/// Whether a value of the environment variable is a number of threads; an empty one, and 0, leave it open.
 fn is_number_of_threads(variable: &str) -> bool {
     variable.trim().is_empty() || variable.trim().parse::<usize>().is_ok()
 }
 
-/// Returns the threads with that value of the environment's variable; 0 and what is no number stand for one per
-/// processor, as they do for rayon.
+/// Threads for a value of the environment variable; 0 and anything that is no number mean one per processor, as for
+/// rayon.
 fn default_threads(variable: &str) -> Result<usize, CliError> {
     match variable.trim().parse::<usize>() {
         Ok(threads) if threads > MOST_THREADS.into() => Err(CliError::Usage(format!(
@@ -81,7 +77,7 @@ fn default_threads(variable: &str) -> Result<usize, CliError> {
     }
 }
 
-/// Prints what the command line's reader answers with, help or an error, and gives its exit code.
+/// Prints the answer of the argument parser, help or an error, and returns its exit code.
 pub(super) fn answered(answer: &clap::Error) -> ExitCode {
     match answer.print() {
         Err(_) if !answer.use_stderr() => ExitCode::from(NOT_WRITABLE),
@@ -89,7 +85,7 @@ pub(super) fn answered(answer: &clap::Error) -> ExitCode {
     }
 }
 
-/// Returns one of some values, by its name.
+/// Parser of a value by its name.
 pub(super) fn by_name<T: Copy, const COUNT: usize>(
     values: [T; COUNT],
     name: fn(T) -> &'static str,
@@ -100,7 +96,7 @@ pub(super) fn by_name<T: Copy, const COUNT: usize>(
     }
 }
 
-/// Returns a finite number above zero.
+/// Parses a finite number above zero.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
@@ -108,20 +104,20 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Returns a finite number.
+/// Parses a finite number.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
     number.ok_or_else(|| format!("\"{}\" is not a finite number", text.trim()))
 }
 
-/// Returns a Poisson's ratio: in (-1, 0.5\].
+/// Parses a Poisson's ratio: in (-1, 0.5\].
 pub(super) fn poisson_ratio(text: &str) -> Result<f64, String> {
     let ratio = finite(text)?;
     let lies = ratio > -1.0 && ratio <= 0.5;
     if lies { Ok(ratio) } else { Err("Poisson's ratio lies above -1 and at most at 0.5".to_owned()) }
 }
 
-/// Tells whether standard error gets colours.
+/// Whether messages on standard error are coloured.
 pub(super) fn allows_colour(choice: ColorChoice) -> bool {
     match choice {
         ColorChoice::Always => true,
@@ -133,8 +129,7 @@ pub(super) fn allows_colour(choice: ColorChoice) -> bool {
     }
 }
 
-/// Returns `error: message`, as clap and rustc write it. A message that brings its own heading (a report on a scene)
-/// stays as it is.
+/// `error: message`, as clap and rustc write it. A message with its own heading (a report on a scene) stays as it is.
 pub(super) fn error_line(message: &str, colour: bool) -> String {
     // A rendered report starts with its heading, possibly behind an escape sequence.
     if message.starts_with("error") || message.starts_with('\u{1b}') {

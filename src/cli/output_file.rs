@@ -1,8 +1,8 @@
 //! Files to be written that are named on the command line.
 //!
-//! The rule: an output takes the place of an earlier output of its kind, known by how it begins, or of an empty file. A
-//! scene, a device, a link, other files stay. Where a kind cannot be told by its beginning, the user says with an
-//! option that a file may be replaced, and an input is not replaced even so.
+//! The rule: an output replaces an earlier output of its kind, recognised by its beginning, or an empty file. A scene,
+//! a device, a link, other files stay. Where a kind cannot be recognised by its beginning, an option of the user
+//! permits the replacement of a file, but never of an input.
 
 use std::fs::{self, File, Metadata};
 use std::io::{ErrorKind, Read};
@@ -13,18 +13,18 @@ use crate::storage::PendingFile;
 
 use super::error::CliError;
 
-/// Replacement that is allowed.
+/// What may be replaced.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Replaces<'a> {
     /// Files that begin like this.
     Beginning(&'static str),
     /// Any file but the inputs.
     AllBut(&'a [&'a Path]),
-    /// Nothing; the option that would allow it.
+    /// Nothing; holds the option that would permit it.
     Nothing(&'static str),
 }
 
-/// A file that takes its name when it is complete.
+/// A file that gets its name when it is complete.
 #[derive(Debug)]
 pub(super) struct OutputFile<'a> {
     file: PendingFile,
@@ -32,7 +32,7 @@ pub(super) struct OutputFile<'a> {
 }
 
 impl<'a> OutputFile<'a> {
-    /// Begins it, before any work: a place that is taken or cannot be written to is refused now.
+    /// Creates it before any work is done: a name that is taken or cannot be written to is refused now.
     ///
     /// # Errors
     /// [`CliError::Usage`] for what must not be replaced, [`ResultsError::Create`].
@@ -42,22 +42,22 @@ impl<'a> OutputFile<'a> {
         Ok(Self { file, replaces })
     }
 
-    /// Returns the path at which another writer may put the content, before [`Self::publish`].
+    /// Path at which another writer may put the content, before [`Self::publish`].
     pub(super) fn temporary(&self) -> &Path {
         self.file.temporary()
     }
 
-    /// Gives the file its content and its name.
+    /// Writes the content and gives the file its name.
     ///
     /// # Errors
-    /// [`CliError::Usage`] for what has come there meanwhile and must not be replaced, [`ResultsError::Write`].
+    /// [`CliError::Usage`] for a file that has appeared meanwhile and must not be replaced, [`ResultsError::Write`].
     pub(super) fn complete(self, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), CliError> {
         let path = self.file.path().to_owned();
         check(&path, self.replaces)?;
         Ok(self.file.complete(content).map_err(ResultsError::writing(&path))?)
     }
 
-    /// Gives the file its name; its content is there and on the disk.
+    /// Gives the file its name; its content must be complete and on the disk.
     ///
     /// # Errors
     /// As [`Self::complete`].
@@ -68,7 +68,7 @@ impl<'a> OutputFile<'a> {
     }
 }
 
-/// Refuses two outputs of one name.
+/// Refuses two outputs with the same name.
 pub(super) fn check_apart(one: Option<&Path>, other: Option<&Path>) -> Result<(), CliError> {
     match one.zip(other) {
         Some((one, other)) if place(one) == place(other) => {
@@ -78,16 +78,13 @@ pub(super) fn check_apart(one: Option<&Path>, other: Option<&Path>) -> Result<()
     }
 }
 
-/// Returns the folder as the system knows it, and the name in it.
+/// Canonical path of the folder, joined with the file's name; the file need not exist.
 fn place(path: &Path) -> Option<std::path::PathBuf> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Some(fs::canonicalize(parent).ok()?.join(path.file_name()?))
 }
 
-/// Refuses a place where something stands that must not be replaced.
-///
-/// # Errors
-/// [`CliError::Usage`], [`CliError::Read`].
+/// Refuses a path where something stands that must not be replaced.
 pub(super) fn check(path: &Path, replaces: Replaces<'_>) -> Result<(), CliError> {
     let present = match fs::symlink_metadata(path) {
         Ok(present) => present,
@@ -113,7 +110,7 @@ fn begins_with(path: &Path, head: &str) -> bool {
     File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == head.as_bytes()
 }
 
-/// Tells whether a file, of which this is known, is that of another path.
+/// Whether `path`, whose metadata is `present`, and `other` are the same file.
 fn is_same(path: &Path, present: &Metadata, other: &Path) -> bool {
     #[cfg(unix)]
     if let Ok(other) = fs::metadata(other) {
@@ -144,7 +141,7 @@ mod tests {
             assert!(matches!(&error, CliError::Usage(why) if why.contains("trace.json") && why.contains("left alone")));
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
-        // What comes there later is as safe.
+        // A file that appears later is as safe.
         fs::remove_file(&path).unwrap();
         let begun = OutputFile::begin(&path, head).unwrap();
         fs::write(&path, "notes").unwrap();

@@ -1,36 +1,36 @@
-//! Pace of the steps of a run, and the time that the rest of them takes by it.
+//! Pace of a run's steps, and the remaining time that follows from it.
 //!
-//! A pace that changes foretells nothing: the rest is told only while the later half of the time has gone on as all of
-//! it has, and by the slower of both.
+//! A changing pace predicts nothing: the remaining time is reported only while the pace of the later half of the time
+//! agrees with that of all of it, and by the slower of both.
 
-/// Time between two marks at least \[s\].
+/// Least time between two marks \[s\].
 const APART: f64 = 0.25;
-/// Time of steps that the rest is told after, at least \[s\].
+/// Least time of steps before the remaining time is reported \[s\].
 const SHORTEST: f64 = 5.0;
-/// Part by which the pace of the later half may differ from that of all.
+/// Largest relative difference between the pace of the later half and that of all.
 const STEADY: f64 = 0.25;
 
-/// Marks of how many steps were done when.
+/// Times at which numbers of steps were done.
 #[derive(Debug)]
 pub(super) struct Pace {
-    /// Time since the first mark \[s\], and steps done.
+    /// Time since the first mark \[s\], and number of steps done.
     marks: Vec<(f64, u64)>,
 }
 
 impl Pace {
-    /// Begins after so many steps, which others may have done.
+    /// Begins after `done` steps, which an earlier process may have done.
     pub(super) fn after(done: u64) -> Self {
         Self { marks: vec![(0.0, done)] }
     }
 
-    /// Notes that so many steps are done, at a time since the beginning \[s\].
+    /// Records that `done` steps are done at a time since the beginning \[s\].
     pub(super) fn mark(&mut self, time: f64, done: u64) {
         if self.marks.last().is_none_or(|last| time >= last.0 + APART) {
             self.marks.push((time, done));
         }
     }
 
-    /// Returns the time that the steps of so many still take \[s\]; `None` as long as that cannot be said.
+    /// Remaining time of `all` steps \[s\]; `None` while that cannot be predicted.
     pub(super) fn left(&self, all: u64) -> Option<f64> {
         let (&first, &last) = (self.marks.first()?, self.marks.last()?);
         let &middle = self.marks.iter().rfind(|mark| mark.0 <= 0.5 * last.0)?;
@@ -45,7 +45,7 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Returns the pace of so many steps a second, those of each second one number.
+    /// Pace of a number of steps in each second.
     fn pace(rates: impl IntoIterator<Item = u64>) -> Pace {
         let (mut pace, mut done) = (Pace::after(100), 100);
         for (second, rate) in rates.into_iter().enumerate() {
@@ -59,9 +59,10 @@ mod tests {
     fn the_rest_is_told_by_a_steady_pace_alone() {
         assert_eq!(pace([10; 10]).left(300), Some(10.0));
         assert_eq!(pace([10; 4]).left(300), None, "too early");
-        // The slower of both is believed.
+        // The slower pace counts.
         assert_eq!(pace([12, 12, 12, 12, 12, 10, 10, 10, 10, 10]).left(310), Some(10.0));
-        // First quick, as a tyre that does not touch the road yet; then ten times as slow: told no time that slips.
+        // First fast, as a tyre that does not touch the road yet; then ten times as slow: no time is reported
+        // meanwhile.
         let mut rates = vec![100; 5];
         rates.extend([10; 5]);
         assert_eq!(pace(rates.clone()).left(10_000), None);

@@ -39,10 +39,6 @@ pub(crate) struct PlanArguments {
 }
 
 impl PlanArguments {
-    /// Prints the plan.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let process = process_memory();
         let loaded = context.load(&self.scene)?;

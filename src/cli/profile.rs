@@ -19,9 +19,9 @@ use super::error::CliError;
 use super::options::by_name;
 use super::output_file::{OutputFile, Replaces, check_apart};
 
-/// Where records are committed.
+/// Folder of the committed records.
 const RECORDS: &str = "profiles/record";
-/// Where changes are accepted.
+/// File of the accepted changes.
 const ACCEPTED: &str = "profiles/accepted.toml";
 
 const EXAMPLES: &str = "\
@@ -120,10 +120,6 @@ pub(crate) struct CompareArguments {
 }
 
 impl ProfileArguments {
-    /// Records, compares or measures.
-    ///
-    /// # Errors
-    /// [`CliError`].
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         match self.action {
             ProfileAction::Record(arguments) => arguments.execute(context),
@@ -148,7 +144,7 @@ fn this_program() -> Result<PathBuf, CliError> {
 }
 
 impl RecordArguments {
-    /// Runs per workload: shares are medians.
+    /// Runs per workload: the record has medians of their shares of the time.
     const RUNS: usize = 5;
 
     fn execute(self, context: &Context) -> Result<(), CliError> {
@@ -156,7 +152,7 @@ impl RecordArguments {
         let counts = !self.no_instructions && instructions::can_count();
         let progress = context.bar("recording", Workload::ALL.len() as u64);
         let mut native = BTreeMap::new();
-        // What was counted was another processor, maybe: by its instructions.
+        // Instructions may have been counted on another (emulated) processor: they are recorded by its instruction set.
         let mut counted: BTreeMap<String, BTreeMap<String, RecordedWorkload>> = BTreeMap::new();
         for workload in Workload::ALL {
             progress.set_message(workload.name());
@@ -197,7 +193,7 @@ impl RecordArguments {
     }
 }
 
-/// Returns the record that suits this processor best.
+/// The committed record that suits this processor best.
 fn committed() -> Result<PathBuf, CliError> {
     let folder = Path::new(RECORDS);
     let own = Record::place(folder, instruction_set());
@@ -233,7 +229,7 @@ impl CompareArguments {
         let instructions = !self.no_instructions && instructions::can_count();
         let effort =
             Effort { pairs: self.pairs as usize, instructions, budget: Duration::from_secs(self.budget.into()) };
-        // A second batch only where it is needed: the bar may end early.
+        // The second batch runs only if it is needed: the bar may end early.
         let steps = if programs { 2 * effort.pairs + 1 + usize::from(instructions) } else { 1 };
         let progress = context.bar("comparing", (works.len() * steps) as u64);
         let mut watch = |work: &Work| {

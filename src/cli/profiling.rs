@@ -38,7 +38,7 @@ pub(super) struct PendingProfile {
 }
 
 impl ProfileOptions {
-    /// Tells how the run is to be watched.
+    /// Extent of the measurements that the requested views need.
     pub(super) fn watch(&self, context: &Context) -> Watch {
         let trace = self.trace.is_some() || self.folded.is_some();
         let timing = match (trace, self.profile) {
@@ -49,7 +49,7 @@ impl ProfileOptions {
         Watch { timing, trace, allocations: context.allocations }
     }
 
-    /// Begins the files, before the run: a place that cannot be written to is refused now.
+    /// Creates the files before the run: a path that cannot be written to is refused now.
     ///
     /// # Errors
     /// As [`OutputFile::begin`].
@@ -64,7 +64,7 @@ impl ProfileOptions {
 }
 
 impl PendingProfile {
-    /// Completes the files; returns the tables, where they are wanted.
+    /// Completes the files; returns the tables if they are wanted.
     ///
     /// # Errors
     /// Errors of the files.

@@ -1,5 +1,5 @@
-//! Progress on the terminal, in lines of at most 80 columns: simulated time, real-time factor, time to go. Where there
-//! is no terminal a line every ten seconds tells of it.
+//! Progress on the terminal, in lines of at most 80 columns: simulated time, real-time factor, time to go. Without a
+//! terminal a line is written every ten seconds.
 
 use std::fmt::Write;
 use std::io::IsTerminal;
@@ -14,28 +14,28 @@ use super::messages::tell;
 use super::pace::Pace;
 use super::progress_log::{Doing, ProgressLog, in_words};
 
-/// How often the spinner turns while a stage says nothing.
+/// Interval of the spinner while a stage reports nothing.
 const TICK: Duration = Duration::from_millis(120);
-/// Parts of a whole that are shown.
+/// Resolution of a share of all work on the bar.
 const SHARES: u64 = 1000;
 
-/// A line on standard error, drawn again and again; where that is not a terminal, a few lines.
+/// A line on standard error that is redrawn; if that is not a terminal, a line every ten seconds.
 #[derive(Debug)]
 pub(crate) struct TerminalProgress {
     bar: ProgressBar,
     quiet: bool,
-    /// The stage that is going on.
+    /// The present stage.
     stage: Option<Stage>,
     /// When the steps began.
     begin: Instant,
-    /// Pace of the steps, where they are drawn.
+    /// Pace of the steps, if they are drawn.
     pace: Arc<Mutex<Pace>>,
-    /// Lines where nothing is drawn.
+    /// Writer of lines, if nothing is drawn.
     log: Option<ProgressLog>,
 }
 
 impl TerminalProgress {
-    /// Returns a line that draws nothing yet; `quiet`: ever.
+    /// A line that is not drawn yet; with `quiet` it never is.
     pub(crate) fn new(quiet: bool) -> Self {
         let mut progress = Self::with_target(quiet, ProgressDrawTarget::stderr());
         progress.log = (!quiet && !std::io::stderr().is_terminal()).then(ProgressLog::start);
@@ -49,14 +49,14 @@ impl TerminalProgress {
         Self { bar, quiet, stage: None, begin: Instant::now(), pace, log: None }
     }
 
-    /// Sets what the lines tell of, where nothing is drawn.
+    /// Sets the text of the next line, if lines are written.
     fn log(&self, doing: impl FnOnce() -> Doing) {
         if let Some(log) = &self.log {
             log.set(doing());
         }
     }
 
-    /// Says something above the line.
+    /// Writes something above the line.
     fn tell(&self, kind: &str, text: &str) {
         if !self.quiet {
             self.bar.suspend(|| tell(&format!("{kind}: {text}")));
@@ -99,7 +99,7 @@ impl Progress for TerminalProgress {
         self.bar.reset();
         self.bar.set_position(done);
         self.bar.set_message("rolling");
-        // Steps per second of this process: what an earlier one has done was not done now.
+        // Steps per second of this process: those of an earlier one do not count.
         let begin = Instant::now();
         (self.begin, self.pace) = (begin, Arc::new(Mutex::new(Pace::after(done))));
         self.log(|| Doing::Steps { done, all: steps, time_step, pace: Pace::after(done) });
@@ -154,7 +154,7 @@ impl Drop for TerminalProgress {
     }
 }
 
-/// Returns a bar over equal pieces of work on standard error, each named as it comes; `quiet`: not drawn.
+/// A bar on standard error over `pieces` equal pieces of work, with a message for each; with `quiet` it is not drawn.
 pub(super) fn pieces(quiet: bool, title: &str, pieces: u64) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     ProgressBar::with_draw_target(Some(pieces), target)
@@ -162,7 +162,7 @@ pub(super) fn pieces(quiet: bool, title: &str, pieces: u64) -> ProgressBar {
         .with_style(style("{prefix} {bar:20} {percent:>3} %, {elapsed}, {msg}"))
 }
 
-/// Returns a style from a template of ours; should indicatif ever dislike it, its own does.
+/// A style from a template; indicatif's default if it should refuse the template.
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
@@ -175,7 +175,7 @@ mod tests {
 
     use super::*;
 
-    /// Remembers everything that was drawn.
+    /// Records everything that is drawn.
     #[derive(Clone, Debug, Default)]
     struct Paper(Arc<Mutex<String>>);
 
@@ -242,7 +242,7 @@ mod tests {
         progress.finish();
     }
 
-    /// A terminal that has gone away.
+    /// A terminal that fails all writes.
     #[derive(Debug)]
     struct Gone;
 

@@ -1,4 +1,4 @@
-//! Progress where no terminal shows it: a line every ten seconds, also while a stage says nothing.
+//! Progress without a terminal: a line every ten seconds, also while a stage reports nothing.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -9,7 +9,6 @@ use indicatif::HumanDuration;
 use super::messages::tell;
 use super::pace::Pace;
 
-/// Time between two lines.
 const INTERVAL: Duration = Duration::from_secs(10);
 
 /// Work under way, for the next line.
@@ -20,14 +19,14 @@ pub(super) enum Doing {
     Beginning,
     /// Work of which only the name is known.
     Named(String),
-    /// Steps: how many are done of how many, their length \[s\], and their pace.
+    /// Steps: number done, number of all, their length \[s\], and their pace.
     Steps { done: u64, all: u64, time_step: f64, pace: Pace },
-    /// A share of all work, and the part of it that is under way.
+    /// Share of all work that is done, and the name of the present part.
     Share(f64, String),
 }
 
 impl Doing {
-    /// Returns the line after so much time \[s\].
+    /// The line, `seconds` after the begin.
     fn line(&self, seconds: u64) -> String {
         match self {
             Self::Beginning => format!("{seconds} s: beginning"),
@@ -43,13 +42,13 @@ impl Doing {
     }
 }
 
-/// Returns a time \[s\] in words, such as `45s`.
+/// Duration in words, such as `45s`.
 pub(super) fn in_words(seconds: f64) -> String {
     let whole = Duration::try_from_secs_f64(seconds.round());
     whole.map_or_else(|_| "?".to_owned(), |whole| format!("{:#}", HumanDuration(whole)))
 }
 
-/// Work that is told of.
+/// Work that the lines report, and whether it has ended.
 #[derive(Debug, Default)]
 struct Shared {
     doing: Mutex<(Doing, bool)>,
@@ -62,7 +61,7 @@ impl Shared {
     }
 }
 
-/// A thread that tells what is being done, until this is dropped.
+/// A thread that reports the work under way, until this is dropped.
 #[derive(Debug)]
 pub(super) struct ProgressLog {
     shared: Arc<Shared>,
@@ -70,7 +69,7 @@ pub(super) struct ProgressLog {
 }
 
 impl ProgressLog {
-    /// Starts to tell on standard error.
+    /// Starts to write to standard error.
     pub(super) fn start() -> Self {
         Self::telling(INTERVAL, tell)
     }
@@ -89,16 +88,15 @@ impl ProgressLog {
                 say(&doing.0.line(begin.elapsed().as_secs()));
             }
         };
-        // Without a thread nothing is told, and the work is done all the same.
+        // Without a thread nothing is reported, and the work is done all the same.
         Self { shared, thread: std::thread::Builder::new().spawn(lines).ok() }
     }
 
-    /// Sets what is being done.
     pub(super) fn set(&self, doing: Doing) {
         self.shared.lock().0 = doing;
     }
 
-    /// Tells that so many steps are done, at a time since the first \[s\].
+    /// Sets the number of steps that are done, at a time since the first \[s\].
     pub(super) fn step(&self, time: f64, steps: u64) {
         if let (Doing::Steps { done, pace, .. }, _) = &mut *self.shared.lock() {
             *done = steps;

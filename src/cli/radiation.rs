@@ -1,4 +1,4 @@
-//! `tyrewave radiation` and `tyrewave radiation-cases`: how a tyre that stands on a road radiates.
+//! `tyrewave radiation` and `tyrewave radiation-cases`: sound radiation of a tyre that stands on a road.
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -61,19 +61,19 @@ the surface. Printed: pressure and power, or green, case by case, for 1 m/s.
 Examples:
   tyrewave radiation-cases cases.json > computed.json";
 
-/// Angles round the tyre that shares are told up to.
+/// Number of angles around the tyre up to which shares are shown.
 const ANGLES: usize = 72;
-/// Waves that are drawn, from n = 0 on.
+/// Number of waves that are drawn, from n = 0 on.
 const MOST_WAVES: usize = 129;
-/// The receivers' names in the table.
+/// Names of the receivers in CSV.
 const NAMES: [&str; 3] = ["in_plane", "cpx_front", "coast_by"];
-/// Names of pictures, by receiver: shares of waves, of the circumference, levels of parts.
+/// Names of the pictures, by receiver: shares of waves, of the circumference, levels of parts.
 const PICTURES: [[&str; 3]; 3] = [
     ["radiating_waves_in_plane.svg", "radiating_angles_in_plane.svg", "radiating_parts_in_plane.svg"],
     ["radiating_waves_cpx_front.svg", "radiating_angles_cpx_front.svg", "radiating_parts_cpx_front.svg"],
     ["radiating_waves_coast_by.svg", "radiating_angles_coast_by.svg", "radiating_parts_coast_by.svg"],
 ];
-/// Pictures of a point's sound, with their captions.
+/// Pictures of the sound of a point of the tread, with their captions.
 const POINT: [[&str; 2]; 4] = [
     [
         "horn.svg",
@@ -106,7 +106,6 @@ pub(crate) struct RadiationArguments {
 }
 
 impl RadiationArguments {
-    /// Computes, writes, prints.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, highest, points } = self;
         let mut side = place.open("radiation", context)?;
@@ -176,7 +175,7 @@ impl RadiationArguments {
     }
 }
 
-/// Views that are shown.
+/// Data of all tables and pictures.
 struct Views<'a> {
     title: &'a str,
     found: &'a [AtFrequency],
@@ -213,7 +212,7 @@ impl Views<'_> {
         report
     }
 
-    /// Tells how much of the tread makes the pressure.
+    /// Number of waves and angle of the circumference from which on the share so far stays close to all.
     fn enough(&self) -> Report {
         let header = ["Hz"].into_iter().chain(self.named().map(|(name, _)| name));
         let row = |at: &AtFrequency| -> Vec<String> {
@@ -225,9 +224,9 @@ impl Views<'_> {
         report
     }
 
-    /// Returns the share and level of each part, by receiver.
+    /// Share and level of each part, by receiver.
     fn parts_table(&self) -> Report {
-        // Without the place, which stands in the tables above.
+        // Without the position, which is in the tables above.
         let column = |name: &str, part: &str| format!("{part}, {}", name.split(',').next().unwrap_or(name));
         let names = self.named().into_iter().flat_map(|(name, _)| PressureShares::PARTS.map(|part| column(name, part)));
         let header: Vec<String> = std::iter::once("Hz".to_owned()).chain(names).collect();
@@ -243,7 +242,7 @@ impl Views<'_> {
         report
     }
 
-    /// Returns the levels of the parts at a receiver.
+    /// Levels of the parts at a receiver.
     fn parts(&self, receiver: usize) -> Result<String, PlotError> {
         let level = |at: &AtFrequency, part: usize| at.shares[receiver].levels_of_parts()[part];
         let curve = |part: usize| self.found.iter().map(|at| (at.frequency, level(at, part))).collect();
@@ -253,7 +252,7 @@ impl Views<'_> {
         self.line_plot((&title, "Level over that of the whole [dB]"), series)
     }
 
-    /// Returns a map of shares at a receiver.
+    /// Map of shares at a receiver, over frequency and `x`.
     fn shares(
         &self,
         receiver: usize,
@@ -269,8 +268,8 @@ impl Views<'_> {
         ShareMap { title: &title, x, quantity, frequencies: &frequencies, so_far: &so_far, curves }.to_svg()
     }
 
-    /// Draws the shares of waves up to |n|, under a line of the waves as long as those in the air: so many round the
-    /// tyre a hertz.
+    /// Draws the shares of waves up to |n|, with a line where the waves are as long as those in the air: `in_air` is
+    /// the number of these around the tyre per hertz.
     fn waves(&self, receiver: usize, in_air: f64) -> Result<String, PlotError> {
         let title = "Waves round the tyre, up to |n|; white: as long as in the air";
         let x = Axis::linear(title, -0.5..MOST_WAVES as f64 - 0.5);
@@ -284,7 +283,7 @@ impl Views<'_> {
         self.shares(receiver, x, "Radiating waves", so_far, &[curve])
     }
 
-    /// Draws the shares of the circumference from the top by the rear as far as each angle.
+    /// Draws the shares of the circumference from the top by the rear up to each angle.
     fn angles(&self, receiver: usize) -> Result<String, PlotError> {
         let title = "From the top by the rear up to this angle ahead of the contact [degrees]";
         let x = Axis::linear(title, -180.0..180.0);
@@ -317,7 +316,7 @@ impl Views<'_> {
         csv(header, rows)
     }
 
-    /// Returns the curves by receiver; title and quantity of the picture.
+    /// Picture of a quantity over frequency, a curve per receiver.
     fn over_frequency(
         &self,
         (title, quantity): (&str, &str),
@@ -329,7 +328,7 @@ impl Views<'_> {
         self.line_plot((title, quantity), series)
     }
 
-    /// Returns the curves over frequency.
+    /// Picture of curves over frequency.
     fn line_plot(&self, (title, quantity): (&str, &str), series: Vec<Series<'_>>) -> Result<String, PlotError> {
         let levels = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
         LinePlot {
@@ -364,13 +363,13 @@ impl Views<'_> {
     }
 }
 
-/// Finds the costs of single frequencies, up to the highest or 4 kHz.
+/// Expected costs of single frequencies, up to the highest or 4 kHz.
 fn costs(radiator: &Radiator, highest: f64) -> Result<Vec<(f64, Cost)>, RadiationError> {
     let frequencies = frequencies(LOWEST, highest.max(4000.0), 30);
     frequencies.into_iter().map(|frequency| Ok((frequency, radiator.cost(frequency)?))).collect()
 }
 
-/// Returns the operations of a frequency and memory against the frequency.
+/// Unknowns, operations and memory over frequency.
 fn cost_picture(costs: &[(f64, Cost)], title: &str) -> Result<String, PlotError> {
     let points = |value: fn(&Cost) -> f64| costs.iter().map(|(frequency, cost)| (*frequency, value(cost))).collect();
     let series: [Series<'_>; 3] = [
@@ -396,16 +395,14 @@ pub(crate) struct RadiationCasesArguments {
     cases: PathBuf,
 }
 
-/// Returns the end that the user has asked for.
 fn interrupted() -> CliError {
     CliError::Interrupted { kept: None }
 }
 
-/// Memory that a file of cases may take \[bytes\].
+/// Most memory that a file of cases may take \[bytes\].
 const CASES_MEMORY: u64 = 8 << 30;
 
 impl RadiationCasesArguments {
-    /// Prints what each case gives.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let path = self.cases;
         let text = input::read_text(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;

@@ -1,4 +1,4 @@
-//! `tyrewave report` and `tyrewave compare`: finished results, to open and to hold against each other.
+//! `tyrewave report` and `tyrewave compare`: finished results, to look at and to compare.
 
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ pub(crate) struct ReportArguments {
 }
 
 impl ReportArguments {
-    /// Writes the page and says where it is.
+    /// Writes the page and prints its name.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let out = self.out.unwrap_or_else(|| beside(&self.results[0], ".html"));
         write_page(&self.results, None, &out, context)
@@ -68,7 +68,6 @@ pub(crate) struct CompareArguments {
 }
 
 impl CompareArguments {
-    /// Prints the comparison.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.csv && context.options.json {
             return Err(CliError::Usage("--csv and --json exclude each other".to_owned()));
@@ -102,7 +101,7 @@ fn stored(folders: &[PathBuf]) -> Result<Vec<Stored>, CliError> {
     folders.iter().map(open).collect()
 }
 
-/// Returns the sweep in a folder, which has a page of its own; none where the folders are those of runs.
+/// The sweep in a folder, if it is the only one; `None` if all folders are those of runs.
 fn sweep_of(folders: &[PathBuf]) -> Result<Option<StoredSweep>, CliError> {
     let mut sweep = None;
     for folder in folders {
@@ -116,20 +115,20 @@ fn sweep_of(folders: &[PathBuf]) -> Result<Option<StoredSweep>, CliError> {
     Ok(sweep)
 }
 
-/// Tells where what is made of a results folder goes: beside it, its name with an ending.
+/// Default path for what is made from a results folder: beside it, its name with an ending.
 pub(super) fn beside(folder: &Path, ending: &str) -> PathBuf {
     let mut name = folder.file_name().unwrap_or(folder.as_os_str()).to_owned();
     name.push(ending);
     folder.with_file_name(name)
 }
 
-/// Refuses a place where something else than an earlier page stands.
+/// Refuses a path where something other than an earlier page stands.
 pub(super) fn check_page(out: &Path) -> Result<(), CliError> {
     check(out, Replaces::Beginning(PAGE_HEAD))
 }
 
-/// Writes the page of some results, whole or not at all, in place of an earlier one, and says where it is. `road` is
-/// the file of their measured road, where that is known.
+/// Writes the page of some results atomically, in place of an earlier one, and prints its name. `road` is the file of
+/// their measured road, if known.
 pub(super) fn write_page(
     folders: &[PathBuf],
     road: Option<&Path>,
@@ -142,7 +141,7 @@ pub(super) fn write_page(
         None => page(&stored(folders)?.into_iter().map(|stored| stored.with_road(road)).collect::<Vec<_>>()),
     };
     let text = text.map_err(|error| match error {
-        // The folder is not what it says: as in export.
+        // The folder is not what it claims to be: a usage error, as in export.
         ReportError::Stored(error) => CliError::Usage(error.to_string()),
         other => CliError::Failed(other.to_string()),
     })?;

@@ -1,4 +1,4 @@
-//! `tyrewave resume`: an unfinished run goes on.
+//! `tyrewave resume`: continues an unfinished run.
 
 use std::path::PathBuf;
 
@@ -38,7 +38,7 @@ pub(crate) struct ResumeArguments {
 }
 
 impl ResumeArguments {
-    /// Goes on with the run and says where the results are.
+    /// Continues the run and prints where the results are.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if let Some(place) = ResultsFolder::put_in_order(&self.results)? {
             let told = format!(

@@ -1,4 +1,4 @@
-//! `tyrewave road`: what a scene's road is like.
+//! `tyrewave road`: properties of a scene's road.
 
 use std::path::Path;
 
@@ -86,23 +86,23 @@ impl RoadArguments {
     }
 }
 
-/// Tells whether a file is a road, not a scene.
+/// Whether a file is a road, by its ending, and not a scene.
 fn is_road(path: &Path) -> bool {
     path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml"))
 }
 
-/// Returns a scene, or the default scene on the road that a file holds.
+/// A scene, or the default scene on the road in a file.
 fn road_scene(of: &SceneFile, context: &Context) -> Result<LoadedScene, CliError> {
     let path = &of.scene;
     if !is_road(path) {
         return context.load(of);
     }
-    // What is set of a road is set of the file's.
+    // Settings of a road apply to the file's.
     let (road, others): (Vec<_>, Vec<_>) =
         of.settings.iter().cloned().partition(|setting| setting.key().starts_with("road."));
     let axes = Axes { roads: vec![path.to_owned()], points: vec![road], ..Axes::default() };
     let mut made = variants(&Scene::from_str_with(DEFAULT, "default", &others)?, &axes)?;
-    // One road at one speed, headed with its own name: only the speed and the tyre's width are the default scene's.
+    // One road at one speed, titled by the road's file: only the speed and the tyre's width are the default scene's.
     let mut loaded = made.swap_remove(0).loaded;
     loaded.scene.title = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(loaded)

@@ -28,10 +28,10 @@ Examples:
   tyrewave rules scenes/default.toml --work              and forces against a fine reference
   tyrewave rules scenes/default.toml --work --substeps 1,2,4,8 --highest 3000";
 
-/// Rules that a comparison of forces runs with.
+/// Rules whose forces are compared.
 const COMPARED: [TimeRule; 5] =
     [TimeRule::Bdf1, TimeRule::Bdf2, TimeRule::Trapezoidal, TimeRule::Sdirk2, TimeRule::Sdirk3];
-/// Points of the curves.
+/// Number of points of the curves.
 const POINTS: u32 = 200;
 
 #[derive(Clone, Debug, Args)]
@@ -57,7 +57,6 @@ pub(crate) struct RulesArguments {
 }
 
 impl RulesArguments {
-    /// Compares, writes, prints.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, work, substeps, finest, highest, duration } = self;
         let mut side = place.open("rules", context)?;
@@ -98,7 +97,7 @@ impl RulesArguments {
     }
 }
 
-/// Frequencies of the table: parts of the sampling frequency.
+/// Frequencies of the table, relative to the sampling frequency.
 const PARTS: [f64; 3] = [0.02, 0.05, 0.1];
 
 fn damping(rate: Complex64) -> f64 {
@@ -159,7 +158,7 @@ fn rules_csv(reports: &[RuleReport], time_step: f64) -> String {
 
 fn curves<'a>(title: &'a str, time_step: f64, quantity: &str, value: fn(Complex64) -> f64) -> LinePlot<'a> {
     let series = COMPARED.map(|rule| {
-        // Up to a quarter of the sampling frequency: nobody uses what lies above.
+        // Up to a quarter of the sampling frequency: higher frequencies are of no practical use.
         let point = |k: u32| {
             let angle = 0.5 * PI * f64::from(k) / f64::from(POINTS);
             (angle / (2.0 * PI * time_step), value(rule.relative_rate(angle)))

@@ -47,7 +47,7 @@ pub(crate) struct RunArguments {
 }
 
 impl RunArguments {
-    /// Runs the scene and says where the results are.
+    /// Runs the scene and prints where the results are.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let loaded = context.load(&self.scene)?;
         let watch = self.profile.watch(context);
@@ -65,13 +65,13 @@ impl RunArguments {
         end(&report, context, profile.complete(&report)?)
     }
 
-    /// Tells where the results go.
+    /// Folder of the results.
     fn results_folder(&self) -> PathBuf {
         self.out.clone().unwrap_or_else(|| Path::new("results").join(self.scene.name()))
     }
 }
 
-/// Says how a run went, and what it cost if there are tables of that; a load that it missed is its error.
+/// Prints the outcome of a run, and its cost if `costs` are given; a load that it missed is an error.
 pub(super) fn end(report: &RunReport, context: &Context, costs: Option<Report>) -> Result<(), CliError> {
     let mut told = Report::default();
     if !context.options.quiet {
@@ -110,12 +110,13 @@ pub(super) fn end(report: &RunReport, context: &Context, costs: Option<Report>) 
     )))
 }
 
-/// Returns a tolerance of the load with some room beyond an error, where the key takes one: it takes what is below 1.
+/// A tolerance of the load with some margin above an error, three decimals; `None` if that is not below 1, as the key
+/// needs.
 fn tolerance_for(relative_error: f64) -> Option<f64> {
     Some((1.2e3 * relative_error.abs()).ceil() / 1e3).filter(|&tolerance| tolerance < 1.0)
 }
 
-/// Returns the few lines that a run ends with.
+/// The few lines that a run ends with.
 fn report_text(report: &RunReport) -> String {
     let outcome = &report.summary.outcome;
     let mut lines = Vec::new();

@@ -19,7 +19,7 @@ pub(crate) struct SceneFile {
 }
 
 impl SceneFile {
-    /// Returns the scene's name: its file's without the ending.
+    /// Name of the scene: its file's, without the ending.
     pub(crate) fn name(&self) -> OsString {
         self.scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned()
     }

@@ -1,4 +1,4 @@
-//! `tyrewave completions` and `tyrewave man`: what a shell wants to know of the commands.
+//! `tyrewave completions` and `tyrewave man`: descriptions of the commands for a shell.
 
 use std::fs;
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ pub(crate) struct CompletionsArguments {
 }
 
 impl CompletionsArguments {
-    /// Prints those of the whole program.
+    /// Prints the completions of the whole program.
     pub(crate) fn execute(self, mut program: Command) -> Result<(), CliError> {
         let mut text = Vec::new();
         clap_complete::generate(self.shell, &mut program, "tyrewave", &mut text);
@@ -47,7 +47,7 @@ pub(crate) struct ManArguments {
 }
 
 impl ManArguments {
-    /// Writes those of the whole program.
+    /// Writes the pages of the whole program.
     pub(crate) fn execute(self, program: Command) -> Result<(), CliError> {
         fs::create_dir_all(&self.folder).map_err(ResultsError::creating(&self.folder))?;
         let failed = ResultsError::writing(&self.folder);

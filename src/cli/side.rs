@@ -1,4 +1,4 @@
-//! Commands that read a scene and leave a folder of files beside their answer.
+//! Commands that read a scene and write a folder of files beside their answer.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -29,7 +29,7 @@ pub(super) struct Place {
 /// Section of a page: heading, names of pictures with their captions, tables.
 pub(super) type PageSection<'a> = (&'static str, &'a [[&'static str; 2]], &'a Report);
 
-/// The work on a scene, and the files that it leaves.
+/// A command's work on a scene, and the files that it writes.
 pub(super) struct Side {
     pub loaded: LoadedScene,
     /// Cost of the work.
@@ -39,19 +39,19 @@ pub(super) struct Side {
     target: PathBuf,
     begin: Instant,
     files: Vec<(&'static str, String)>,
-    /// All numbers as JSON, where a command has more of them than its report shows.
+    /// All numbers as JSON, if a command has more of them than its report shows.
     answer: Option<String>,
 }
 
 impl Place {
-    /// Reads the scene. A place that cannot be written to is refused now, not after the work.
+    /// Loads the scene. A folder that cannot be written to is refused now, before the work.
     pub(super) fn open(self, command: &str, context: &Context) -> Result<Side, CliError> {
         let loaded = context.load(&self.scene)?;
         Side::new(loaded, self.target(command))
     }
 
-    /// Opens a scene as [`Self::open`], but only its tyre counts, and the file may be that of a tyre. The title is the
-    /// tyre's: that of a scene tells of its road and speed.
+    /// Loads a scene as [`Self::open`], of which only the tyre counts; the file may be that of a tyre. The title names
+    /// the tyre: that of a scene describes its road and speed.
     pub(super) fn open_tyre(self, command: &str, context: &Context) -> Result<Side, CliError> {
         let (mut loaded, is_tyre) = context.load_scene_or_tyre(&self.scene)?;
         let file = if is_tyre { loaded.title() } else { loaded.name() };
@@ -59,7 +59,7 @@ impl Place {
         Side::new(loaded, self.target(command))
     }
 
-    /// Returns the results folder of a command.
+    /// Results folder of a command.
     pub(super) fn target(self, command: &str) -> PathBuf {
         self.out.unwrap_or_else(|| {
             let mut name = self.scene.name();
@@ -77,19 +77,19 @@ impl Side {
         Ok(Self { loaded, meter, settings, target, begin: Instant::now(), files: Vec::new(), answer: None })
     }
 
-    /// Keeps a file for the folder.
+    /// Adds a file to the folder.
     pub(super) fn file(&mut self, name: &'static str, text: impl Into<String>) {
         self.files.push((name, text.into()));
     }
 
-    /// Keeps a picture for the folder.
+    /// Adds a picture to the folder.
     pub(super) fn picture(&mut self, name: &'static str, svg: Result<String, PlotError>) -> Result<(), CliError> {
         self.file(name, svg?);
         Ok(())
     }
 
-    /// Keeps a page for the folder: sections of pictures that are kept already, each file with its caption, and tables;
-    /// a picture that is not there is left out.
+    /// Adds a page to the folder: sections of pictures that were added before, by file and caption, and tables;
+    /// pictures that do not exist are left out.
     pub(super) fn page(&mut self, name: &'static str, [title, lead]: [&str; 2], sections: &[PageSection<'_>]) {
         let svg = |file: &str| self.files.iter().find(|(name, _)| *name == file).map(|(_, svg)| svg.as_str());
         let pictures = |named: &[[&'static str; 2]]| {
@@ -103,15 +103,14 @@ impl Side {
         self.file(name, page);
     }
 
-    /// Keeps a JSON file for the folder, which is the answer where JSON is wanted.
+    /// Adds a JSON file to the folder; it is the answer if JSON is wanted.
     pub(super) fn json(&mut self, name: &'static str, answer: &serde_json::Value) {
         let text = format!("{answer:#}\n");
         self.file(name, text.clone());
         self.answer = Some(text);
     }
 
-    /// Writes the folder and answers: with the report and the folder's place, or with the JSON alone that was asked
-    /// for.
+    /// Writes the folder and prints the report and the folder's path, or only the JSON if that was asked for.
     pub(super) fn finish(mut self, context: &Context, report: &Report) -> Result<(), CliError> {
         let answer = self.answer.take().filter(|_| context.options.json);
         let place = self.write(context)?;
@@ -124,13 +123,13 @@ impl Side {
         printed.map_err(|error| error.with_results(&place))
     }
 
-    /// Writes the folder, for a command that answers otherwise.
+    /// Writes the folder, for a command that prints something else.
     pub(super) fn write_only(self, context: &Context) -> Result<(), CliError> {
         self.write(context).map(drop)
     }
 
-    /// Keeps what work that was stopped has found, beside the folder's place, and answers with its report: the error
-    /// is the interruption, which says where.
+    /// Keeps the results of interrupted work in a partial folder and prints its report; the error is the interruption,
+    /// which names the folder.
     pub(super) fn keep(self, context: &Context, report: &Report) -> Result<(), CliError> {
         let (folder, summary) = self.filled(context)?;
         let kept = folder.finish_partial(summary)?;
@@ -138,13 +137,13 @@ impl Side {
         Err(CliError::PartKept { kept })
     }
 
-    /// Writes the folder and says where it is.
+    /// Writes the folder and returns its path.
     fn write(self, context: &Context) -> Result<PathBuf, CliError> {
         let (folder, summary) = self.filled(context)?;
         Ok(folder.finish(summary)?)
     }
 
-    /// Returns the folder with its files, and what its summary says.
+    /// The folder with its files, and its summary.
     fn filled(self, context: &Context) -> Result<(ResultsFolder, Summary), CliError> {
         let folder = ResultsFolder::create(&self.target)?;
         for (name, text) in &self.files {

@@ -66,7 +66,7 @@ pub(crate) struct SliceArguments {
 struct SliceAnswer {
     /// Indentations past the highest point \[m\].
     indentation: Vec<f64>,
-    /// S \[m\] at each.
+    /// S \[m\] at each indentation.
     #[serde(rename = "S")]
     displacement: Vec<f64>,
     /// Pressure \[Pa\] for E = 1 Pa: one row per indentation, one column per cell.
@@ -74,7 +74,6 @@ struct SliceAnswer {
 }
 
 impl SliceArguments {
-    /// Prints the answer.
     pub(crate) fn execute(self) -> Result<(), CliError> {
         let heights = self.heights.clone();
         let answer = self.answer().map_err(|error| match error {
@@ -93,7 +92,7 @@ impl SliceArguments {
         };
         let mut scratch = SliceScratch::default();
         let (curve, mut pressure) = builder.build_with_pressures(&values, dx, dy, &at, &mut scratch)?;
-        // Pressures come per unit of E/(1 - nu^2).
+        // Pressures are relative to E/(1 - nu^2).
         let modulus = 1.0 / (1.0 - poisson * poisson);
         pressure.iter_mut().flatten().for_each(|pressure| *pressure *= modulus);
         let displacement = at.iter().map(|&y| curve.displacement_at(y)).collect();

@@ -1,5 +1,5 @@
-//! `tyrewave slices`: one slice of a scene's road by both laws, the spread over the road, and with `--calibrate` what
-//! pressing patches of the road says about the local contact law.
+//! `tyrewave slices`: one slice of a scene's road by both laws, the spread over the road, and with `--calibrate` the
+//! local contact law fitted to patches of the road.
 
 use crate::contact::local_compliance::calibrate::Fit;
 use crate::contact::local_compliance::{self, Calibration, CalibrationError};
@@ -53,13 +53,12 @@ pub(crate) struct SlicesArguments {
     patches: u32,
 }
 
-/// Parses a number of patches that ends within a reasonable time.
+/// Number of patches, within a range that ends within a reasonable time.
 fn patch_count() -> clap::builder::RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=1000)
 }
 
 impl SlicesArguments {
-    /// Computes, draws and tabulates.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, at, slices, calibrate, patches } = self;
         let mut side = place.open("slices", context)?;
@@ -118,7 +117,7 @@ fn spread_report(spread: &[Spread], slices: usize, errors: [f64; 2]) -> Report {
     report
 }
 
-/// Presses at most `most` patches of a scene's road; `None` for one without texture.
+/// Presses at most `most` patches of a scene's road; `None` for a road without texture.
 fn calibration(loaded: &LoadedScene, most: usize) -> Result<Option<Calibration>, CliError> {
     let scene = &loaded.scene;
     let (plan, limits) = (Plan::new(scene), road_limits(scene));
@@ -183,8 +182,8 @@ fn calibration_report(found: &Calibration) -> Report {
     });
     report.table(aligned(header, rows));
     report.text("line pressures: correlation and rms difference, local law against three dimensions\n\n");
-    // The approach is what the law must give in the mean, and patches agree best on it; the pressures hardly tell
-    // compliances apart.
+    // The approach is what the law must reproduce in the mean, and patches agree best on it; pressures hardly depend on
+    // the compliance.
     report.text(format!("[contact]\nlocal_compliance = {:.3e}\n\n", found.by_approach.compliance));
     report
 }

@@ -79,7 +79,6 @@ pub(crate) struct StudyArguments {
 }
 
 impl StudyArguments {
-    /// Studies, writes and prints.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let mut side = self.place.open("study", context)?;
         let loaded = &side.loaded;
@@ -91,7 +90,7 @@ impl StudyArguments {
             duration: self.duration.unwrap_or(defaults.duration),
             runs: if self.check_presets { 0 } else { self.runs.map_or(defaults.runs, usize::from) },
             sweep: if self.check_presets { Sweep::Neighbours } else { defaults.sweep },
-            // A multiple of 16: all parts that are swept are even.
+            // A multiple of 16: all fractions that are swept are even.
             elements: self.elements.map(|elements| (elements as usize).div_ceil(16) * 16),
             substeps: self.substeps.map(usize::from),
         };
@@ -142,7 +141,7 @@ impl StudyArguments {
     }
 }
 
-/// Picture and its caption.
+/// The picture and its caption.
 const PICTURE: [&str; 2] = [
     "study.svg",
     "Largest error of a third octave in dB against the work and against the time of a second rolled. A line is a \
@@ -164,7 +163,7 @@ const HEADER: [&str; 11] = [
     "fit [s]",
 ];
 
-/// Returns a number, marked where it is below the doubt.
+/// Marks a number that is below the reference's uncertainty.
 fn told(value: f64, doubt: f64, text: String) -> String {
     if value.abs() < doubt && value != 0.0 { format!("~{text}") } else { text }
 }
@@ -188,7 +187,7 @@ fn cells(label: String, point: &Point, doubt: &Difference) -> [String; 11] {
     ]
 }
 
-/// Returns the tables.
+/// All tables of the study.
 fn report(study: &Study, scene: &Scene) -> Report {
     let Study { options, reference, doubt, .. } = study;
     let mut report = Report::default();
@@ -292,7 +291,7 @@ fn report(study: &Study, scene: &Scene) -> Report {
     report
 }
 
-/// Returns the errors of the sound, the worst receiver's.
+/// Errors of the sound, for the receiver with the largest.
 fn sound_table(sound: &SoundStudy) -> Table {
     let row = |point: &SoundPoint| -> [String; 8] {
         let worst = point.worst();
@@ -313,7 +312,7 @@ fn sound_table(sound: &SoundStudy) -> Table {
     aligned(["", "worst [dB]", "at [Hz]", "receiver", "[dB(A)]", "frequencies", "unknowns", "set-up [s]"], rows)
 }
 
-/// Returns the errors of the sound by receiver.
+/// Errors of the sound by receiver.
 fn sound_csv(sound: &SoundStudy) -> String {
     let header = ["way", "receiver", "worst_db", "worst_band_hz", "level_db_a", "frequencies", "solved", "set_up_s"];
     let rows = sound.points.iter().flat_map(|SoundPoint { label, differences, body, seconds }| {
@@ -325,7 +324,7 @@ fn sound_csv(sound: &SoundStudy) -> String {
     table::csv(header, rows)
 }
 
-/// Tabulates the stated errors of the presets and those found.
+/// Stated and found errors of the presets.
 fn verdict_table(verdicts: &[Verdict]) -> Table {
     let row = |verdict: &Verdict| {
         let words = match (verdict.keeps_its_error(), verdict.is_on_the_front()) {
@@ -339,7 +338,7 @@ fn verdict_table(verdicts: &[Verdict]) -> Table {
     aligned(["", "stated [dB]", "found [dB]", "work / front's", ""], verdicts.iter().map(row))
 }
 
-/// Returns all points, one a line.
+/// All points, one per line.
 fn csv(study: &Study) -> String {
     let header = "group,point,elements,substeps,time_rule,pole_tolerance,cells_across,slice_tolerance_m,worst_db,\
                   worst_band_hz,rms_db,force,mean_force,contact_length,rolling_resistance,multiply_adds_per_s,\
@@ -365,15 +364,15 @@ fn csv(study: &Study) -> String {
     )
 }
 
-/// Returns everything as JSON, for programs.
+/// Everything as JSON, for programs.
 fn json(study: &Study) -> String {
     format!("{:#}\n", serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "study": study }))
 }
 
-/// How far below the doubt the picture reaches.
+/// Lower end of the picture's errors over the reference's uncertainty.
 const BELOW_DOUBT: f64 = 0.1;
 
-/// Returns the errors against work and against time; none of a study that has no errors yet.
+/// Errors against work and against time; `None` for a study without errors yet.
 fn picture<'a>(study: &'a Study, title: &'a str) -> Option<WorkPrecisionPlot<'a>> {
     let drawn = |knob: &&Knob| knob.kind == Kind::Error && knob.anchor.is_none() && !knob.points.is_empty();
     let drawn: Vec<&Knob> = study.knobs.iter().filter(drawn).collect();

@@ -68,7 +68,7 @@ Examples:
   tyrewave sweep --collect shared/trial
   sbatch --array=$(cat shared/trial/missing) shared/trial/job.slurm";
 
-/// Tasks that are in a folder have a scene, and what is varied of it, there.
+/// Options for a folder of tasks, which holds the scene and the values of its factors.
 const ELSEWHERE: [&str; 2] = ["task", "collect"];
 /// Options that vary something.
 const VARIED: [&str; 5] = ["settings", "speed", "load", "road", "latin_hypercube"];
@@ -106,18 +106,18 @@ pub(crate) struct SweepArguments {
     tasks: TaskArguments,
 }
 
-/// Returns the scene, which is not asked for where tasks in a folder are done or collected; it has some name then.
+/// The scene's argument: not needed if tasks in a folder are done or collected; it gets a placeholder then.
 fn elsewhere(scene: Arg) -> Arg {
     let unused = ELSEWHERE.map(|mode| (mode, ArgPredicate::IsPresent, "-"));
     let scene = scene.required(false).required_unless_present_any(ELSEWHERE);
     scene.default_value_ifs(unused).conflicts_with_all(ELSEWHERE)
 }
 
-/// Positive numbers from the command line, each once.
+/// Positive numbers from the command line, distinct.
 #[derive(Clone, Debug)]
 struct Values(Vec<f64>);
 
-/// Returns `FROM..TO:STEP` or `A,B,C`.
+/// Parses `FROM..TO:STEP` or `A,B,C`.
 fn values(text: &str) -> Result<Values, String> {
     let with_form = |problem| format!("{problem}: give FROM..TO:STEP, such as 50..130:10, or values as 50,80,110");
     let found = match text.split_once("..") {
@@ -140,7 +140,7 @@ fn values(text: &str) -> Result<Values, String> {
 }
 
 impl SweepArguments {
-    /// Returns the scene, and what is varied of it. Settings that are no range and no list are the scene's own.
+    /// The scene, and what is varied. Settings that are neither a range nor a list belong to the scene.
     fn varied(&self, context: &Context) -> Result<(LoadedScene, Axes), CliError> {
         let usage = CliError::Usage;
         let (mut factors, mut place) = (Vec::new(), self.place.scene.clone());
@@ -153,7 +153,7 @@ impl SweepArguments {
         }
         let mut speeds = self.speed.clone().map_or(Vec::new(), |speeds| speeds.0);
         if speeds.is_empty() && self.latin_hypercube.is_none() {
-            // The table of speeds is one of bands, and their growth.
+            // Speeds have a table by bands, with their growth.
             if let Some(index) = factors.iter().position(|factor| factor.key == SPEED_KEY) {
                 let told = |problem| usage(format!("--set {SPEED_KEY}: {problem}"));
                 let listed = factors[index].values.texts().map_err(told)?.join(",");
@@ -180,7 +180,7 @@ impl SweepArguments {
         Ok((context.load(&place)?, axes))
     }
 
-    /// Runs the sweep and prints its table.
+    /// Runs the sweep, or its tasks, and prints its table.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.tasks.are_there() {
             return self.tasks.execute(self.place.out.as_deref(), context);

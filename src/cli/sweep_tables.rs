@@ -1,4 +1,4 @@
-//! The tables of a sweep and their place.
+//! The tables of a sweep and their files.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use crate::study::sweep::{Done, Label, RepeatedTable, blocks};
 use super::error::CliError;
 use super::output_file::{Replaces, check};
 
-/// File beside the variants' folders.
+/// Files beside the variants' folders.
 const TEXT: &str = "sweep.txt";
 const TABLE: &str = "sweep.csv";
 const SOUND: &str = "sweep_sound.csv";
@@ -27,13 +27,13 @@ const LEVELS: &str = "levels.svg";
 const DESIGN: &str = "design.csv";
 const DESIGN_JSON: &str = "design.json";
 
-/// Refuses to put a sweep's tables in the place of its inputs.
+/// Refuses a folder in which a sweep's tables would replace its inputs.
 pub(super) fn check_tables(folder: &Path, inputs: &[&Path]) -> Result<(), CliError> {
     let names = [TEXT, TABLE, SOUND, FRICTION, FRICTION_CURVES, GROWTH, LEVELS, DESIGN, DESIGN_JSON, RECORD_FILE];
     names.iter().try_for_each(|name| check(&folder.join(name), Replaces::AllBut(inputs)))
 }
 
-/// Writes the tables of a sweep, and its pictures where they are wanted; hands back the report.
+/// Writes the tables of a sweep, and its pictures if they are wanted; returns the report.
 pub(super) fn write_tables(
     folder: &Path,
     (title, plots): (&str, bool),
@@ -76,7 +76,7 @@ pub(super) fn write_tables(
     Ok(report)
 }
 
-/// Writes which variants have left their results in folders here.
+/// Writes the list of variants, with which of them have left their results in folders here.
 pub(super) fn write_record(folder: &Path, title: String, runs: &[(Label, Option<Done>)]) -> Result<(), CliError> {
     let recorded = |(label, done): &(Label, Option<Done>)| Recorded { label: label.clone(), done: done.is_some() };
     let record = SweepRecord::new(title, runs.iter().map(recorded).collect());
@@ -89,14 +89,14 @@ fn write(folder: &Path, name: &str, text: &str) -> Result<(), ResultsError> {
     file.complete(text).map_err(ResultsError::writing(&path))
 }
 
-/// Returns the names and levels of the variants that have any.
+/// Names and levels of the variants that have levels.
 fn spectra(runs: &[(Label, Option<Done>)]) -> Vec<(&str, &[BandLevel])> {
     let done = runs.iter().filter_map(|(label, done)| Some((label, done.as_ref()?)));
     let levels = done.map(|(label, done)| (label.name.as_str(), done.levels.as_slice()));
     levels.filter(|(_, levels)| !levels.is_empty()).collect()
 }
 
-/// Tells which variants missed their load, if any did.
+/// Message on the variants that missed their load; `None` if none did.
 pub(super) fn told_missed(missed: &[String], all: usize) -> Option<String> {
     let what = "variants missed their load by more than its tolerance";
     let told = || format!("{} of {all} {what}: {}; their results are kept", missed.len(), missed.join(", "));

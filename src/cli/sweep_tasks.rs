@@ -23,9 +23,9 @@ use super::sweep_tables::{check_tables, told_missed, write_tables};
 /// Job files beside the tasks.
 const SLURM: &str = "job.slurm";
 const HYPERQUEUE: &str = "job.hq";
-/// Largest number of missing or failed tasks that are named one by one.
+/// Most missing or failed tasks that are named one by one.
 const NAMED: usize = 5;
-/// Largest number of variants in the pictures, which are illegible with more.
+/// Most variants in the pictures, which are illegible with more.
 const MOST_DRAWN: usize = 1000;
 
 #[derive(Clone, Debug, Args)]
@@ -53,12 +53,11 @@ pub(super) struct TaskArguments {
 }
 
 impl TaskArguments {
-    /// Tells whether tasks are written.
     pub(super) fn are_written(&self) -> bool {
         self.tasks.is_some()
     }
 
-    /// Tells whether the tasks are there, to be done or collected.
+    /// Whether tasks in a folder are to be done or collected.
     pub(super) fn are_there(&self) -> bool {
         self.collect.is_some() || !self.task.is_empty()
     }
@@ -115,7 +114,7 @@ impl TaskArguments {
         let program = std::env::current_exe().map_err(unknown("the program's own file"))?;
         let mut jobs = Jobs { keep_results: self.keep_results, ..Jobs::of(written, &program, &folder, threads) };
         jobs.at_once = self.at_once.unwrap_or(jobs.at_once);
-        // Slurm does not make the folder that messages go to.
+        // Slurm does not create the folder for messages.
         let logs = path.join(LOGS);
         fs::create_dir_all(&logs).map_err(ResultsError::creating(&logs))?;
         for (name, text) in [(SLURM, jobs.slurm()), (HYPERQUEUE, jobs.hyperqueue())] {
@@ -124,7 +123,6 @@ impl TaskArguments {
         Ok(())
     }
 
-    /// Does tasks.
     fn work(&self, folder: &Path, numbers: &str, context: &Context) -> Result<(), CliError> {
         let numbers = range(numbers).map_err(CliError::Usage)?;
         let folder = TaskFolder::open(folder)?;
@@ -135,7 +133,7 @@ impl TaskArguments {
         let told = |number: u64, name: &str, event: Event<'_>| {
             let text = match event {
                 Event::GoesOn([rolled, all]) => format!("goes on at {rolled:.3} s of {all:.3} s"),
-                // Said by the first task that has it: most notes are those of all tasks.
+                // Only the first task with a note reports it: most notes apply to all tasks.
                 Event::Note(text) if !first_time(text) => return,
                 Event::Note(text) => format!("note: {text}"),
                 Event::Warning(text) => format!("warning: {text}"),
@@ -147,7 +145,7 @@ impl TaskArguments {
             let said = format!("task {number} ({name}): {text}");
             match event {
                 Event::Ended(Ended::Failed(_) | Ended::Busy) => bar.suspend(|| tell(&said)),
-                // Told for people: where nobody listens to it the task is done all the same.
+                // For people only: if it cannot be printed, the task is done all the same.
                 _ => bar.suspend(|| context.say(&format!("{said}\n")).unwrap_or_default()),
             }
         };
@@ -173,7 +171,7 @@ impl TaskArguments {
     }
 }
 
-/// Tells how a task ended, in words.
+/// End of a task, in words.
 fn ending(ended: &Ended) -> String {
     match ended {
         Ended::Found => "has been done before".to_owned(),
@@ -185,7 +183,7 @@ fn ending(ended: &Ended) -> String {
     }
 }
 
-/// Returns `N` or `N..M`.
+/// Parses `N` or `N..M`.
 fn range(text: &str) -> Result<RangeInclusive<u64>, String> {
     let number = |text: &str| {
         let number = text.trim().parse::<u64>();
@@ -198,7 +196,7 @@ fn range(text: &str) -> Result<RangeInclusive<u64>, String> {
     if first > last { Err(format!("the tasks end at {last}, before they begin at {first}")) } else { Ok(first..=last) }
 }
 
-/// Returns the tables what is there and names what is missing.
+/// Writes the tables of what is done, and names what is missing.
 fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), CliError> {
     let folder = TaskFolder::open(path)?;
     let place = out.unwrap_or(path);
@@ -237,18 +235,18 @@ fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), Cli
     ended(&collection, &missing, path)
 }
 
-/// Writes which elements of the job array have missing tasks; no such file where none has.
+/// Writes the list of the job array's elements with missing tasks; deletes it if there are none.
 fn write_missing(folder: &Path, elements: &Numbers) -> Result<(), CliError> {
     let path = folder.join(MISSING);
     if elements.as_slice().is_empty() {
-        // There may be none.
+        // The file may not exist.
         let _ = fs::remove_file(&path);
         return Ok(());
     }
     OutputFile::begin(&path, Replaces::AllBut(&[]))?.complete(&format!("{elements}\n"))
 }
 
-/// Returns an error unless all tasks are done, each under its load.
+/// An error unless all tasks are done, each under its load.
 fn ended(collection: &Collection, missing: &Numbers, folder: &Path) -> Result<(), CliError> {
     let (all, numbers) = (collection.tasks.len(), missing.as_slice());
     let mut wrong = Vec::new();

@@ -1,4 +1,4 @@
-//! `tyrewave tyre`: what kind of tyre a scene has.
+//! `tyrewave tyre`: properties of a scene's tyre.
 
 use crate::contact::static_contact::StaticContact;
 use crate::counters::{Counter, Stage};
@@ -60,13 +60,13 @@ Examples:
 
 /// Weight of a kilogram \[N\].
 const GRAVITY: f64 = 9.81;
-/// Points of the curves over the load.
+/// Number of points of the curves over the load.
 const CURVE_POINTS: usize = 40;
 /// Lowest and highest frequency of the mobility \[Hz\].
 const MOBILITY: (f64, f64) = (50.0, 3000.0);
 /// Frequencies of the mobility's table \[Hz\].
 const TABLE: [f64; 7] = [63.0, 100.0, 200.0, 315.0, 500.0, 1000.0, 2000.0];
-/// Rows of the map of the compliance.
+/// Number of rows of the map of the compliance.
 const MAP_ROWS: u32 = 250;
 /// Pictures of the page's sections, with their captions.
 const MODES: [[&str; 2]; 2] = [
@@ -119,14 +119,14 @@ pub(crate) struct TyreArguments {
     points: u32,
 }
 
-/// A load as it was given, and in N.
+/// A load as given, and in N.
 #[derive(Clone, Debug, PartialEq)]
 struct Load {
     label: String,
     newtons: f64,
 }
 
-/// Returns `300` or `300kg`, `3400N`.
+/// Parses `300` or `300kg`, `3400N`.
 fn load(text: &str) -> Result<Load, String> {
     let text = text.trim();
     let wrong = |_| format!("\"{text}\" is no load: kilograms as 350, or newtons as 3400N");
@@ -138,10 +138,10 @@ fn load(text: &str) -> Result<Load, String> {
     Ok(Load { label: format!("{value} {unit}"), newtons: newtons * value })
 }
 
-/// Judges the contacts under the loads asked for: warnings of those that the tyre's model holds badly.
+/// Warnings about loads for which the tyre's model is inaccurate.
 ///
 /// # Errors
-/// [`CliError::Failed`] for a load that it does not hold, unless the scene tries implausible numbers.
+/// [`CliError::Failed`] for a load beyond the model, unless the scene allows implausible values.
 fn judged(loaded: &LoadedScene, contacts: &[StaticContact]) -> Result<Vec<String>, CliError> {
     let Scene { tyre, allow_implausible, .. } = &loaded.scene;
     let mut warnings = Vec::new();
@@ -157,7 +157,6 @@ fn judged(loaded: &LoadedScene, contacts: &[StaticContact]) -> Result<Vec<String
 }
 
 impl TyreArguments {
-    /// Computes, writes, prints.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, waves, lateral, highest, loads, rolling: rolls, patch, points } = self;
         let mut side = place.open_tyre("tyre", context)?;

@@ -8,10 +8,10 @@ use crate::scene::Scene;
 use crate::tyre::tread_pattern::PatternFault;
 use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
 
-/// How much finer than the scene's cells a pattern is looked at, where these do not hold it.
+/// Refinements of the scene's cells that are tried until they resolve the pattern.
 const FINER: [usize; 4] = [1, 2, 4, 8];
 
-/// Returns the map of a scene's pattern on its cells, or on the next finer ones that hold it; `None` without a pattern.
+/// The map of a scene's pattern on its cells, or on the next finer ones that resolve it; `None` without a pattern.
 pub(super) fn map(scene: &Scene) -> Option<Result<TreadMap, PatternFault>> {
     let pattern = scene.pattern()?;
     let across = cells_across(scene);
@@ -24,7 +24,7 @@ pub(super) fn map(scene: &Scene) -> Option<Result<TreadMap, PatternFault>> {
     Some(if coarse.is_ok() { coarse } else { finer.map_or(coarse, Ok) })
 }
 
-/// Returns pitches and shares of void.
+/// Table of pitches and shares of void; `speed` in m/s.
 pub(super) fn report(map: &TreadMap, speed: f64) -> Report {
     let mut report = Report::default();
     report.text(format!("Tread pattern, looked at on {} x {} cells\n", map.columns, map.across));
@@ -51,7 +51,7 @@ pub(super) fn report(map: &TreadMap, speed: f64) -> Report {
     report
 }
 
-/// Returns the same as JSON.
+/// The same as JSON, in SI units.
 pub(super) fn to_json(map: &TreadMap) -> Value {
     json!({
         "void_share": map.exact_void,

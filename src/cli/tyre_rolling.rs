@@ -1,4 +1,4 @@
-//! Views of the waves and critical speeds of a tyre that turns.
+//! Views of the waves and critical speeds of a rotating tyre.
 
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::table::{Report, aligned, csv, optional, row};
@@ -7,10 +7,10 @@ use crate::tyre::critical_speed::TreadWave;
 use crate::tyre::slowest_wave::SlowestWave;
 use serde_json::{Value, json};
 
-/// Km/h of 1 m/s.
+/// Factor from m/s to km/h.
 const KMH: f64 = 3.6;
 
-/// Returns the waves in Hz, then each critical speed with what it means.
+/// Table of the waves \[Hz\], then each critical speed with its meaning.
 pub(super) fn report(found: &RollingWaves) -> Report {
     let RollingWaves { speed, growth, waves, belt, belt_held, tread, limit } = found;
     let mut report = Report::default();
@@ -46,7 +46,7 @@ pub(super) fn report(found: &RollingWaves) -> Report {
     report
 }
 
-/// Returns one row for each n.
+/// One row for each n.
 pub(super) fn to_csv(found: &RollingWaves) -> String {
     let header = ["n", "standing_hz", "forwards_hz", "backwards_hz"];
     let line = |wave: &RollingWave| {
@@ -56,7 +56,7 @@ pub(super) fn to_csv(found: &RollingWaves) -> String {
     csv(header, found.waves.iter().map(line))
 }
 
-/// Returns all of it.
+/// Everything as JSON, in SI units.
 pub(super) fn to_json(found: &RollingWaves) -> Value {
     let RollingWaves { speed, growth, waves, belt, belt_held, tread, limit } = found;
     let wave = |wave: &Option<SlowestWave>| wave.map(|SlowestWave { n, speed }| json!({ "n": n, "speed": speed }));
@@ -78,8 +78,7 @@ pub(super) fn to_json(found: &RollingWaves) -> Value {
     })
 }
 
-/// Returns the frequencies over n with the line n V/L: a wave against the rotation that lies on it stands beside the
-/// axle.
+/// Frequencies over n with the line n V/L: a wave against the rotation that lies on it stands still beside the axle.
 pub(super) fn picture<'a>(found: &RollingWaves, title: &'a str, circumference: f64, highest: f64) -> LinePlot<'a> {
     let of = |value: fn(&RollingWave) -> Option<f64>| -> Vec<(f64, f64)> {
         found.waves.iter().map(|wave| (wave.n as f64, value(wave).unwrap_or(f64::NAN))).collect()

@@ -1,13 +1,13 @@
-//! Tyres by their size: `init --size 235/45R18` writes one by the rules of docs/tyres.md, which made those in
-//! `scenes/tyres`.
+//! Tyres by their size: `init --size 235/45R18` writes one by the rules of docs/tyres.md, by which those in
+//! `scenes/tyres` were made.
 
 use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;
 
-/// A tyre that the rules made, with what is published and what is inferred of it.
+/// A tyre made by the rules, whose comments say what is published and what is inferred.
 const MADE: &str = include_str!("../../scenes/tyres/205_55r16.toml");
-/// Where its own head ends.
+/// First text after its head.
 const BODY: &str = "# Published: pi times";
 /// Loads of the indices from [`FIRST_INDEX`] on \[kg\].
 const LOADS: [u16; 67] = [
@@ -18,15 +18,15 @@ const LOADS: [u16; 67] = [
 ];
 const FIRST_INDEX: u16 = 60;
 
-/// Angle from the middle of a sidewall's arc to its ends \[rad\], the default tyre's.
+/// Angle from the middle of a sidewall's arc to its ends \[rad\], as in the default tyre.
 const SIDEWALL_ANGLE: f64 = 1.1;
 /// Thickness of the default tyre's layers \[m\].
 const THICKNESS: f64 = 0.019;
-/// Lower end of the arc, outside the rim's seat \[m\].
+/// Lower end of the arc, measured outwards from the rim's seat \[m\].
 const ABOVE_SEAT: f64 = 0.0025;
-/// Lower end of the air, inside the rim's seat \[m\].
+/// Lower end of the air, measured inwards from the rim's seat \[m\].
 const WELL: f64 = 0.012;
-/// Depth of the ring of air over the height from well to inner face, and width of contact over that of the belt.
+/// Depth of the ring of air over the height from well to inner face, and contact width over that of the belt.
 const AIR_SHARE: f64 = 0.73;
 const CONTACT_SHARE: f64 = 0.8;
 
@@ -101,7 +101,7 @@ impl FromStr for TyreSize {
     }
 }
 
-/// Returns the number that a text begins with, and the rest.
+/// Number that a text begins with, and the rest.
 fn number(text: &str) -> Option<(u16, &str)> {
     let digits = text.len() - text.trim_start_matches(|sign: char| sign.is_ascii_digit()).len();
     let (number, rest) = text.split_at(digits);
@@ -117,10 +117,7 @@ impl fmt::Display for TyreSize {
 }
 
 impl TyreSize {
-    /// Adds a load index.
-    ///
-    /// # Errors
-    /// For an index that no car's tyre has, and for another one than the size has.
+    /// Adds a load index; an error for an index that no car's tyre has, or that differs from the size's.
     pub(crate) fn with_index(self, index: u16) -> Result<Self, String> {
         let last = FIRST_INDEX + LOADS.len() as u16 - 1;
         if !(FIRST_INDEX..=last).contains(&index) {
@@ -134,7 +131,7 @@ impl TyreSize {
         }
     }
 
-    /// Returns the load of its index \[kg\].
+    /// Load of the index \[kg\].
     pub(crate) fn load(&self) -> Option<u16> {
         LOADS.get(usize::from(self.index?.checked_sub(FIRST_INDEX)?)).copied()
     }
@@ -143,7 +140,6 @@ impl TyreSize {
         0.0127 * f64::from(self.rim)
     }
 
-    /// Returns the outer diameter \[m\].
     fn diameter(&self) -> f64 {
         2.0 * (self.rim_radius() + 1e-5 * f64::from(self.aspect) * f64::from(self.width))
     }
@@ -163,7 +159,7 @@ impl TyreSize {
         }
     }
 
-    /// Returns the tyre as a file: each value with what is published and what is inferred.
+    /// The tyre as a file whose comments say what is published and what is inferred.
     pub(crate) fn file(&self) -> String {
         let (load, key) = match (self.index, self.load()) {
             (Some(index), Some(load)) => (
@@ -184,7 +180,7 @@ impl TyreSize {
         self.changes().into_iter().fold(head + &key + body, |text, (old, new)| text.replace(old, &new))
     }
 
-    /// Returns what is another in the file of this size than in [`MADE`].
+    /// Texts of [`MADE`] and their replacements for this size.
     fn changes(&self) -> [(&'static str, String); 8] {
         let Dimensions { circumference, width, contact_width, sidewall, air_radius, air_depth } = self.dimensions();
         [
@@ -199,7 +195,7 @@ impl TyreSize {
         ]
     }
 
-    /// Tells in a few lines what is published and what is inferred.
+    /// What is published and what is inferred, in a few lines.
     pub(crate) fn origins(&self) -> String {
         let Dimensions { circumference, width, contact_width, sidewall, air_depth, .. } = self.dimensions();
         let load = self.load().map_or(String::new(), |load| format!(", load of the index {load} kg"));
@@ -250,13 +246,13 @@ mod tests {
             let mut catalogued = tyre(&fs::read_to_string(folder.join(file)).unwrap());
             let made = tyre(&size(text).file());
             if file.starts_with("175") {
-                // The angle of its belt's cords is published.
+                // The angle of the belt's cords is published.
                 catalogued.layers[1].cords.clone_from(&made.layers[1].cords);
             }
             catalogued.load_index = made.load_index;
             assert!(made == catalogued && made.load_index.is_some(), "{text}: {made:?}");
         }
-        // All comments beside the values, too.
+        // The comments agree, too.
         let body = |text: &str| text[text.find(BODY).unwrap()..].to_owned();
         let catalogued = fs::read_to_string(folder.join("225_45r17.toml")).unwrap();
         assert_eq!(body(&size("225/45R17").file()), body(&catalogued));

@@ -15,13 +15,13 @@ use num_complex::Complex64;
 /// Half the length of a mode's dash, in n.
 const DASH: f64 = 0.35;
 
-/// Peak of a mode, relative to the strongest of its waves and motion, below which it has no place in the table: most
+/// Modes whose peak, relative to the strongest with the same waves and motion, is below this are not in the table: most
 /// are those of the sidewalls alone.
 const WEAK: f64 = 0.02;
 
 pub(super) const PHASE: Quantity = ("Phase of the driving-point mobility [degrees]", phase);
 
-/// Returns a row for each n, a column for each lateral number and motion that has modes.
+/// Table with a row for each n, a column for each lateral number and motion that has modes.
 pub(super) fn modes_report(modes: &Modes, largest_n: usize) -> Report {
     let kinds: BTreeSet<(usize, Motion)> = modes.confirmed.iter().map(|mode| (mode.m, mode.motion)).collect();
     let header =
@@ -53,7 +53,7 @@ pub(super) fn modes_report(modes: &Modes, largest_n: usize) -> Report {
     report
 }
 
-/// Returns a row for each load.
+/// Table with a row for each load; `element` is the length of an element \[m\].
 pub(super) fn loads_report(loads: &[UnderLoad], element: f64) -> Report {
     let row = |under: &UnderLoad| {
         [
@@ -73,7 +73,7 @@ pub(super) fn loads_report(loads: &[UnderLoad], element: f64) -> Report {
     report
 }
 
-/// Returns a row for each patch.
+/// Table with a row for each patch.
 pub(super) fn mobility_report(mobility: &Mobility, names: &[String]) -> Report {
     let header = ["patch".to_owned()].into_iter().chain(mobility.frequencies.iter().map(|f| format!("{f} Hz")));
     let row = |(column, name): (usize, &String)| {
@@ -86,7 +86,6 @@ pub(super) fn mobility_report(mobility: &Mobility, names: &[String]) -> Report {
     report
 }
 
-/// Returns one row for each mode.
 pub(super) fn modes_csv(modes: &Modes) -> String {
     let header = ["n", "m", "motion", "frequency_hz", "damping", "circumferential", "lateral", "radial"];
     let line = |mode: &Mode| {
@@ -97,7 +96,6 @@ pub(super) fn modes_csv(modes: &Modes) -> String {
     csv(header, modes.confirmed.iter().map(line))
 }
 
-/// Returns one row for each load.
 pub(super) fn loads_csv(loads: &[UnderLoad]) -> String {
     let header = ["load_n", "deflection_m", "secant_n_per_m", "tangent_n_per_m", "patch_m", "rolling_patch_m"];
     let line = |under: &UnderLoad| {
@@ -107,12 +105,12 @@ pub(super) fn loads_csv(loads: &[UnderLoad]) -> String {
     csv(header, loads.iter().map(line))
 }
 
-/// Returns the lateral numbers that have modes, with their names in the legend.
+/// Lateral numbers that have modes, with their names in the legend.
 pub(super) fn lateral_names(modes: &Modes) -> BTreeMap<usize, String> {
     modes.confirmed.iter().map(|mode| (mode.m, format!("m = {}", mode.m))).collect()
 }
 
-/// Returns each mode as a dash at its n, one colour for each lateral number.
+/// Draws each mode as a dash at its n, one colour for each lateral number.
 pub(super) fn dispersion<'a>(
     modes: &Modes,
     names: &'a BTreeMap<usize, String>,
@@ -135,7 +133,7 @@ pub(super) fn dispersion<'a>(
     }
 }
 
-/// Returns |C_zz| of the lowest lateral number over n and frequency; cells with a mode are grey.
+/// Draws |C_zz| of the lowest lateral number over n and frequency; cells with a mode are grey.
 pub(super) fn compliance(
     modes: &Modes,
     title: &str,
@@ -163,7 +161,7 @@ pub(super) fn compliance(
     map.to_svg()
 }
 
-/// Returns the load over deflection of the standing tyre.
+/// Draws the load over deflection of the standing tyre.
 pub(super) fn load_deflection<'a>(curve: &[StaticContact], loads: &'a [UnderLoad], title: &'a str) -> LinePlot<'a> {
     let point = |contact: &StaticContact| (1e3 * contact.indentation, contact.force);
     let points: Vec<(f64, f64)> = [(0.0, 0.0)].into_iter().chain(curve.iter().map(point)).collect();
@@ -182,7 +180,7 @@ pub(super) fn load_deflection<'a>(curve: &[StaticContact], loads: &'a [UnderLoad
     }
 }
 
-/// Returns the length of the patch over the load.
+/// Draws the length of the patch over the load.
 pub(super) fn patch_length<'a>(curve: &[StaticContact], loads: &[UnderLoad], title: &'a str) -> LinePlot<'a> {
     let standing: Vec<(f64, f64)> = curve.iter().map(|contact| (contact.force, 1e3 * contact.length)).collect();
     let mut rolling: Vec<(f64, f64)> =

@@ -1,4 +1,4 @@
-//! `tyrewave validate`: a scene held against published values.
+//! `tyrewave validate`: a scene compared with published values.
 
 use std::path::{Path, PathBuf};
 
@@ -37,7 +37,6 @@ Examples:
   tyrewave validate --json -q > validate.json
   tyrewave validate --set tyre=scenes/tyres/isotropic.toml --out isotropic";
 
-/// Names of the roads.
 const ROADS: [&str; 4] = [
     NamedTexture::ALL[0].name(),
     NamedTexture::ALL[1].name(),
@@ -73,7 +72,6 @@ fn speed(text: &str) -> Result<f64, String> {
 }
 
 impl ValidateArguments {
-    /// Rolls, compares, writes and prints.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { scene, settings, out, speeds, roads, markdown } = self;
         let given = scene.is_some();
@@ -112,7 +110,7 @@ impl ValidateArguments {
     }
 }
 
-/// Returns the speeds from the lowest to the highest, each once.
+/// Distinct speeds, rising.
 fn ordered(mut speeds: Vec<f64>) -> Vec<f64> {
     speeds.sort_by(f64::total_cmp);
     speeds.dedup();

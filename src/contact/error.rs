@@ -55,7 +55,7 @@ pub enum ContactError {
          one; choose more elements or substeps, or a lower speed"
     )]
     TooSkew {
-        /// Largest ratio of both over the wavenumbers.
+        /// Largest |O_n|/E_n of both over the wavenumbers.
         skewness: f64,
     },
     /// A force or displacement stopped being a number.
@@ -66,13 +66,13 @@ pub enum ContactError {
         /// Time \[s\].
         time: f64,
     },
-    /// The road is told as curves where heights are wanted, or the other way round.
+    /// The road is given as curves where heights are needed, or the other way round.
     #[error("slices need the road as curves, cells as heights")]
     RoadForm,
     /// A model of the influence functions was made for another displacement than the tread law needs.
     #[error("the model of the influence functions does not hold the displacement that this tread law needs")]
     NoSuchField,
-    /// The motion has left everything that a linear tyre can mean.
+    /// The motion exceeds everything that a linear tyre can represent.
     #[error(
         "the tread would have to move by {displacement:.3} m at step {step} (t = {time:.6} s), more than the \
          tyre's radius of {radius:.3} m: the motion grows without bound, as rolling contact can do above the speed of \

@@ -19,7 +19,6 @@ pub(crate) struct WindowShape {
 }
 
 impl WindowShape {
-    /// Returns the number of points in the window.
     pub(crate) fn points(&self) -> usize {
         self.columns * self.across
     }
@@ -61,22 +60,21 @@ pub struct Footprint {
     weights: [f64; 3],
     /// Element number of the first column.
     first_element: i64,
-    /// By stage and point.
+    /// By stage and point \[N\], \[m\].
     force: Vec<f64>,
     displacement: Vec<f64>,
-    /// By point, at the last instant.
+    /// By point, at the last instant \[m\].
     required: Vec<f64>,
-    /// By stage and column; empty where a column is one point.
+    /// By stage and column \[N\]; empty where a column is one point.
     column_force: Vec<f64>,
-    /// By point, and by column; the latter is empty where a column is one point. Both are kept, since a sum of means is
-    /// rounded otherwise than a mean of sums.
+    /// Forces of the step \[N\] by point, and by column; the latter is empty where a column is one point. Both are
+    /// kept, since a sum of means is rounded otherwise than a mean of sums.
     mean: Vec<f64>,
     column_mean: Vec<f64>,
     /// Tangential part at the last instant; `None` without friction.
     tangential: Option<Box<TangentialPart>>,
 }
 
-/// Part of a footprint that an instant of a step writes.
 pub(crate) struct StageMut<'a> {
     /// Forces by point \[N\].
     pub force: &'a mut [f64],
@@ -92,9 +90,8 @@ pub(crate) struct StageMut<'a> {
 }
 
 impl StageMut<'_> {
-    /// Writes the forces and required displacements of a window of cells, column by column, of which some are told;
-    /// displacements are asked for. Forces beyond the columns that are told go to the outermost of these, so that none
-    /// is lost.
+    /// Writes the cells `told` of a window, stored column by column; `displacement` gives that of a cell \[m\]. Forces
+    /// on columns outside `told` are added to its outermost columns, so that none is lost.
     pub(crate) fn write(
         &mut self,
         told: Range<usize>,
@@ -123,7 +120,7 @@ impl StageMut<'_> {
 }
 
 impl Footprint {
-    /// Makes the footprint of a tyre at rest in the air, `weights` being those of a step's instants.
+    /// Footprint of a tyre at rest in the air; `weights` are the b_i of a step's instants.
     pub(crate) fn new(shape: WindowShape, weights: [f64; 3], has_friction: bool) -> Self {
         let points = shape.points();
         let columns = if shape.across > 1 { shape.columns } else { 0 };
@@ -144,59 +141,56 @@ impl Footprint {
         }
     }
 
-    /// Returns the shape of the window.
     pub(crate) fn shape(&self) -> WindowShape {
         self.shape
     }
 
-    /// Returns the element number of the window's first column.
+    /// Element number of the window's first column.
     pub fn first_element(&self) -> i64 {
         self.first_element
     }
 
-    /// Returns the number of the first point: points are material like elements, and a window moves on by whole columns
-    /// of them.
+    /// Number of the first point: points are material like elements, and a window moves on by whole columns of them.
     pub fn first_point(&self) -> i64 {
         self.first_element * self.shape.across as i64
     }
 
-    /// Returns the forces at the step's instants, stage after stage, by point \[N\].
+    /// Forces at the step's instants, stage after stage, by point \[N\].
     pub fn forces(&self) -> &[f64] {
         &self.force
     }
 
-    /// Returns the displacements at the step's instants, stage after stage, by point \[m\]: u = G0 F + u_old with the
-    /// springs' own.
+    /// Displacements at the step's instants, stage after stage, by point \[m\]: u = G0 F + u_old, springs included.
     pub fn displacements(&self) -> &[f64] {
         &self.displacement
     }
 
-    /// Returns the required displacements at the last instant by point \[m\]; -infinity where there is no road.
+    /// Required displacements at the last instant by point \[m\]; -infinity where there is no road.
     pub fn required(&self) -> &[f64] {
         &self.required
     }
 
-    /// Returns the forces of the step by point \[N\]: for a Runge-Kutta rule their mean over the step.
+    /// Forces of the step by point \[N\]: for a Runge-Kutta rule their mean over the step.
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// Returns the forces of the step by column \[N\], likewise.
+    /// Forces of the step by column \[N\], averaged likewise.
     pub fn column_mean(&self) -> &[f64] {
         if self.shape.across > 1 { &self.column_mean } else { &self.mean }
     }
 
-    /// Returns the tangential part at the last instant; `None` without friction.
+    /// Tangential part at the last instant; `None` without friction.
     pub fn tangential(&self) -> Option<&TangentialPart> {
         self.tangential.as_deref()
     }
 
-    /// Returns the number of columns that carry force.
+    /// Number of columns that carry force.
     pub fn touching(&self) -> usize {
         self.column_mean().iter().filter(|&&force| force > 0.0).count()
     }
 
-    /// Returns the number of columns from the first to the last one that carries force.
+    /// Number of columns from the first to the last one that carries force.
     pub fn extent(&self) -> usize {
         let carries = |&force: &f64| force > 0.0;
         let forces = self.column_mean();
@@ -204,14 +198,14 @@ impl Footprint {
         ends.map_or(0, |(from, to)| to - from + 1)
     }
 
-    /// Returns the sum of the forces at an instant \[N\].
+    /// Sum of the forces at an instant \[N\].
     pub(crate) fn total_at(&self, stage: usize) -> f64 {
         let columns = self.shape.columns;
         let forces = if self.shape.across > 1 { &self.column_force } else { &self.force };
         forces[stage * columns..(stage + 1) * columns].iter().sum()
     }
 
-    /// Hands out what an instant writes, the window's first column being an element's.
+    /// What an instant writes, the window's first column being `first_element`.
     pub(crate) fn stage(&mut self, stage: usize, first_element: i64) -> StageMut<'_> {
         let points = self.shape.points();
         let columns = if self.shape.across > 1 { self.shape.columns } else { 0 };
@@ -238,7 +232,8 @@ impl Footprint {
         }
     }
 
-    /// Restores the forces of the last step, which a march goes on from; those by point are made anew in the next one.
+    /// Restores the column forces of the last step \[N\], from which a march continues; those by point are found anew
+    /// in the next step.
     pub(crate) fn restore(&mut self, column_mean: &[f64]) -> Result<(), StateError> {
         let here = if self.shape.across > 1 { &mut self.column_mean } else { &mut self.mean };
         fill(here, column_mean)

@@ -27,7 +27,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Returns a window of elements with |x| <= `reach` \[m\] (at most the whole tyre).
+    /// Window of elements with |x| <= `reach` \[m\] (at most the whole tyre).
     pub fn new(circumference: f64, elements: usize, substeps: usize, start: f64, reach: f64) -> Self {
         let element = circumference / elements as f64;
         let half = ((reach / element).ceil() as i64).clamp(1, (elements as i64 - 1) / 2);
@@ -35,7 +35,7 @@ impl Geometry {
         // A start on an element, up to rounding, counts as on it.
         let whole = (units + 1e-9).floor();
         let part = ((units - whole).max(0.0) * substeps as f64 + 1e-9).floor();
-        // One more column than symmetry wants: between two elements the axle has one on either side.
+        // One more column than symmetry requires: between two elements the axle has one on either side.
         let columns = (2 * half as usize + 2).min(elements);
         Self {
             element,
@@ -49,40 +49,40 @@ impl Geometry {
         }
     }
 
-    /// Returns the same with a window that is longer by so many columns at either end.
+    /// The same with a window that is longer by `margin` columns at either end.
     pub(crate) fn wider(&self, margin: usize) -> Self {
         Self { columns: self.columns + 2 * margin, half: self.half + margin as i64, ..self.clone() }
     }
 
-    /// Returns the element number e of the window's first column at a step.
+    /// Element number e of the window's first column at a step.
     pub fn first_element(&self, step: u64) -> i64 {
         self.origin.0 + (self.origin.1 + step as i64).div_euclid(self.substeps as i64) - self.half
     }
 
-    /// Returns the number of steps since the window last moved on by an element, 0..q.
+    /// Number of steps since the window last moved on by an element, 0..q.
     pub fn substep(&self, step: u64) -> usize {
         (self.origin.1 + step as i64).rem_euclid(self.substeps as i64) as usize
     }
 
-    /// Returns x of element e in the patch at a step \[m\].
+    /// Coordinate x of element e in the patch at a step \[m\].
     pub fn position(&self, e: i64, step: u64) -> f64 {
         self.position_between(e, step as f64)
     }
 
-    /// Returns x of the window's first column when the window has just moved on by an element \[m\]: the same whichever
-    /// step that is.
+    /// Coordinate x of the window's first column when the window has just moved on by an element \[m\]: the same
+    /// whichever step that is.
     pub fn first_position(&self) -> f64 {
         let aligned = (0..self.substeps as u64).find(|&step| self.substep(step) == 0).unwrap_or(0);
         self.position(self.first_element(aligned), aligned)
     }
 
-    /// Returns x of element e in the patch at a time in steps \[m\].
+    /// Coordinate x of element e in the patch at a time in steps \[m\].
     pub(crate) fn position_between(&self, e: i64, steps: f64) -> f64 {
         e as f64 * self.element - (self.start + steps * self.element / self.substeps as f64)
     }
 
-    /// Returns the height of the undeformed tread above the tyre's lowest point at x: R - sqrt(R^2 - x^2), without
-    /// cancellation \[m\].
+    /// Height of the undeformed tread above the tyre's lowest point at x: R - sqrt(R^2 - x^2), without cancellation
+    /// \[m\]; R where |x| >= R.
     pub fn rise(&self, x: f64) -> f64 {
         let ratio = x / self.radius;
         let square = ratio * ratio;
@@ -92,8 +92,8 @@ impl Geometry {
         x * ratio / (1.0 + (1.0 - square).sqrt())
     }
 
-    /// Returns [`Self::rise`] of every column of the window at nodes of a step \[m\], of all the substeps that return
-    /// with every element rolled: (substep x nodes + node) x columns + column.
+    /// [`Self::rise`] of every column of the window at nodes of a step \[m\], for all substeps, after which they
+    /// repeat with every element rolled: (substep x nodes + node) x columns + column.
     pub(crate) fn rises(&self, nodes: &[f64]) -> Vec<f64> {
         let instants = (0..self.substeps as i64).flat_map(|substep| nodes.iter().map(move |node| (substep, node)));
         let of_instant = |(substep, node): (i64, &f64)| {
@@ -104,7 +104,7 @@ impl Geometry {
         instants.flat_map(of_instant).collect()
     }
 
-    /// Returns half the chord that a rigid tyre cuts from a plane at a depth \[m\].
+    /// Half the chord that a rigid tyre cuts from a plane at a depth \[m\], the depth being clamped to 0..=`radius`.
     pub(crate) fn half_chord(radius: f64, depth: f64) -> f64 {
         let depth = depth.clamp(0.0, radius);
         (depth * (2.0 * radius - depth)).sqrt()

@@ -1,4 +1,4 @@
-//! From influence functions to what the points in contact feel of each other within a step: the first weight G0.
+//! From influence functions to the influence between the points in contact within a step: the first weight G0.
 //!
 //! With the rotation Om, w_(n,0) = H_n(s) = E_n + i O_n at a real s, and G0 is real and not symmetric: its
 //! symmetric part is that of the E_n, its skew part that of the O_n. By the energies of the motion |O_n| <= (2 Om/s)
@@ -6,9 +6,9 @@
 //!
 //! Tread laws:
 //! - `elastic`: influence functions of the tread surface;
-//! - `uncoupled`: the same history, but within a step each point only feels itself (the diagonal of G0, scaled for an
-//!   equal static stiffness if that is wanted). G0 falls with the time step, and what is left out with it: the limit is
-//!   `elastic` (tests/suite/convergence.rs), so that differences from it are differences of the time step;
+//! - `uncoupled`: the same history, but within a step each point only influences itself (the diagonal of G0, scaled for
+//!   an equal static stiffness if that is wanted). G0 falls with the time step, and the omitted part with it: the limit
+//!   is `elastic` (tests/suite/convergence.rs), so that differences from it are differences of the time step;
 //! - `bedding`: influence functions of the carcass with the tread as mass on it, and one independent spring per element
 //!   in series. Without its shear stiffness the tread leaves the carcass softer than the whole tyre is (default tyre,
 //!   12 mm: 2587 N with rigid springs, 2767 N elastic), so no spring alone makes both alike: `equal_bedding` scales
@@ -38,12 +38,12 @@ pub struct ContactKernel {
 }
 
 impl ContactKernel {
-    /// Makes a kernel from the first weights w_(n,0), n = 0..=N/2 \[m/N\], of N elements, before the bedding scales
-    /// them: those of the even and of the odd parts, the latter empty at rest.
+    /// Kernel of the first weights w_(n,0), n = 0..=N/2 \[m/N\], of N elements, before the bedding scales them: those
+    /// of the even and of the odd parts, the latter empty at rest.
     ///
     /// # Errors
     /// [`ContactError::NotPositive`] unless all eigenvalues of the circulant G0 are positive, of a tyre that turns
-    /// those of its symmetric part; [`ContactError::TooSkew`] if the others are not small beside them.
+    /// those of its symmetric part; [`ContactError::TooSkew`] if the odd parts are not small beside them.
     pub fn new(
         law: Tread,
         [first_weights, odd_weights]: [&[f64]; 2],
@@ -69,13 +69,13 @@ impl ContactKernel {
         Ok(Self { law, instant, odd, spring, scale })
     }
 
-    /// Tells whether points feel each other within a step.
+    /// Whether points influence each other within a step.
     pub(crate) fn is_coupled(&self) -> bool {
         self.law != Tread::Uncoupled
     }
 
-    /// Returns the influence within a step on the element j further on, j = 0..N \[m/N\], springs included; of a tyre
-    /// that turns the symmetric part.
+    /// Influence within a step on the element j further on, j = 0..N \[m/N\], springs included; of a tyre that turns
+    /// the symmetric part.
     pub(crate) fn within_a_step(&self) -> Vec<f64> {
         let mut influence = self.instant.clone();
         influence[0] += self.spring;
@@ -85,15 +85,15 @@ impl ContactKernel {
         influence
     }
 
-    /// Returns its skew part; nothing at rest, and where points do not feel each other.
+    /// Skew part of that influence \[m/N\]; empty at rest, and where points do not influence each other.
     pub(crate) fn odd_within_a_step(&self) -> &[f64] {
         if self.is_coupled() { &self.odd } else { &[] }
     }
 
-    /// Returns the addition to G0_ii \[m/N\] for points that do not feel each other within a step to have the static
-    /// force `wanted` at its indentation, from the static influence: at rest all steps but the last are history, so the
-    /// influence is the static one less G0, and G0_ii and the addition on its diagonal. Of a tyre that turns the skew
-    /// part of G0 is left out: the force is even in it.
+    /// Addition to G0_ii \[m/N\] with which points that do not influence each other within a step have the static
+    /// force `wanted` at its indentation. At rest all steps but the last are history, so the influence is the static
+    /// one less G0, plus G0_ii and the addition on its diagonal. The skew part of G0 of a tyre that turns is left out:
+    /// the force is even in it.
     ///
     /// # Errors
     /// As [`matched`].
@@ -123,13 +123,13 @@ pub struct EqualBedding {
 }
 
 impl EqualBedding {
-    /// Nothing: no bedding.
+    /// No bedding: influence functions as they are, no spring.
     pub const NONE: Self = Self { scale: 1.0, spring: 0.0 };
 }
 
-/// Returns the bedding with the static stiffness of the elastic tread twice over: that of one element pressed alone,
-/// scale carcass_0 + spring = surface_0, and that of the smooth contact, the force `wanted` at its indentation.
-/// `carcass` and `surface` are static influence rows.
+/// Bedding with the static stiffness of the elastic tread in two respects: that of one element pressed alone, scale
+/// carcass_0 + spring = surface_0, and that of the smooth contact, the force `wanted` at its indentation. `carcass`
+/// and `surface` are static influence rows \[m/N\].
 ///
 /// # Errors
 /// As [`matched`].

@@ -61,7 +61,7 @@ pub(crate) struct MarchTotals {
 }
 
 impl MarchTotals {
-    /// Returns the residuals relative to the largest force, the largest displacement and their product.
+    /// Residuals relative to the largest force, the largest displacement and their product.
     pub(crate) fn relative_residuals(&self) -> Residuals {
         let relative = |value: f64, scale: f64| if value > 0.0 { value / scale } else { 0.0 };
         Residuals {
@@ -75,7 +75,7 @@ impl MarchTotals {
 /// The state of a rolling contact.
 pub struct March {
     geometry: Geometry,
-    /// The window in which contact is sought: for cells it may be longer than that of `geometry`, which is told.
+    /// The window in which contact is sought: for cells it may be longer than that of `geometry`, which is reported.
     window: Geometry,
     /// See [`Geometry::rises`].
     rises: Vec<f64>,
@@ -98,7 +98,7 @@ pub struct MarchState {
 }
 
 impl March {
-    /// Returns the slices at rest, about to do step 0; `time_step` \[s\] is for messages only.
+    /// Slices at rest, about to do step 0; `time_step` \[s\] is used in messages only.
     pub fn new(
         geometry: Geometry,
         kernel: ContactKernel,
@@ -111,12 +111,12 @@ impl March {
         Self::over(Box::new(zone), geometry, numerics.time_rule, time_step)
     }
 
-    /// Returns the cells with friction at rest, about to do step 0.
+    /// Cells with friction at rest, about to do step 0.
     pub(crate) fn with_friction(geometry: Geometry, zone: FrictionZone, rule: TimeRule, time_step: f64) -> Self {
         Self::over(Box::new(zone), geometry, rule, time_step)
     }
 
-    /// Returns the cells at rest, about to do step 0; `time_step` \[s\] is for messages only.
+    /// Cells at rest, about to do step 0; `time_step` \[s\] is used in messages only.
     pub fn with_cells(geometry: Geometry, zone: CellZone, rule: TimeRule, time_step: f64) -> Self {
         Self::over(Box::new(zone), geometry, rule, time_step)
     }
@@ -139,53 +139,52 @@ impl March {
         }
     }
 
-    /// Tells where the elements are whose forces are told.
+    /// Where the elements are whose forces are reported.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
 
-    /// Returns the forces and displacements of the last step.
+    /// Forces and displacements of the last step.
     pub fn footprint(&self) -> &Footprint {
         &self.footprint
     }
 
-    /// Returns the elements that can touch at a step.
+    /// Elements that can touch at a step.
     pub(crate) fn reach(&self, step: u64) -> Range<i64> {
         let first = self.window.first_element(step);
         first..first + self.window.columns as i64
     }
 
-    /// Adds the steps that were solved again with a wider window by the marches before.
+    /// Adds the steps that previous marches solved again with a wider window.
     pub(crate) fn count_again(&mut self, edge_contacts: u64) {
         self.totals.edge_contacts += edge_contacts;
     }
 
-    /// Returns the first weights \[m/N\]: other bits there mean other bits everywhere.
+    /// First weights \[m/N\]: if their bits differ between two runs, so do those of all results.
     pub(crate) fn first_weights(&self) -> &[f64] {
         self.zone.first_weights()
     }
 
-    /// Returns the spring compliance per element \[m/N\]; 0 without springs.
+    /// Spring compliance per element \[m/N\]; 0 without springs.
     pub fn spring(&self) -> f64 {
         self.zone.spring()
     }
 
-    /// Tells whether a window that contact outgrows is widened; else such steps are counted alone.
+    /// Whether a window that contact outgrows is widened; otherwise such steps are only counted.
     pub(crate) fn is_widened(&self) -> bool {
         self.zone.is_widened()
     }
 
-    /// Returns the totals so far.
     pub(crate) fn totals(&self) -> &MarchTotals {
         &self.totals
     }
 
-    /// Returns the work of the search so far.
+    /// Work of the search so far.
     pub fn search_counts(&self) -> SearchCounts {
         self.zone.search_counts()
     }
 
-    /// Returns the number of the next step.
+    /// Number of the next step.
     pub fn next_step(&self) -> u64 {
         self.step
     }
@@ -211,7 +210,7 @@ impl March {
         Ok(StepResult { first_element, total_force, points, extent })
     }
 
-    /// Solves for the contact at an instant of the step; returns the total force.
+    /// Solves for the contact at an instant of the step; returns the total force \[N\].
     fn stage(
         &mut self,
         first_told: i64,
@@ -248,7 +247,7 @@ impl March {
         Ok(total_force)
     }
 
-    /// Takes the state down between two steps.
+    /// State between two steps.
     ///
     /// # Errors
     /// [`StateError`].
@@ -259,7 +258,7 @@ impl March {
         Ok(MarchState { step: self.step, totals: self.totals.clone(), forces, zone: zone.finish() })
     }
 
-    /// Goes on from the state of an equal march.
+    /// Continues from the state of an equal march.
     ///
     /// # Errors
     /// [`StateError`]; the march is of no use then.

@@ -1,8 +1,8 @@
 //! Rolling contact in the time domain.
 //!
 //! - [`geometry`]: where tyre elements stand over the road, step by step;
-//! - [`kernel`]: what the points in contact feel of each other within a step, by tread law;
-//! - [`history`]: displacement left over from past forces;
+//! - [`kernel`]: influence between the points in contact within a step, by tread law;
+//! - [`history`]: displacement by past forces;
 //! - [`complementarity`]: which points touch, and their forces;
 //! - [`cells`]: the same for cells of a zone in three dimensions;
 //! - [`friction`]: the same with tangential forces, sticking and slipping;
@@ -11,7 +11,7 @@
 //! - [`static_contact`]: contact at rest on a smooth road;
 //! - [`axle`]: the axle's height, fixed, held to a load or moving;
 //! - [`tread`]: the undeformed tread, crown and pattern;
-//! - [`march`]: one time step after the other, [`footprint`] what each of them gives;
+//! - [`march`]: one time step after the other, [`footprint`] the forces and displacements of each;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
 
 pub(crate) mod axle;

@@ -12,7 +12,6 @@ use crate::road::strip::RoadStrip;
 use crate::scene::Numerics;
 use crate::storage::state::{StateError, StateReader, StateWriter};
 
-/// Slices of a window.
 pub(crate) struct SliceZone {
     kernel: ContactKernel,
     history: Box<dyn PastForces>,
@@ -20,7 +19,6 @@ pub(crate) struct SliceZone {
 }
 
 impl SliceZone {
-    /// Returns the slices at rest in a window of so many columns.
     pub(crate) fn new(
         columns: usize,
         kernel: ContactKernel,

@@ -8,7 +8,7 @@
 //! turns of w round zero along that circle (argument principle), for two radii: refused and marginal. The circle is
 //! followed in steps that turn w by less than 0.8 rad.
 //!
-//! w is real at real zeta and conjugate at conjugate zeta, so that half a circle says it all. Of a tyre that turns the
+//! w is real at real zeta and conjugate at conjugate zeta, so that half a circle suffices. Of a tyre that turns the
 //! waves forwards and backwards are conjugate to each other there: on the lower half the one is what the other is on
 //! the upper, both have as many zeros, and these are found from the upper halves of both.
 //!
@@ -27,10 +27,10 @@ use crate::time_rule::{Rates, TimeRule};
 use crate::tyre::influence::Field;
 use crate::tyre::poles::{Direction, RationalModel};
 
-/// A force that grows by more than a tenth a step is refused: 1/1.1.
+/// A force that grows by more than a tenth a step is refused: |zeta| below 1/1.1.
 pub(crate) const UNSTABLE: f64 = 0.909;
-/// A force that grows by less than one in a thousand a step is below what the fitted poles can tell; between the two
-/// lies the trapezoidal rule, whose symbol reads the model far beyond its band.
+/// A force that grows by less than one in a thousand a step is below what the fitted poles can resolve; between the
+/// two lies the trapezoidal rule, whose symbol evaluates the model far beyond its band.
 pub(crate) const MARGINAL: f64 = 0.999;
 /// Largest turn of w between two points of the circle \[rad\].
 const TURN: f64 = 0.8;
@@ -42,7 +42,7 @@ const RINGING: f64 = 1e-2;
 pub(crate) struct UnstableZero {
     /// Wavenumber n.
     pub wavenumber: usize,
-    /// Where.
+    /// The zero zeta itself.
     pub zeta: Complex64,
     /// Frequency of the growing force \[Hz\].
     pub frequency: f64,
@@ -57,7 +57,7 @@ pub(crate) struct Stability {
     pub unstable: Option<UnstableZero>,
     /// The zero with the smallest |zeta| between `UNSTABLE` and `MARGINAL`, if there is none deeper.
     pub marginal: Option<UnstableZero>,
-    /// Smallest over the wavenumbers of |w(-1)| relative to the first weight: what is left of the response at half the
+    /// Smallest over the wavenumbers of |w(-1)| relative to the first weight: the response that remains at half the
     /// sampling frequency.
     pub at_half_sampling: f64,
     /// Smallest and largest first weight, times N: the eigenvalues of G0 \[m/N\].
@@ -65,7 +65,7 @@ pub(crate) struct Stability {
 }
 
 impl Stability {
-    /// Looks at every wavenumber; `spring` \[m/N\] is the compliance in series with each element. `None` if the model
+    /// Examines every wavenumber; `spring` \[m/N\] is the compliance in series with each element. `None` if the model
     /// does not hold the field.
     pub(crate) fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
         let spring = spring / model.elements as f64;
@@ -106,13 +106,13 @@ impl Stability {
         })
     }
 
-    /// Tells whether the force rings at half the sampling frequency without decay.
+    /// Whether the force rings at half the sampling frequency without decay.
     pub(crate) fn rings(&self) -> bool {
         self.at_half_sampling < RINGING || self.marginal.is_some()
     }
 }
 
-/// The points at which a circle is begun to be followed, the same for every wavenumber.
+/// Points from which a circle is followed, the same for every wavenumber.
 struct WindingCircle {
     radius: f64,
     /// Angle and the rule's rates there.
@@ -120,7 +120,8 @@ struct WindingCircle {
 }
 
 impl WindingCircle {
-    /// Returns the geometric towards zeta = 1, where resonances of a fine time step crowd; even towards -1.
+    /// Angles are spaced geometrically towards zeta = 1, where resonances of a fine time step crowd, and evenly
+    /// towards -1.
     fn new(radius: f64, rule: TimeRule) -> Self {
         let angles = (0..=320).map(|k| match k {
             0 => 0.0,
@@ -132,8 +133,8 @@ impl WindingCircle {
     }
 }
 
-/// Returns the zero of smallest modulus inside a circle, if the winding number says that there is one; of the waves
-/// forwards and, if they differ, `backwards`.
+/// Zero of smallest modulus inside a circle, if the winding number says that there is one; of the waves forwards and,
+/// if they differ, `backwards`. Where Newton's method finds none, -r stands for it.
 fn smallest_zero(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCircle) -> Option<Complex64> {
     // Undecided is no zero: only what is sure is refused.
     if zeros(w, backwards, circle)? == 0 {
@@ -157,8 +158,8 @@ fn smallest_zero(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &Wi
     best.or(Some(Complex64::new(-radius, 0.0)))
 }
 
-/// Returns the zeros inside a circle of radius r: half turns of w along its upper half, from the real w(r) to the real
-/// w(-r), or of the waves forwards and backwards together by whole turns.
+/// Number of zeros inside a circle of radius r: half turns of w along its upper half, from the real w(r) to the real
+/// w(-r), or of the waves forwards and backwards together by whole turns. `None` where [`upper_half`] has none.
 fn zeros(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCircle) -> Option<i64> {
     let turned = upper_half(w, circle)?;
     match backwards {
@@ -167,7 +168,7 @@ fn zeros(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCir
     }
 }
 
-/// Computes by how much w turns along the upper half of a circle \[rad\].
+/// Angle by which w turns along the upper half of a circle \[rad\].
 ///
 /// `None` where w is not finite or its argument changes on every scale: where w is smaller than its own rounding error,
 /// its argument says nothing.
@@ -182,7 +183,7 @@ fn upper_half(w: &Transfer<'_>, circle: &WindingCircle) -> Option<f64> {
     Some(turned)
 }
 
-/// Intervals that may be halved on one circle.
+/// Intervals that may be halved on one circle: bounds the work where the argument does not settle.
 const MOST_HALVINGS: usize = 4000;
 
 fn turn(
@@ -204,7 +205,8 @@ fn turn(
     Some(turn(at, from, middle, halvings)? + turn(at, middle, to, halvings)?)
 }
 
-/// Finds a zero by Newton's method with a central difference for the derivative.
+/// Zero by Newton's method with a central difference for the derivative, moved to the upper half-plane; `None` where
+/// it strays or does not converge.
 fn newton(w: &Transfer<'_>, start: Complex64) -> Option<Complex64> {
     let mut zeta = start;
     for _ in 0..40 {
@@ -227,7 +229,7 @@ mod tests {
     use super::*;
     use crate::tyre::poles::turning_ring;
 
-    /// Counts the turns of w round zero along a whole circle, by many points.
+    /// Turns of w round zero along a whole circle, by many points.
     fn whole_turns(w: &Transfer<'_>, radius: f64) -> i64 {
         const POINTS: u32 = 200_000;
         let at = |k: u32| w.at(Complex64::from_polar(radius, 2.0 * PI * f64::from(k) / f64::from(POINTS)));

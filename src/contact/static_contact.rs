@@ -30,7 +30,7 @@ pub(crate) struct StaticTyre<'a> {
     pub circumference: f64,
 }
 
-/// Tells how far the rigid tyre may come down \[m\] under an axle that has it at `at_rest` \[m\] on a smooth road.
+/// How far the rigid tyre may come down \[m\] under an axle that has it at `at_rest` \[m\] on a smooth road.
 pub(crate) fn deepest(axle: &Axle, at_rest: f64) -> f64 {
     match axle {
         Axle::Indentation { .. } => at_rest,
@@ -41,14 +41,14 @@ pub(crate) fn deepest(axle: &Axle, at_rest: f64) -> f64 {
     }
 }
 
-/// Returns half the length of the window that holds every point that can touch \[m\], on a road up to `highest` \[m\]
-/// above its plane.
+/// Half the length of the window that holds every point that can touch \[m\], on a road up to `highest` \[m\] above
+/// its plane.
 pub(crate) fn window_reach(axle: &Axle, at_rest: f64, highest: f64, radius: f64, element: f64) -> f64 {
     1.05 * Geometry::half_chord(radius, deepest(axle, at_rest) + highest) + 2.0 * element
 }
 
 impl StaticTyre<'_> {
-    /// Returns the contact that an axle has on a smooth road.
+    /// Contact under an axle on a smooth road.
     ///
     /// # Errors
     /// As [`Self::at`], and [`ContactError::LoadNotReached`].
@@ -59,7 +59,7 @@ impl StaticTyre<'_> {
         }
     }
 
-    /// Returns the force on a smooth road at an indentation \[m\].
+    /// Contact on a smooth road at an indentation \[m\]; the stiffness is a backward difference over 1e-4 of it.
     pub(crate) fn at(&self, indentation: f64) -> Result<StaticContact, ContactError> {
         let elements = self.influence.len();
         let reach = Geometry::half_chord(self.circumference / (2.0 * PI), indentation);
@@ -89,15 +89,14 @@ impl StaticTyre<'_> {
         })
     }
 
-    /// Returns the indentation that carries a load \[N\], to 1e-9 of it: bisection on a force that grows with the
-    /// indentation.
+    /// Contact that carries a load \[N\], to 1e-9 of it.
     pub(crate) fn under_load(&self, load: f64) -> Result<StaticContact, ContactError> {
         carrying(load, self.circumference, 1e-9, |indentation| self.at(indentation))
     }
 }
 
-/// Returns the contact that carries a load \[N\] within a relative tolerance: bisection on a force that grows with the
-/// indentation.
+/// Contact that carries a load \[N\] within a relative tolerance, for a force that grows with the indentation; at most
+/// half the radius is tried.
 ///
 /// # Errors
 /// [`ContactError::LoadNotReached`], and of `at`.
@@ -107,6 +106,7 @@ pub(super) fn carrying(
     tolerance: f64,
     mut at: impl FnMut(f64) -> Result<StaticContact, ContactError>,
 ) -> Result<StaticContact, ContactError> {
+    // 1. Double the indentation until it carries the load.
     let mut deep = 1e-3;
     let deepest = 0.5 * circumference / (2.0 * PI);
     loop {
@@ -119,6 +119,7 @@ pub(super) fn carrying(
         }
         deep = (2.0 * deep).min(deepest);
     }
+    // 2. Bisection between the last two.
     let mut shallow = 0.0;
     for _ in 0..200 {
         let middle = 0.5 * (shallow + deep);
@@ -131,8 +132,8 @@ pub(super) fn carrying(
     at(0.5 * (shallow + deep))
 }
 
-/// Returns the parameter between two limits whose influence row has the force `wanted` at its indentation: bisection on
-/// its logarithm, for a row that softens as the parameter grows.
+/// Parameter between two limits whose influence row has the force `wanted` at its indentation: bisection on its
+/// logarithm, for a row that softens as the parameter grows.
 ///
 /// # Errors
 /// [`ContactError::NoEqualStiffness`] if no parameter between the limits has that force.
@@ -167,7 +168,7 @@ pub(crate) fn matched(
 mod tests {
     use super::*;
 
-    /// Checks a bed of springs without coupling: F = sum of (depth - rise)/c in closed form.
+    /// A bed of springs without coupling: F = sum of (depth - rise)/c in closed form.
     #[test]
     fn static_load_is_that_of_independent_springs() {
         let mut influence = vec![0.0; 512];

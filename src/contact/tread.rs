@@ -18,19 +18,18 @@ impl From<Vec<f64>> for TreadSurface {
 }
 
 impl TreadSurface {
-    /// Returns the surface of a crown \[m\] with a pattern.
+    /// Surface of a crown \[m\] with the depths of a pattern added.
     pub(crate) fn with_pattern(crown: Vec<f64>, map: &TreadMap) -> Self {
         let of = |(cell, depth): (usize, &f64)| crown[cell % crown.len()] + depth;
         let all_round = map.depths.iter().enumerate().map(of).collect();
         Self { crown, all_round }
     }
 
-    /// Returns the cells across.
     pub(crate) fn across(&self) -> usize {
         self.crown.len()
     }
 
-    /// Returns the depths across at the number of an element \[m\].
+    /// Depths across at the number of an element \[m\]; a pattern repeats with every revolution.
     pub(crate) fn row(&self, element: i64) -> &[f64] {
         let across = self.across();
         match self.all_round.len() / across {

@@ -3,8 +3,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Adds windows of a row, each times its factor: out_i += sum over c of factor_c row_(first - c + i). The factors stand
-/// side by side, and the window of the row that belongs to each begins one entry before that of the last.
+/// Adds windows of a row, each times its factor: out_i += sum over c of factor_c row_(first - c + i). The factors
+/// stand side by side, and each factor's window of the row begins one entry before that of the previous one.
 ///
 /// `out` is whole vectors of any processor (a multiple of eight), and every window lies within the row. Cost: one fused
 /// multiply-add for each factor and entry of `out`. The result does not depend on the width of the vectors.
@@ -37,13 +37,13 @@ pub(crate) fn add_windows_in<S: Simd>(simd: S, out: &mut [f64], row: &[f64], fir
     }
     // From the last window's beginning on.
     let row = &row[first + 1 - factors.len()..];
-    // Vectors of `out` stay at hand while all windows pass: four of them, then two, then one.
+    // Vectors of `out` stay in registers while all windows pass: four of them, then two, then one.
     let done = add_kept::<S, 4>(simd, out, 0, row, factors);
     let done = add_kept::<S, 2>(simd, out, done, row, factors);
     add_kept::<S, 1>(simd, out, done, row, factors);
 }
 
-/// Does as much of `out` from `done` on as whole groups of vectors cover; returns where it ends.
+/// Covers as much of `out` from `done` on as whole groups of `KEPT` vectors do; returns where that ends.
 #[inline(always)]
 fn add_kept<S: Simd, const KEPT: usize>(
     simd: S,

@@ -22,7 +22,6 @@ pub(crate) struct Instant<'a> {
     pub rises: &'a [f64],
 }
 
-/// Result of an instant.
 pub(crate) struct Solved {
     /// How far the contact conditions are missed.
     pub residuals: Residuals,
@@ -30,18 +29,14 @@ pub(crate) struct Solved {
     pub largest_force: f64,
     /// Largest required displacement \[m\].
     pub largest_displacement: f64,
-    /// True if every required displacement is a number.
+    /// True if no required displacement is NaN.
     pub is_sound: bool,
     /// True if an outermost column of the window carries force, or the window has no room for the past of its forces.
     pub is_at_end: bool,
 }
 
-/// Zone of the contact.
 pub(crate) trait Zone: Send {
-    /// Solves for the contact at an instant, over a road.
-    ///
-    /// # Errors
-    /// [`ContactError`].
+    /// Solves for the contact at an instant over a road and writes it to `stage`.
     fn solve(
         &mut self,
         at: Instant<'_>,
@@ -50,50 +45,40 @@ pub(crate) trait Zone: Send {
         meter: &mut Meter,
     ) -> Result<Solved, ContactError>;
 
-    /// Prepares for a step whose window has moved on by so many columns.
+    /// Prepares for a step whose window has moved on by `columns`.
     fn advance(&mut self, _columns: usize) {}
 
-    /// Returns the points across a column.
+    /// Points across a column.
     fn across(&self) -> usize {
         1
     }
 
-    /// Returns the columns by which the window in which contact is sought is longer, at either end, than the one that
-    /// is told.
+    /// Columns by which the window in which contact is sought is longer, at either end, than the one that is reported.
     fn margin(&self) -> usize {
         0
     }
 
-    /// Tells whether a step that reaches the window's end is to be solved again over a wider one.
+    /// Whether a step that reaches the window's end is to be solved again over a wider one.
     fn is_widened(&self) -> bool {
         false
     }
 
-    /// Tells whether its forces have a tangential part.
     fn has_friction(&self) -> bool {
         false
     }
 
-    /// Returns the first weights \[m/N\]: other bits there mean other bits everywhere.
+    /// First weights \[m/N\]: if their bits differ between two runs, so do those of all results.
     fn first_weights(&self) -> &[f64];
 
-    /// Returns the spring compliance of a column \[m/N\]; 0 without springs.
+    /// Spring compliance of a column \[m/N\]; 0 without springs.
     fn spring(&self) -> f64 {
         0.0
     }
 
-    /// Returns the work of the search so far.
     fn search_counts(&self) -> SearchCounts;
 
-    /// Takes the state down.
-    ///
-    /// # Errors
-    /// [`StateError`].
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError>;
 
-    /// Goes on from the state of an equal zone.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Continues from the state of an equal zone.
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
 }

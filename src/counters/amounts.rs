@@ -1,7 +1,7 @@
 //! Amounts that add up, part by part: declared once, with their arithmetic.
 
-/// Declares a structure of amounts. Adding adds each of them; taking a part off the whole takes each of them off, and
-/// nothing goes below zero, whatever clocks and counts say.
+/// Declares a structure of amounts that are added part by part and subtracted part by part, saturating at zero: clocks
+/// and counts of a part may exceed those of the whole.
 macro_rules! amounts {
     ($(#[$about:meta])* pub struct $name:ident { $($(#[$meaning:meta])* pub $part:ident: $amount:ty,)+ }) => {
         $(#[$about])*

@@ -1,4 +1,4 @@
-//! Values that are listed, walked through and shown by a title: written once, as one list.
+//! Enums that are listed in order and shown by a title: written once, as one list.
 
 /// Declares an enum from one list of its values, each with its documentation and the text that people read: the enum
 /// itself, its values in order (`ALL`), and a function that returns the text. Files name the values in snake case.

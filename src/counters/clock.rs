@@ -1,4 +1,4 @@
-//! A clock, and what it has measured.
+//! A clock, and the time that it has measured.
 
 use std::time::{Duration, Instant};
 
@@ -11,14 +11,14 @@ amounts! {
         pub wall: Duration,
         /// Wall time of the part over which processor time was measured.
         pub watched: Duration,
-        /// Processor time over that part.
+        /// Processor time over the watched part.
         pub cpu: Duration,
     }
 }
 
 impl Spent {
-    /// Returns the whole of which a part was timed, `factor` times as long, with the processor time that it had at the
-    /// rate of the watched part.
+    /// Time of a whole of which this part was timed: `factor` times the wall time (never less than this), with
+    /// processor time at the rate of the watched part.
     pub fn extrapolated(self, factor: f64) -> Self {
         let wall = if factor > 1.0 { self.wall.mul_f64(factor) } else { self.wall };
         if self.watched.is_zero() {
@@ -28,20 +28,20 @@ impl Spent {
         Self { wall, watched: wall, cpu }
     }
 
-    /// Returns the processor time over all of it \[s\], at the rate of the part over which it was measured; `None`
-    /// where it was not.
+    /// Processor time over all of it \[s\], extrapolated at the rate of the watched part; `None` where none was
+    /// watched.
     pub fn cpu_seconds(self) -> Option<f64> {
         let watched = self.watched.as_secs_f64();
         (watched > 0.0).then(|| self.cpu.as_secs_f64() * self.wall.as_secs_f64() / watched)
     }
 
-    /// Returns a share of it.
+    /// A fraction, 0 to 1, of all its times.
     pub fn share(self, share: f64) -> Self {
         Self { wall: self.wall.mul_f64(share), watched: self.watched.mul_f64(share), cpu: self.cpu.mul_f64(share) }
     }
 }
 
-/// Tells processor time: of the calling thread or of all, see [`super::process`].
+/// Reads processor time so far: of the calling thread or of all, see [`super::process`].
 pub(crate) type CpuClock = fn() -> Option<Duration>;
 
 /// A clock that goes from one piece of work to the next.
@@ -52,19 +52,19 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// Starts it; `cpu`: what tells processor time beside wall time.
+    /// `cpu` reads processor time beside wall time.
     pub(crate) fn start(cpu: Option<CpuClock>) -> Self {
         let cpu = cpu.and_then(|clock| Some((clock, clock()?)));
         // Last, so that the system call is no part of the first lap's wall time.
         Self { began: Instant::now(), cpu }
     }
 
-    /// Returns when the lap under way began.
+    /// When the current lap began.
     pub(crate) fn began(&self) -> Instant {
         self.began
     }
 
-    /// Returns the time spent since the last lap ended, or the first began.
+    /// Time since the last lap ended, or the first began.
     pub(crate) fn lap(&mut self) -> Spent {
         let last = self.began;
         let Some((clock, before)) = &mut self.cpu else {

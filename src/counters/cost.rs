@@ -1,4 +1,4 @@
-//! Cost of a stage.
+//! The cost of a stage of a run.
 
 use std::time::Duration;
 
@@ -27,7 +27,7 @@ impl std::ops::Mul<u64> for Work {
 }
 
 amounts! {
-    /// Memory asked for so far, or within a stage.
+    /// Memory allocated so far, or within a stage.
     pub struct Allocations {
         /// Allocations and reallocations.
         pub count: u64,
@@ -36,7 +36,7 @@ amounts! {
     }
 }
 
-/// Says what the process has asked for so far, on all threads: the program's allocator knows, the library does not.
+/// Reads what the process has allocated so far, on all threads: only the program knows its allocator.
 pub(crate) type AllocationProbe = fn() -> Allocations;
 
 /// Calls and time of one stage.
@@ -44,17 +44,16 @@ pub(crate) type AllocationProbe = fn() -> Allocations;
 pub struct StageCost {
     /// How often the stage was entered.
     pub calls: u64,
-    /// Time that the run spent in it, no two stages at once; processor time is that of all threads outside of the
-    /// steps, of the run's own thread within them.
+    /// Wall time in the stage; no two stages are charged at once. Processor time is that of all threads outside of the
+    /// steps, of the run's thread within them.
     pub spent: Spent,
-    /// The part of its watched time over which processor time is that of all threads.
+    /// Part of the watched time over which processor time is that of all threads.
     pub watched_all: Duration,
-    /// Time that the stage was at work in the background while the run was in others.
+    /// Time for which the stage worked in the background while the run was in others.
     pub background: Duration,
     /// Arithmetic and memory traffic, where they are counted.
     pub work: Work,
-    /// Memory asked for by the whole process meanwhile, where that is counted and the stage stands outside of the
-    /// steps.
+    /// Memory that the whole process allocated meanwhile; only if the allocator counts, and outside of the steps.
     pub allocations: Option<Allocations>,
     /// Largest resident memory of the process so far when the stage ended \[bytes\]; `None` within the steps and
     /// without a watch.
@@ -62,26 +61,26 @@ pub struct StageCost {
 }
 
 impl StageCost {
-    /// Returns the time on the run's own thread and in the background \[s\].
+    /// Time on the run's thread plus time in the background \[s\].
     pub fn seconds(&self) -> f64 {
         (self.spent.wall + self.background).as_secs_f64()
     }
 
-    /// Returns the share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below
-    /// 0. `None` for stages within the steps, too short for it.
+    /// Share of the time of so many threads in which they were idle: 1 - cpu/(threads x wall), not below 0. `None` for
+    /// stages within the steps, where the processor time of all threads is not read.
     pub fn idle_share(&self, threads: usize) -> Option<f64> {
         let wall = self.spent.wall.as_secs_f64();
         let all = self.watched_all == self.spent.watched && wall > 0.0;
         self.spent.cpu_seconds().filter(|_| all).map(|cpu| idle_share(cpu, wall, threads))
     }
 
-    /// Returns an amount per second; `None` without time.
+    /// An amount per second of [`Self::seconds`]; `None` for no amount or no time.
     pub fn rate(&self, amount: u64) -> Option<f64> {
         let seconds = self.seconds();
         (amount > 0 && seconds > 0.0).then(|| amount as f64 / seconds)
     }
 
-    /// Adds what the same stage has cost elsewhere.
+    /// Adds the cost of the same stage in another part of the run; the peak memory becomes the larger one.
     pub(super) fn add(&mut self, other: &Self) {
         self.calls += other.calls;
         self.spent += other.spent;
@@ -95,8 +94,7 @@ impl StageCost {
     }
 }
 
-/// Returns the share of the time of so many threads that was not processor time, not below 0: 1 - cpu/(threads x wall),
-/// times in s.
+/// Share of the time of so many threads that was not processor time, not below 0: 1 - cpu/(threads x wall), times in s.
 pub(crate) fn idle_share(cpu: f64, wall: f64, threads: usize) -> f64 {
     (1.0 - cpu / (threads as f64 * wall)).max(0.0)
 }

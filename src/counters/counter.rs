@@ -5,13 +5,13 @@ use super::catalogue::catalogue;
 catalogue! {
     /// An exact work counter.
     pub enum Counter,
-    /// The counter named as people read it in a table.
+    /// Name of the counter in printed tables.
     title {
         /// Evaluations of the layered compliance at one wavenumber and one s.
         ComplianceEvaluations => "compliance evaluations",
         /// Poles of the rational models, conjugates counted.
         Poles => "poles of the influence functions",
-        /// Multiply-adds of the history.
+        /// Multiply-adds of the convolution over past forces.
         HistoryMultiplyAdds => "history multiply-adds",
         /// Road slices made.
         Slices => "road slices",
@@ -21,31 +21,31 @@ catalogue! {
         Solves => "linear solves",
         /// Factorisations of an active-set matrix.
         Factorisations => "factorisations",
-        /// Factorisations of a band of an active-set matrix, which serves with corrections.
+        /// Factorisations of a band of an active-set matrix, whose solutions are corrected iteratively.
         Bands => "factorisations of a band",
-        /// Bands that did not serve: the whole matrix was factorised, too.
+        /// Bands whose corrections converged too slowly: the whole matrix was factorised, too.
         Refactorisations => "bands given up for the whole matrix",
         /// Active sets whose factor was cached.
         CacheHits => "factor cache hits",
         /// Active sets whose factor was not cached.
         CacheMisses => "factor cache misses",
-        /// Active sets solved with the factor of one that differs by few points.
+        /// Active sets solved with the cached factor of a set that differs by few points.
         Neighbours => "misses that a neighbour's factor served",
         /// Factors dropped from the cache.
         CacheEvictions => "factor cache evictions",
         /// Steps in which the least-index fallback took over.
         Fallbacks => "least-index fallbacks",
-        /// Steps in which an outermost candidate of the window carried force.
+        /// Steps in which an outermost candidate of the window carried force: the window may be too short.
         WindowEdgeContacts => "steps with contact at the window's edge",
-        /// Transforms of the vibration, over time and over the elements.
+        /// Fourier transforms of the vibration, over time and over the elements.
         VibrationTransforms => "transforms of the vibration",
         /// Velocities for unit force evaluated, by wavenumber and frequency.
         VibrationEvaluations => "evaluations of the vibration's transfers",
-        /// Frequencies that boundary elements were solved at.
+        /// Frequencies at which boundary elements were solved.
         RadiationSolves => "frequencies of the radiation solved",
         /// Evaluations of the acoustic kernel between two nodes.
         RadiationKernels => "kernels of the radiation",
-        /// Transforms of the sound, over time.
+        /// Fourier transforms of the sound, over time.
         SoundTransforms => "transforms of the sound",
         /// Bytes written to result arrays.
         BytesWritten => "bytes written",
@@ -53,7 +53,7 @@ catalogue! {
 }
 
 impl Counter {
-    /// Tells counters of trouble, whose zero is not printed.
+    /// True for counters of trouble, which are not printed when they are zero.
     pub const fn counts_trouble(self) -> bool {
         matches!(self, Self::Fallbacks | Self::Refactorisations | Self::WindowEdgeContacts)
     }

@@ -1,18 +1,18 @@
-//! The machine as far as results of measurements depend on it.
+//! The machine, as far as measured times depend on it.
 
 use pulp::Arch;
 
-/// Returns the processor's name as the system tells it.
+/// The processor's model name as Linux reports it; `None` on other systems.
 pub(crate) fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let name = text.lines().find_map(|line| line.strip_prefix("model name"))?;
     Some(name.trim_start_matches([' ', '\t', ':']).trim().to_owned())
 }
 
-/// Returns the instructions that vectors are computed with on this processor: `x86-64-v4` (AVX-512), `x86-64-v3` (AVX2
-/// and fused multiply-add), or the architecture's name.
+/// Instruction set for vectors on this processor: `x86-64-v4` (AVX-512), `x86-64-v3` (AVX2 and fused multiply-add), or
+/// the architecture's name.
 pub(crate) fn instruction_set() -> &'static str {
-    // One type for each family, named alike on every architecture that has it.
+    // pulp has one type for each family, named alike on every architecture that has it.
     let arch = format!("{:?}", Arch::new());
     if arch.starts_with("V4") {
         "x86-64-v4"

@@ -1,4 +1,4 @@
-//! The meter of a run: it counts, and reads the clocks as closely as it is told.
+//! The meter of a run: it counts, and reads the clocks as closely as its watch says.
 
 use std::time::{Duration, Instant};
 
@@ -15,35 +15,35 @@ use super::watch::{BLOCK, BLOCKS, Timing, WATCHED_EVERY, Watch};
 /// Cost of a run so far, as plain numbers.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub(crate) struct Counters {
-    /// By [`Stage`]; the steps since they were last settled are not in it.
+    /// By [`Stage`]; without the steps since they were last settled.
     pub stages: [StageCost; Stage::ALL.len()],
     /// By [`Counter`].
     pub counts: [u64; Counter::ALL.len()],
     /// Time of stages in the timed steps since the last settlement, by [`Stage`].
     pub in_steps: [Spent; Stage::ALL.len()],
-    /// How many were timed.
+    /// How many steps were timed since the last settlement.
     pub timed_steps: u64,
     /// All steps together, with the processor time of all threads.
     pub steps: Spent,
 }
 
-/// Counters of one run and the clocks that fill them: handed down by `&mut` to whatever is counted and timed. Fixed
-/// size: metering within the steps never allocates.
+/// Counters of one run and the clocks that fill them: handed down by `&mut` to whatever is counted and timed. Its size
+/// is fixed: metering within the steps never allocates.
 #[derive(Clone, Debug, Default)]
 pub struct Meter {
     counters: Counters,
     watch: Watch,
     steps_clock: Option<Clock>,
-    /// Timing of the step under way, and reading of its processor time.
+    /// True if the current step is timed, and if its processor time is read.
     timed: bool,
     watched: bool,
-    /// All stages on the run's own thread: what is spent in a stage within another is told apart by it.
+    /// All stages on the run's thread so far: its growth during a stage is the time of stages nested in it.
     staged: Spent,
     staged_allocations: Allocations,
     trace: Option<Box<Trace>>,
 }
 
-/// A stage under way outside of the steps, see [`Meter::open`].
+/// A stage that has begun outside of the steps, see [`Meter::open`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Open {
     clock: Clock,
@@ -52,7 +52,7 @@ pub(crate) struct Open {
     staged_allocations: Allocations,
 }
 
-/// Stages of a step, one after the other, see [`Meter::laps`].
+/// Successive stages of a step, see [`Meter::laps`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Laps {
     clock: Option<Clock>,
@@ -60,23 +60,21 @@ pub(crate) struct Laps {
 }
 
 impl Meter {
-    /// Returns a meter that watches a run as it is told.
+    /// A meter of nothing so far; it records a timeline only if every step is timed.
     pub fn new(watch: Watch) -> Self {
         let trace = (watch.timing == Timing::Every && watch.trace).then(Box::default);
         Self { watch, trace, ..Self::default() }
     }
 
-    /// Tells how closely stages are timed.
     pub(crate) fn timing(&self) -> Timing {
         self.watch.timing
     }
 
-    /// Changes how closely steps are timed from now on.
     pub(crate) fn set_timing(&mut self, timing: Timing) {
         self.watch.timing = timing;
     }
 
-    /// Tells whether processor time and memory are read.
+    /// True if processor time and memory are read.
     pub(crate) fn watches_closely(&self) -> bool {
         matches!(self.watch.timing, Timing::Closely | Timing::Every)
     }
@@ -89,7 +87,7 @@ impl Meter {
         result
     }
 
-    /// Begins (part of) a stage that is not known yet, or that has others within it.
+    /// Begins (part of) a stage that is not known yet, or that has other stages within it.
     pub(crate) fn open(&self) -> Open {
         let closely = self.watches_closely();
         Open {
@@ -100,13 +98,13 @@ impl Meter {
         }
     }
 
-    /// Ends it: all since it was opened that no other stage has taken is this stage's.
+    /// Ends it: the time since it was opened that no nested stage has taken is charged to this stage.
     pub(crate) fn close(&mut self, open: Open, stage: Stage) {
         self.close_shared(open, &[(stage, 1.0)]);
     }
 
-    /// Closes stages as [`Self::close`], but those that went on together, or in turns too short to be timed, each with
-    /// its share of the time. Memory is the last one's.
+    /// Closes stages as [`Self::close`] that went on together, or in turns too short to be timed: each gets its share
+    /// of the time (0 to 1), and the last one the memory.
     pub(crate) fn close_shared(&mut self, mut open: Open, shares: &[(Stage, f64)]) {
         let mut began = open.clock.began();
         let spent = open.clock.lap();
@@ -119,7 +117,7 @@ impl Meter {
         }
         self.staged += spent;
         let among_steps = self.trace.as_ref().is_some_and(|trace| trace.phase() == Phase::Contact);
-        // The system's account of the process is a text to be read: not among the steps.
+        // Reading the peak means parsing a text of the system: too slow among the steps.
         let looks = self.watches_closely() && self.counters.timed_steps == 0;
         let peak_memory = if looks { process::peak_memory() } else { None };
         for (index, &(stage, share)) in shares.iter().enumerate() {
@@ -144,7 +142,7 @@ impl Meter {
         }
     }
 
-    /// Begins a step of the run: decides whether it is timed.
+    /// Begins step number `step` of the run and decides whether it is timed.
     pub fn begin_step(&mut self, step: u64) {
         let block = step / BLOCK;
         self.timed = match self.watch.timing {
@@ -157,18 +155,18 @@ impl Meter {
         self.counters.timed_steps += u64::from(self.timed);
     }
 
-    /// Returns the clock of processor time in the step under way; most steps have none.
+    /// Clock of processor time in the current step; most steps have none.
     pub(crate) fn cpu_clock(&self) -> Option<CpuClock> {
         self.watched.then_some(process::thread_cpu_time)
     }
 
-    /// Begins stages of the step under way; no clock is read in one that is not timed.
+    /// Begins stages of the current step; in a step that is not timed no clock is read.
     pub(crate) fn laps(&self) -> Laps {
         Laps { clock: self.timed.then(|| Clock::start(self.cpu_clock())), staged: self.staged }
     }
 
-    /// Ends a call of a stage, and begins the next stage: all time since the last one ended that no other has taken is
-    /// this stage's.
+    /// Ends a call of a stage, and begins the next: the time since the last one ended that no nested stage has taken is
+    /// charged to this stage.
     pub(crate) fn lap(&mut self, laps: &mut Laps, stage: Stage) {
         self.counters.stages[stage as usize].calls += 1;
         if let Some(clock) = &mut laps.clock {
@@ -178,7 +176,7 @@ impl Meter {
         }
     }
 
-    /// Adds what a stage took within another in the step under way, known from clocks elsewhere, as one call.
+    /// Adds the time that a stage took within another in the current step, known from other clocks, as one call.
     pub(crate) fn lap_within(&mut self, stage: Stage, spent: Spent) {
         self.counters.stages[stage as usize].calls += 1;
         if self.timed {
@@ -186,7 +184,7 @@ impl Meter {
         }
     }
 
-    /// Runs `work` as (part of) a stage of the step under way.
+    /// Runs `work` as (part of) a stage of the current step.
     pub(crate) fn time_in_step<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
         let mut laps = self.laps();
         let result = work();
@@ -194,7 +192,7 @@ impl Meter {
         result
     }
 
-    /// Adds what a stage took in steps that were timed.
+    /// Adds the time that a stage took in timed steps; it is extrapolated to all steps when they are settled.
     pub fn add_in_steps(&mut self, stage: Stage, spent: Spent) {
         self.counters.in_steps[stage as usize] += spent;
         self.staged += spent;
@@ -203,7 +201,7 @@ impl Meter {
         }
     }
 
-    /// Ends the steps, of which there were so many: those that were not timed are taken to be like the others.
+    /// Settles `steps` steps: the timed ones are taken as representative of all.
     pub(crate) fn settle_steps(&mut self, steps: u64) {
         let Counters { stages, in_steps, timed_steps, .. } = &mut self.counters;
         let factor = steps as f64 / (*timed_steps).max(1) as f64;
@@ -224,12 +222,12 @@ impl Meter {
         }
     }
 
-    /// Adds time of a stage that was at work in the background.
+    /// Adds time that a stage worked in the background.
     pub(crate) fn add_background(&mut self, stage: Stage, busy: Duration) {
         self.counters.stages[stage as usize].background += busy;
     }
 
-    /// Adds time as [`Self::add_background`], as one call that began at a time.
+    /// Adds time as [`Self::add_background`], as one call that began at a given instant.
     pub(crate) fn add_background_since(&mut self, stage: Stage, began: Instant, busy: Duration) {
         self.add_background(stage, busy);
         self.counters.stages[stage as usize].calls += 1;
@@ -238,22 +236,21 @@ impl Meter {
         }
     }
 
-    /// Adds what a stage has computed and moved.
+    /// Adds arithmetic and memory traffic of a stage.
     pub(crate) fn add_work(&mut self, stage: Stage, work: Work) {
         self.counters.stages[stage as usize].work += work;
     }
 
-    /// Adds to a counter.
     pub(crate) fn count(&mut self, counter: Counter, amount: u64) {
         self.counters.counts[counter as usize] += amount;
     }
 
-    /// Returns the cost of a stage so far, without the steps since the last settlement.
+    /// Cost of a stage so far, without the steps since the last settlement.
     pub fn cost(&self, stage: Stage) -> StageCost {
         self.counters.stages[stage as usize]
     }
 
-    /// Returns the cost as [`Self::cost`], the stage's parts included.
+    /// The cost as [`Self::cost`], the parts of the stage included.
     pub(crate) fn whole(&self, stage: Stage) -> StageCost {
         let mut whole = self.cost(stage);
         for part in Stage::ALL.into_iter().filter(|part| part.part_of() == Some(stage)) {
@@ -262,18 +259,17 @@ impl Meter {
         whole
     }
 
-    /// Returns the value of a counter.
+    /// The counter's value so far.
     pub fn counted(&self, counter: Counter) -> u64 {
         self.counters.counts[counter as usize]
     }
 
-    /// Returns all that was counted and timed so far.
+    /// All that was counted and timed so far, the current phase of steps included.
     pub(crate) fn counters(&self) -> Counters {
         Counters { steps: self.steps(), ..self.counters }
     }
 
-    /// Goes on from what an earlier part of the same run has counted and timed: its times join what there is, its
-    /// counts take the place of it.
+    /// Continues an earlier part of the same run: its times are added to the present ones, its counts replace them.
     pub(crate) fn go_on(&mut self, earlier: &Counters) {
         let own = &mut self.counters;
         own.stages.iter_mut().zip(&earlier.stages).for_each(|(own, earlier)| own.add(earlier));
@@ -283,12 +279,12 @@ impl Meter {
         own.steps += earlier.steps;
     }
 
-    /// Returns the time of a stage so far on the run's own thread, that of the steps as far as they were timed.
+    /// Wall time of a stage so far on the run's thread, including the timed steps not yet settled.
     pub fn spent(&self, stage: Stage) -> Duration {
         self.cost(stage).spent.wall + self.counters.in_steps[stage as usize].wall
     }
 
-    /// Returns all steps together so far, with the processor time of all threads.
+    /// Time of all steps together so far, with the processor time of all threads.
     pub fn steps(&self) -> Spent {
         let mut steps = self.counters.steps;
         if let Some(mut clock) = self.steps_clock {
@@ -297,7 +293,7 @@ impl Meter {
         steps
     }
 
-    /// Enters another phase of the run.
+    /// Enters another phase of the run; the clock of the steps runs in the contact phase only.
     pub fn enter(&mut self, phase: Phase) {
         self.counters.steps = self.steps();
         self.steps_clock = (phase == Phase::Contact).then(|| Clock::start(Some(process::cpu_time)));
@@ -306,20 +302,19 @@ impl Meter {
         }
     }
 
-    /// Takes note that so many steps are done: where a block of them ends, a trace has them together. Without a trace
-    /// it does nothing.
+    /// Notes that `steps` steps are done: where a block of them ends, the trace, if any, records it.
     pub fn end_step(&mut self, steps: u64) {
         if let Some(trace) = self.trace.as_mut().filter(|trace| trace.ends_block(steps)) {
             trace.end_block(steps);
         }
     }
 
-    /// Returns the timeline, if one is recorded.
+    /// The timeline, if one is recorded.
     pub fn trace(&self) -> Option<&Trace> {
         self.trace.as_deref()
     }
 
-    /// Returns the same as [`Self::trace`], to be changed.
+    /// The timeline as [`Self::trace`], to be changed.
     pub fn trace_mut(&mut self) -> Option<&mut Trace> {
         self.trace.as_deref_mut()
     }
@@ -387,7 +382,7 @@ mod tests {
         assert!(outer + wall(Stage::Output) <= all && outer >= Duration::from_millis(1), "{outer:?} of {all:?}");
         let ratio = wall(Stage::Fit).as_secs_f64() / wall(Stage::Influence).as_secs_f64();
         assert!((ratio - 3.0).abs() < 1e-3, "{ratio}");
-        // Processor time and peak memory go with it where the system tells.
+        // Processor time and peak memory are there where the system reports them.
         let cost = meter.cost(Stage::Output);
         assert_eq!(cost.spent.cpu_seconds().is_some(), process::cpu_time().is_some());
         assert_eq!(cost.peak_memory.is_some(), process::peak_memory().is_some());

@@ -3,17 +3,17 @@
 //! Stages are timed, kernels are counted. Counters are exact and independent of the machine and of the number of
 //! threads; times are neither.
 //!
-//! How closely is a [`Watch`]:
+//! How closely is set by a [`Watch`]:
 //!
-//! - by default every stage outside of the time steps is timed, and of the steps one block of 64 in 16:
-//!   what the others took is taken to be like it. The rare long work within the steps (road made there, segments of the
-//!   vibration completed, checkpoints) is timed whenever it comes;
+//! - by default every stage outside of the time steps is timed, and of the steps one block of 64 in 16, taken as
+//!   representative of the others. The rare long work within the steps (road made there, segments of the vibration
+//!   completed, checkpoints) is timed whenever it comes;
 //! - [closely](Timing::Closely), every second block of steps is timed. Outside of the steps a stage also has its
-//!   processor time, the memory it asked for (where the program's allocator counts), and the peak of the resident
-//!   memory at its end; within them processor time, a system call, is read in one step of 251, if it is
-//!   timed, and stands for the others. There it is that of the run's own thread; that of all threads, and with it their
-//!   idle share, is known for all steps together;
-//! - for a trace, [every](Timing::Every) step is timed, and what happened when is noted.
+//!   processor time, the memory it allocated (where the program's allocator counts), and the peak of the resident
+//!   memory at its end; within them processor time, a system call, is read in one step of 251, if that is timed, and
+//!   represents the others. There it is that of the run's thread; that of all threads, and with it their idle share, is
+//!   known for all steps together;
+//! - for a trace, [every](Timing::Every) step is timed, and the time at which things happened is recorded.
 //!
 //! A clock read takes 23 ns; a step at N = 512 that is timed has about six. Measured on the default scene with a smooth
 //! road, where a step is shortest (test `overhead` of `tests/suite/profile.rs`, one thread of a two-core AMD EPYC),

@@ -1,4 +1,4 @@
-//! Peak rates of one core of this machine, beside which the rates of stages stand.
+//! Peak rates of one core of this machine, with which the rates of stages are compared.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -6,11 +6,11 @@ use std::time::Instant;
 use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
-/// Independent chains of multiply-adds: more than latency times units of any processor.
+/// Independent chains of multiply-adds: more than latency times units of any processor, so that none waits.
 const CHAINS: usize = 12;
 /// Multiply-adds of a chain in a trial.
 const LENGTH: usize = 50_000;
-/// Numbers that are copied: 16 MB, more than the caches of a core hold.
+/// Doubles copied: 16 MB, more than the private caches of a core hold.
 const COPIED: usize = 2 << 20;
 /// Trials, of which the fastest counts.
 const TRIALS: usize = 8;
@@ -18,7 +18,7 @@ const TRIALS: usize = 8;
 /// Best rates of one core.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct MachinePeak {
-    /// Independent fused multiply-adds with the vectors that the program runs with \[flop/s\].
+    /// Independent fused multiply-adds with the vector width that the program uses \[flop/s\].
     pub flop_per_second: f64,
     /// Bytes read and written by copying 16 MB to other 16 MB: memory, or the cache that all cores share where that is
     /// large \[B/s\].
@@ -26,13 +26,13 @@ pub struct MachinePeak {
 }
 
 impl MachinePeak {
-    /// Measures: some 20 ms.
+    /// Measures both rates on the calling thread; takes some 20 ms.
     pub fn measure() -> Self {
         Self { flop_per_second: multiply_add_rate(), bytes_per_second: copy_rate() }
     }
 }
 
-/// Returns the best rate of independent fused multiply-adds on one core \[flop/s\].
+/// Best of several trials of independent fused multiply-adds on one core \[flop/s\], two flops each.
 pub fn multiply_add_rate() -> f64 {
     Arch::new().dispatch(MultiplyAdds)
 }
@@ -62,7 +62,7 @@ impl WithSimd for MultiplyAdds {
     }
 }
 
-/// Returns the best rate of copying one array of 16 MB to another \[B/s, read and written\].
+/// Best rate of copying one array of 16 MB to another \[B/s, read and written\].
 pub(crate) fn copy_rate() -> f64 {
     let (from, mut to) = (vec![1.0_f64; COPIED], vec![0.0_f64; COPIED]);
     let mut best = 0.0_f64;

@@ -1,29 +1,29 @@
-//! Memory and processor time of this process as the system sees them.
+//! Memory and processor time of this process as the system reports them.
 
 use std::time::Duration;
 
-/// Returns the largest resident memory since the process began \[bytes\]; `None` where the system does not tell.
+/// Largest resident memory since the process began \[bytes\]; `None` where the system does not report it.
 pub(crate) fn peak_memory() -> Option<u64> {
     status("VmHWM:")
 }
 
-/// Returns the resident memory now \[bytes\]; `None` where the system does not tell.
+/// Resident memory now \[bytes\]; `None` where the system does not report it.
 pub(crate) fn resident_memory() -> Option<u64> {
     status("VmRSS:")
 }
 
-/// Returns the processor time that all threads of the process have taken so far; `None` where the system does not tell.
-/// A system call: half a microsecond.
+/// Processor time of all threads of the process so far; `None` where the system does not report it. A system call: half
+/// a microsecond.
 ///
-/// For milliseconds and more. Linux counts what another thread has done in lumps of milliseconds (measured on 6.18:
-/// over 5 us two busy threads seem to take 1.0 or 4.5 times the wall time, depending on how often is asked; 2.0 over a
+/// For milliseconds and more. Linux counts the time of other threads in lumps of milliseconds (measured on 6.18: over 5
+/// us two busy threads seem to take 1.0 or 4.5 times the wall time, depending on how often it is read; 2.0 over a
 /// second).
 pub(crate) fn cpu_time() -> Option<Duration> {
     clocks::read(clocks::PROCESS)
 }
 
-/// Returns the processor time that the calling thread has taken so far, to the nanosecond; `None` where the system does
-/// not tell. A system call: half a microsecond.
+/// Processor time of the calling thread so far, to the nanosecond; `None` where the system does not report it. A system
+/// call: half a microsecond.
 pub(crate) fn thread_cpu_time() -> Option<Duration> {
     clocks::read(clocks::THREAD)
 }
@@ -55,7 +55,7 @@ mod clocks {
     }
 }
 
-/// Returns a line of Linux' account of the process, in kB there.
+/// Value \[bytes\] of a line of `/proc/self/status`, which is in kB there.
 fn status(name: &str) -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;

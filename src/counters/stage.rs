@@ -3,15 +3,15 @@
 use super::catalogue::catalogue;
 
 catalogue! {
-    /// A stage of the pipeline, in the order of the data's way.
+    /// A stage of the pipeline, in the order of the data flow.
     pub enum Stage,
-    /// The stage named as people read it in a table.
+    /// Name of the stage in printed tables.
     title {
         /// Surface compliance summed to influence functions; convolution weights; a fitted model read from the cache.
         Influence => "sum influence functions",
         /// Poles fitted to the influence functions.
         Fit => "fit poles",
-        /// Reading or making the road and resampling it.
+        /// Reading or making the road, and resampling it.
         Road => "make or read the road",
         /// Stiffness curves of the road slices.
         Slices => "build slice stiffness curves",
@@ -19,11 +19,11 @@ catalogue! {
         RoadWait => "wait for the road",
         /// Static solution and axle height.
         Axle => "find the axle height",
-        /// Displacement left over from past forces, without its transforms.
+        /// Displacement due to past forces, without its transforms.
         History => "convolve the force history",
         /// Transforms of forces and displacements between elements and wavenumbers.
         Transforms => "transform the force history",
-        /// Displacement that the road slices ask for.
+        /// Displacement that the road slices require.
         Penetration => "press into the road slices",
         /// Active-set search, its factorisations left out.
         ActiveSet => "search the active set",
@@ -31,7 +31,7 @@ catalogue! {
         Factorisation => "factorise",
         /// Spectra of the vibration from the patch forces.
         Vibration => "transform to vibration",
-        /// Boundary elements, or what is kept of them, and the tyre's waves.
+        /// Boundary-element solution, or reading it from the cache, and the tyre's waves.
         Radiation => "solve for the radiation",
         /// Sound pressures from the patch forces.
         Sound => "transform to sound",
@@ -57,7 +57,7 @@ impl Stage {
         Self::Output,
     ];
 
-    /// Returns the stage that it is a part of. Times and work of the two are told apart; the whole is their sum.
+    /// The stage that this one is a part of. Times and work of the two are counted apart; the whole is their sum.
     pub const fn part_of(self) -> Option<Self> {
         match self {
             Self::Factorisation => Some(Self::ActiveSet),
@@ -67,10 +67,10 @@ impl Stage {
 }
 
 catalogue! {
-    /// Subject of a run as it goes through its stages.
+    /// Section of a run, each with its stages.
     #[derive(Default)]
     pub enum Phase,
-    /// The phase in a word.
+    /// Name of the phase, one word.
     title {
         /// From the scene to a contact at rest.
         #[default]

@@ -1,30 +1,30 @@
-//! When what happened in a run.
+//! Timeline of a run: when it did what.
 //!
-//! 1. Two rows: the run's own thread, and what is made behind it.
-//! 2. Outside of the steps every stage is a span of its own. Steps are bundled into blocks: within a block's span the
-//!    time of each stage is one span, laid end to end from the block's begin.
-//! 3. Spans nest: run, phase, (block of steps,) stage. All room is taken when the steps begin; what finds none later is
-//!    not noted, and counted.
+//! 1. Two rows: the run's thread, and background work.
+//! 2. Outside of the steps every stage is one span. Steps are bundled into blocks: within a block's span the time of
+//!    each stage is one span, laid end to end from the begin of the block.
+//! 3. Spans nest: run, phase, (block of steps,) stage. All memory is reserved when the steps begin; spans that find no
+//!    room later are not recorded, but counted.
 //!
-//! Beside the spans stands the time of every stage by phase: exact, however many spans there was room for.
+//! The time of every stage by phase is kept beside the spans: exact, however many spans there was room for.
 
 use std::time::{Duration, Instant};
 
 use super::stage::{Phase, Stage};
 
-/// Blocks that the steps are bundled into, at most.
+/// Most blocks that the steps are bundled into.
 const MOST_BLOCKS: u64 = 1000;
-/// Steps of a block at least.
+/// Fewest steps of a block.
 const SHORTEST_BLOCK: u64 = 64;
-/// Spans outside of the steps that there is room for.
+/// Room for spans outside of the steps.
 const OUTSIDE: usize = 4000;
-/// Spans of the row behind.
+/// Room for spans of background work.
 const BEHIND: usize = 20_000;
 
 /// Row of a timeline: the thread that did the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Row {
-    /// The run's own thread.
+    /// The run's thread.
     March,
     /// A background thread.
     Behind,
@@ -35,11 +35,11 @@ pub(crate) enum Row {
 pub(crate) enum What {
     /// The whole run.
     Run,
-    /// A phase of it.
+    /// A phase of the run.
     Phase(Phase),
-    /// Steps, the first and the one after the last.
+    /// A block of steps: the first, and the one after the last.
     Steps(u64, u64),
-    /// A stage.
+    /// A stage, or all its calls in a block of steps.
     Stage(Stage),
 }
 
@@ -50,26 +50,26 @@ pub(crate) struct Span {
     pub row: Row,
     /// Kind of the span.
     pub what: What,
-    /// When it began, since the run did.
+    /// When it began, since the begin of the run.
     pub begin: Duration,
     /// How long it took.
     pub length: Duration,
 }
 
-/// All that was noted.
+/// Recorded spans of a run, and times by stage and phase.
 #[derive(Clone, Debug)]
 pub struct Trace {
     began: Instant,
     spans: Vec<Span>,
-    /// Spans that found no room.
+    /// Spans for which there was no room.
     dropped: u64,
     phase: Phase,
     phase_began: Instant,
-    /// Time of every phase so far.
+    /// Time in each phase so far.
     phases: [Duration; Phase::ALL.len()],
-    /// Time of every stage in every phase, on the run's own thread.
+    /// Time of every stage in every phase, on the run's thread.
     staged: [[Duration; Stage::ALL.len()]; Phase::ALL.len()],
-    /// End of the last block of steps: time, step, time of the stages until then, steps of a block.
+    /// At the end of the last block of steps: instant, step, times of the stages; then the steps of a block.
     block_began: Instant,
     block_first: u64,
     block_staged: [Duration; Stage::ALL.len()],
@@ -101,12 +101,11 @@ impl Default for Trace {
 }
 
 impl Trace {
-    /// Returns the phase under way.
     pub(crate) fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// Makes room for the steps `first..end`, before the first of them.
+    /// Reserves room for the steps `first..end`, before the first of them, and sets the length of their blocks.
     pub fn expect_steps(&mut self, first: u64, end: u64) {
         let steps = end.saturating_sub(first);
         self.block_steps = steps.div_ceil(MOST_BLOCKS).max(SHORTEST_BLOCK).next_multiple_of(SHORTEST_BLOCK);
@@ -115,7 +114,7 @@ impl Trace {
         self.spans.reserve_exact(OUTSIDE + BEHIND + blocks * (1 + Stage::ALL.len()));
     }
 
-    /// Tells whether a block of steps ends before `step`.
+    /// True if a block of steps ends before `step`.
     pub(crate) fn ends_block(&self, step: u64) -> bool {
         step >= self.block_first + self.block_steps
     }
@@ -129,12 +128,11 @@ impl Trace {
         self.block_staged = self.staged[phase as usize];
     }
 
-    /// Returns the beginning of the run.
     pub(crate) fn began(&self) -> Instant {
         self.began
     }
 
-    /// Ends the run at a moment; returns its time.
+    /// Ends the run at a moment; returns its whole time.
     pub(crate) fn end(&mut self, now: Instant) -> Duration {
         self.end_phase(now);
         self.phase_began = now;
@@ -149,17 +147,17 @@ impl Trace {
         self.push(Row::March, What::Phase(self.phase), self.phase_began, length);
     }
 
-    /// Adds to the time of a stage in the phase under way.
+    /// Adds to the time of a stage in the current phase.
     pub(super) fn add_staged(&mut self, stage: Stage, wall: Duration) {
         self.staged[self.phase as usize][stage as usize] += wall;
     }
 
-    /// Notes a stage outside of the steps.
+    /// Records a stage outside of the steps.
     pub(super) fn add_stage(&mut self, stage: Stage, began: Instant, length: Duration) {
         self.push(Row::March, What::Stage(stage), began, length);
     }
 
-    /// Notes a stage in the background.
+    /// Records a stage in the background.
     pub(super) fn add_background(&mut self, stage: Stage, began: Instant, length: Duration) {
         self.behind += 1;
         if self.behind > BEHIND {
@@ -169,7 +167,7 @@ impl Trace {
         }
     }
 
-    /// Notes the steps from the last block's end to `step`, and the stages within them.
+    /// Records the steps from the end of the last block to `step`, and the stages within them.
     pub(crate) fn end_block(&mut self, step: u64) {
         if step == self.block_first {
             return;
@@ -196,32 +194,31 @@ impl Trace {
         }
     }
 
-    /// Returns all spans, in the order in which they ended.
+    /// All spans, in the order in which they ended.
     pub(crate) fn spans(&self) -> &[Span] {
         &self.spans
     }
 
-    /// Returns the number of its spans.
+    /// Number of recorded spans.
     pub fn span_count(&self) -> usize {
         self.spans.len()
     }
 
-    /// Returns the spans that found no room.
+    /// Number of spans for which there was no room.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Returns the time of the whole run; zero before it has ended.
+    /// Time of the whole run; zero before it has ended.
     pub(crate) fn wall(&self) -> Duration {
         self.wall
     }
 
-    /// Returns the time of a phase.
     pub(crate) fn phase_time(&self, phase: Phase) -> Duration {
         self.phases[phase as usize]
     }
 
-    /// Returns the time of a stage in a phase, on the run's own thread.
+    /// Time of a stage in a phase, on the run's thread.
     pub(crate) fn stage_time(&self, phase: Phase, stage: Stage) -> Duration {
         self.staged[phase as usize][stage as usize]
     }

@@ -2,30 +2,30 @@
 
 use super::cost::AllocationProbe;
 
-/// Steps that are timed one after the other where not all are: whole blocks of the history.
+/// Length of a timed block of steps where not all are timed: that of the history's blocks.
 pub(crate) const BLOCK: u64 = 64;
-/// Blocks of which one is timed.
+/// One block of so many is timed.
 pub(crate) const BLOCKS: u64 = 16;
-/// Steps of which one has its processor time read, if it is timed at all; prime, so that every step of the history's
-/// blocks has its turn.
+/// One step of so many has its processor time read, if it is timed at all; prime, so that every place in the history's
+/// blocks gets its turn.
 pub(crate) const WATCHED_EVERY: u64 = 251;
 
 /// How closely stages are timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Timing {
-    /// No clock is read within the steps: what the other ways are measured against.
+    /// No clock is read within the steps: the reference for the cost of timing.
     Outside,
-    /// One block of 64 steps in 16 stands for the others.
+    /// One block of 64 steps in 16 represents the others.
     #[default]
     Sampled,
-    /// Every second block of steps; processor time and memory are looked at, too.
+    /// Every second block of steps; processor time and memory are read, too.
     Closely,
-    /// As closely, but every step.
+    /// As [`Self::Closely`], but every step.
     Every,
 }
 
 impl Timing {
-    /// Returns the share of the steps that are timed.
+    /// Share of the steps that are timed, 0 to 1.
     pub const fn share_of_steps(self) -> f64 {
         match self {
             Self::Outside => 0.0,
@@ -36,14 +36,14 @@ impl Timing {
     }
 }
 
-/// How closely a run is watched.
+/// Settings for what is measured of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Watch {
     /// How closely stages are timed.
     pub timing: Timing,
-    /// Records a timeline; only where every step is timed.
+    /// Records a timeline; only with [`Timing::Every`].
     pub trace: bool,
-    /// Counts of the program's allocator.
+    /// Reads the counts of the program's allocator, if it counts.
     pub allocations: Option<AllocationProbe>,
 }
 

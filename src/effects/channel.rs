@@ -1,6 +1,6 @@
-//! Arrays of a run, each stated once: its file, unit, meaning, and how a row of it is read from a step.
+//! Arrays of a run, each defined once: its file, unit, meaning, and how a row of it is read from a step.
 //!
-//! Folder, memory, MATLAB file, Python package and documentation take them from here.
+//! Folder, memory, MATLAB file, Python package and documentation use these definitions.
 
 use super::error::RunError;
 use super::observer::Step;
@@ -9,26 +9,26 @@ use crate::results::ResultsError;
 use crate::results::arrays::{ArrayPlace, WrittenArrays};
 use crate::results::npy::{NpyNumber, NpyWriter, Row};
 
-/// Array of a run.
+/// Definition of an array of a run.
 pub struct Channel {
-    /// Name of the file, without its ending.
+    /// Name of the file without its extension.
     pub name: &'static str,
-    /// Unit of its numbers; 1 for mere numbers.
+    /// Unit of its numbers; "1" without a dimension.
     pub unit: &'static str,
-    /// Meaning in a few words.
+    /// Meaning in a few words, for the documentation.
     pub meaning: &'static str,
-    /// Numbers of a row.
+    /// Size of a row.
     pub row: RowShape,
     /// Steps that have a row.
     pub when: RowTimes,
-    /// Tells whether a plan calls for it.
+    /// True for a plan whose run has this array.
     pub wanted: fn(&Plan) -> bool,
-    /// Reads a row.
+    /// Reads a row from a step.
     pub(crate) read: Read,
 }
 
 impl Channel {
-    /// Channel that another one differs from by what it states: written at the end; with a `read`, a number a step.
+    /// Defaults of a channel: one number per step, in every run, written at the end.
     pub const BASE: Self = Self {
         name: "",
         unit: "",
@@ -39,20 +39,20 @@ impl Channel {
         read: Read::Written,
     };
 
-    /// Tells whether it is written at the end of a run, not row by row.
+    /// True if it is written at the end of a run, not row by row.
     pub fn is_written_at_the_end(&self) -> bool {
         matches!(self.read, Read::Written)
     }
 }
 
-/// Numbers of a row.
+/// Size of a row.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum RowShape {
     /// One number.
     One,
     /// One for each column of the window.
     Columns,
-    /// One for each row of points along.
+    /// One for each row of points along the tyre.
     Across,
     /// One for each point of the window, column by column.
     Points,
@@ -63,49 +63,48 @@ pub enum RowShape {
 pub enum RowTimes {
     /// Every step.
     EveryStep,
-    /// Those at `outputs.cells_every`.
+    /// Steps at the interval `outputs.cells_every`.
     CellsEvery,
 }
 
-/// Reading of a row from a step.
+/// Reading of a row from a step, by the type of its numbers.
 pub(crate) enum Read {
-    /// A number.
+    /// One number, in double precision.
     Number(fn(&Step<'_>) -> f64),
-    /// A whole number.
+    /// One integer.
     Count(fn(&Step<'_>) -> i64),
-    /// A row that is there.
+    /// A row that exists already.
     Row(for<'a> fn(&Step<'a>) -> &'a [f64]),
-    /// A row that is worked out.
+    /// Fills a row of zeros.
     Fill(fn(&Step<'_>, &mut [f64])),
-    /// A row in single precision.
+    /// Fills a row in single precision.
     Single(fn(&Step<'_>, &mut [f32])),
     /// No row: written at the end.
     Written,
 }
 
-/// Numbers of an array that a run keeps in memory.
+/// Numbers of an array that a run keeps in memory, by type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ArrayNumbers {
     /// In double precision.
     Double(Vec<f64>),
-    /// Whole numbers.
+    /// Integers.
     Whole(Vec<i64>),
     /// In single precision.
     Single(Vec<f32>),
 }
 
-/// Array of a run in memory.
+/// An array of a run in memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeptArray {
     /// Name of the channel.
     pub name: &'static str,
-    /// Numbers of a row; `None` where that is one.
+    /// Numbers per row; `None` for one number.
     pub columns: Option<usize>,
-    /// Row after row.
+    /// Numbers, row after row.
     pub numbers: ArrayNumbers,
 }
 
-/// Destination of an array's rows.
 enum Sink<T> {
     File(NpyWriter<T>),
     Memory(Vec<T>),
@@ -130,7 +129,7 @@ enum Rows {
     Single(Sink<f32>),
 }
 
-/// Does the same with a sink whatever its numbers are.
+/// The same work for every type of numbers.
 macro_rules! for_each_type {
     ($rows:expr, $sink:ident => $work:expr) => {
         match $rows {
@@ -141,29 +140,29 @@ macro_rules! for_each_type {
     };
 }
 
-/// Channel of a run that has begun.
+/// A channel whose array is being written.
 struct Open {
     channel: &'static Channel,
     rows: Rows,
-    /// Numbers of a row.
+    /// Numbers per row.
     length: usize,
 }
 
-/// Arrays of a run that has begun.
+/// Arrays of a run in progress.
 pub(crate) struct Arrays {
     open: Vec<Open>,
-    /// Steps between two frames of cells.
+    /// Steps from one frame of cells to the next.
     every: u64,
     filled: Vec<f64>,
     singles: Vec<f32>,
 }
 
 impl Arrays {
-    /// Begins the arrays that a plan calls for, or goes on with them, in a folder; without one in memory. A window has
-    /// so many columns and points across.
+    /// Begins the arrays of a plan, or goes on with them, in a folder; without one in memory. `columns` and `across`
+    /// are the window's size in points.
     ///
     /// # Errors
-    /// Errors of the arrays; [`ResultsError::Room`] where memory does not suffice.
+    /// Errors of the arrays; [`ResultsError::Room`] if memory does not suffice.
     pub(crate) fn open(
         channels: impl Iterator<Item = &'static Channel>,
         plan: &Plan,
@@ -202,12 +201,11 @@ impl Arrays {
         Ok(arrays)
     }
 
-    /// Tells whether there is any.
     pub(crate) fn is_empty(&self) -> bool {
         self.open.is_empty()
     }
 
-    /// Writes a row of each, where the step has one.
+    /// Writes a row of each array that has one at this step.
     ///
     /// # Errors
     /// Errors of the arrays.
@@ -231,14 +229,14 @@ impl Arrays {
                     read(step, &mut singles[..*length]);
                     sink.push(&singles[..*length])?;
                 }
-                // Opened by how it is read.
+                // The sink was chosen by the kind of reading, see [`Self::open`].
                 _ => {}
             }
         }
         Ok(())
     }
 
-    /// Brings all rows so far to the disk; gives how far each array has come.
+    /// Brings all rows so far to the disk; returns how far each array has come.
     ///
     /// # Errors
     /// Errors of the arrays.
@@ -252,7 +250,7 @@ impl Arrays {
         Ok(written)
     }
 
-    /// Completes the arrays; gives the bytes written to files, and the arrays in memory.
+    /// Completes the arrays; returns the bytes written to files, and the arrays in memory.
     ///
     /// # Errors
     /// Errors of the arrays.
@@ -275,7 +273,7 @@ impl Arrays {
     }
 }
 
-/// Begins the rows of a channel.
+/// Begins the rows of a channel in its file or in memory, for which room is reserved at once.
 fn sink<T: NpyNumber>(
     channel: &Channel,
     place: Option<&ArrayPlace<'_>>,

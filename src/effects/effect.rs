@@ -1,4 +1,4 @@
-//! Effects as the program lists them: each begins an observer for a run that calls for it.
+//! Interface of the effects to the program: each begins an observer for a run that includes it.
 
 use std::sync::atomic::AtomicBool;
 
@@ -23,9 +23,9 @@ use crate::tyre::poles::RationalModel;
 /// Contact of a run that is about to begin.
 #[derive(Clone, Debug)]
 pub struct ContactFacts {
-    /// Where the window's elements are.
+    /// Positions of the window's elements.
     pub geometry: Geometry,
-    /// Shape of the window.
+    /// Number of points along and across the window.
     pub(crate) shape: WindowShape,
     /// Size of a point along and across \[m\].
     pub point_size: [f64; 2],
@@ -35,81 +35,81 @@ pub struct ContactFacts {
     pub scale: f64,
     /// Spring compliance per element \[m/N\]; 0 without springs.
     pub spring: f64,
-    /// Highest frequency that levels are vouched for \[Hz\], apart from slices: the plan's, or the road's where that
-    /// ends before.
+    /// Highest frequency up to which levels are valid \[Hz\], apart from slices: the plan's, or the road's where that
+    /// is lower.
     pub valid_to: f64,
     /// Errors of contact over slices, where they are known.
     pub(crate) slice_errors: Option<SliceErrors>,
-    /// Gaps between tread and road at places of the run, where their air is heard.
+    /// Gaps between tread and road at places of the run, where sound needs their air.
     pub(crate) gaps: Vec<GapMap>,
 }
 
 impl ContactFacts {
-    /// Returns the highest frequency that levels of force and vibration are vouched for \[Hz\].
+    /// Highest frequency up to which levels of force and vibration are valid \[Hz\].
     pub fn force_valid_to(&self) -> f64 {
         self.slice_errors.as_ref().map_or(f64::INFINITY, |errors| errors.force_valid_to).min(self.valid_to)
     }
 
-    /// Returns the highest frequency that levels of sound are vouched for as far as the contact goes \[Hz\].
+    /// Highest frequency up to which levels of sound are valid as far as the contact determines it \[Hz\].
     pub fn sound_valid_to(&self) -> f64 {
         self.slice_errors.as_ref().map_or(f64::INFINITY, |errors| errors.sound_valid_to).min(self.valid_to)
     }
 }
 
-/// Models of the tyre that the contact has made, where an effect demands them.
+/// Models of the tyre that the contact has computed, for effects that need them.
 #[derive(Default)]
 pub struct TyreModels {
-    /// The tyre's poles, where the past is carried by them.
+    /// Poles of the tyre, where the history is carried by them.
     pub poles: Option<RationalModel>,
-    /// The waves of cells, and the influence between cells at once beyond them.
+    /// Waves of cells that the history carries, and the instantaneous influence between cells beyond them.
     pub waves: Option<(Vec<CarriedWaves>, CellInfluence)>,
 }
 
-/// Ingredients of an observer.
+/// Input of an observer.
 pub struct Begin<'a> {
-    /// The scene.
+    /// Scene of the run.
     pub loaded: &'a LoadedScene,
-    /// Its plan.
+    /// Plan of the run.
     pub plan: &'a Plan,
-    /// The contact.
+    /// Contact of the run.
     pub contact: &'a ContactFacts,
-    /// Models of the tyre.
+    /// Models of the tyre; an observer may take them.
     pub models: &'a mut TyreModels,
-    /// Flag of a run whose results stay in memory; such a run makes no pictures.
+    /// True for a run whose results stay in memory; such a run makes no pictures.
     pub in_memory: bool,
-    /// Tells the memory that a plan needs on one thread \[bytes\].
+    /// Memory that a plan needs on one thread \[bytes\].
     pub planned_memory: fn(&Plan) -> f64,
     /// Warnings that the user should act on.
     pub warnings: &'a mut Vec<String>,
-    /// Flag that ends the work once it is set.
+    /// Set to stop the work.
     pub stop: &'a AtomicBool,
-    /// Watcher of the work.
+    /// Receiver of progress reports.
     pub progress: &'a mut dyn Progress,
-    /// Cost so far.
+    /// Costs of the run so far.
     pub meter: &'a mut Meter,
 }
 
-/// Effect that reads the steps of a run.
+/// An effect, which reads the steps of a run.
 pub(crate) trait Effect: Sync {
-    /// Returns the name, also of its part of a checkpoint.
+    /// Name, also of its part of a checkpoint.
     fn name(&self) -> &'static str;
 
-    /// Returns the arrays that it gives, beside the files of its end.
+    /// Arrays that it writes step by step, or at the end.
     fn channels(&self) -> &'static [Channel] {
         &[]
     }
 
-    /// Returns the rows of the plan's table, each with its decision and its switch.
+    /// Rows of the plan's table, each with its decision and its switch.
     fn rows(&self) -> &'static [Row] {
         &[]
     }
 
-    /// Tells whether it takes the models of the tyre that the contact makes, in a scene with every setting decided.
+    /// True if it uses the models of the tyre that the contact computes; the scene has every setting decided.
     fn takes_models(&self, _scene: &Scene) -> bool {
         false
     }
 
-    /// Refuses wishes that a scene with every setting decided cannot give.
+    /// Refuses requests that a scene with every setting decided cannot fulfil.
     ///
     /// # Errors
     /// [`SceneError::Invalid`].
@@ -117,12 +117,12 @@ pub(crate) trait Effect: Sync {
         Ok(())
     }
 
-    /// Tells a setting that it has chosen for a plan.
+    /// A setting that it has chosen for a plan.
     fn choice(&self, _plan: &Plan) -> Option<Choice> {
         None
     }
 
-    /// Lists what is known of a plan before its run, beside its decisions.
+    /// Facts known about a plan before its run, in addition to its decisions.
     fn notes(&self, _plan: &Plan) -> Vec<String> {
         Vec::new()
     }
@@ -130,25 +130,25 @@ pub(crate) trait Effect: Sync {
     /// Notes in a plan what the user's cache holds for it.
     fn look_up(&self, _plan: &mut Plan) {}
 
-    /// Adds its work and memory to those of a plan; none where it is off.
+    /// Adds its work and memory to those of a plan; nothing where it is off.
     fn add_amounts(&self, _plan: &Plan, _amounts: &mut Amounts) {}
 
-    /// Lists the results that a run of a plan will not give.
+    /// Results that a run of a plan will not give.
     fn missing(&self, _plan: &Plan) -> Vec<String> {
         Vec::new()
     }
 
-    /// Returns the tables of third octaves that it writes.
+    /// Tables of third octaves that it writes.
     fn levels(&self) -> &'static [LevelTable] {
         &[]
     }
 
-    /// Tells its figures of a run whose folder is read again.
+    /// Its figures of a run whose folder was read.
     fn figures(&self, _stored: &Stored) -> Vec<Figure> {
         Vec::new()
     }
 
-    /// Shows its results of a run on a page that shows others beside.
+    /// Sections on its results of a run, for a page on several runs.
     ///
     /// # Errors
     /// [`ReportError`].
@@ -156,7 +156,8 @@ pub(crate) trait Effect: Sync {
         Ok(Vec::new())
     }
 
-    /// Begins an observer; `None` where the scene does not call for it, or, with a warning, where the run is too short.
+    /// Begins an observer; `None` where the scene does not include the effect, or, with a warning, where the run is too
+    /// short.
     ///
     /// # Errors
     /// [`RunError`].

@@ -1,4 +1,4 @@
-//! Why a run did not reach its end.
+//! Errors of a run.
 
 use std::path::PathBuf;
 
@@ -14,19 +14,19 @@ use crate::road::slices::SliceError;
 use crate::scene::SceneError;
 use crate::storage::StateError;
 
-/// An error of a run, by the layer that it comes from.
+/// Error of a run, by the layer that it comes from.
 #[derive(Debug, Error)]
 pub enum RunError {
-    /// The scene cannot be used, or asks for more than there is.
+    /// The scene cannot be used, or asks for more than is available.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The road.
+    /// Error of the road.
     #[error(transparent)]
     Road(#[from] RoadError),
-    /// The road's slices.
+    /// Error of the road's slices.
     #[error(transparent)]
     Slices(#[from] SliceError),
-    /// The contact.
+    /// Error of the contact.
     #[error(transparent)]
     Contact(#[from] ContactError),
     /// The results could not be written.
@@ -41,10 +41,10 @@ pub enum RunError {
     /// The state of an unfinished run does not fit.
     #[error(transparent)]
     State(#[from] StateError),
-    /// The run cannot be gone on with.
+    /// The run cannot be resumed.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
-    /// The results could not be written to their end, but there is a checkpoint to go on from.
+    /// Writing the results failed before the run's end, but there is a checkpoint to resume from.
     #[error(
         "{source}; the run up to its last checkpoint is kept: when there is room, `tyrewave resume {}` goes on",
         kept.display()
@@ -52,13 +52,13 @@ pub enum RunError {
     Kept {
         /// Error of the results.
         source: ResultsError,
-        /// The folder of the unfinished run.
+        /// Folder of the unfinished run.
         kept: PathBuf,
     },
     /// The user stopped the run.
     #[error("interrupted")]
     Interrupted {
-        /// Where the partial results are, if there are any.
+        /// Folder of the partial results, if there are any.
         kept: Option<PathBuf>,
     },
 }

@@ -1,12 +1,12 @@
-//! Effects of a run: each reads the steps that are done and makes results of them. What changes the problem itself, as
-//! rotation or friction, is physics and no effect.
+//! Effects of a run: each reads the completed steps and computes results from them. Whatever changes the problem
+//! itself, such as rotation or friction, is physics and no effect.
 //!
 //! An effect is a folder and a line in [`EFFECTS`]. It states its rows of the plan's table, its work and memory before
-//! a run, and its arrays as [`Channel`]s. It begins an [`Observer`] for a run that calls for it, looks back at the end,
+//! a run, and its arrays as [`Channel`]s. It begins an [`Observer`] for a run that includes it, summarises at the end,
 //! and shows its results as [`Section`]s of a page. An effect that is off has no observer, no array, no memory.
 //!
-//! - [`force`]: the total force, its spectrum and the patch's forces: every run has it;
-//! - [`resistance`]: rolling resistance by the power put in;
+//! - [`force`]: the total force, its spectrum and the patch's forces: part of every run;
+//! - [`resistance`]: rolling resistance from the power put in;
 //! - [`cells`]: area, pressure and force across of a contact of cells;
 //! - [`friction`]: tangential forces, moment and slip of a contact with friction;
 //! - [`tread_pattern`]: map of the tread's depths, force and sound by order of the revolution;
@@ -44,13 +44,12 @@ pub(crate) static EFFECTS: [&dyn Effect; 7] = [
     &sound::SoundEffect,
 ];
 
-/// Returns the channel of an array by its file's name without the ending; several maps may share one.
+/// Channel of an array by its file's name without the extension; several maps may share one.
 pub(crate) fn channel(name: &str) -> Option<&'static Channel> {
     let exact = channels().find(|channel| channel.name == name);
     exact.or_else(|| channels().find(|channel| channel.is_written_at_the_end() && name.starts_with(channel.name)))
 }
 
-/// Returns all arrays of all effects.
 pub(crate) fn channels() -> impl Iterator<Item = &'static Channel> {
     EFFECTS.into_iter().flat_map(Effect::channels)
 }

@@ -1,4 +1,4 @@
-//! Steps that are done, and the observers that read them.
+//! Completed steps of a run, and the interface of their observers.
 
 use std::any::Any;
 
@@ -19,54 +19,54 @@ use crate::road::strip::RoadStrip;
 use crate::scene::LoadedScene;
 use crate::storage::state::{StateError, StateReader, StateWriter};
 
-/// Step of a run that is done.
+/// A completed step of a run.
 #[derive(Clone, Copy)]
 pub struct Step<'a> {
-    /// Number of the step.
+    /// Number of the step, from 0.
     pub number: u64,
     /// Time \[s\].
     pub time: f64,
-    /// True after the warm-up.
+    /// True after the warm-up: the step counts for results.
     pub counts: bool,
     /// Indentation of the rigid tyre into z = 0 \[m\].
     pub indentation: f64,
     /// Sum of the forces \[N\].
     pub total_force: f64,
-    /// Power that the forces put into the tyre \[W\], where an observer needs it, from two steps before those that
-    /// count: backward differences look so far back.
+    /// Power that the forces put into the tyre \[W\], where an observer needs it; from two steps before the end of the
+    /// warm-up on, since backward differences need two earlier steps.
     pub power: Option<f64>,
-    /// Length of the contact \[m\].
+    /// Length of the contact patch \[m\].
     pub contact_length: f64,
     /// Size of a point along and across \[m\].
     pub point_size: [f64; 2],
-    /// Forces and displacements.
+    /// Forces and displacements of the patch.
     pub footprint: &'a Footprint,
-    /// Where the window's elements are.
+    /// Positions of the window's elements.
     pub geometry: &'a Geometry,
 }
 
-/// End of a run, as its effects look back on it.
+/// End of a run, for results over all of its steps.
 pub(crate) struct End<'a> {
-    /// The scene.
+    /// Scene of the run.
     pub loaded: &'a LoadedScene,
-    /// Its plan.
+    /// Plan of the run.
     pub plan: &'a Plan,
-    /// Steps recorded.
+    /// Number of steps recorded.
     pub steps: u64,
-    /// Highest frequency that levels of the force are vouched for \[Hz\].
+    /// Highest frequency up to which levels of the force are valid \[Hz\].
     pub valid_to: f64,
     /// Errors of contact over slices, where they are known.
     pub slice_errors: Option<&'a SliceErrors>,
     /// Forces of the last step.
     pub footprint: &'a Footprint,
-    /// Where its elements are.
+    /// Positions of the elements of that step.
     pub geometry: &'a Geometry,
-    /// The road under it.
+    /// Road under the patch.
     pub road: &'a RoadStrip,
 }
 
 impl End<'_> {
-    /// Draws values of the points of the patch, `across` to a column, of a size along and across \[m\].
+    /// Draws values of the points of the patch, `across` per column, each of a length and width `size` \[m\].
     ///
     /// # Errors
     /// [`RunError`] of the picture, or of writing it.
@@ -84,7 +84,7 @@ impl End<'_> {
     }
 }
 
-/// Findings of a run's effects, as its summary tells them.
+/// Results of a run's effects, for its summary.
 #[derive(Debug, Default)]
 pub(crate) struct Found {
     /// Figures after the warm-up.
@@ -93,7 +93,7 @@ pub(crate) struct Found {
     pub vibration: Option<VibrationSummary>,
     /// Sound at the receivers.
     pub sound: Option<SoundSummary>,
-    /// Pressures by order of the revolution, receiver by receiver, where a table has them.
+    /// Pressures by order of the revolution, receiver by receiver, for a table of another effect.
     pub pressures_by_order: Vec<ReceiverOrders>,
     /// Warnings that the user should act on.
     pub warnings: Vec<String>,
@@ -102,48 +102,42 @@ pub(crate) struct Found {
 /// Pressures at a receiver by order of the revolution.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ReceiverOrders {
-    /// Receiver, as files name it.
+    /// Name of the receiver in files.
     pub receiver: String,
-    /// By order, root mean square at the receiver's first point \[Pa\].
+    /// Root mean square at the receiver's first point \[Pa\], by order.
     pub pressures: Vec<f64>,
 }
 
 /// Observer of the steps of one run: see [`Simulation::with`](crate::Simulation::with).
 pub trait Observer: Any + Send {
-    /// Tells whether it reads the power of a step.
+    /// True if it reads [`Step::power`], which is computed only then.
     fn needs_power(&self) -> bool {
         false
     }
 
-    /// Takes in a step.
+    /// Takes the next step.
     ///
     /// # Errors
     /// [`RunError`]; the run cannot go on then.
     fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError>;
 }
 
-/// Observer of an effect: it goes on with a run that was stopped, and makes results of what it has seen.
+/// Observer of an effect: it can resume with a stopped run, and computes results of the steps that it has taken.
 pub(crate) trait EffectObserver: Observer {
-    /// Takes the state down.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Saves the state.
     fn save(&self, _state: &mut StateWriter) -> Result<(), StateError> {
         Ok(())
     }
 
     /// Goes on from the state of an observer of the same run.
-    ///
-    /// # Errors
-    /// [`StateError`].
     fn restore(&mut self, _state: &mut StateReader<'_>) -> Result<(), StateError> {
         Ok(())
     }
 
-    /// Tells the figures of the steps so far.
+    /// Adds the figures of the steps so far to the summary.
     fn tell(&self, _end: &End<'_>, _found: &mut Found) {}
 
-    /// Writes tables, pictures, sounds and maps of a complete run, and tells what they are summed up by.
+    /// Writes tables, pictures, sounds and maps of a complete run, and adds their summaries.
     ///
     /// # Errors
     /// Errors of the files and pictures.

@@ -1,4 +1,4 @@
-//! Parts of a page on one result as data: an effect states them, the report makes HTML of them.
+//! Sections of a page on one result as data: an effect states them, the report turns them into HTML.
 
 use thiserror::Error;
 
@@ -9,7 +9,7 @@ use crate::results::plots::ThirdOctavePlot;
 use crate::results::table::{Table, aligned};
 use crate::sound::TotalLevel;
 
-/// Meaning of grey in pictures of levels.
+/// Legend of pictures of levels.
 pub(crate) const GREY: &str = "Grey: bands that the run does not vouch for.";
 
 /// Error of a report.
@@ -23,73 +23,73 @@ pub enum ReportError {
     Plot(#[from] PlotError),
 }
 
-/// Figure of a run: a number with its name.
+/// Figure of a run: a named number.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Figure {
-    /// Name.
+    /// Name, as shown.
     pub name: String,
-    /// Unit; empty for a mere number.
+    /// Unit; empty without a dimension.
     pub unit: &'static str,
-    /// Value.
+    /// Value in that unit.
     pub value: f64,
-    /// Bands and error of a level.
+    /// Bands and error, for a level.
     pub total: Option<TotalLevel>,
 }
 
 impl Figure {
-    /// Makes a figure of a number that is there.
+    /// A figure of a number that is known.
     pub(crate) fn of(name: impl Into<String>, unit: &'static str, value: Option<f64>) -> Option<Self> {
         value.map(|value| Self { name: name.into(), unit, value, total: None })
     }
 
-    /// Makes a figure of an A-weighted level that is there.
+    /// A figure of an A-weighted level that is known.
     pub(crate) fn level(name: impl Into<String>, level: Option<TotalLevel>) -> Option<Self> {
         level.map(|level| Self { name: name.into(), unit: "dB(A)", value: level.level, total: Some(level) })
     }
 }
 
-/// Table of third octaves that an effect writes.
+/// Definition of a table of third octaves that an effect writes.
 pub(crate) struct LevelTable {
     /// Name of the file.
     pub file: &'static str,
     /// Quantity of the levels, reference included.
     pub quantity: &'static str,
-    /// Column of the levels.
+    /// Name of the column with the levels.
     pub column: &'static str,
-    /// Gives the errors of its levels.
+    /// Errors of its levels.
     pub errors: fn(&Stored) -> LevelErrors,
 }
 
-/// Section of a page; parts of several effects under one heading follow each other.
+/// Section of a page; sections of several effects under one heading are joined.
 #[derive(Clone, Debug)]
 pub(crate) struct Section {
-    /// Heading.
+    /// Heading, by which sections are joined.
     pub heading: &'static str,
-    /// Content; a section without any is not shown.
+    /// Content; an empty section is not shown.
     pub blocks: Vec<Block>,
 }
 
 /// Block of a section.
 #[derive(Clone, Debug)]
 pub(crate) enum Block {
-    /// Picture and caption.
+    /// Picture as SVG, and its caption.
     Picture([String; 2]),
-    /// Table of levels, folded.
+    /// Table of levels, folded away at first.
     Levels(Table),
-    /// Names with a sentence each.
+    /// List of names, each with a sentence.
     List(Vec<[String; 2]>),
-    /// Sound to play, after some words.
+    /// Sound to play, with a text before it.
     Sound {
-        /// Words before it.
+        /// Text before the player.
         words: String,
-        /// Name of its file.
+        /// Name of the sound's file.
         file: String,
-        /// Bytes of the file.
+        /// Content of the file.
         bytes: Vec<u8>,
     },
 }
 
-/// Draws the spectra of a quantity in one picture, and lists them in a table; nothing where there is none.
+/// A picture of all spectra of a quantity and a table of them; nothing where there is none.
 ///
 /// # Errors
 /// Errors of the picture.
@@ -121,7 +121,7 @@ pub(super) fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec
     Ok(vec![Block::Picture(picture), Block::Levels(aligned(header, rows))])
 }
 
-/// Reads pictures of the folder by name, each with its caption.
+/// Pictures of the folder by name, each with its caption; missing ones are skipped.
 ///
 /// # Errors
 /// [`StoredError`].
@@ -133,7 +133,7 @@ pub(super) fn pictures(stored: &Stored, named: &[[&str; 2]]) -> Result<Vec<Block
     Ok(shown)
 }
 
-/// Reads the pictures of the folder whose names begin so, in the order of their names; the rest of a name is told in
+/// Pictures of the folder whose names begin with `begin`, in the order of the summary; the rest of a name goes before
 /// the caption.
 ///
 /// # Errors
@@ -147,7 +147,7 @@ pub(super) fn pictures_of(stored: &Stored, begin: &str, caption: &str) -> Result
     Ok(shown)
 }
 
-/// Returns the receiver or field of a picture, from its file's name.
+/// Receiver or field of a picture, from its file's name.
 fn shown_by(name: &str, begin: &str) -> String {
     name.strip_prefix(begin).unwrap_or(name).trim_end_matches(".svg").replace('_', " ")
 }

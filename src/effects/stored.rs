@@ -1,4 +1,4 @@
-//! Results folder of a run, as effects and reports read it again.
+//! Results folder of a run, read for effects and reports.
 
 use std::path::{Path, PathBuf};
 
@@ -13,31 +13,31 @@ use crate::storage::array::{Array, ArrayError};
 use crate::storage::flat_folder;
 use crate::storage::input::{self, InputError, TABLE_BYTES};
 
-/// Fault of a folder.
+/// Error of a results folder.
 #[derive(Debug, Error)]
 pub enum StoredError {
     /// A file that cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Error of the system.
+        /// Error of the file system.
         source: std::io::Error,
     },
-    /// A file that is not what its name says.
+    /// A file whose content is not what its name says.
     #[error("{}: {reason}", path.display())]
     Content {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Fault of the file.
+        /// What is wrong with it.
         reason: String,
     },
-    /// Settings that this version of the program does not take.
+    /// Settings that this version of the program does not accept.
     #[error("the settings in {}: {source}", path.display())]
     Settings {
-        /// The summary.
+        /// Path of the summary.
         path: PathBuf,
-        /// Faults of the settings.
+        /// Errors of the settings.
         source: Box<SceneError>,
     },
 }
@@ -47,9 +47,9 @@ pub enum StoredError {
 pub(crate) struct Spectrum {
     /// Quantity of the levels, reference included: that of the effect's table.
     pub quantity: &'static str,
-    /// Name of the signal; empty where there is one of the quantity.
+    /// Name of the signal; empty where it is the only one of the quantity.
     pub name: String,
-    /// The levels, bands rising.
+    /// Levels by rising band.
     pub levels: Vec<BandLevel>,
     /// Errors of valid levels.
     pub errors: LevelErrors,
@@ -58,18 +58,18 @@ pub(crate) struct Spectrum {
 /// An array that a run has written.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct StoredArray {
-    /// Its lengths.
+    /// Length of each dimension.
     pub shape: Vec<usize>,
-    /// Its numbers, row by row.
+    /// Numbers, row by row.
     pub values: Vec<f64>,
 }
 
-/// Results that a finished or interrupted run has left.
+/// Results of a finished or interrupted run.
 #[derive(Clone, Debug)]
 pub struct Stored {
-    /// The folder.
+    /// Path of the folder.
     pub folder: PathBuf,
-    /// Its summary.
+    /// Summary of the run.
     pub summary: Summary,
     /// The scene as it was run.
     pub loaded: LoadedScene,
@@ -77,12 +77,12 @@ pub struct Stored {
     pub plan: Plan,
     /// All third octaves: forces, velocities, sound.
     pub(crate) spectra: Vec<Spectrum>,
-    /// True if the file of a measured road comes from the caller: the folder's own word on it is not taken.
+    /// True if the file of a measured road comes from the caller, and not from the folder.
     pub(crate) knows_road: bool,
 }
 
 impl Stored {
-    /// Adds the file of the measured road, where a caller knows it: it is not among the results.
+    /// Sets the file of the measured road, where a caller knows it: it is not among the results.
     #[must_use]
     pub fn with_road(mut self, file: Option<&Path>) -> Self {
         if let (Some(own), Some(file)) = (self.plan.scene.road.file_mut(), file) {
@@ -92,12 +92,12 @@ impl Stored {
         self
     }
 
-    /// Finds the third octaves of a signal, by their quantity and its name.
+    /// Third octaves of a signal, by their quantity and its name.
     pub(crate) fn spectrum(&self, quantity: &str, name: &str) -> Option<&Spectrum> {
         self.spectra.iter().find(|spectrum| spectrum.quantity == quantity && spectrum.name == name)
     }
 
-    /// Returns the run's name: its folder's.
+    /// Name of the run: that of its folder.
     pub fn name(&self) -> String {
         self.folder.file_name().unwrap_or(self.folder.as_os_str()).to_string_lossy().into_owned()
     }
@@ -105,7 +105,7 @@ impl Stored {
     /// Reads a text file of the folder; `None` where the run has not written it.
     ///
     /// # Errors
-    /// [`StoredError::Read`], also of one that is too large or no text.
+    /// [`StoredError::Read`], also for one that is too large or not text.
     pub fn text(&self, name: &str) -> Result<Option<String>, StoredError> {
         file(&self.folder, name)?.map(|path| read_text(&path)).transpose()
     }
@@ -122,7 +122,7 @@ impl Stored {
     /// Reads a column of numbers from an array of the folder; `None` where the run has not written it.
     ///
     /// # Errors
-    /// [`StoredError::Content`] of a file that holds no such column.
+    /// [`StoredError::Content`] for a file without such a column.
     pub fn column(&self, name: &str) -> Result<Option<Vec<f64>>, StoredError> {
         Ok(self.array(name)?.map(|array| array.values))
     }
@@ -130,7 +130,7 @@ impl Stored {
     /// Reads an array of the folder; `None` where the run has not written it.
     ///
     /// # Errors
-    /// [`StoredError::Content`] of a file that holds none.
+    /// [`StoredError::Content`] for a file without one.
     pub(crate) fn array(&self, name: &str) -> Result<Option<StoredArray>, StoredError> {
         let Some(path) = file(&self.folder, name)? else { return Ok(None) };
         let read = || {
@@ -170,7 +170,7 @@ impl Stored {
 /// Third octaves of several signals, by their names.
 pub(crate) type NamedLevels = Vec<(String, Vec<BandLevel>)>;
 
-/// Returns the third octaves of the signals in a table. Silence has no level, and its cell is empty.
+/// Third octaves of the signals in a table. Silence has no level, and its cell is empty.
 pub(crate) fn levels(table: &Table, column: &str) -> Option<NamedLevels> {
     let [middles, levels, valid] = ["mid_frequency_hz", column, "valid"].map(|name| table.numbers(name));
     let (middles, levels, valid) = (middles?, levels?, valid?);
@@ -183,12 +183,11 @@ pub(crate) fn levels(table: &Table, column: &str) -> Option<NamedLevels> {
     spectra.map(|(name, rows)| Some((name, rows.map(band).collect::<Option<_>>()?))).collect()
 }
 
-/// Finds the path of a file of the folder; `None` where there is none.
+/// Path of a file of the folder; `None` where there is none.
 pub(crate) fn file(folder: &Path, name: &str) -> Result<Option<PathBuf>, StoredError> {
     flat_folder::file(folder, name).map_err(|source| StoredError::Read { path: folder.join(name), source })
 }
 
-/// Reads a text of a folder.
 pub(crate) fn read_text(path: &Path) -> Result<String, StoredError> {
     input::read_text(path, TABLE_BYTES).map_err(reading(path))
 }

@@ -1,45 +1,45 @@
-//! Errors of contact with the half-space.
+//! Errors of contact problems on the half-space.
 
-/// A contact problem that cannot be posed or was not solved.
+/// A contact problem that is ill-posed or was not solved.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HalfSpaceError {
-    /// Heights that do not fill the grid.
+    /// Number of heights that does not fit the grid.
     #[error("a height map of {rows} x {columns} cells needs as many heights, at least one; {found} were given")]
     Shape {
-        /// Rows announced.
+        /// Rows of the grid.
         rows: usize,
-        /// Columns announced.
+        /// Columns of the grid.
         columns: usize,
-        /// Heights given.
+        /// Number of heights given.
         found: usize,
     },
     /// A quantity that must be positive and finite.
     #[error("{what} is {value}: it must be positive and finite")]
     NotPositive {
-        /// The quantity.
+        /// Name of the quantity, for the message.
         what: &'static str,
-        /// Its value \[SI\].
+        /// Value given \[SI\].
         value: f64,
     },
     /// A hole in the height map.
     #[error("height {value} in row {row}, column {column} (counted from 0): holes must be filled first")]
     Hole {
-        /// Row counted from 0.
+        /// Row, counted from 0.
         row: usize,
-        /// Column counted from 0.
+        /// Column, counted from 0.
         column: usize,
-        /// Value found.
+        /// Height given \[m\], NaN or infinite.
         value: f64,
     },
     /// A periodic grid with an odd number of rows or columns.
     #[error("a periodic height map needs even numbers of rows and columns; it has {rows} x {columns}")]
     Odd {
-        /// Its rows.
+        /// Rows of the grid.
         rows: usize,
-        /// Its columns.
+        /// Columns of the grid.
         columns: usize,
     },
-    /// A penetration beside which the heights are too large to be told from each other.
+    /// A penetration so small beside the heights that their rounding hides it.
     #[error(
         "a penetration of {penetration:e} m is lost in the rounding of heights up to {highest:e} m: take a spike or an \
          offset out of the heights, or press harder"
@@ -56,7 +56,7 @@ pub enum HalfSpaceError {
          penetration"
     )]
     NotConverged {
-        /// Iterations made.
+        /// Iterations done.
         iterations: usize,
         /// Largest violation, relative to the penetration.
         residual: f64,

@@ -16,15 +16,15 @@
 
 use std::f64::consts::PI;
 
-/// How many half-sides away from the middle the closed form is left.
+/// Distance from the middle, in half-sides, beyond which the closed form is not used.
 const FAR: f64 = 10.0;
 
-/// Nodes and weights of the positive half of the six-, four- and three-point Gauss-Legendre rules on (-1, 1), and the
-/// least distance, in half-sides, at which each is exact to rounding.
+/// Nodes and weights of the non-negative half of the three-, four- and six-point Gauss-Legendre rules on (-1, 1), and
+/// the least distance, in half-sides, at which each is exact to rounding.
 const GAUSS: [(f64, &[(f64, f64)]); 3] = [
     (
         300.0,
-        // The middle node stands for both of its halves: weight 8/9 halved.
+        // Both halves of the rule visit the middle node: its weight 8/9 is halved.
         &[(0.0, 4.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)],
     ),
     (60.0, &[(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_86)]),
@@ -38,7 +38,7 @@ const GAUSS: [(f64, &[(f64, f64)]); 3] = [
     ),
 ];
 
-/// Returns the displacement \[m\] at (`x`, `y`) \[m\] for a pressure of E* (1 Pa per 1 Pa of modulus) on a rectangle of
+/// Inward displacement \[m\] at (`x`, `y`) \[m\] for a pressure of E* (1 Pa per 1 Pa of modulus) on a rectangle of
 /// sides `side_x`, `side_y` \[m\] around the origin: I(x, y)/pi. Multiply by p/E* for a pressure p.
 ///
 /// Even in x and in y. Sides must be positive.
@@ -56,23 +56,23 @@ pub fn displacement(x: f64, y: f64, side_x: f64, side_y: f64) -> f64 {
     integral / PI
 }
 
-/// Evaluates the closed form.
+/// The closed form: I(x, y).
 fn near(x: f64, y: f64, a: f64, b: f64) -> f64 {
     corner(x + a, y + b) - corner(x - a, y + b) - corner(x + a, y - b) + corner(x - a, y - b)
 }
 
-/// Returns the integral of 1/distance from the origin over the rectangle between the origin and (x, y), signed.
+/// Integral of 1/distance from the origin over the rectangle between the origin and (x, y), signed.
 fn corner(x: f64, y: f64) -> f64 {
     term(x, y) + term(y, x)
 }
 
-/// Returns x asinh(y/|x|), 0 for x = 0.
+/// x asinh(y/|x|), 0 for x = 0.
 fn term(x: f64, y: f64) -> f64 {
     // Compared by magnitude: y/|x| must not overflow, and x ln(1/x) is far below rounding there.
     if x.abs() < f64::MIN_POSITIVE { 0.0 } else { x * (y / x.abs()).asinh() }
 }
 
-/// Integrates exactly along y, by quadrature along x, for x > `FAR` a and y >= 0.
+/// I(x, y), exact along y, by quadrature along x, for x > `FAR` a and y >= 0.
 fn far(x: f64, y: f64, a: f64, b: f64) -> f64 {
     let mut sum = 0.0;
     for (least, rule) in GAUSS {
@@ -86,7 +86,7 @@ fn far(x: f64, y: f64, a: f64, b: f64) -> f64 {
     a * sum
 }
 
-/// Returns the integral of 1/distance from a point at distance x > 0 over a line piece from y - b to y + b, y >= 0:
+/// Integral of 1/distance from a point at distance x > 0 over a line segment from y - b to y + b, y >= 0:
 /// ln((q + r_q)/(p + r_p)), q = y + b, p = y - b.
 fn line(x: f64, y: f64, b: f64) -> f64 {
     let (p, q) = (y - b, y + b);
@@ -178,7 +178,7 @@ mod tests {
             for (place, &expected) in expected.iter().enumerate() {
                 let (i, j) = (place / shape[1], place % shape[1]);
                 let u = displacement(i as f64 * dx, j as f64 * dy, dx, dy) / modulus;
-                // The reference is the plain closed form: its own digits are lost like distance squared / cell area.
+                // The reference is the plain closed form: its digits are lost like distance squared / cell area.
                 let distance_squared = (i as f64 * dx).powi(2) + (j as f64 * dy).powi(2);
                 let lost = 1e-15 * (1.0 + distance_squared / (dx * dy));
                 assert!((u / expected - 1.0).abs() < 1e-12f64.max(10.0 * lost), "{name} ({i}, {j}): {u} {expected}");

@@ -8,16 +8,16 @@ use zip::ZipArchive;
 
 use crate::test_models::reference;
 
-/// One `.npz` archive of `tests/reference/rough_contact`.
+/// A `.npz` archive of `tests/reference/rough_contact`.
 pub(crate) struct Case(std::path::PathBuf);
 
 impl Case {
-    /// Returns an archive by its name.
+    /// `name`: without the extension.
     pub(crate) fn open(name: &str) -> Self {
         Self(reference(&format!("rough_contact/{name}.npz")))
     }
 
-    /// Returns the shape and values of an array, row-major.
+    /// Shape and values, row-major.
     pub(crate) fn array(&self, key: &str) -> (Vec<usize>, Vec<f64>) {
         let mut archive = ZipArchive::new(File::open(&self.0).unwrap()).unwrap();
         let mut bytes = Vec::new();
@@ -27,7 +27,7 @@ impl Case {
         (shape, npy.into_vec().unwrap())
     }
 
-    /// Returns a single number.
+    /// The first value of an array.
     pub(crate) fn scalar(&self, key: &str) -> f64 {
         self.array(key).1[0]
     }

@@ -1,4 +1,4 @@
-//! Room that begins on a cache line.
+//! Memory that begins on a cache line.
 
 /// Bytes to a cache line.
 const LINE_BYTES: usize = 64;
@@ -10,7 +10,7 @@ pub struct Aligned<T = f64> {
 }
 
 impl<T: Copy + Default> Aligned<T> {
-    /// Allocates so many numbers.
+    /// `length` zeros.
     pub fn new(length: usize) -> Self {
         let spare = LINE_BYTES / size_of::<T>().max(1);
         let memory = vec![T::default(); length + spare];
@@ -18,7 +18,7 @@ impl<T: Copy + Default> Aligned<T> {
         Self { memory, begin }
     }
 
-    /// Borrows a part.
+    /// Elements `first`..`first` + `length`; panics where they reach past the end.
     pub fn part(&mut self, first: usize, length: usize) -> &mut [T] {
         &mut self.memory[self.begin + first..self.begin + first + length]
     }

@@ -29,7 +29,7 @@ const MOST_DAMPING: f64 = 1e10;
 pub(crate) struct Limits {
     /// Most steps taken.
     pub steps: usize,
-    /// Decrease of |r|^2 that is not worth a step.
+    /// Decrease of |r|^2 that does not justify a further step.
     pub decrease: f64,
 }
 
@@ -42,24 +42,24 @@ pub(crate) struct Minimum {
     pub residuals: Vec<f64>,
     /// Steps taken.
     pub steps: usize,
-    /// True at a minimum; false where the steps ran out or the watcher broke off.
+    /// True at a minimum; false where the steps ran out or the watcher stopped.
     pub converged: bool,
 }
 
 impl Minimum {
-    /// Returns |r(x)|^2.
+    /// |r(x)|^2.
     pub(crate) fn squares(&self) -> f64 {
         squares(&self.residuals)
     }
 }
 
-/// Returns |r|^2; infinite where it is no number.
+/// |r|^2; infinite where it is not a finite number.
 pub(crate) fn squares(residuals: &[f64]) -> f64 {
     let sum = residuals.iter().map(|residual| residual * residual).sum::<f64>();
     if sum.is_finite() { sum } else { f64::INFINITY }
 }
 
-/// Returns the Jacobian by differences, one row a residual, each taken towards the inside of the box.
+/// Jacobian by one-sided differences, one row per residual; an unknown at its upper bound is stepped downwards.
 pub(crate) fn jacobian(
     residuals: &(impl Fn(&[f64]) -> Vec<f64> + Sync),
     point: &[f64],
@@ -76,7 +76,8 @@ pub(crate) fn jacobian(
     Mat::from_fn(at_point.len(), point.len(), |row, column| columns[column][row])
 }
 
-/// Minimises from a start inside the box; the watcher is told steps taken and |r|^2 before every step.
+/// Minimises from a start inside the box. Before every step the watcher gets the number of steps taken and |r|^2; it
+/// may stop.
 pub(crate) fn minimise(
     residuals: &(impl Fn(&[f64]) -> Vec<f64> + Sync),
     start: &[f64],
@@ -104,6 +105,7 @@ pub(crate) fn minimise(
             let there = residuals(&next);
             let gained = before - squares(&there);
             if gained > 0.0 {
+                // The gain over the promise sets the damping, within [1/10, 2] (Nielsen 1999).
                 let gain = gained / promised.max(f64::MIN_POSITIVE);
                 damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
                 growth = 2.0;
@@ -117,12 +119,13 @@ pub(crate) fn minimise(
     found
 }
 
-/// Returns the end of a step inside the box.
+/// End point of a damped step, cut to the box (steps 2 to 4 of the head).
 fn damped_step(slopes: &Mat<f64>, from: &Minimum, bounds: &[Range<f64>], damping: f64) -> Vec<f64> {
     let rows = slopes.nrows();
     let dot = |column: usize, other: &dyn Fn(usize) -> f64| {
         (0..rows).map(|row| slopes[(row, column)] * other(row)).sum::<f64>()
     };
+    // Unknowns that the gradient presses against a bound stand still.
     let moves = |&column: &usize| {
         let gradient = dot(column, &|row| from.residuals[row]);
         let (at, Range { start, end }) = (from.point[column], &bounds[column]);
@@ -130,6 +133,7 @@ fn damped_step(slopes: &Mat<f64>, from: &Minimum, bounds: &[Range<f64>], damping
     };
     let moving: Vec<usize> = (0..from.point.len()).filter(moves).collect();
     let count = moving.len();
+    // The damped problem as one least-squares system: J over sqrt(lambda) D, right-hand side -r in the last column.
     let mut system = Mat::<f64>::zeros(rows + count, count + 1);
     for (place, &column) in moving.iter().enumerate() {
         for row in 0..rows {
@@ -151,7 +155,7 @@ fn damped_step(slopes: &Mat<f64>, from: &Minimum, bounds: &[Range<f64>], damping
     next
 }
 
-/// Returns |r + J d|^2.
+/// |r + J d|^2 of the linear model, d = `next` - x.
 fn promised_squares(slopes: &Mat<f64>, from: &Minimum, next: &[f64]) -> f64 {
     let step: Vec<f64> = next.iter().zip(&from.point).map(|(to, from)| to - from).collect();
     let row = |row: usize| from.residuals[row] + (0..step.len()).map(|j| slopes[(row, j)] * step[j]).sum::<f64>();

@@ -17,21 +17,21 @@ pub trait ComplexField:
     + Add<f64, Output = Self>
     + Neg<Output = Self>
 {
-    /// Returns a real constant, in as many lanes as `self` has.
+    /// A real constant, in as many lanes as `self` has.
     fn like(self, value: f64) -> Self;
-    /// Returns self + factor z.
+    /// self + factor z.
     fn plus_scaled(self, factor: f64, z: Self) -> Self;
-    /// Returns i z.
+    /// i z.
     fn times_i(self) -> Self;
-    /// Returns 1/z.
+    /// 1/z.
     fn reciprocal(self) -> Self;
-    /// Returns the square root with non-negative real part.
+    /// Square root with non-negative real part.
     fn square_root(self) -> Self;
-    /// Returns exp(z).
+    /// exp(z).
     fn exponential(self) -> Self;
-    /// Returns numbers in the lanes of `self`, lane by lane.
+    /// The numbers `value`(0), `value`(1), ..., one per lane of `self`.
     fn gathered(self, value: impl FnMut(usize) -> Complex64) -> Self;
-    /// Returns `small` where |self|^2 < `limit`, `large` elsewhere.
+    /// `small` where |self|^2 < `limit`, `large` elsewhere.
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self;
 }
 

@@ -2,14 +2,14 @@
 
 use sha2::{Digest, Sha256};
 
-/// Returns SHA-256 of texts one after the other, in hexadecimal.
+/// SHA-256 of the texts' concatenation, in lower-case hexadecimal.
 pub(crate) fn sha256(texts: &[&str]) -> String {
     let mut hash = Sha256::new();
     texts.iter().for_each(|text| hash.update(text));
     hexadecimal(hash.finalize())
 }
 
-/// Returns the bytes as hexadecimal digits.
+/// Two lower-case digits per byte.
 pub(crate) fn hexadecimal(bytes: impl AsRef<[u8]>) -> String {
     bytes.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
 }

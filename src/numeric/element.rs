@@ -2,43 +2,43 @@
 
 use pulp::Simd;
 
-/// A number of which a vector holds several.
+/// A floating-point number of which a SIMD vector holds several.
 pub trait Element: Copy + Default + Send + Sync + 'static {
-    /// Numbers to the widest vector.
+    /// Numbers in the widest vector of any instruction set (64 bytes).
     const MOST_LANES: usize;
     /// Distance from 1 to the next number.
     const EPSILON: f64;
-    /// The vector.
+    /// SIMD vector of such numbers.
     type Vector<S: Simd>: Copy;
 
-    /// Rounds a number from double precision.
+    /// Rounds from double precision.
     fn rounded(value: f64) -> Self;
-    /// Returns the number in double precision.
+    /// The number in double precision, exactly.
     fn double(self) -> f64;
-    /// Returns numbers as vectors; those that do not fill one are left out.
+    /// Whole vectors of the numbers; a remainder that does not fill one is left out.
     fn vectors<S: Simd>(values: &[Self]) -> &[Self::Vector<S>];
-    /// Returns the same to be written.
+    /// As [`Element::vectors`], for writing.
     fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [Self::Vector<S>];
-    /// Returns the first numbers as a vector, zeros behind them.
+    /// The first numbers as a vector, filled up with zeros.
     fn load<S: Simd>(simd: S, values: &[Self]) -> Self::Vector<S>;
     /// Stores as many numbers of a vector as there is room for.
     fn store<S: Simd>(simd: S, values: &mut [Self], vector: Self::Vector<S>);
-    /// Returns the same number everywhere.
+    /// The same number in all lanes.
     fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;
-    /// Returns a + b.
+    /// a + b.
     fn add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
-    /// Returns a - b.
+    /// a - b.
     fn sub<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
-    /// Returns a b.
+    /// a b.
     fn mul<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
-    /// Returns a b + c.
+    /// a b + c, fused where the processor can.
     fn mul_add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>, c: Self::Vector<S>) -> Self::Vector<S>;
-    /// Returns c - a b.
+    /// c - a b, fused where the processor can.
     fn negate_mul_add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>, c: Self::Vector<S>) -> Self::Vector<S>;
-    /// Returns -a.
+    /// -a.
     fn neg<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
 
-    /// Returns how many numbers a vector holds.
+    /// Numbers per vector of this instruction set.
     #[inline(always)]
     fn lanes<S: Simd>() -> usize {
         size_of::<Self::Vector<S>>() / size_of::<Self>()

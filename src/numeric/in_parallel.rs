@@ -1,29 +1,29 @@
-//! Lists made on all threads, in their order.
+//! Lists computed on all threads, in order.
 //!
 //! rayon's iterators are compiled anew, some hundred functions, wherever they are used. Here is one copy for all lists
-//! whose items take so long that a call through a pointer and a place of their own do not count.
+//! whose items take so long that a call through a pointer and a cell per item do not count.
 
 use std::iter::repeat_with;
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-/// Maps every item, on all threads, in order.
+/// Maps every item, on all threads; results in the order of the items.
 pub(crate) fn map<T: Sync, R: Send + Sync>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
     made(items.len(), |index| of(&items[index]))
 }
 
-/// Returns `of`(0), `of`(1), ..., so many of them.
+/// `of`(0), ..., `of`(`count` - 1), computed on all threads.
 pub(crate) fn made<R: Send + Sync>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let places: Vec<OnceLock<R>> = repeat_with(OnceLock::new).take(count).collect();
     each(count, &|index| {
-        // Nobody else has this place.
+        // Each index is visited once: the cell is empty.
         let _ = places[index].set(of(index));
     });
     places.into_iter().filter_map(OnceLock::into_inner).collect()
 }
 
-/// Does `of`(0), `of`(1), ..., in any order.
+/// Calls `of`(0), ..., `of`(`count` - 1), on all threads, in any order.
 pub(crate) fn each(count: usize, of: &(dyn Fn(usize) + Sync)) {
     (0..count).into_par_iter().with_max_len(1).for_each(of);
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Returns the weights of the values at `nodes` in the polynomial through them at `at`.
+/// Lagrange weights: the polynomial through values f_j at `nodes` is sum of w_j f_j at `at`. Nodes must be distinct.
 pub(crate) fn weights(nodes: &[f64], at: f64) -> impl Iterator<Item = f64> {
     nodes.iter().enumerate().map(move |(here, node)| {
         let others = nodes.iter().enumerate().filter(|(other, _)| *other != here);
@@ -10,14 +10,14 @@ pub(crate) fn weights(nodes: &[f64], at: f64) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Returns the same for the nodes 0, 1, 2, 3.
+/// [`weights`] for the nodes 0, 1, 2, 3.
 pub(crate) fn uniform_cubic(at: f64) -> [f64; 4] {
     let [a, b, c, d] = [at, at - 1.0, at - 2.0, at - 3.0];
     [-b * c * d / 6.0, a * c * d / 2.0, -a * b * d / 2.0, a * b * c / 6.0]
 }
 
-/// Returns the up to four of some rising numbers that a cubic at `at` goes through: two on either side where there are
-/// two.
+/// Indices of up to four neighbours in rising numbers for a cubic at `at`: two on either side where there are as many,
+/// else the outermost four.
 pub(crate) fn cubic_neighbours(rising: &[f64], at: f64) -> Range<usize> {
     let count = rising.len().min(4);
     let above = rising.partition_point(|&number| number <= at);

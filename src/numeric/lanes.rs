@@ -25,32 +25,33 @@ pub struct Lanes<S: Simd> {
     pub im: S::f64s,
 }
 
-/// Does work with the widest vectors that the processor has. Not inlined: such work is long, and every caller would
-/// have a copy.
+/// Runs the work with the widest vectors that the processor has. Not inlined: such work is long, and every caller
+/// would have a copy.
 #[inline(never)]
 pub(crate) fn dispatch<W: WithSimd>(work: W) -> W::Output {
     Arch::new().dispatch(work)
 }
 
-/// Loads numbers into a vector; lanes that are not given are zero.
+/// Loads the first `S::F64_LANES` numbers into a vector.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(simd: S, values: &[f64; MOST_LANES]) -> S::f64s {
     simd.partial_load_f64s(&values[..S::F64_LANES])
 }
 
-/// Returns -x, zeros too: a subtraction, which the compiler knows for a change of sign, as it does not know pulp's own.
+/// -x, zeros included: as a subtraction from -0, which the compiler knows for a change of sign; pulp's negation it
+/// does not.
 #[inline(always)]
 fn negated<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     simd.sub_f64s(simd.splat_f64s(-0.0), x)
 }
 
-/// Returns |x|, likewise.
+/// |x|, by clearing the sign bit.
 #[inline(always)]
 fn absolute<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     simd.and_f64s(x, simd.splat_f64s(f64::from_bits(!f64::to_bits(-0.0))))
 }
 
-/// Returns a vector's numbers; what lies past its lanes is zero.
+/// The numbers of a vector; zeros past its lanes.
 #[inline(always)]
 pub(crate) fn store<S: Simd>(simd: S, vector: S::f64s) -> [f64; MOST_LANES] {
     let mut values = [0.0; MOST_LANES];
@@ -59,7 +60,7 @@ pub(crate) fn store<S: Simd>(simd: S, vector: S::f64s) -> [f64; MOST_LANES] {
 }
 
 impl<S: Simd> Lanes<S> {
-    /// Loads numbers into lanes.
+    /// The numbers `value`(0), `value`(1), ..., one per lane.
     #[inline(always)]
     pub fn from_fn(simd: S, mut value: impl FnMut(usize) -> Complex64) -> Self {
         let (mut re, mut im) = ([0.0; MOST_LANES], [0.0; MOST_LANES]);
@@ -70,40 +71,40 @@ impl<S: Simd> Lanes<S> {
         Self { simd, re: load(simd, &re), im: load(simd, &im) }
     }
 
-    /// Returns all lanes zero.
+    /// Zero in all lanes.
     #[inline(always)]
     pub fn zero(simd: S) -> Self {
         Self { simd, re: simd.splat_f64s(0.0), im: simd.splat_f64s(0.0) }
     }
 
-    /// Returns the numbers; past the lanes zero.
+    /// The numbers of the lanes; zeros past them.
     #[inline(always)]
     pub fn to_array(self) -> [Complex64; MOST_LANES] {
         let (re, im) = (store(self.simd, self.re), store(self.simd, self.im));
         std::array::from_fn(|lane| Complex64::new(re[lane], im[lane]))
     }
 
-    /// Returns |z|^2.
+    /// |z|^2, lane by lane.
     #[inline(always)]
     pub fn norm_squared(&self) -> S::f64s {
         self.simd.mul_add_e_f64s(self.re, self.re, self.simd.mul_f64s(self.im, self.im))
     }
 
-    /// Returns self + weight z, one real weight a lane.
+    /// self + weight z, one real weight per lane.
     #[inline(always)]
     pub fn plus_weighted(self, weight: S::f64s, z: Self) -> Self {
         let simd = self.simd;
         Self { simd, re: simd.mul_add_e_f64s(weight, z.re, self.re), im: simd.mul_add_e_f64s(weight, z.im, self.im) }
     }
 
-    /// Returns `yes` where the mask is set, `no` elsewhere.
+    /// `yes` where the mask is set, `no` elsewhere.
     #[inline(always)]
     pub fn blend(mask: S::m64s, yes: Self, no: Self) -> Self {
         let simd = yes.simd;
         Self { simd, re: simd.select_f64s(mask, yes.re, no.re), im: simd.select_f64s(mask, yes.im, no.im) }
     }
 
-    /// Returns the vector operations.
+    /// Instruction set of these lanes.
     #[inline(always)]
     pub fn simd(&self) -> S {
         self.simd
@@ -225,10 +226,11 @@ fn polynomial<S: Simd, const N: usize>(simd: S, coefficients: &[f64; N], x: S::f
     sum
 }
 
-/// Returns exp(x) for x up to 709; below -708 it stays at 3e-308.
+/// exp(x) for x up to 709; below -708 it stays at 3e-308.
 #[inline(always)]
 fn exp<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     let x = simd.max_f64s(x, simd.splat_f64s(-708.0));
+    // x = n ln 2 + r, |r| <= ln(2)/2; n is subtracted in two parts so that r keeps its digits.
     let shifted = simd.mul_add_e_f64s(x, simd.splat_f64s(std::f64::consts::LOG2_E), simd.splat_f64s(ROUND));
     let n = simd.sub_f64s(shifted, simd.splat_f64s(ROUND));
     let r = simd.mul_add_e_f64s(n, simd.splat_f64s(-LN2[0]), x);
@@ -242,20 +244,23 @@ fn exp<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     simd.mul_f64s(sum, load(simd, &powers))
 }
 
-/// Returns (cos x, sin x) for |x| < 1e5.
+/// (cos x, sin x) for |x| < 1e5.
 #[inline(always)]
 pub(crate) fn cos_sin<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
+    // 1. x = n pi/2 + r, |r| <= pi/4.
     let shifted = simd.mul_add_e_f64s(x, simd.splat_f64s(std::f64::consts::FRAC_2_PI), simd.splat_f64s(ROUND));
     let n = simd.sub_f64s(shifted, simd.splat_f64s(ROUND));
     let mut r = x;
     for part in HALF_PI {
         r = simd.mul_add_e_f64s(n, simd.splat_f64s(-part), r);
     }
+    // 2. Sine and cosine of r.
     let z = simd.mul_f64s(r, r);
     let sine = simd.mul_add_e_f64s(simd.mul_f64s(r, z), polynomial(simd, &SINE, z), r);
     let quartic = simd.mul_f64s(simd.mul_f64s(z, z), polynomial(simd, &COSINE, z));
     let half = simd.mul_f64s(simd.splat_f64s(0.5), z);
     let cosine = simd.add_f64s(simd.sub_f64s(simd.splat_f64s(1.0), half), quartic);
+    // 3. n mod 4 decides which of the two is which, and the signs.
     let quadrant = simd.transmute_u64s_f64s(shifted);
     let bit =
         |value: S::u64s, mask: u64| simd.equal_u64s(simd.and_u64s(value, simd.splat_u64s(mask)), simd.splat_u64s(0));
@@ -295,7 +300,8 @@ impl<S: Simd> ComplexField for Lanes<S> {
         let (zero, half) = (simd.splat_f64s(0.0), simd.splat_f64s(0.5));
         let size = simd.add_f64s(absolute(simd, self.re), simd.sqrt_f64s(self.norm_squared()));
         let large = simd.sqrt_f64s(simd.mul_f64s(half, size));
-        // 0/0 at z = 0.
+        // The divisor keeps z = 0 from 0/0.
+        // Re z >= 0: root = (large, small); else the two change places, the sign of Im z on the imaginary part.
         let divisor = simd.max_f64s(large, simd.splat_f64s(f64::MIN_POSITIVE));
         let small = simd.div_f64s(simd.mul_f64s(half, self.im), divisor);
         let right = simd.greater_than_or_equal_f64s(self.re, zero);

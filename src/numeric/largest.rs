@@ -3,9 +3,9 @@
 /// Numbers compared side by side.
 const LANES: usize = 8;
 
-/// Returns the largest number, 0 if none is positive; whatever is no number does not count.
+/// The largest number, 0 if none is positive; NaN is passed over.
 pub(crate) fn largest_or_zero(values: &[f64]) -> f64 {
-    // One after the other every comparison would wait for the last.
+    // Lanes, because in a single chain every comparison would wait for the last.
     let mut lanes = [0.0_f64; LANES];
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let (whole, rest) = values.as_chunks::<LANES>();

@@ -1,7 +1,6 @@
-//! Gauss and Legendre's quadrature.
+//! Gauss-Legendre quadrature.
 
-/// Returns the nodes on (-1, 1), falling, and weights of the rule of so many points: exact up to the degree 2 `points`
-/// - 1.
+/// Nodes on (-1, 1), falling, and weights: exact up to the degree 2 `points` - 1.
 ///
 /// Newton's iteration on P_n from Tricomi's estimates (Press et al., *Numerical Recipes*, section 4.6).
 pub(crate) fn gauss(points: usize) -> Vec<[f64; 2]> {
@@ -24,7 +23,7 @@ pub(crate) fn gauss(points: usize) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// Steps that reach rounding from the estimates for any number of points.
+/// Steps from the estimates to rounding, for any number of points.
 const NEWTON_STEPS: usize = 6;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Numerical building blocks that know no physics.
+//! Numerical building blocks without physics.
 
 pub(crate) mod aligned;
 pub(crate) mod bounded_least_squares;

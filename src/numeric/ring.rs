@@ -8,7 +8,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 use realfft::{ComplexToReal, RealFftPlanner};
 
-/// Transforms real, even wavenumber sequences to the elements of the ring.
+/// Transforms real, even wavenumber sequences to the elements of the ring; keeps its plan and buffers.
 pub struct Ring {
     inverse: Arc<dyn ComplexToReal<f64>>,
     spectrum: Vec<Complex64>,
@@ -17,20 +17,20 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// Returns a ring of N elements, N even.
+    /// A ring of N elements, N even.
     pub fn new(elements: usize) -> Self {
         let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(elements);
         let (spectrum, scratch) = (inverse.make_input_vec(), inverse.make_scratch_vec());
         Self { elements: inverse.make_output_vec(), inverse, spectrum, scratch }
     }
 
-    /// Returns sum over n = -N/2 ... N/2 - 1 of value(|n|) exp(2 pi i n j/N), j = 0..N.
+    /// Sum over n = -N/2 ... N/2 - 1 of value(|n|) exp(2 pi i n j/N), j = 0..N.
     pub fn elements_of(&mut self, value: impl Fn(usize) -> f64) -> &[f64] {
         self.transformed(|n| value(n).into())
     }
 
-    /// Returns the odd part of a row, sum over n = -N/2 ... N/2 - 1 of i sign(n) odd(|n|) exp(2 pi i n j/N), j = 0..N.
-    /// `odd` of 0 and of N/2, where both signs are one wave, do not count.
+    /// Odd part of a row, sum over n = -N/2 ... N/2 - 1 of i sign(n) odd(|n|) exp(2 pi i n j/N), j = 0..N. `odd` of 0
+    /// and of N/2, where both signs are one wave, does not count.
     pub fn odd_elements_of(&mut self, odd: impl Fn(usize) -> f64) -> &[f64] {
         let ends = [0, self.spectrum.len() - 1];
         self.transformed(|n| Complex64::new(0.0, if ends.contains(&n) { 0.0 } else { odd(n) }))
@@ -40,7 +40,7 @@ impl Ring {
         for (n, entry) in self.spectrum.iter_mut().enumerate() {
             *entry = value(n);
         }
-        // Planned lengths and ends that are real: nothing to refuse.
+        // Refuses only wrong lengths and ends that are not real: neither occurs.
         let _ = self.inverse.process_with_scratch(&mut self.spectrum, &mut self.elements, &mut self.scratch);
         &self.elements
     }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct RunningMoments {
     count: u64,
-    /// The first value.
+    /// First value.
     shift: f64,
     /// Mean of the differences from it.
     mean: f64,
@@ -18,7 +18,6 @@ pub(crate) struct RunningMoments {
 }
 
 impl RunningMoments {
-    /// Takes one more value.
     pub(crate) fn push(&mut self, value: f64) {
         if self.count == 0 {
             self.shift = value;
@@ -30,27 +29,27 @@ impl RunningMoments {
         self.squares += before * (shifted - self.mean);
     }
 
-    /// Returns the number of values.
     pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
-    /// Returns the first value, 0 before it.
+    /// First value; 0 before there is one.
     pub(crate) fn shift(&self) -> f64 {
         self.shift
     }
 
-    /// Returns the mean less the first value.
+    /// Mean less the first value.
     pub(crate) fn mean_of_shifted(&self) -> f64 {
         self.mean
     }
 
-    /// Returns the mean, if there is any value.
+    /// `None` before the first value.
     pub(crate) fn mean(&self) -> Option<f64> {
         (self.count > 0).then_some(self.shift + self.mean)
     }
 
-    /// Returns the mean square of the values less their mean, if there is any value.
+    /// Mean square of the values less their mean (divided by the count, not the count less 1); `None` before the first
+    /// value.
     pub(crate) fn variance(&self) -> Option<f64> {
         (self.count > 0).then(|| self.squares / self.count as f64)
     }

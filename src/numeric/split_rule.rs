@@ -2,12 +2,12 @@
 
 use super::{lagrange, legendre};
 
-/// A rule over (0, 1) in two panels that meet at a fraction: exact for polynomials on either of them.
+/// A rule over (0, 1) in two panels that meet at a fraction: exact on each for polynomials up to degree 3 and 5.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplitRule {
     /// End of the first panel, 0 to 1.
     pub split: f64,
-    /// Points, rising; those of the first panel stand first.
+    /// Points, rising; those of the first panel come first.
     pub points: [f64; Self::POINTS],
     /// Weights, 1 together.
     pub weights: [f64; Self::POINTS],
@@ -19,7 +19,7 @@ impl SplitRule {
     /// Points of both panels.
     pub const POINTS: usize = Self::FIRST + 3;
 
-    /// Makes the rule with panels that meet at `split`.
+    /// The rule with panels that meet at `split`, 0 < `split` < 1.
     pub fn new(split: f64) -> Self {
         let mut rule = Self { split, points: [0.0; Self::POINTS], weights: [0.0; Self::POINTS] };
         for (range, [from, to]) in [(0..Self::FIRST, [0.0, split]), (Self::FIRST..Self::POINTS, [split, 1.0])] {
@@ -32,8 +32,8 @@ impl SplitRule {
         rule
     }
 
-    /// Returns the values at a fraction of the polynomials that are 1 at one point and 0 at the others of its panel, 0
-    /// on the other panel.
+    /// Values at the fraction `at` of the polynomials that are 1 at one point and 0 at the others of its panel, 0 on
+    /// the other panel.
     pub fn polynomials(&self, at: f64) -> [f64; Self::POINTS] {
         let range = if at < self.split { 0..Self::FIRST } else { Self::FIRST..Self::POINTS };
         let mut values = [0.0; Self::POINTS];

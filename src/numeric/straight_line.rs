@@ -7,7 +7,7 @@ pub(crate) struct StraightLine {
     pub slope: f64,
     /// y at x = 0.
     pub intercept: f64,
-    /// Root mean square of what the line leaves.
+    /// Root mean square of the residuals.
     pub residual: f64,
 }
 
@@ -18,7 +18,7 @@ impl StraightLine {
         let mean = |value: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / count;
         let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
         let spread = mean(&|point| (point.0 - x).powi(2));
-        // Places that agree to rounding are one.
+        // Positions that agree to rounding are one.
         if points.len() < 2 || spread <= 1e-20 * (1.0 + x * x) {
             return None;
         }
@@ -28,7 +28,7 @@ impl StraightLine {
         Some(Self { slope, intercept, residual })
     }
 
-    /// Returns the exponent of y ~ x^slope, through the logarithms (base ten) of positive values.
+    /// The line through the base-10 logarithms of positive values: y ~ x^slope.
     pub(crate) fn power_law(points: &[(f64, f64)]) -> Option<Self> {
         let logarithms: Vec<_> = points.iter().map(|point| (point.0.log10(), point.1.log10())).collect();
         Self::through(&logarithms)

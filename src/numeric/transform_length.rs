@@ -1,6 +1,6 @@
-//! Lengths that a mixed-radix Fourier transform likes, and what one takes.
+//! Lengths that suit a mixed-radix Fourier transform, and the cost of one.
 
-/// Returns the smallest even number >= `least` without prime factors above 5; at least 2.
+/// Smallest even number >= `least` without prime factors above 5; at least 2.
 pub fn transform_length(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for prime in [2, 3, 5] {
@@ -17,8 +17,7 @@ pub fn transform_length(least: usize) -> usize {
     length
 }
 
-/// Returns the multiply-adds of a complex transform: about 5/2 N log2 N, the logarithm rounded down. A real one takes
-/// half.
+/// Multiply-adds of a complex transform: about 5/2 N log2 N, the logarithm rounded down. A real one takes half.
 pub(crate) fn transform_multiply_adds(length: usize) -> f64 {
     2.5 * length as f64 * f64::from(length.max(2).ilog2())
 }

@@ -24,8 +24,8 @@ pub(crate) struct WindowedSinc {
 const PER_UNIT: f64 = 2048.0;
 
 impl WindowedSinc {
-    /// Returns a kernel that passes up to `pass` and blocks from `stop` on (cycles per sample, `pass` < `stop`) by
-    /// `attenuation` dB.
+    /// A kernel that passes up to `pass` and blocks from `stop` on (cycles per sample, `pass` < `stop`) by
+    /// `attenuation` \[dB\].
     pub(crate) fn new(pass: f64, stop: f64, attenuation: f64) -> Self {
         let half_width = ((attenuation - 7.95) / (14.36 * (stop - pass)) / 2.0).ceil().max(1.0);
         let beta = 0.1102 * (attenuation - 8.7);
@@ -44,18 +44,18 @@ impl WindowedSinc {
         Self { half_width, table }
     }
 
-    /// Returns the kernel of this project's resampling: flat to 0.8 of the coarser Nyquist wavenumber, 80 dB down from
-    /// it on.
+    /// Kernel of this project's resampling: flat to 0.8 of the coarser Nyquist wavenumber, 80 dB down from the Nyquist
+    /// wavenumber on.
     pub(crate) fn resampling() -> Self {
         Self::new(0.4, 0.5, 80.0)
     }
 
-    /// Returns the half-width T of the support.
+    /// Half-width T of the support \[samples of the coarser lattice\].
     pub(crate) fn half_width(&self) -> f64 {
         self.half_width
     }
 
-    /// Returns h(t); zero for |t| >= T.
+    /// h(t); zero for |t| >= T.
     pub(crate) fn at(&self, t: f64) -> f64 {
         let place = t.abs() * PER_UNIT;
         let index = place as usize;
@@ -66,7 +66,7 @@ impl WindowedSinc {
         self.table[index] + part * (self.table[index + 1] - self.table[index])
     }
 
-    /// Returns the weights of the source samples around `position` (in source samples), their sum 1: `weights[i]`
+    /// Writes the weights of the source samples around `position` (in source samples), their sum 1: `weights[i]`
     /// belongs to sample first + i; returns `first`. `ratio` >= 1 is the coarser spacing over the source's.
     pub(crate) fn weights(&self, position: f64, ratio: f64, weights: &mut Vec<f64>) -> i64 {
         let reach = self.half_width * ratio;
@@ -82,20 +82,21 @@ impl WindowedSinc {
     }
 }
 
-/// A kernel's weights of the samples round a position, tabulated by the part of a sample it is past the one before.
+/// A kernel's weights of the samples round a position, tabulated by the distance of the position from the sample
+/// before.
 #[derive(Clone, Debug)]
 pub(crate) struct Phases<T> {
-    /// Samples on either side that count.
+    /// Samples on either side within the kernel.
     reach: usize,
     places: usize,
-    /// A number as the table has it.
+    /// Rounding to the number type of the table.
     rounded: fn(f64) -> T,
-    /// 2 `reach` weights, their sum 1, for each place from a sample on, the last of them the next sample's own.
+    /// For each place from a sample to the next, both included, 2 `reach` weights, their sum 1.
     table: Vec<T>,
 }
 
 impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
-    /// Makes a table with so many `places` between two samples, its numbers `rounded` to what the table holds.
+    /// Tabulates the kernel at `places` positions per sample, its weights `rounded` to the table's number type.
     pub(crate) fn new(kernel: &WindowedSinc, places: usize, rounded: fn(f64) -> T) -> Self {
         let reach = kernel.half_width().ceil() as usize;
         let mut table = Vec::with_capacity((places + 1) * 2 * reach);
@@ -108,13 +109,13 @@ impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
         Self { reach, places, rounded, table }
     }
 
-    /// Returns the samples on either side of a position that count.
+    /// Samples on either side of a position that have weights.
     pub(crate) fn reach(&self) -> usize {
         self.reach
     }
 
-    /// Returns the weights of the samples from floor(position) - reach + 1 on, linear between those of the places
-    /// before and after the position.
+    /// Weights of the samples from floor(position) - reach + 1 on, interpolated linearly between the places before and
+    /// after the position.
     pub(crate) fn weights(&self, position: f64) -> impl Iterator<Item = T> {
         let taps = 2 * self.reach;
         let fine = (position - position.floor()) * self.places as f64;
@@ -125,8 +126,8 @@ impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
     }
 }
 
-/// Returns the modified Bessel function I0 by its power series, all terms positive: full accuracy for the arguments of
-/// a window (0..20).
+/// Modified Bessel function I0 by its power series, all terms positive: full accuracy for the arguments of a window
+/// (0..20).
 fn bessel_i0(x: f64) -> f64 {
     let quarter = 0.25 * x * x;
     let mut term = 1.0;

@@ -1,4 +1,4 @@
-//! Counters of two records side by side.
+//! Comparison of the counters of two records.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,29 +13,29 @@ use crate::storage::input::{self, TABLE_BYTES};
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AcceptedChange {
-    /// Workload.
+    /// Name of the workload.
     pub workload: String,
-    /// Counter.
+    /// Name of the counter.
     pub counter: String,
-    /// Value before; 0: it was not there.
+    /// Value before; 0 if it did not exist.
     pub from: u64,
-    /// Value now; 0: it is gone.
+    /// Value after; 0 if it no longer exists.
     pub to: u64,
-    /// Why that is right.
+    /// Why the change is right.
     pub reason: String,
 }
 
-/// The file of accepted changes.
+/// Content of the file of accepted changes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct AcceptedChanges {
-    /// In the order in which they came.
+    /// In chronological order.
     #[serde(default)]
     pub change: Vec<AcceptedChange>,
 }
 
 impl AcceptedChanges {
-    /// Reads the file; one that is not there accepts nothing.
+    /// Reads the file; a missing file accepts nothing.
     ///
     /// # Errors
     /// [`PerformanceError::File`], [`PerformanceError::Nonsense`].
@@ -56,8 +56,8 @@ impl AcceptedChanges {
         }
     }
 
-    /// Returns the reasons that lead from one value to another, each change going on where the one before ended; `None`
-    /// if they do not.
+    /// Reasons of a chain of changes from one value to another, each beginning where the one before ended; `None` if
+    /// there is no such chain.
     fn reasons(&self, workload: &str, counter: &str, from: u64, to: u64) -> Option<String> {
         let (mut at, mut reasons) = (from, Vec::new());
         for change in self.change.iter().filter(|change| change.workload == workload && change.counter == counter) {
@@ -70,21 +70,21 @@ impl AcceptedChanges {
     }
 }
 
-/// A counter that is not what it was.
+/// A counter whose value has changed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct Difference {
-    /// Counter.
+    /// Name of the counter.
     pub counter: String,
-    /// Value in the first record; 0: not there.
+    /// Value in the first record; 0 if missing.
     pub from: u64,
-    /// Value in the second.
+    /// Value in the second record; 0 if missing.
     pub to: u64,
-    /// Reason, where one is on file.
+    /// Reason, if the change is accepted.
     pub explained: Option<String>,
 }
 
 /// Counters that depend on which points are found in contact, or on what a fit converges to: another instruction set
-/// rounds otherwise and may find one point more.
+/// rounds differently and may find one point more.
 const ROUNDED: [&str; 10] = [
     "poles",
     "solves",
@@ -97,11 +97,11 @@ const ROUNDED: [&str; 10] = [
     "cache_evictions",
     "compliance_evaluations",
 ];
-/// How far such counters, and the work that follows from them, may differ between instruction sets.
+/// Largest relative difference of such counters, and of the work that follows from them, between instruction sets.
 const ROUNDING: f64 = 0.01;
 
-/// Returns the counters of a workload that differ. With `other_instructions` those that depend on rounding may be a
-/// hundredth apart.
+/// Counters of a workload that differ. With `other_instructions` those that depend on rounding may differ by a
+/// hundredth.
 pub(crate) fn differences(
     workload: &str,
     first: &RecordedWorkload,

@@ -9,15 +9,15 @@ use crate::run::RunError;
 use crate::scene::SceneError;
 use crate::tyre::poles::FitError;
 
-/// Why a workload, a record or a comparison is not there.
+/// Reasons why there is no measurement, record or comparison.
 #[derive(Debug, Error)]
 pub(crate) enum PerformanceError {
     /// A rolling workload ended early.
     #[error("workload {workload}: {source}")]
     Run {
-        /// Its name.
+        /// Name of the workload.
         workload: String,
-        /// Why.
+        /// Error of the run.
         source: Box<RunError>,
     },
     /// A workload's scene was refused.
@@ -26,7 +26,7 @@ pub(crate) enum PerformanceError {
     /// A workload's fit was refused.
     #[error("workload influence: {0}")]
     Fit(#[from] FitError),
-    /// The user stopped it.
+    /// The user stopped the work.
     #[error("interrupted")]
     Interrupted,
     /// A file cannot be read or written.
@@ -39,7 +39,7 @@ pub(crate) enum PerformanceError {
         /// Error of the system.
         source: io::Error,
     },
-    /// A file is no record, or no list of accepted changes.
+    /// A file is neither a record nor a list of accepted changes.
     #[error("{}: {wrong}; {right}", path.display())]
     Nonsense {
         /// The file.
@@ -49,7 +49,7 @@ pub(crate) enum PerformanceError {
         /// Remedy.
         right: &'static str,
     },
-    /// A program that was to be compared did not do what it was asked for.
+    /// A program to be compared did not give a measurement.
     #[error("{} profile measure {workload}: {wrong}", program.display())]
     Program {
         /// The program.
@@ -62,12 +62,12 @@ pub(crate) enum PerformanceError {
 }
 
 impl PerformanceError {
-    /// Returns the error of reading a file.
+    /// Constructor of the error of reading a file, for `map_err`.
     pub(crate) fn reading(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::File { what: "read", path: path.to_owned(), source }
     }
 
-    /// Returns the error of writing a file.
+    /// Constructor of the error of writing a file, for `map_err`.
     pub(crate) fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::File { what: "write", path: path.to_owned(), source }
     }

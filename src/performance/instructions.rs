@@ -1,10 +1,9 @@
-//! Instructions counted by Valgrind's callgrind, where it is installed: repeatable to a few in a million, whatever else
-//! the machine does.
+//! Instructions counted by Valgrind's callgrind, if it is installed: repeatable to a few in a million, whatever the
+//! load of the machine.
 //!
-//! The program's line tables say from which file of the sources every instruction comes, however much was inlined
-//! where: the file says the stage. What comes from a library's file (vectors, numbers) belongs to the stage that most
-//! of the rest of its function belongs to; a function that is a library's alone belongs to none, but for the
-//! transforms'.
+//! The program's line tables give the source file of every instruction, however much was inlined: the file determines
+//! the stage. Instructions from a library's file (vectors, numbers) belong to the stage that most of the rest of their
+//! function belongs to; a function entirely from a library belongs to none, except for the transforms'.
 
 use std::collections::BTreeMap;
 use std::process::{Command, Stdio};
@@ -14,7 +13,7 @@ use super::program::Program;
 use super::workload::Work;
 use crate::counters::Stage;
 
-/// Places of the sources, more special ones first, and their stages.
+/// Paths of the sources and their stages, more specific ones first.
 const PLACES: [(&str, Stage); 16] = [
     ("src/contact/history/", Stage::History),
     ("src/contact/march.rs", Stage::Penetration),
@@ -33,33 +32,33 @@ const PLACES: [(&str, Stage); 16] = [
     ("src/radiation/", Stage::Radiation),
     ("src/results/", Stage::Output),
 ];
-/// Libraries that do nothing but transforms.
+/// Libraries whose only use is transforms.
 const OF_TRANSFORMS: [&str; 2] = ["/rustfft-", "/realfft-"];
 
 /// Instructions that a program executes for a workload on one thread.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Instructions {
-    /// All of them, start included.
+    /// Number of all instructions, the program's start included.
     pub all: u64,
-    /// By the names of stages; none for a program without line tables.
+    /// Numbers by the names of stages; empty for a program without line tables.
     pub stages: BTreeMap<String, u64>,
 }
 
 impl Instructions {
-    /// Returns those of a stage; `None` if there are none.
+    /// Number for a stage; `None` if there are none.
     pub(crate) fn of(&self, stage: &str) -> Option<u64> {
         self.stages.get(stage).copied()
     }
 }
 
-/// Tells whether instructions can be counted here.
+/// Whether Valgrind can be executed.
 pub(crate) fn can_count() -> bool {
     let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     version.is_ok_and(|status| status.success())
 }
 
-/// Returns the instructions of some work, and what the program measured meanwhile: its times mean nothing, and its
-/// vectors are those of the processor that the tool imitates. `None` if they could not be counted.
+/// Instructions of some work, and the program's measurement during the count: its times mean nothing, and its vectors
+/// are those of the emulated processor. `None` if they could not be counted.
 pub(crate) fn count(program: &Program, work: &Work) -> Option<(Instructions, Measurement)> {
     let file = program.scratch().ok()?.join("callgrind.out");
     let out = format!("--callgrind-out-file={}", file.display());
@@ -74,13 +73,13 @@ pub(crate) fn count(program: &Program, work: &Work) -> Option<(Instructions, Mea
     Some((Instructions { all, stages: by_stage(&counted?) }, measurement))
 }
 
-/// Returns the count in the tool's last words.
+/// Count in the tool's final message.
 fn collected(text: &str) -> Option<u64> {
     let line = text.lines().rev().find_map(|line| line.split_once("Collected :"))?;
     line.1.trim().parse().ok()
 }
 
-/// Returns the stage of a file of the sources.
+/// Stage of a source file.
 fn stage_of(file: &str) -> Option<Stage> {
     if OF_TRANSFORMS.iter().any(|library| file.contains(library)) {
         return Some(Stage::Transforms);
@@ -89,10 +88,9 @@ fn stage_of(file: &str) -> Option<Stage> {
     PLACES.iter().find(|(place, _)| !library && file.contains(place)).map(|place| place.1)
 }
 
-/// Returns the own costs in callgrind's output format (Valgrind manual, "Callgrind Format Specification"), by the names
-/// of stages.
+/// Self costs in callgrind's output format (Valgrind manual, "Callgrind Format Specification"), by the names of stages.
 fn by_stage(text: &str) -> BTreeMap<String, u64> {
-    // Of the function under way: by stage, and of no stage's files.
+    // Costs of the present function: by stage, and of files without a stage.
     let mut function: ([u64; Stage::ALL.len()], u64) = Default::default();
     let mut stages = [0; Stage::ALL.len()];
     let mut end = |function: &mut ([u64; Stage::ALL.len()], u64)| {
@@ -102,7 +100,7 @@ fn by_stage(text: &str) -> BTreeMap<String, u64> {
             stages[most] += others;
         }
     };
-    // Names are written once, as `(number) name`.
+    // Names are written in full once, as `(number) name`.
     let mut files: BTreeMap<&str, Option<Stage>> = BTreeMap::new();
     let (mut now, mut called) = (None, false);
     for line in text.lines() {
@@ -118,7 +116,7 @@ fn by_stage(text: &str) -> BTreeMap<String, u64> {
                     }
                 }
                 "fn" => end(&mut function),
-                // The next line is what the call took.
+                // The next line is the inclusive cost of the call.
                 "calls" => called = true,
                 _ => {}
             }

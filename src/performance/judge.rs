@@ -1,13 +1,13 @@
-//! Two records or programs judged.
+//! Judgement on two records or programs.
 //!
-//! Counters: any unexplained difference is against the second one. Physical values: a wrong one is.
+//! Counters: any unexplained difference counts against the second one. Physical values: a wrong one does.
 //! Between two programs also, for every stage:
 //!
-//! - instructions, where they can be counted: exact, so that more than [`INSTRUCTIONS_MARGIN`] more of them in any
-//!   workload are too many;
+//! - instructions, if they can be counted: exact, so that an increase of more than [`INSTRUCTIONS_MARGIN`] in any
+//!   workload is too much;
 //! - times: of each workload, and of all workloads that have the stage pooled. A stage is slower or faster if the
 //!   intervals of two batches of pairs, one after the other, both lie beyond [`MARGIN`]; the second batch is only run
-//!   where the first is suspicious.
+//!   if the first is suspicious.
 //!
 //! [`INSTRUCTIONS_MARGIN`]: super::verdict::INSTRUCTIONS_MARGIN
 //! [`MARGIN`]: super::verdict::MARGIN
@@ -27,20 +27,20 @@ use super::record::{Record, RecordedWorkload};
 use super::verdict::{Change, DOUBT, LEAST_SHARE, StageVerdict, Verdict, WorkloadVerdict};
 use super::workload::Work;
 
-/// One of the two.
+/// One of the two that are compared.
 #[derive(Debug)]
 pub(crate) enum Side {
-    /// A recorded file.
+    /// A record and its file.
     Record(PathBuf, Box<Record>),
     /// A program that can measure.
     Program(Program),
 }
 
 impl Side {
-    /// Returns a file that ends in `.json` is a record, any other a program.
+    /// A file that ends in `.json` is a record, any other a program.
     ///
     /// # Errors
-    /// Errors of [`Record::read`]; [`PerformanceError::File`] for a program that is not there.
+    /// Errors of [`Record::read`]; [`PerformanceError::File`] for a program that does not exist.
     pub(crate) fn of(path: PathBuf) -> Result<Self, PerformanceError> {
         std::fs::metadata(&path).map_err(PerformanceError::reading(&path))?;
         if path.extension().is_some_and(|extension| extension == "json") {
@@ -50,7 +50,7 @@ impl Side {
         Ok(Self::Program(Program::new(path)))
     }
 
-    /// Returns its file.
+    /// Path of the record or program.
     pub(crate) fn path(&self) -> &PathBuf {
         match self {
             Self::Record(path, _) | Self::Program(Program { path, .. }) => path,
@@ -58,23 +58,24 @@ impl Side {
     }
 }
 
-/// How much is done to judge programs.
+/// Effort for the comparison of two programs.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
-    /// Pairs of a batch, at most.
+    /// Most pairs of runs in a batch.
     pub pairs: usize,
     /// True if instructions are counted.
     pub instructions: bool,
-    /// Time that all of it may take: pairs and counts for which it does not suffice are left out.
+    /// Time for everything: pairs and counts that do not fit into it are left out.
     pub budget: Duration,
 }
 
-/// Part of the time for pairs where instructions are counted in what is left.
+/// Share of the time for pairs if instructions are counted in the remainder.
 const FOR_PAIRS: f64 = 0.7;
-/// Counting instructions takes so many times as long as the work alone, as a rule.
+/// Typical time of counting instructions over that of the work alone.
 const COUNTING: f64 = 80.0;
 
-/// Judges `second` by `first`. `watch` is called at every step with the work that is done. A record knows no scenes.
+/// Judges `second` by `first`. `watch` is called at every step with the work that is done. Records do not include
+/// scenes.
 ///
 /// # Errors
 /// [`PerformanceError`].
@@ -105,17 +106,19 @@ pub(crate) fn judge(
             let runs = in_turn(programs, works, pairs, until, stop, watch)?;
             Ok(works.iter().zip(&runs).map(|(work, runs)| Timed::new(work, runs)).collect())
         };
-        // One of each beforehand: files are read and the tyre is fitted.
+        // 1. One pair beforehand, so that files are read and the tyre is fitted.
         batch(1, Duration::ZERO)?;
         let before = begin.elapsed();
+        // 2. A batch of pairs gives ratios of times.
         let first = batch(effort.pairs, for_pairs / 2)?;
         let mut pairs = vec![fewest_pairs(&first)];
-        // Time of the clock for a second of work: starts of programs, and others at work.
+        // Wall time for a second of work, with starts of programs and the load of the machine.
         let work: f64 = first.iter().map(|timed| 2.0 * pairs[0] as f64 * timed.whole().seconds).sum();
         let slowness = (begin.elapsed() - before).as_secs_f64() / work;
         verdict.workloads = first.iter().map(|timed| timed.verdict(accepted)).collect();
         verdict.stages = pooled(&first);
         if verdict.rows().any(|row| row.change != Change::None && row.change != Change::NotJudged) {
+            // 3. If a stage seems changed, a second batch has to confirm it.
             let second = batch(effort.pairs, for_pairs)?;
             pairs.push(fewest_pairs(&second));
             for (found, again) in verdict.workloads.iter_mut().zip(&second) {
@@ -124,6 +127,7 @@ pub(crate) fn judge(
             confirm(&mut verdict.stages, &pooled(&second));
         }
         if effort.instructions {
+            // 4. Count instructions as far as the time allows.
             for (work, found) in works.iter().zip(&mut verdict.workloads) {
                 watch(work);
                 if stop.load(Ordering::Relaxed) {
@@ -133,7 +137,7 @@ pub(crate) fn judge(
                 if begin.elapsed().as_secs_f64() + expected > effort.budget.as_secs_f64() {
                     continue;
                 }
-                // Counts do not mind each other: side by side where there are two processors.
+                // Counts do not disturb each other: they run side by side if there are two processors.
                 let count = |program: &Program| instructions::count(program, work);
                 if let (Some((a, _)), Some((b, _))) = rayon::join(|| count(programs[0]), || count(programs[1])) {
                     found.instructions = Some((a.all, b.all));
@@ -165,8 +169,7 @@ pub(crate) fn judge(
     Ok(verdict)
 }
 
-/// Returns a side's cost of a workload, its instructions and compiler; `None` for a record that does not know
-/// it.
+/// Counters of a side's workload, its instruction set and compiler; `None` if a record does not have the workload.
 fn taken(side: &Side, work: &Work) -> Result<Option<(RecordedWorkload, String, String)>, PerformanceError> {
     Ok(match side {
         Side::Record(_, record) => record
@@ -196,8 +199,8 @@ fn by_counters(
     Ok(Some(WorkloadVerdict { instructions, ..WorkloadVerdict::new(work, differences, b.found) }))
 }
 
-/// Work by both programs, pair by pair: what they measured first, and the times \[s\] of the stages that both
-/// have.
+/// Runs of some work by both programs, pair by pair: the first measurement of each, and the times \[s\] of the stages
+/// that both have.
 struct Timed {
     work: Work,
     first: [Measurement; 2],
@@ -208,7 +211,7 @@ impl Timed {
     fn new(work: &Work, runs: &[Vec<Measurement>; 2]) -> Self {
         let mut first = runs.each_ref().map(|runs| runs[0].clone());
         if matches!(work, Work::Scene(_)) {
-            // Nothing but the first program says what the second must find.
+            // The first program's result is the only reference for the second.
             first[1].found.expected = first[0].found.value;
         }
         let names = first[0].blocks.keys().filter(|stage| first[1].blocks.contains_key(*stage));
@@ -222,7 +225,7 @@ impl Timed {
         Self { work: work.clone(), stages: stages.collect(), first }
     }
 
-    /// Returns all stages together.
+    /// Ratio of the sums over all stages.
     fn whole(&self) -> Ratio {
         let [first, second] = [0, 1].map(|which| -> Vec<f64> {
             let runs = self.stages.first().map_or(0, |(_, times)| times[which].len());
@@ -252,7 +255,7 @@ fn fewest_pairs(workloads: &[Timed]) -> usize {
     workloads.iter().map(|timed| timed.whole().pairs).min().unwrap_or(0)
 }
 
-/// Returns every stage over all workloads in whose time it has a share worth judging, if there are several.
+/// Every stage pooled over all workloads in which its share is worth judging, if there are several.
 fn pooled(workloads: &[Timed]) -> Vec<StageVerdict> {
     let all: f64 = workloads.iter().map(|timed| timed.whole().seconds).sum();
     let names: BTreeSet<&String> = workloads.iter().flat_map(|timed| &timed.stages).map(|(stage, _)| stage).collect();
@@ -275,7 +278,7 @@ fn by_share(mut rows: Vec<StageVerdict>) -> Vec<StageVerdict> {
     rows
 }
 
-/// Leaves the changes that another batch has, too.
+/// Keeps only the changes that another batch confirms.
 fn confirm(rows: &mut [StageVerdict], again: &[StageVerdict]) {
     for row in rows.iter_mut().filter(|row| row.change != Change::NotJudged) {
         if again.iter().all(|other| other.stage != row.stage || other.change != row.change) {

@@ -1,7 +1,7 @@
-//! One workload done in this process.
+//! Execution of one workload in this process.
 //!
-//! Times are taken in short blocks, the same ones in every run: a block that the machine disturbed is told by its
-//! length from the same block of other runs, and the stage around it is not lost with it. See `super::ratio`.
+//! Times are taken in short blocks, the same ones in every run: a block that the machine disturbed stands out against
+//! the same block of other runs, and the stage around it is not lost with it. See `super::ratio`.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -24,46 +24,47 @@ use crate::scene::{History, LoadedScene, PLATE, Scene, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::poles::{FitOptions, fit_unless_stopped};
 
-/// Steps of a block: a millisecond or so, and a multiple of the steps that the recursion takes at once.
+/// Steps of a block: about a millisecond, and a multiple of the steps that the recursion takes at once.
 const STEPS_OF_A_BLOCK: u64 = 32;
 
-/// Times of blocks by the names of their stages.
+/// Times of blocks \[ns\] by the names of their stages.
 type Blocks = BTreeMap<String, Vec<Option<u64>>>;
 
-/// Cost and findings of a workload. Maps are by the names of stages and counters, so that programs of different
+/// Cost and result of a workload. Maps are keyed by the names of stages and counters, so that programs of different
 /// releases understand each other.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Measurement {
     /// Name of the workload.
     pub workload: String,
-    /// Instructions that its vectors were computed with.
+    /// Instruction set of its vectors.
     #[serde(default)]
     pub instruction_set: String,
     /// Exact counters that are not zero: of the run, and of its stages as `stage.multiply_adds`, `stage.bytes`,
     /// `stage.calls`.
     pub counters: BTreeMap<String, u64>,
-    /// The physical value.
+    /// Physical value that was computed.
     pub found: Found,
-    /// Time of every block by stage \[ns\]; `None` where others had the processor and it cannot be said in which stage.
+    /// Time of every block by stage \[ns\]; `None` if other processes had the processor and the stage that lost the
+    /// time is unknown.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub blocks: Blocks,
 }
 
-/// A physical value beside what it must be.
+/// A physical value and its reference.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Found {
     /// Name of the value.
     pub what: String,
-    /// Its value.
+    /// Computed value.
     pub value: f64,
-    /// Value expected.
+    /// Reference value.
     pub expected: f64,
-    /// Largest relative difference.
+    /// Largest relative difference from the reference.
     pub tolerance: f64,
 }
 
 impl Measurement {
-    /// Makes the measurement of a workload that was done here and found a value.
+    /// Measurement of a workload that was executed here and gave `value`.
     fn new(workload: Workload, counters: BTreeMap<String, u64>, value: f64, blocks: Blocks) -> Self {
         let Truth { what, expected, tolerance } = workload.truth();
         Self {
@@ -77,18 +78,18 @@ impl Measurement {
 }
 
 impl Found {
-    /// Returns |value - expected|/|expected|.
+    /// Relative error |value - expected|/|expected|.
     pub(crate) fn error(&self) -> f64 {
         (self.value - self.expected).abs() / self.expected.abs()
     }
 
-    /// Tells whether the workload found what it must.
+    /// Whether the error is within the tolerance.
     pub(crate) fn is_right(&self) -> bool {
         self.error() <= self.tolerance
     }
 }
 
-/// For one that is wrong.
+/// Message on a wrong value.
 impl fmt::Display for Found {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { what, value, expected, tolerance } = self;
@@ -96,13 +97,12 @@ impl fmt::Display for Found {
     }
 }
 
-/// Wall time of a block, and the part of it that this thread had no processor for.
+/// Wall and processor time since the begin of a block.
 struct BlockClock {
     wall: Instant,
     processor: Option<Duration>,
 }
 
-/// Returns a time in whole nanoseconds.
 fn nanoseconds(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
@@ -112,28 +112,28 @@ impl BlockClock {
         Self { wall: Instant::now(), processor: thread_cpu_time() }
     }
 
-    /// Returns the time that others took \[ns\]; 0 where the system does not tell.
+    /// Time that other processes took \[ns\]; 0 if the system does not report it.
     fn taken(&self) -> u64 {
         let used = self.processor.zip(thread_cpu_time()).map(|(begin, end)| end.saturating_sub(begin));
         used.map_or(0, |used| nanoseconds(self.wall.elapsed().saturating_sub(used)))
     }
 
-    /// Returns the time of the block without it \[ns\].
+    /// Wall time of the block without that of other processes \[ns\].
     fn nanoseconds(&self) -> u64 {
         let taken = self.taken();
         nanoseconds(self.wall.elapsed()).saturating_sub(taken)
     }
 }
 
-/// Part of a block that others may have taken without disturbing it.
+/// Largest share of a block that other processes may take without disturbing it.
 const LITTLE: f64 = 0.02;
 
-/// Blocks so long \[ns\] are disturbed many times over, each stage in proportion to its length.
+/// Blocks at least this long \[ns\] are interrupted many times, each stage in proportion to its length.
 const LONG: u64 = 5_000_000;
 
-/// Returns the times of the stages of a block less what others took of it, all \[ns\]. The time that they took was
-/// taken from the stage that makes nearly all of the block, or from all stages of a long block alike; if it cannot be
-/// said, the block is of no use.
+/// Times of the stages of a block without what other processes took of it, all in ns. That is subtracted from the stage
+/// that makes up nearly all of the block, or from all stages of a long block in proportion; `None` if the stage is
+/// unknown.
 fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
     let all: u64 = times.iter().sum();
     if taken as f64 <= LITTLE * all as f64 {
@@ -149,7 +149,7 @@ fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
     (left >= LONG).then(|| times.iter().map(|&time| (time as f64 * left as f64 / all as f64) as u64).collect())
 }
 
-/// Does a workload on this thread: times are this thread's, so the pool should have no other.
+/// Executes a workload on this thread: times are this thread's, so the pool should have no other.
 ///
 /// # Errors
 /// Errors of the run or the fit; [`PerformanceError::Interrupted`].
@@ -164,13 +164,13 @@ pub(crate) fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measureme
     }
 }
 
-/// Largest relative difference between the mean forces that two programs find for a scene of the user's.
+/// Largest relative difference between the mean forces of two programs for a scene of the user.
 const OF_SCENES: f64 = 1e-3;
 
-/// Rolls the scene of a file on this thread. Nothing says what it must find: another program's mean force does.
+/// Rolls the scene of a file on this thread. It has no reference value: another program's mean force is one.
 ///
 /// # Errors
-/// As [`measure`]; [`PerformanceError::Nonsense`] for a scene that rolls too shortly for a mean force.
+/// As [`measure`]; [`PerformanceError::Nonsense`] for a scene too short for a mean force.
 pub(crate) fn measure_scene(path: &Path, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     let (name, mut loaded) = (path.display().to_string(), Scene::load(path)?);
     loaded.scene.outputs.plots = false;
@@ -184,7 +184,7 @@ pub(crate) fn measure_scene(path: &Path, stop: &AtomicBool) -> Result<Measuremen
     Ok(Measurement { workload: name, instruction_set: instruction_set().to_owned(), counters, found, blocks })
 }
 
-/// Returns the name that results use for a stage or a counter.
+/// Name of a stage or counter in results.
 pub(super) fn name<T: Serialize>(value: &T) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name,
@@ -192,8 +192,8 @@ pub(super) fn name<T: Serialize>(value: &T) -> String {
     }
 }
 
-/// Returns the value by which a rolling workload is judged: its mean force where it stands still or is controlled, the
-/// pressure where it is heard, the variation of the force elsewhere.
+/// Value by which a rolling workload is judged: the mean force on a smooth road, the pressure where there is a
+/// receiver, otherwise the root mean square of the force about its mean.
 pub(crate) fn value(workload: Workload, results: &Results) -> f64 {
     let value = match workload {
         Workload::Smooth => results.mean_force,
@@ -206,7 +206,7 @@ pub(crate) fn value(workload: Workload, results: &Results) -> f64 {
     value.unwrap_or(f64::NAN)
 }
 
-/// A scene that was rolled.
+/// Results of a scene that was rolled.
 struct Rolled {
     counters: BTreeMap<String, u64>,
     results: Results,
@@ -240,7 +240,7 @@ impl Rolled {
         let results = run.finish();
         let mut counters = counters(&results.meter);
         if loaded.scene.numerics.history == History::Modal {
-            // A kept model takes none.
+            // A cached model takes none.
             counters.remove(&name(&Counter::ComplianceEvaluations));
         }
         let blocks = blocks.into_iter().filter(|(_, blocks)| blocks.iter().flatten().any(|&time| time > 0));
@@ -248,7 +248,7 @@ impl Rolled {
     }
 }
 
-/// Returns all that a meter counted and the work of the stages of a step.
+/// All counters of a meter, and the work of the stages of a step.
 fn counters(meter: &Meter) -> BTreeMap<String, u64> {
     let counted = Counter::ALL.into_iter().map(|counter| (name(&counter), meter.counted(counter)));
     let works = Stage::OF_A_STEP.into_iter().flat_map(|stage| {
@@ -262,8 +262,7 @@ fn plate_tyre() -> Result<Tyre, PerformanceError> {
     Ok(Scene::from_str(PLATE, "workload")?.scene.tyre)
 }
 
-/// Returns the batches of frequencies for wavenumbers all over the spectrum; in vectors, checked against the scalar
-/// path.
+/// Batches of frequencies for wavenumbers all over the spectrum, in vectors, checked against the scalar path.
 fn compliance() -> Result<Measurement, PerformanceError> {
     const ELEMENTS: usize = 512;
     const ROUNDS: usize = 12;
@@ -279,7 +278,7 @@ fn compliance() -> Result<Measurement, PerformanceError> {
             blocks.push(Some(clock.nanoseconds()));
             evaluations += values.iter().map(|value| value.evaluations).sum::<u64>();
             if round == 0 {
-                // The farthest from one.
+                // The value farthest from 1.
                 for (value, at) in values.iter().zip(&at).step_by(7) {
                     let scalar = sum.value(n, at, Field::Surface).value;
                     let found = 1.0 + (value.driven - scalar).norm() / scalar.norm();
@@ -292,7 +291,7 @@ fn compliance() -> Result<Measurement, PerformanceError> {
     Ok(Measurement::new(Workload::Compliance, counters, ratio, [(name(&Stage::Influence), blocks)].into()))
 }
 
-/// Returns a fit from nothing, checked between the points that were fitted.
+/// A fit from scratch, checked between the fitted points.
 fn influence(stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     const ELEMENTS: usize = 32;
     let tyre = plate_tyre()?;

@@ -1,17 +1,17 @@
-//! Performance from commit to commit: what fixed pieces of work cost, recorded and compared.
+//! Performance from commit to commit: cost of fixed pieces of work, recorded and compared.
 //!
-//! 1. [`mod@workload`]: the pieces of work, each with a physical value that it must find, and scenes of the user's;
-//! 2. [`mod@measure`]: one of them done in this process: exact counters, time of every stage in short blocks;
-//! 3. [`mod@record`]: all of them as a file, stamped with what they were measured on; [`instructions`] counted where a
-//!    counting tool is there;
-//! 4. [`changes`]: counters of two records side by side; every difference needs a reason that is written
-//!    down, or it fails;
-//! 5. [`program`]: two programs run in turn, again and again; `ratio`: what their times say, of a workload and of all
+//! 1. [`mod@workload`]: the pieces of work, each with a physical value that it must find, and scenes of the user;
+//! 2. [`mod@measure`]: execution of one of them in this process: exact counters, time of every stage in short blocks;
+//! 3. [`mod@record`]: all of them as a file, with a stamp of program and machine; [`instructions`] counted if Valgrind
+//!    is installed;
+//! 4. [`changes`]: counters of two records side by side; every difference needs a documented reason, or the comparison
+//!    fails;
+//! 5. [`program`]: two programs run in turn, repeatedly; `ratio`: statistics of their times, of a workload and of all
 //!    pooled; [`instructions`] of every stage of both;
 //! 6. [`mod@judge`]: all of that put together to a [`verdict`], in words, Markdown and JSON.
 //!
-//! Counters decide what is exact, and times only what two programs did side by side on one machine: a recorded time is
-//! of another hour.
+//! Counters decide exact questions; times are compared only between two programs run side by side on one machine: a
+//! recorded time depends on the conditions of its hour.
 
 pub(crate) mod changes;
 pub(crate) mod instructions;

@@ -10,20 +10,20 @@ use super::error::PerformanceError;
 use super::measure::Measurement;
 use super::workload::Work;
 
-/// Arguments that ask a program for one measurement, before the workload's name. One thread: the time of work beside
-/// the march on more of them would not be counted.
+/// Arguments for one measurement, before the workload's name. One thread: with more, the time of work beside the march
+/// would not be counted.
 const ARGUMENTS: [&str; 5] = ["--quiet", "--threads", "1", "profile", "measure"];
 
-/// A program that can measure, with fitted models of its own: what another build has kept might be another model.
+/// A program that can measure, with a cache of its own: a model kept by another build might differ.
 #[derive(Debug)]
 pub(crate) struct Program {
-    /// Its file.
+    /// The executable.
     pub path: PathBuf,
     models: PathBuf,
 }
 
 impl Program {
-    /// Makes a program of a file; its models are gone when this is dropped.
+    /// A program from its executable; its cache is deleted when this is dropped.
     pub(crate) fn new(path: PathBuf) -> Self {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -31,16 +31,13 @@ impl Program {
         Self { path, models: std::env::temp_dir().join(name) }
     }
 
-    /// Returns a folder that is gone when this is dropped.
-    ///
-    /// # Errors
-    /// Errors of the system.
+    /// A folder that is deleted when this is dropped.
     pub(super) fn scratch(&self) -> std::io::Result<&std::path::Path> {
         std::fs::create_dir_all(&self.models)?;
         Ok(&self.models)
     }
 
-    /// Does the measurement of some work by a command that begins with `words`.
+    /// Executes the measurement of some work, with a command that begins with `words`.
     pub(super) fn run(&self, words: &[&str], work: &Work) -> std::io::Result<Output> {
         let begin = words.iter().map(OsStr::new);
         let work: Vec<&OsStr> = match work {
@@ -52,7 +49,7 @@ impl Program {
         command.args(all).env("TYREWAVE_CACHE_DIR", &self.models).stdin(Stdio::null()).output()
     }
 
-    /// Has it measure some work, with times.
+    /// Measures some work, with times.
     ///
     /// # Errors
     /// [`PerformanceError::Program`].
@@ -80,11 +77,11 @@ impl Drop for Program {
     }
 }
 
-/// Measurements of all work by two programs, one after the other.
+/// Measurements by both programs, for each piece of work.
 pub(crate) type Runs = Vec<[Vec<Measurement>; 2]>;
 
-/// Takes so many pairs of measurements of every piece of work, or as many as begin before the time is up, one at least. All
-/// of them have one pair before any has the next, in the order A B, B A, A B, ...: neither program always comes
+/// Takes up to `pairs` pairs of measurements of every piece of work, as many as begin before `until`, one at least.
+/// Every piece has one pair before any has the next, in the order A B, B A, A B, ...: neither program always comes
 /// first, and a steady drift cancels.
 ///
 /// # Errors

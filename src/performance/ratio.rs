@@ -1,42 +1,42 @@
 //! Ratios of interleaved times of two programs, with their confidence.
 //!
 //! 1. A stage's time in a run is the sum over its blocks, each cut at [`CUT`] times its usual time, the median of the
-//!    same block over all runs of both programs. Blocks in which others had the processor are left out, and those that
-//!    are left stand for them: the sum is scaled by the usual times of all blocks over those of the blocks that count.
-//! 2. Runs that stand side by side are a pair; what drifts more slowly than that divides out of their ratio.
+//!    same block over all runs of both programs. Blocks that other processes disturbed are left out and represented by
+//!    the others: the sum is scaled by the usual times of all blocks over those of the blocks that count.
+//! 2. Consecutive runs of both programs are a pair; slower drifts cancel in their ratio.
 //! 3. The median of the ratios has an interval of order statistics: x_(k) ... x_(n+1-k) holds it with probability 1 - 2
 //!    P(B(n, 1/2) < k), whatever the distribution (W. J. Conover, *Practical Nonparametric Statistics*, section 3.2).
-//!    Nothing is assumed but that pairs are independent.
+//!    The only assumption is that pairs are independent.
 
 use serde::Serialize;
 
-/// Blocks longer than so many medians were disturbed.
+/// Blocks longer than this many medians count as disturbed.
 pub(super) const CUT: f64 = 1.3;
 
-/// A ratio of times with its interval.
+/// A ratio of times with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Ratio {
     /// Median of the pairs' ratios, second program over first.
     pub median: f64,
     /// Lower end of the interval; 0 for too few pairs.
     pub low: f64,
-    /// Upper end; infinite for too few pairs.
+    /// Upper end of the interval; infinite for too few pairs.
     pub high: f64,
-    /// Pairs.
+    /// Number of pairs.
     pub pairs: usize,
     /// Median time of the first program \[s\].
     pub seconds: f64,
 }
 
 impl Ratio {
-    /// Makes the ratio of times \[s\], one of each program in a pair. `doubt`: probability that the interval misses the
+    /// Ratio of times \[s\], one of each program per pair; `doubt` is the probability that the interval misses the
     /// median.
     pub(crate) fn new(first: &[f64], second: &[f64], doubt: f64) -> Self {
         Self::pooled(&[(first, second)], doubt)
     }
 
-    /// Makes the ratio of several workloads' times \[s\]: geometric means of their ratios, pair by pair. A change that
-    /// all of them have stands out from their noise, which is each one's own.
+    /// Ratio of several workloads' times \[s\]: geometric mean of their ratios, pair by pair. A change common to all of
+    /// them stands out from their independent noise.
     pub(crate) fn pooled(workloads: &[(&[f64], &[f64])], doubt: f64) -> Self {
         let pairs = workloads.iter().map(|(first, _)| first.len()).min().unwrap_or(0);
         let mean = |pair: usize| {
@@ -53,19 +53,19 @@ impl Ratio {
         Self { median: median(&mut ratios), low, high, pairs: ratios.len(), seconds }
     }
 
-    /// Returns the smallest change that these pairs could have told from none: from the median to the farther end of
-    /// the interval.
+    /// Smallest change that these pairs could have distinguished from none: from the median to the farther end of the
+    /// interval.
     pub(crate) fn resolution(&self) -> f64 {
         (self.high - self.median).max(self.median - self.low)
     }
 }
 
-/// Tells whether so many pairs have an interval.
+/// Whether this number of pairs has an interval.
 pub(super) fn are_enough(pairs: usize, doubt: f64) -> bool {
     rank(pairs, doubt).is_some()
 }
 
-/// Returns the largest k for which x_(k) ... x_(n+1-k) misses the median with a probability of at most `doubt`.
+/// Largest k for which x_(k) ... x_(n+1-k) misses the median with a probability of at most `doubt`.
 fn rank(pairs: usize, doubt: f64) -> Option<usize> {
     // P(B(n, 1/2) < k), summed from below.
     let mut term = 0.5_f64.powi(i32::try_from(pairs).ok()?);
@@ -82,7 +82,7 @@ fn rank(pairs: usize, doubt: f64) -> Option<usize> {
     found
 }
 
-/// Returns the middle of the values, which are sorted by this; NaN for none.
+/// Median of the values, which are sorted by this; NaN for none.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
@@ -93,12 +93,13 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// Returns the times of a stage \[s\], one for each run of the first and of the second program, from the times of its
-/// blocks \[ns\] (runs x blocks; `None`: disturbed).
+/// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\]
+/// (runs x blocks; `None`: disturbed).
 pub(super) fn stage_times(first: &[&[Option<u64>]], second: &[&[Option<u64>]]) -> (Vec<f64>, Vec<f64>) {
     let all = || first.iter().chain(second);
     let blocks = all().map(|run| run.len()).max().unwrap_or(0);
     let of = |run: &&[Option<u64>], block: usize| run.get(block).copied().flatten().map(|time| time as f64);
+    // 1. Usual time of each block: the median over all runs.
     let usual: Vec<f64> = (0..blocks)
         .map(|block| {
             let mut times: Vec<f64> = all().filter_map(|run| of(run, block)).collect();
@@ -106,6 +107,7 @@ pub(super) fn stage_times(first: &[&[Option<u64>]], second: &[&[Option<u64>]]) -
         })
         .collect();
     let whole: f64 = usual.iter().sum();
+    // 2. Sum of the blocks that count, each cut, scaled to all blocks.
     let seconds = |run: &&[Option<u64>]| {
         let (mut found, mut stands_for) = (0.0, 0.0);
         for (block, usual) in usual.iter().enumerate() {
@@ -136,8 +138,8 @@ mod tests {
         assert_eq!(rank(0, 0.05), None);
     }
 
-    /// Returns a run of 100 blocks that takes about `factor`, drifts as a whole, and is interrupted now and then for
-    /// much longer than a block.
+    /// A run of 100 blocks that takes about `factor`, drifts as a whole, and is interrupted now and then for much
+    /// longer than a block.
     fn run(rng: &mut ChaCha8Rng, factor: f64, drift: f64) -> Vec<Option<u64>> {
         (0..100)
             .map(|block| {

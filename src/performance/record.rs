@@ -1,4 +1,4 @@
-//! All workloads as a file: what is committed, and what later programs are held against.
+//! All workloads as a file: committed, and compared with later programs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,28 +14,28 @@ use crate::storage::input::{self, TABLE_BYTES};
 
 /// Value of `format` in a record.
 const FORMAT: &str = "tyrewave profile";
-/// Raised when a reader would stumble.
+/// Incremented when the layout changes incompatibly.
 const FORMAT_VERSION: u32 = 1;
 
 /// Costs of the workloads on one machine.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Record {
-    /// Always `tyrewave profile`.
+    /// Constant `tyrewave profile`.
     pub format: String,
     /// Version of the layout.
     pub format_version: u32,
     /// Program, compiler and machine.
     pub stamp: Stamp,
-    /// By the names of the workloads.
+    /// Costs by the names of the workloads.
     pub workloads: BTreeMap<String, RecordedWorkload>,
 }
 
 /// Costs of one workload.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct RecordedWorkload {
-    /// The physical value.
+    /// Physical value that was computed.
     pub found: Found,
-    /// Exact counters.
+    /// Exact counters by name.
     pub counters: BTreeMap<String, u64>,
     /// Instructions executed, where a tool counted them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -46,7 +46,7 @@ pub(crate) struct RecordedWorkload {
 }
 
 impl RecordedWorkload {
-    /// Makes the entry of measurements of one workload; shares are the medians of theirs.
+    /// Entry from measurements of one workload; shares are medians.
     pub(crate) fn new(measured: &[Measurement], instructions: Option<u64>) -> Self {
         let Some(first) = measured.first() else { return Self::default() };
         let stages = first.blocks.keys();
@@ -56,7 +56,7 @@ impl RecordedWorkload {
         };
         let shares = stages.map(|stage| {
             let mut shares: Vec<f64> = measured.iter().map(|measurement| share(stage, measurement)).collect();
-            // Three digits: the next ones are noise.
+            // Three digits: further ones are noise.
             (stage.clone(), (1e3 * super::ratio::median(&mut shares)).round() / 1e3)
         });
         Self { found: first.found.clone(), counters: first.counters.clone(), instructions, shares: shares.collect() }
@@ -64,21 +64,17 @@ impl RecordedWorkload {
 }
 
 impl Record {
-    /// Returns a record made here and now.
+    /// Record of this program on this machine.
     pub(crate) fn new(instruction_set: &str, workloads: BTreeMap<String, RecordedWorkload>) -> Self {
         let stamp = Stamp { instruction_set: instruction_set.to_owned(), ..Stamp::here() };
         Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, stamp, workloads }
     }
 
-    /// Tells where the record of an instruction set stands in a folder of records.
+    /// Path of the record of an instruction set in a folder of records.
     pub(crate) fn place(folder: &Path, instruction_set: &str) -> PathBuf {
         folder.join(format!("{instruction_set}.json"))
     }
 
-    /// Reads a record.
-    ///
-    /// # Errors
-    /// [`PerformanceError::File`], [`PerformanceError::Nonsense`].
     pub(crate) fn read(path: &Path) -> Result<Self, PerformanceError> {
         let text =
             input::read_text(path, TABLE_BYTES).map_err(|error| PerformanceError::reading(path)(error.into()))?;
@@ -92,7 +88,7 @@ impl Record {
         Ok(record)
     }
 
-    /// Writes it, whole or not at all.
+    /// Writes the file atomically.
     ///
     /// # Errors
     /// [`PerformanceError::File`].

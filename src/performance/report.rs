@@ -8,18 +8,18 @@ use crate::results::table::aligned;
 
 const HEADER: [&str; 7] = ["workload", "stage", "share", "time, first", "ratio", "interval", "verdict"];
 
-/// How a verdict for a page begins.
+/// Begin of a verdict in Markdown, by which an earlier one is recognised.
 pub(crate) const MARKDOWN_HEAD: &str = "# Performance\n\n";
-/// How a verdict for programs begins.
+/// Begin of a verdict in JSON, by which an earlier one is recognised.
 pub(crate) const JSON_HEAD: &str = "{\n  \"first\": \"";
 
 impl Verdict {
-    /// Returns the verdict as JSON, for programs.
+    /// The verdict as JSON, for programs.
     pub(crate) fn json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// Returns the verdict as text, for the terminal.
+    /// The verdict as text, for the terminal.
     pub(crate) fn text(&self) -> String {
         let mut text = format!("{} held against {}\n", self.second.display(), self.first.display());
         let rows = self.table();
@@ -31,7 +31,7 @@ impl Verdict {
         text
     }
 
-    /// Returns the verdict as Markdown, for a page.
+    /// The verdict as Markdown, for a page.
     pub(crate) fn markdown(&self) -> String {
         let line = |cells: &[&str]| format!("| {} |\n", cells.join(" | "));
         let mut text = format!("{MARKDOWN_HEAD}{} held against {}\n", self.second.display(), self.first.display());
@@ -47,7 +47,7 @@ impl Verdict {
         format!("{text}\n{}", items.collect::<String>())
     }
 
-    /// Returns the workload by workload, stage by stage, and the stages of all.
+    /// Rows by workload and stage, then the pooled stages.
     fn table(&self) -> Vec<[String; 7]> {
         let mut rows = Vec::new();
         for WorkloadVerdict { workload, whole, stages, .. } in &self.workloads {

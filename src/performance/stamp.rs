@@ -12,22 +12,22 @@ use crate::counters::machine::{instruction_set, processor};
 pub(crate) struct Stamp {
     /// Version of tyrewave.
     pub version: String,
-    /// Commit of the sources that stand where the record was made, `-modified` behind it if they differ from it; empty
-    /// where there is no repository.
+    /// Commit of the sources in the present folder, followed by `-modified` if they differ from it; empty without a
+    /// repository.
     pub commit: String,
-    /// Compiler, and the optimisation it was asked for.
+    /// Compiler, and its level of optimisation.
     pub compiler: String,
     /// Processor and number of cores.
     pub machine: String,
     /// Operating system.
     pub system: String,
-    /// Instructions that the vectors use, see [`instruction_set`]: rounding, and with it discrete counters, may depend
-    /// on it.
+    /// Instruction set of the vectors, see [`instruction_set`]: rounding, and with it discrete counters, may depend on
+    /// it.
     pub instruction_set: String,
 }
 
 impl Stamp {
-    /// Stamps this program, here and now.
+    /// Stamp of this program on this machine.
     pub(crate) fn here() -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Self {

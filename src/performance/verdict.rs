@@ -9,7 +9,7 @@ use super::measure::Found;
 use super::ratio::Ratio;
 use super::workload::Work;
 
-/// Probability that the interval of one batch misses its median: a stage that is called changed has passed it twice.
+/// Probability that the interval of one batch misses its median; a stage reported as changed has passed twice.
 pub(crate) const DOUBT: f64 = 1e-3;
 /// Smaller changes of time are not reported.
 pub(crate) const MARGIN: f64 = 0.01;
@@ -18,79 +18,80 @@ pub(crate) const LEAST_SHARE: f64 = 0.02;
 /// Smaller changes of the number of instructions are not reported.
 pub(crate) const INSTRUCTIONS_MARGIN: f64 = 0.01;
 
-/// How a stage's time came out.
+/// Change of a stage's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Change {
-    /// No change was seen.
+    /// No significant change.
     None,
     /// Slower, in both batches.
     Slower,
     /// Faster, in both batches.
     Faster,
-    /// Too little of the workload's time to be judged.
+    /// Too small a share of the workload's time to be judged.
     NotJudged,
 }
 
-/// Time of one stage, of a workload or of all that have it.
+/// Judgement on one stage, of a workload or pooled.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct StageVerdict {
-    /// Its name.
+    /// Name of the stage.
     pub stage: String,
-    /// Its share in the time of the workload, or of all.
+    /// Share in the time of the workload, or of all workloads.
     pub share: f64,
-    /// Second over first.
+    /// Time of the second program over that of the first.
     pub ratio: Ratio,
-    /// Smallest change that could have been seen.
+    /// Smallest change that could have been detected.
     pub resolution: f64,
-    /// Meaning of the difference.
+    /// Judgement on the ratio.
     pub change: Change,
-    /// Workloads that have told it.
+    /// Number of workloads behind it.
     pub workloads: usize,
-    /// Instructions of both, where they were counted; exact.
+    /// Instructions of both programs, if they were counted; exact.
     pub instructions: Option<(u64, u64)>,
 }
 
-/// One workload.
+/// Judgement on one workload.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct WorkloadVerdict {
-    /// Its name.
+    /// Name of the workload.
     pub workload: String,
     /// Counters that differ.
     pub differences: Vec<Difference>,
-    /// Physical value of the second.
+    /// Physical value of the second program.
     pub found: Found,
-    /// True if it is right.
+    /// True if that value is right.
     pub right: bool,
-    /// Instructions of both, where both were counted with one compiler.
+    /// Instructions of both, if both were counted with the same compiler.
     pub instructions: Option<(u64, u64)>,
-    /// All stages together; `None` where times cannot be compared.
+    /// Ratio over all stages; `None` if times cannot be compared.
     pub whole: Option<Ratio>,
-    /// Stages in the order of their shares.
+    /// Stages by falling share.
     pub stages: Vec<StageVerdict>,
 }
 
-/// All of them.
+/// Judgement on all workloads.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Verdict {
-    /// The first one's file.
+    /// Path of the first program or record.
     pub first: PathBuf,
-    /// The second one's.
+    /// Path of the second program or record.
     pub second: PathBuf,
-    /// Evidence, in words.
+    /// Extent of the evidence, in words.
     pub evidence: String,
-    /// True if there were enough times to judge by.
+    /// True if there were enough pairs of runs to judge by.
     pub times_judged: bool,
-    /// True if neither times nor counts of instructions of all workloads suffice to judge by, where those are compared.
+    /// True if neither the times nor the counts of instructions of all workloads suffice for a judgement, where those
+    /// are compared.
     pub is_undecided: bool,
-    /// Workloads that both know.
+    /// Workloads that both have.
     pub workloads: Vec<WorkloadVerdict>,
-    /// Stages that several workloads have, their times pooled, in the order of their shares.
+    /// Stages of several workloads, their times pooled, by falling share.
     pub stages: Vec<StageVerdict>,
 }
 
 impl StageVerdict {
-    /// Judges a stage as one batch alone speaks for it.
+    /// Judges a stage by one batch alone.
     pub(super) fn new(stage: &str, ratio: Ratio, whole: f64, workloads: usize) -> Self {
         let share = ratio.seconds / whole;
         let change = match ratio {
@@ -110,7 +111,7 @@ impl StageVerdict {
         }
     }
 
-    /// Judges the change of the instructions.
+    /// Judges the change of the number of instructions.
     fn change_of_instructions(&self) -> Change {
         match self.instructions.map(|(from, to)| to as f64 / from as f64) {
             None => Change::NotJudged,
@@ -121,7 +122,7 @@ impl StageVerdict {
         }
     }
 
-    /// Returns its change in words; `whole`: the ratio of all stages of its workload.
+    /// Change in words; `whole` is the ratio of all stages of its workload.
     fn in_words(&self, whole: Option<Ratio>) -> String {
         let Ratio { median, low, high, .. } = self.ratio;
         let percent = |ratio: f64| 100.0 * (ratio - 1.0);
@@ -146,7 +147,7 @@ impl WorkloadVerdict {
         Self { workload, differences, right, found, instructions: None, whole: None, stages: Vec::new() }
     }
 
-    /// Returns the complaints about the second one, in words; none for one that is as good.
+    /// Complaints about the second one, in words; empty if it is as good.
     pub(crate) fn complaints(&self) -> Vec<String> {
         let mut complaints = Vec::new();
         if !self.right {
@@ -166,7 +167,7 @@ impl WorkloadVerdict {
         complaints
     }
 
-    /// Returns the stages that became faster, in words.
+    /// Stages that became faster, in words.
     pub(crate) fn praise(&self) -> Vec<String> {
         self.changed(Change::Faster).collect()
     }
@@ -182,18 +183,18 @@ impl WorkloadVerdict {
 }
 
 impl Verdict {
-    /// Tells whether nothing speaks against the second one.
+    /// Whether there is no complaint about the second one.
     pub(crate) fn passes(&self) -> bool {
         self.pooled(Change::Slower).next().is_none()
             && self.workloads.iter().all(|workload| workload.complaints().is_empty())
     }
 
-    /// Returns the times of all stages of all workloads, and those pooled.
+    /// Stages of all workloads, and the pooled ones.
     pub(super) fn rows(&self) -> impl Iterator<Item = &StageVerdict> {
         self.workloads.iter().flat_map(|workload| &workload.stages).chain(&self.stages)
     }
 
-    /// Returns the stages that all workloads together say have changed, in words.
+    /// Pooled stages with this change, in words.
     pub(super) fn pooled(&self, change: Change) -> impl Iterator<Item = String> {
         self.stages.iter().filter(move |row| row.change == change).map(|row| row.in_words(None))
     }

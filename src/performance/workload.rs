@@ -1,4 +1,4 @@
-//! The fixed pieces of work, and scenes of a user's own.
+//! Fixed pieces of work, and scenes of the user.
 //!
 //! Small enough that one takes a few tenths of a second, large enough that every stage has thousands of entries. They
 //! are part of the record: a change of one is a change of all its numbers.
@@ -10,9 +10,9 @@ use crate::counters::catalogue::catalogue;
 use crate::scene::{Axle, History, LoadedScene, Outputs, PLATE, Road, Scene, SceneError, Slices, Switch, TimeRule};
 
 catalogue! {
-    /// A piece of work.
+    /// A fixed piece of work.
     pub(crate) enum Workload,
-    /// Its name on the command line and in records.
+    /// Name on the command line and in records.
     name {
         /// A smooth road at 80 km/h, N = 512.
         Smooth => "smooth",
@@ -37,12 +37,12 @@ catalogue! {
     }
 }
 
-/// What two programs do in turn.
+/// Work that two programs do in turn.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Work {
-    /// A fixed piece of work.
+    /// One of the fixed pieces of work.
     Fixed(Workload),
-    /// The scene of a file.
+    /// Scene of a file.
     Scene(PathBuf),
 }
 
@@ -56,35 +56,34 @@ impl fmt::Display for Work {
 }
 
 impl Work {
-    /// Lists fixed pieces of work.
     pub(crate) fn fixed(workloads: &[Workload]) -> Vec<Self> {
         workloads.iter().copied().map(Self::Fixed).collect()
     }
 }
 
-/// The physical value that a workload must find.
+/// Reference value of a workload.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Truth {
-    /// Description of the workload.
+    /// Name of the value, with its unit.
     pub what: &'static str,
-    /// Its value by a path that shares as little as possible with the workload's own.
+    /// Reference from a path that shares as little as possible with the workload's.
     pub expected: f64,
     /// Largest relative difference.
     pub tolerance: f64,
 }
 
-/// What the plate's scene lacks to be heard.
+/// Receiver and radiation, which the plate's scene lacks.
 const RECEIVER: &str = "\n[[receiver]]\nstandard = \"cpx\"\n\n[radiation]\nquality = \"draft\"\nfmax = 1000.0\n\
                         audio = false\n";
 
-/// Returns a varying force that must be found.
+/// Reference of a varying force.
 const fn variation(expected: f64) -> Truth {
     Truth { what: "root mean square of the varying force [N]", expected, tolerance: 1e-5 }
 }
 
 impl Workload {
-    /// Returns the value expected. Forces of rolling workloads are those of the same scene by direct sums that remember
-    /// all of it (a test that takes a minute repeats them); the others are checked against reference paths as they run.
+    /// Reference value. Forces of rolling workloads are those of the same scene by direct sums with complete memory (a
+    /// test that takes a minute repeats them); the others are checked against reference paths as they run.
     pub(crate) const fn truth(self) -> Truth {
         match self {
             Self::Smooth => Truth { what: "mean force [N]", expected: 2767.912323979274, tolerance: 1e-5 },
@@ -92,11 +91,11 @@ impl Workload {
             Self::HighSpeed => variation(465.0516520600554),
             Self::LongRollout => variation(199.02389511046786),
             Self::HalfSpaceSlices => variation(61.05028687115533),
-            // Against the recursion: the sum itself is the reference of the others.
+            // By the recursion: the direct sum itself is the reference of the others.
             Self::DirectHistory => variation(169.69001338700753),
-            // Of its many poles, each a little off.
+            // The errors of its many poles add up.
             Self::Cells => Truth { tolerance: 1e-3, ..variation(74.07911137177945) },
-            // Of those forces by the same way to the microphone.
+            // From those forces by the same transfer to the microphone.
             Self::Sound => {
                 Truth { what: "sound pressure beside the tyre [Pa]", expected: 1.256239730, tolerance: 1e-5 }
             }
@@ -111,10 +110,7 @@ impl Workload {
         }
     }
 
-    /// Returns the scene of a workload that rolls; `None` for the others.
-    ///
-    /// # Errors
-    /// None that a released scene should give.
+    /// Scene of a workload that rolls; `None` for the others.
     pub(crate) fn scene(self) -> Result<Option<LoadedScene>, SceneError> {
         let text = match self {
             Self::Cells => PLATE.replace("slices = \"winkler\"", "zone = \"cells\""),
@@ -125,7 +121,7 @@ impl Workload {
         let scene = &mut loaded.scene;
         scene.title = self.name().to_owned();
         scene.outputs = Outputs { arrays: false, spectra: false, plots: false, ..Outputs::default() };
-        // A fixed height: nothing about the force is given by the scene.
+        // A fixed height: the scene prescribes nothing about the force.
         scene.rolling.axle = Axle::Indentation { indentation: 0.012, ramp: 0.03 };
         let (elements, speed, warm_up, duration) = match self {
             Self::Smooth => (512, 80.0, 0.1, 0.4),
@@ -138,7 +134,7 @@ impl Workload {
             Self::Sound => (512, 80.0, 0.1, 0.8),
             Self::Compliance | Self::Influence => return Ok(None),
         };
-        // A rule that direct sums have as well: the physical values come from them.
+        // A rule that direct sums have, too: they give the reference values.
         (scene.numerics.elements, scene.numerics.time_rule) = (elements, TimeRule::Bdf2);
         scene.rolling.speed_kmh = speed;
         (scene.rolling.warm_up, scene.rolling.duration) = (warm_up, duration);
@@ -146,7 +142,7 @@ impl Workload {
             Self::Smooth => scene.road = Road::Smooth,
             Self::HighSpeed => {
                 (scene.numerics.time_rule, scene.numerics.substeps) = (TimeRule::Sdirk2, 2);
-                // A road without texture across is made in no time.
+                // A road without texture across is generated in no time.
                 scene.effects.texture = Switch::Off;
             }
             Self::LongRollout => {

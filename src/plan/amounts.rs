@@ -1,9 +1,9 @@
-//! How much work each stage of a run will do, and how much memory it will hold: formulas in the sizes of the scene,
-//! before any of it is done.
+//! Work of each stage of a run, and the memory that it holds: formulas in the sizes of the scene, before any of it is
+//! done.
 //!
-//! Solvers tell their own work for given sizes (`expected` beside their code); here are the sizes. Quantities that only
-//! the run can know is expected: the length of the patch from a static solution with a few hundred elements, the poles
-//! of a fit that is not in the cache from those of the default tyre.
+//! Solvers state their work for given sizes (`expected` beside their code); here are the sizes. Quantities that only
+//! the run determines are estimated: the length of the patch from a static solution with a few hundred elements, the
+//! poles of a fit that is not in the cache from those of the default tyre.
 
 use serde::Serialize;
 
@@ -23,15 +23,15 @@ use crate::tyre::influence::{InfluenceSum, steep_bytes, wave_bytes, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
-/// Bytes of freed pages that the allocator keeps, at most: up to 3e6 more were seen beside other programs (measured).
+/// Most bytes of freed pages that the allocator keeps: up to 3e6 more were seen beside other programs (measured).
 const ALLOCATOR_BYTES: f64 = 4e6;
-/// Bytes that the allocator keeps for each thread that draws texture (measured).
+/// Bytes that the allocator keeps for each thread that generates texture (measured).
 const THREAD_BYTES: f64 = 8e6;
-/// Memory of a texture over that of its arrays: what the allocator keeps of those that were smaller before (measured).
+/// Memory of a texture over that of its arrays: the allocator keeps smaller arrays freed before (measured).
 const TEXTURE_RESERVE: f64 = 1.6;
-/// Arrays of the streamed spectrum, in segments.
+/// Arrays of the streamed spectrum, in lengths of a segment.
 const SPECTRUM_ARRAYS: f64 = 8.0;
-/// Where work is done.
+/// Place of work in the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Place {
@@ -54,33 +54,33 @@ pub(crate) struct Amount {
     pub stage: Stage,
     /// Unit of the amount.
     pub unit: Unit,
-    /// How much of it.
+    /// Number of units.
     pub amount: f64,
-    /// Where.
+    /// On which threads, and when.
     pub place: Place,
 }
 
 /// Work and memory of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Amounts {
-    /// The contact.
+    /// Contact on a smooth road.
     pub expected: Expected,
-    /// Poles of the model, conjugates counted; 0 without one.
+    /// Number of poles of the model, counting conjugates; 0 without one.
     pub poles: f64,
-    /// Work by stage, in the order of the data's way.
+    /// Work by stage, in the order of the computation.
     pub work: Vec<Amount>,
     /// Expected values of the exact counters.
     pub counters: Vec<(Counter, f64)>,
-    /// Memory by what holds it \[bytes\].
+    /// Memory by its holder \[bytes\].
     pub memory: Vec<(&'static str, f64)>,
-    /// Memory for each thread beside, in the steps \[bytes\].
+    /// Additional memory for each thread in the steps \[bytes\].
     pub memory_per_thread: f64,
-    /// Memory for each thread in the fit, which is over before the steps \[bytes\].
+    /// Additional memory for each thread in the fit, which ends before the steps \[bytes\].
     pub fit_memory_per_thread: f64,
-    /// Memory of the kernel at the points of the fit, or of the contour of a direct history, with its weights, and of
+    /// Memory of the kernel at the points of the fit, or of the contour of a direct history with its weights, and of
     /// the waves of a curved tyre \[bytes\].
     pub fit_memory: f64,
-    /// Memory of what the fit's time makes and the steps go on to hold, counted among [`Self::memory`] \[bytes\].
+    /// Memory that is allocated during the fit and held in the steps, included in [`Self::memory`] \[bytes\].
     pub fit_memory_that_stays: f64,
     /// Result arrays \[bytes\].
     pub result_bytes: f64,
@@ -89,7 +89,7 @@ pub(crate) struct Amounts {
 }
 
 impl Amounts {
-    /// Counts the work and memory of the physics.
+    /// Work and memory of the physics.
     pub(crate) fn of_physics(plan: &Plan) -> Self {
         let scene = &plan.scene;
         let mut amounts = Self {
@@ -121,25 +121,24 @@ impl Amounts {
         amounts
     }
 
-    /// Returns the largest memory of a run on so many threads \[bytes\], without the process itself: in the steps, or
-    /// in the fit before them.
+    /// Largest memory of a run on `threads` threads \[bytes\], without the process itself: that of the steps, or of the
+    /// fit before them.
     pub(crate) fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
         let fit = self.set_up_memory_on(threads);
         (fit + self.fit_memory_that_stays).max(steps + expected_fit::KEPT * fit)
     }
 
-    /// Returns the memory of the influence functions on so many threads before the steps \[bytes\].
+    /// Memory of the influence functions on `threads` threads before the steps \[bytes\].
     pub(crate) fn set_up_memory_on(&self, threads: usize) -> f64 {
         self.fit_memory_per_thread * threads as f64 + self.fit_memory
     }
 
-    /// Adds work of a stage.
     pub(crate) fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
         self.work.push(Amount { stage, unit, amount, place });
     }
 
-    /// Adds to what a counter is expected to say.
+    /// Adds to the expected value of a counter.
     pub(crate) fn count(&mut self, counter: Counter, amount: f64) {
         match self.counters.iter_mut().find(|known| known.0 == counter) {
             Some(known) => known.1 += amount,
@@ -147,7 +146,6 @@ impl Amounts {
         }
     }
 
-    /// Adds memory.
     pub(crate) fn hold(&mut self, what: &'static str, bytes: f64) {
         self.memory.push((what, bytes));
     }
@@ -159,12 +157,12 @@ impl Amounts {
         let cost = if scene.tyre.curvature { expected_fit::CURVED_EVALUATION } else { 1.0 };
         self.add(Stage::Influence, Unit::Evaluation, cost * evaluations, Place::BeforeOnAll);
         self.count(Counter::ComplianceEvaluations, evaluations);
-        // The first steps have less of a past.
+        // The first steps have a shorter past.
         let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
         self.add(Stage::History, Unit::DirectMultiplyAdd, steps * used * points * columns, Place::MarchOnAll);
         let forces = 8.0 * lags * (3.0 * columns + 9.0);
         self.hold("weights and forces of the past", forces);
-        // The kernel at all points of the contour, the weights that they are transformed to, and those by element.
+        // The kernel at all points of the contour, the weights from its transform, and those by element.
         let waves = wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
         let kernel = InfluenceSum::expected_bytes(&plan.decisions.tyre, Circle::new(plan.lags).points().count());
         self.fit_memory = self.fit_memory.max(waves + kernel + 8.0 * lags * wavenumbers);
@@ -216,7 +214,7 @@ impl Amounts {
                 let limit = scene.numerics.memory_bytes();
                 let sizes =
                     TargetSpectrum::of(made).and_then(|target| Sizes::new(&target, made.spacing, lattice, limit));
-                // A road that cannot be made is refused when it is opened.
+                // A road that cannot be generated is refused when it is opened.
                 if let Ok(sizes) = sizes {
                     let opening = sizes.opening();
                     let drawing = sizes.drawing(rows * plan.element, rows * lattice.along as f64);
@@ -262,7 +260,7 @@ impl Amounts {
         self.add(Stage::Penetration, column, solutions * columns, Place::March);
         self.count(Counter::Steps, plan.steps as f64);
         if plan.decisions.tread == Tread::Uncoupled {
-            // Each point by itself: as simple as pressing it into a level slice.
+            // Each point separately: as simple as pressing it into a level slice.
             self.add(Stage::ActiveSet, Unit::LevelColumn, solutions * columns, Place::March);
             return;
         }
@@ -300,12 +298,12 @@ impl Amounts {
     }
 }
 
-/// Returns how many wavenumbers there are round the tyre.
+/// Number of wavenumbers around the tyre, 0 to N/2.
 pub(crate) fn wavenumbers(scene: &Scene) -> f64 {
     (scene.numerics.elements / 2 + 1) as f64
 }
 
-/// Returns the lattice of the road, without a look at its file.
+/// Lattice of the road, without reading its file.
 fn lattice(scene: &Scene, plan: &Plan) -> Lattice {
     let width = scene.tyre.contact_width;
     let Decisions { cells_across, cells_along, .. } = plan.decisions;
@@ -314,7 +312,7 @@ fn lattice(scene: &Scene, plan: &Plan) -> Lattice {
     Lattice { dx: plan.element, along, dy: width / columns as f64, columns }
 }
 
-/// Returns the terms of the sums over m and aliases for one wavenumber and frequency.
+/// Terms of the sums over m and aliases for one wavenumber and frequency.
 fn terms(scene: &Scene, plan: &Plan) -> f64 {
     let (tyre, numerics) = (&scene.tyre, &scene.numerics);
     let tread = &tyre.layers[tyre.layers.len() - 1];

@@ -1,7 +1,7 @@
-//! Refusals before a plan sums anything: sums over the tyre's waves that would not end, or only after hours.
+//! Refusals before a plan sums anything: sums over the tyre's waves that would not converge, or only after hours.
 //!
-//! A plan itself presses the tyre onto a smooth road, and no limit on the run's time protects it from a tyre whose sums
-//! have too many terms.
+//! The plan itself presses the tyre onto a smooth road, and no limit on the run's time protects it from a tyre whose
+//! sums have too many terms.
 
 use std::f64::consts::PI;
 
@@ -15,16 +15,16 @@ use crate::tyre::layers::material::shear_modulus;
 use crate::tyre::layers::surface_asymptote::thickness_limit;
 use crate::tyre::poles::expected_fit;
 
-/// Tolerance of the sums that a plan presses the tyre onto a smooth road with.
+/// Tolerance of the sums with which a plan presses the tyre onto a smooth road.
 pub(super) const COARSE_TOLERANCE: f64 = 1e-3;
-/// Evaluations of the compliance that the sums of a plan may take, on one core some seconds: twenty times those of a
-/// curved car tyre.
+/// Most evaluations of the compliance in the sums of a plan, some seconds on one core: twenty times those of a curved
+/// car tyre.
 const MOST_EVALUATIONS: f64 = 5e7;
-/// Tension of the outermost layer over its shear modulus from which on no bound on short waves is known.
+/// Tension of the outermost layer over its shear modulus, above which no bound on short waves is known.
 const LARGEST_PRESTRESS: f64 = 0.3;
-/// Lobes of a strip's weights across that a bound on the rest asks for.
+/// Number of lobes of a strip's weights across that a bound on the remainder needs.
 const LOBES: f64 = 20.0;
-/// Terms of the sums over both kinds of waves that a scene fixes itself, for one time step and one wavenumber.
+/// Most terms of the sums over both kinds of waves that a scene fixes itself, for one time step and one wavenumber.
 const MOST_FIXED: f64 = 1e6;
 
 /// Checks what was decided against the largest sizes of a scene, before anything is allocated or looped over.
@@ -48,10 +48,7 @@ pub(crate) fn check_sizes(loaded: &LoadedScene, scene: &Scene) -> Result<(), Sce
     }
 }
 
-/// Checks that the sums of a plan end.
-///
-/// # Errors
-/// [`SceneError::Invalid`] with the key that is to blame.
+/// Checks that the sums of a plan are finite and short enough; the error names the key that is to blame.
 pub(crate) fn check(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
     let Scene { tyre, numerics, .. } = scene;
     let Some((tread, place)) = tyre.layers.last().zip(tyre.layers.len().checked_sub(1)) else { return Ok(()) };
@@ -73,7 +70,7 @@ pub(crate) fn check(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneErro
             let right = format!("less tension, or a thicker or stiffer layer: at most {LARGEST_PRESTRESS}");
             return Err(loaded.complain(&format!("tyre.layers[{place}].tension"), wrong, right).into());
         }
-        // Without a half-space's tail a narrow strip's waves across are summed until their weights have died out.
+        // Without a half-space's tail the waves across a narrow strip are summed until their weights have decayed.
         lateral = lateral.max(LOBES * PI / tyre.contact_width);
         right.push_str(", or no tension in it");
     }

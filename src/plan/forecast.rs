@@ -1,4 +1,4 @@
-//! Forecast of a plan on this machine: work times unit costs, and how threads share it.
+//! Forecast of a plan on this machine: work times unit costs, distributed over threads.
 
 use serde::Serialize;
 
@@ -9,43 +9,42 @@ use crate::plan::unit::UnitCosts;
 use crate::plan::{Plan, bytes};
 use crate::scene::{History, LoadedScene, SceneError, Zone};
 
-/// Bytes that a process comes to hold beside what a run's plan counts, at most: code that was used, pictures and the
-/// page of the results, and what the allocator keeps (measured over twenty scenes, 13 to 58 MB).
+/// Most bytes that a process holds beyond the plan of its run: code that was used, pictures and the page of the
+/// results, and what the allocator keeps (measured over twenty scenes, 13 to 58 MB).
 const PROGRAM: f64 = 6.6e7;
-/// Share of the ideal that threads reach on work before the steps.
+/// Parallel efficiency of work before the steps.
 const EFFICIENCY: f64 = 0.95;
 
-/// Time and memory expected.
+/// Expected time and memory.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Forecast {
-    /// Stages with work, in the order of the data's way, with the time of all cores in each \[s\], and whether it is
-    /// beside the steps.
+    /// Stages with work, in the order of the computation; one entry each for work in and beside the steps.
     pub stages: Vec<StageForecast>,
-    /// Time in no stage \[s\].
+    /// Time outside all stages \[s\].
     pub rest_seconds: f64,
-    /// Wall time \[s\].
+    /// Expected wall time \[s\].
     pub wall_seconds: f64,
     /// Largest resident memory, the process itself included \[bytes\].
     pub memory: f64,
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
     /// True if unit costs were measured on this machine.
     pub measured: bool,
 }
 
-/// Time expected in a stage.
+/// Expected time of a stage.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct StageForecast {
     /// The stage.
     pub stage: Stage,
-    /// Time of all cores in it \[s\].
+    /// Time of all cores in the stage \[s\].
     pub seconds: f64,
-    /// True if other threads do it while the run marches on.
+    /// True if other threads do it beside the steps.
     pub background: bool,
 }
 
-/// Returns the largest memory of this process at the end of a run beside that of the run's plan \[bytes\]: to be asked
-/// before the plan is made.
+/// Largest memory of this process at the end of a run, without that of the run's plan \[bytes\]; to be called before
+/// the plan is made.
 pub(crate) fn process_memory() -> f64 {
     resident_memory().unwrap_or_default() as f64 + PROGRAM
 }
@@ -72,7 +71,7 @@ impl Plan {
             let wrong = format!("\"{}\" {why}", rule.name());
             loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
         } else if memory / 1e9 > numerics.memory_limit {
-            // Without a word on cells they are as wide as elements are long.
+            // Without a given size, cells are as wide as elements are long.
             let (key, fewer) = [("contact.cells_across", "fewer cells across"), ("contact.cell", "larger cells")]
                 .into_iter()
                 .find(|(key, _)| has_cells && loaded.gives(key))
@@ -107,9 +106,10 @@ impl Plan {
 }
 
 impl Forecast {
-    /// Makes a forecast for amounts of work over so many steps. `process`: what the process itself holds \[bytes\].
+    /// Forecast for amounts of work over `steps` steps; `process` is the memory of the process itself \[bytes\].
     pub(crate) fn new(amounts: &Amounts, steps: u64, costs: &UnitCosts, threads: usize, process: f64) -> Self {
         let many = threads > 1;
+        // 1. Sum the work by place in the run, and by stage.
         let mut stages: Vec<StageForecast> = Vec::new();
         let (mut before, mut march, mut march_on_all, mut behind) = (0.0, 0.0, 0.0, 0.0);
         for amount in &amounts.work {
@@ -131,7 +131,7 @@ impl Forecast {
         let rest_seconds = steps as f64 * costs.step;
         march += rest_seconds;
         let all = march + march_on_all + behind;
-        // One thread marches; what is behind it, or shared, fills the others.
+        // 2. One thread marches; work behind the steps, or shared, fills the others.
         let rolling = if many { (march + march_on_all / threads as f64).max(all / threads as f64) } else { all };
         Self {
             stages,
@@ -143,7 +143,7 @@ impl Forecast {
         }
     }
 
-    /// Returns the time of all cores \[s\].
+    /// Time of all cores \[s\].
     pub(crate) fn core_seconds(&self) -> f64 {
         self.rest_seconds + self.stages.iter().map(|stage| stage.seconds).sum::<f64>()
     }

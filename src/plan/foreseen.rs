@@ -1,4 +1,4 @@
-//! Knowledge of a plan about a run that will hardly give what it is asked for.
+//! Warnings, from a plan alone, about a run that will hardly give what it is asked for.
 
 use super::Plan;
 use crate::scene::{LoadedScene, Rolling, SceneError, short};
@@ -6,14 +6,14 @@ use crate::tyre::critical_speed::{TreadWave, limit_below, tread_wave};
 use crate::tyre::slowest_wave::{SlowestWave, slowest_wave_below};
 
 impl Plan {
-    /// Lists what the user should act on before the run: a speed at which the tyre rolls into its own waves, a load
-    /// beyond what its model holds well, a warm-up that takes most of the run, keys that stand in place of a preset's.
+    /// Problems that need the user's attention before the run: a speed at which the tyre rolls into its own waves, a
+    /// load beyond the range of its model, a warm-up that takes most of the run, keys that override a preset's.
     pub fn warnings(&self) -> Vec<String> {
         let told = [self.outrun_waves(), self.doubtful_load(), self.long_warm_up()].into_iter().flatten();
         told.chain(self.overridden.iter().cloned()).collect()
     }
 
-    /// Tells of a warm-up that is longer than what counts, and than a car's tyre needs.
+    /// Warning of a warm-up that is longer than the evaluated time, and than a car's tyre needs.
     fn long_warm_up(&self) -> Option<String> {
         let Rolling { warm_up, duration, .. } = self.scene.rolling;
         (warm_up > duration && warm_up > Rolling::WARM_UP).then(|| {
@@ -26,10 +26,7 @@ impl Plan {
         })
     }
 
-    /// Checks that the turning tyre is stable at the plan's speed.
-    ///
-    /// # Errors
-    /// [`SceneError::Invalid`] with the speed up to which it is.
+    /// Checks that the rotating tyre is stable at the plan's speed; the error names the speed up to which it is.
     pub(crate) fn check_rotation(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
         let rolling = &self.decisions.tyre;
         let Some(limit) = limit_below(rolling, self.speed).filter(|_| rolling.turns()) else { return Ok(()) };
@@ -45,7 +42,7 @@ impl Plan {
         Err(loaded.complain("rolling.speed_kmh", wrong, right).into())
     }
 
-    /// Tells of waves of the tread's surface that are slower than the tyre rolls.
+    /// Note on waves of the tread's surface that are slower than the tyre rolls.
     pub(crate) fn outrun_tread(&self) -> Option<String> {
         let rolling = &self.decisions.tyre;
         let TreadWave { length, speed } =
@@ -90,7 +87,7 @@ mod tests {
         assert!(warnings(&[]).is_empty() && warnings(&held("rolling.speed_kmh=190")).is_empty());
         let told = warnings(&held("rolling.speed_kmh=230"));
         assert!(told.len() == 1 && told[0].contains("has 199 km/h") && told[0].contains("= \"auto\""), "{told:?}");
-        // Tension by its own mass makes every wave of a turning tyre faster than it rolls.
+        // Tension by its own mass makes every wave of a rotating tyre faster than it rolls.
         for speed in ["rolling.speed_kmh=250", "rolling.speed_kmh=400"] {
             assert!(warnings(&[speed]).is_empty(), "{:?}", warnings(&[speed]));
         }
@@ -131,7 +128,7 @@ mod tests {
         );
         assert!(of(&["rolling.speed_kmh=440", "effects.rotation=off"]).is_ok());
         let told = |plan: Plan| plan.decisions.notes.iter().any(|note| note.contains("waves of its tread"));
-        // docs/scenes.md has this speed.
+        // docs/scenes.md states this speed.
         assert!(told(of(&["rolling.speed_kmh=250"]).unwrap()) && !told(of(&["rolling.speed_kmh=246"]).unwrap()));
     }
 }

@@ -1,46 +1,47 @@
-//! The joint front of accuracy against time as a table: what `preset` and `accuracy` choose from.
+//! The Pareto front of accuracy against time as a table, from which `preset` and `accuracy` choose.
 //!
 //! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the
 //! limit for small time steps, elements and cells, with the axle at the same height, for fmax up to each frequency of
-//! [`STATED_TO`]. The rows of slices were set from made dense asphalt at 80 km/h up to 1 kHz, and also from a chip seal
-//! up to 2 kHz, those of cells from four roads at three speeds, and hold on others (docs/accuracy.md; an ignored test,
-//! tests/suite/presets.rs). Cells have to be finer: a stone that is a cell or two wide is too hard.
+//! [`STATED_TO`]. The rows of slices were set from made dense asphalt at 80 km/h up to 1 kHz, and from a chip seal up
+//! to 2 kHz, those of cells from four roads at three speeds, and hold on others (docs/accuracy.md; an ignored test,
+//! tests/suite/presets.rs). Cells have to be finer: a stone of one or two cells is too stiff.
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
 use crate::scene::{Preset, Road, Scene, TimeRule, Zone};
 
-/// Lowest third octave that a stated error is about \[Hz\].
+/// Lowest third octave that a stated error includes \[Hz\].
 pub(crate) const STATED_FROM: f64 = 100.0;
-/// Highest fmax up to which each stated error of a row holds \[Hz\].
+/// Largest fmax for which each stated error of a row holds \[Hz\].
 pub(crate) const STATED_TO: [f64; 2] = [1000.0, 2000.0];
-/// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
+/// Cells in the shortest wave that is resolved: on dense asphalt at 30 km/h, levels up to 1 kHz are 5 dB wrong with
+/// four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
 
-/// Returns the size of cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or
-/// [`Road::cell`] and eleven of them at least in the texture wave that excites it.
+/// Size of the cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or [`Road::cell`],
+/// with at least eleven cells in the texture wave that excites that frequency.
 pub(crate) fn cell_for(scene: &Scene, highest: f64) -> f64 {
     let resolved = || scene.road.cell().min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE);
     scene.contact.cell_of_law(&scene.road).unwrap_or_else(resolved)
 }
 
-/// Settings in terms that do not depend on tyre, speed and frequency, with what they are worth.
+/// Settings independent of tyre, speed and frequency, with their stated errors and cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrontRow {
-    /// Its preset.
+    /// Name of the row.
     pub preset: Preset,
-    /// Elements per texture wavelength V/fmax, at least.
+    /// Least number of elements per texture wavelength V/fmax.
     pub per_wavelength: f64,
     /// Longest element \[m\].
     pub longest_element: f64,
-    /// Time rule where none is given.
+    /// Time rule, if none is given.
     pub time_rule: TimeRule,
-    /// Time steps in a period of fmax, at least; with another rule so many that its error is the same.
+    /// Least number of time steps in a period of fmax; with another rule as many as give the same error.
     pub steps_per_period: f64,
     /// Tolerance of the poles.
     pub pole_tolerance: f64,
     /// Tolerance of the contact conditions over cells.
     pub cell_tolerance: f64,
-    /// Widest and longest cell of a made road of the default's wavelengths, where V/fmax is 22 mm at least \[m\].
+    /// Largest cell of a made road of the default's wavelengths, if V/fmax is 22 mm at least \[m\].
     pub cell: f64,
     /// Tolerance of the slices' curves \[m\].
     pub slice_tolerance: f64,
@@ -51,7 +52,7 @@ pub(crate) struct FrontRow {
 }
 
 impl FrontRow {
-    /// The table of slices, cheapest first.
+    /// The rows of slices, cheapest first.
     pub(crate) const OF_SLICES: [Self; 3] = [
         Self {
             preset: Preset::Draft,
@@ -94,34 +95,33 @@ impl FrontRow {
         },
     ];
 
-    /// The table of cells.
+    /// The rows of cells, cheapest first.
     pub(crate) const OF_CELLS: [Self; 3] = [
         Self::OF_SLICES[0].over_cells([5.0, 6.5], 0.19),
         Self::OF_SLICES[1].over_cells([3.0, 3.5], 1.0),
         Self::OF_SLICES[2].over_cells([1.5, 2.0], 7.5),
     ];
 
-    /// Returns the row over cells: elements half as long, errors \[dB\] and a cost of their own.
+    /// The same row over cells: elements half as long, with other errors \[dB\] and cost.
     const fn over_cells(self, errors: [f64; 2], cost: f64) -> Self {
         let (per_wavelength, longest_element) = (2.0 * self.per_wavelength, 0.5 * self.longest_element);
         Self { per_wavelength, longest_element, errors, cost, ..self }
     }
 
-    /// Returns the error that is stated for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].
+    /// Stated error for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].
     pub(crate) fn error(&self, fmax: f64) -> Option<f64> {
         STATED_TO.iter().position(|&to| fmax <= to).map(|range| self.errors[range])
     }
 
-    /// Returns the error that is stated for a scene \[dB\]. `None`, too, beyond the first of [`STATED_TO`] where cells
-    /// belong to the law: elements get shorter than they are, and the law has no limit for short cells. `None` with
-    /// friction, which chooses another rule and history than the row.
+    /// Stated error for a scene \[dB\]. Also `None` beyond the first of [`STATED_TO`] if the cells belong to the law:
+    /// elements then get shorter than the cells, and the law has no limit for short cells. `None` with friction, which
+    /// chooses another rule and history than the row.
     pub(crate) fn error_for(&self, scene: &Scene, fmax: f64) -> Option<f64> {
         let has_limit = scene.contact.cell_of_law(&scene.road).is_none();
         let error = self.error(fmax).filter(|_| has_limit || fmax <= STATED_TO[0]);
         error.filter(|_| scene.friction.is_none())
     }
 
-    /// Returns the table of a zone.
     pub(crate) const fn all(zone: Zone) -> &'static [Self; 3] {
         match zone {
             Zone::Slices => &Self::OF_SLICES,
@@ -129,39 +129,37 @@ impl FrontRow {
         }
     }
 
-    /// Returns the row of a preset.
     pub(crate) const fn of(preset: Preset, zone: Zone) -> &'static Self {
         &Self::all(zone)[preset as usize]
     }
 
-    /// Finds the row that a scene's `preset` or `accuracy` chooses.
+    /// Row that a scene's `preset` or `accuracy` chooses.
     pub(crate) fn asked_for(scene: &Scene) -> Option<&'static Self> {
         let zone = scene.contact.zone;
         let preset = scene.numerics.preset.map(|preset| Self::of(preset, zone));
         preset.or_else(|| Self::within(scene.numerics.accuracy?, scene))
     }
 
-    /// Finds the cheapest row whose error stated for a scene with an fmax is not above an accuracy \[dB\]; `None` where
-    /// no row is as accurate.
+    /// Cheapest row whose stated error for a scene with an fmax does not exceed an accuracy \[dB\]; `None` if no row is
+    /// as accurate.
     pub(crate) fn within(accuracy: f64, scene: &Scene) -> Option<&'static Self> {
         let fmax = scene.numerics.fmax?;
         let keeps = |row: &&Self| row.error_for(scene, fmax).is_some_and(|error| error <= accuracy);
         Self::all(scene.contact.zone).iter().find(keeps)
     }
 
-    /// Returns the smallest error that is stated for a scene with an fmax \[dB\]; `None` where none is stated.
+    /// Smallest stated error for a scene with an fmax \[dB\]; `None` if none is stated.
     pub(crate) fn finest_error(scene: &Scene, fmax: f64) -> Option<f64> {
         Self::all(scene.contact.zone).iter().filter_map(|row| row.error_for(scene, fmax)).reduce(f64::min)
     }
 
-    /// Returns the widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
+    /// Largest cell of a scene's road for levels up to `highest` \[Hz\], in m.
     pub(crate) fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
         let of_law = scene.contact.cell_of_law(&scene.road);
         of_law.unwrap_or_else(|| self.cell * (cell_for(scene, highest) / Road::CELL))
     }
 
-    /// Returns the relative error of the rule's rate at fmax, phase and damping together: what another rule has to
-    /// keep.
+    /// Relative error of the rule's rate at fmax, phase and damping together, which other rules have to keep.
     pub(crate) fn rule_error(&self) -> f64 {
         let angle = std::f64::consts::TAU / self.steps_per_period;
         (self.time_rule.relative_rate(angle) - 1.0).norm()

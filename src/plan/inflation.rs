@@ -1,10 +1,10 @@
-//! Tension that the inflation gives beside the sidewalls' pull, beside that used.
+//! Tension from inflation and sidewalls, beside the tension in use.
 
 use super::settle::Choice;
 use crate::scene::Tyre;
 
-/// Returns the tension of the layers along the belt with what inflation and the sidewalls' arcs give; none for a tyre
-/// without them.
+/// Tension of the layers along the belt, with that from inflation and the sidewalls' arcs; empty for a tyre without
+/// these.
 pub(crate) fn choices(tyre: &Tyre) -> Vec<Choice> {
     let Some(carried) = tyre.carried_tension() else { return Vec::new() };
     let used = tyre.tension_along();

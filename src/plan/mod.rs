@@ -7,8 +7,8 @@
 //! 4. [`Amounts`]: work of each stage in units, memory by what holds it;
 //! 5. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that were measured on it.
 //!
-//! The plan is data: it follows from the scene alone, without a look at any other file, can be printed as a table or as
-//! JSON, and the run takes its numbers from it. [`crate::planning`] makes it, since it asks the effects, too.
+//! The plan is data: it follows from the scene alone, without reading any other file, can be printed as a table or as
+//! JSON, and the run takes its numbers from it. [`crate::planning`] makes it, since the effects take part.
 
 pub(crate) mod amounts;
 pub(crate) mod cells;
@@ -56,25 +56,26 @@ use resolution::{Need, Resolution};
 pub(crate) use settle::Choice;
 pub(crate) use smooth_contact::Expected;
 
-/// Segments of the averaged spectrum \[s\].
+/// Length of the segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;
-/// Part of the run that the force map shows, in contact lengths rolled.
+/// Part of the run in the force map, in contact lengths.
 const LENGTHS_DRAWN: f64 = 6.0;
-/// Lowest frequency at which the flat plate's absolute levels are those of a tyre \[Hz\]; below, curvature counts.
+/// Lowest frequency at which the absolute levels of the flat plate are those of a tyre \[Hz\]; below, curvature
+/// matters.
 pub(crate) const PLATE_FROM: f64 = 400.0;
 
 /// Plan of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The scene, every setting decided.
+    /// The scene with every setting decided.
     pub scene: Scene,
     /// Decisions on the physics and the effects.
     pub(crate) decisions: Decisions,
-    /// Settings that the scene left open, and what the sidewalls of its tyre give beside what is used.
+    /// Settings that the scene left open, and the tension from the tyre's sidewalls beside that in use.
     pub(crate) choices: Vec<Choice>,
-    /// Keys that the scene gives other values than its preset or accuracy would take, in words.
+    /// Keys to which the scene gives other values than its preset or accuracy would, in words.
     pub(crate) overridden: Vec<String>,
-    /// Speed V \[m/s\].
+    /// Rolling speed V \[m/s\].
     pub speed: f64,
     /// Rolling radius R = L/(2 pi) \[m\].
     pub radius: f64,
@@ -82,37 +83,37 @@ pub struct Plan {
     pub element: f64,
     /// Time step dt = dx/(q V) \[s\].
     pub time_step: f64,
-    /// Time steps before anything counts.
+    /// Time steps of the warm-up.
     pub warm_up_steps: u64,
-    /// All time steps.
+    /// All time steps, warm-up included.
     pub steps: u64,
-    /// Highest frequency that the settings are good for \[Hz\], the road's own limit apart: `fmax`, or where texture
-    /// and rule end.
+    /// Highest frequency for which the settings are accurate \[Hz\], apart from the road's limit: `fmax`, or the limit
+    /// of texture and rule.
     pub valid_to: f64,
     /// Lags of the history, lag 0 included.
     pub lags: usize,
-    /// The displacement that the contact feels.
+    /// Displacement that the contact conditions are about.
     pub field: Field,
-    /// Requirements of the fitted model, where one is needed.
+    /// Requirements of the fitted model, if one is needed.
     pub(crate) fit: FitOptions,
-    /// Poles of the model that a cache holds for it; `None`: it is still to be fitted, or none is needed.
+    /// Number of poles of the cached model; `None` if it still has to be fitted, or none is needed.
     pub(crate) kept_poles: Option<usize>,
-    /// Errors of contact over slices on the scene's road, once that is open.
+    /// Errors of contact over slices on the scene's road, set once that is open.
     pub(crate) slice_errors: Option<SliceErrors>,
-    /// Doubts about the scene's road, once that is open.
+    /// Warnings about the scene's road, set once that is open.
     pub(crate) road_warnings: Vec<String>,
-    /// Frequencies that a cache holds the radiation of \[Hz\].
+    /// Frequencies whose radiation is cached \[Hz\].
     pub(crate) kept_frequencies: Vec<f64>,
-    /// Length of the window whose forces are told over that of a rigid tyre's chord: 1, which no contact outgrows; a
-    /// test makes it less.
+    /// Length of the window of reported forces over that of a rigid tyre's chord: 1, which no contact outgrows; tests
+    /// make it less.
     pub(crate) reach: f64,
-    /// Length of the window of cells over that whose forces are told: 1, and more once contact has reached its end.
+    /// Length of the window of cells over that of the reported forces: 1, and more once contact has reached its end.
     pub(crate) window: f64,
-    /// How the tyre stands on a smooth road, found when it is first asked for: nothing else in a plan takes as long.
+    /// Contact on a smooth road, computed at first use: nothing else in a plan takes as long.
     standing: OnceLock<Result<StaticContact, ContactError>>,
 }
 
-/// Computes up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture
+/// Highest frequency for which elements and time step are accurate \[Hz\]: `fmax`, or four elements to a texture
 /// wavelength and the rule's rate within its tolerance.
 fn valid_to(scene: &Scene) -> f64 {
     let Scene { tyre, rolling, numerics, .. } = scene;
@@ -124,13 +125,13 @@ fn valid_to(scene: &Scene) -> f64 {
 }
 
 impl Plan {
-    /// Returns the number of steps that the force map shows, where the patch has such a length \[m\].
+    /// Number of steps in the force map, for a patch of the given length \[m\].
     pub(crate) fn steps_drawn(&self, length: f64) -> f64 {
         let span = self.scene.outputs.patch_span.unwrap_or(LENGTHS_DRAWN * length / self.speed);
         span / self.time_step
     }
 
-    /// Makes the plan of a scene with every setting decided; nothing is expected of a cache.
+    /// Plan of a scene with every setting decided, regardless of the cache.
     pub(crate) fn decided(scene: &Scene, decisions: Decisions) -> Self {
         let Scene { tyre, rolling, numerics, contact, .. } = scene;
         let speed = rolling.speed();
@@ -167,23 +168,22 @@ impl Plan {
         }
     }
 
-    /// Tells how the tyre stands on a smooth road; `None` where it has no static solution.
+    /// Contact on a smooth road; `None` without a static solution.
     fn standing(&self) -> Option<StaticContact> {
         self.standing_or_error().as_ref().ok().copied()
     }
 
-    /// Tells how the tyre stands on a smooth road, or why it does not.
+    /// Contact on a smooth road, or why there is none.
     fn standing_or_error(&self) -> &Result<StaticContact, ContactError> {
         self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.decisions.axle))
     }
 
-    /// Returns the contact that is expected.
     pub(crate) fn expected(&self) -> Expected {
         Expected::of(&self.scene, self.standing(), self.decisions.tyre.radius(), self.element)
     }
 
-    /// Lays out segments of so many revolutions, of forces that are even across; columns, phase and first position are
-    /// the run's to say.
+    /// Layout of segments of `revolutions` revolutions, for forces that are even across; the run sets columns, phase
+    /// and first position.
     pub(crate) fn segment_layout(&self, revolutions: usize) -> SegmentLayout {
         let Scene { numerics, tyre, .. } = &self.scene;
         SegmentLayout {
@@ -200,7 +200,7 @@ impl Plan {
         }
     }
 
-    /// Takes over how the tyre of another plan stands, where that is the same tyre under the same axle.
+    /// Takes over the contact on a smooth road from another plan, if tyre and axle are the same: that is costly.
     #[must_use]
     pub(crate) fn standing_as(mut self, other: &Self) -> Self {
         if self.decisions.tyre == other.decisions.tyre && self.decisions.axle == other.decisions.axle {
@@ -209,13 +209,13 @@ impl Plan {
         self
     }
 
-    /// Tells whether a fitted model is needed: by the recursion, or by an effect.
+    /// Whether a fitted model is needed: by the recursion, or by an effect.
     pub(crate) fn needs_model(&self) -> bool {
         let wanted = self.scene.numerics.history == History::Modal || self.decisions.takes_models;
         wanted && self.decisions.zone == Zone::Slices
     }
 
-    /// Returns the lattice on which the run sees its road; reads the header of a grid's file.
+    /// Lattice on which the run evaluates its road; reads the header of a grid's file.
     ///
     /// # Errors
     /// As [`Lattice::choose`].
@@ -225,7 +225,7 @@ impl Plan {
         Lattice::choose(road, self.element, tyre.contact_width, cells_across, cells_along)
     }
 
-    /// Returns the ramp of an axle that is held by its height, in steps.
+    /// Ramp of an axle that holds a height, in steps; 0 for other axles.
     pub fn ramp_steps(&self) -> f64 {
         match self.scene.rolling.axle {
             Axle::Indentation { ramp, .. } => ramp / self.time_step,
@@ -233,14 +233,14 @@ impl Plan {
         }
     }
 
-    /// Returns the notes for the user before the run: settings that were chosen, and effects that the run leaves out.
+    /// Notes for the user before the run: settings that were chosen, and effects that the run leaves out.
     pub fn notes(&self) -> impl Iterator<Item = String> {
         let choice = |Choice { key, value, reason }: &Choice| format!("{key} = {value} ({reason})");
         self.choices.iter().map(choice).chain(self.decisions.notes.iter().cloned())
     }
 }
 
-/// Returns the displacement that the contact feels under a tread law.
+/// Displacement that the contact conditions are about under a tread law.
 fn contact_field(tread: Tread) -> Field {
     match tread {
         Tread::Elastic | Tread::Uncoupled => Field::Surface,
@@ -248,15 +248,14 @@ fn contact_field(tread: Tread) -> Field {
     }
 }
 
-/// Counts the poles of the model that the user's cache holds for a plan; `None`: none is needed, there is none, or it
-/// cannot be used.
+/// Number of poles of the model that the user's cache holds for a plan; `None` if none is needed, cached, or usable.
 pub(crate) fn kept_poles(plan: &Plan) -> Option<usize> {
     let key = key(&plan.decisions.tyre, &plan.fit).ok().filter(|_| plan.needs_model())?;
     let model: RationalModel = Cache::open().ok()?.load(&key).ok()??.ok()?;
     Some(model.order())
 }
 
-/// Returns a number of bytes for people.
+/// A number of bytes for people.
 pub(crate) fn bytes(count: f64) -> String {
     match count {
         c if c < 1e3 => format!("{c:.0} B"),

@@ -14,7 +14,7 @@ use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
 
-/// Fault of a model.
+/// Reasons why there is no model.
 #[derive(Debug, Error)]
 pub(crate) enum ModelError {
     /// The fit was refused: a complaint about the scene.
@@ -25,7 +25,7 @@ pub(crate) enum ModelError {
     Stopped,
 }
 
-/// Returns a model from the user's cache, or fitted where there is none.
+/// A model from the user's cache, or fitted if there is none; without a usable cache a warning is returned with it.
 ///
 /// # Errors
 /// `FitError` for a fit that is refused, or stopped by `stop`.
@@ -40,8 +40,7 @@ pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fet
     }
 }
 
-/// Translates a fit's end: the user's wish, or a complaint about the scene's tolerance, with its remedy
-/// `right`.
+/// Translates an error of a fit: the user's stop, or a complaint about the scene's tolerance, with the remedy `right`.
 pub(crate) fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> ModelError {
     match error {
         FitError::Stopped => ModelError::Stopped,
@@ -49,7 +48,7 @@ pub(crate) fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> Mod
     }
 }
 
-/// Returns the model that a planned run needs, metered; `right` is what a user whose fit is refused could do instead.
+/// The model that a planned run needs, metered; `right` is the remedy for a user whose fit is refused.
 ///
 /// # Errors
 /// A fit that was [`refused`]; [`ModelError::Stopped`].
@@ -71,13 +70,13 @@ pub(crate) fn planned_model(
         }
     }
     warnings.extend(fetched.warnings);
-    // A warm model took its evaluations in an earlier run.
+    // The evaluations of a cached model belong to an earlier run.
     let evaluations = if fetched.warm { 0 } else { fetched.model.evaluations() };
     count_evaluations(plan, evaluations, meter);
     Ok(fetched.model)
 }
 
-/// Returns the sums over the waves of a tyre on the cells of a planned scene.
+/// Sums over the waves of a tyre on the cells of a planned scene.
 pub(crate) fn cell_sums(plan: &Plan, tyre: &Tyre) -> CellSums {
     let numerics = &plan.scene.numerics;
     let grid = CellGrid::new(tyre, numerics.elements, plan.cell_grid().across);
@@ -85,14 +84,13 @@ pub(crate) fn cell_sums(plan: &Plan, tyre: &Tyre) -> CellSums {
     CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
 }
 
-/// Returns the sums that carry a band of waves: those of the tyre as a `whole`, or, for a folded one, of the tyre whose
-/// sides are moved.
+/// Sums that carry a band of waves: those of the tyre as a `whole`, or, for a folded band, of the tyre with its sides
+/// moved.
 pub(crate) fn band_sums<'a>(plan: &Plan, band: WaveBand, whole: &'a CellSums) -> Cow<'a, CellSums> {
     if band.folded { Cow::Owned(cell_sums(plan, &plan.tyre_of(band))) } else { Cow::Borrowed(whole) }
 }
 
-/// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many
-/// multiply-adds have.
+/// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic, two flops per multiply-add.
 pub(crate) fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
     let flop = evaluations * operations(plan.decisions.tyre.layers.len() as u64);
     meter.count(Counter::ComplianceEvaluations, evaluations);

@@ -1,35 +1,35 @@
-//! Loads beyond what the model of a tyre holds: a linear tyre bears any, and rolls on.
+//! Loads beyond the range of a tyre's model: a linear tyre carries any.
 
 use super::Plan;
 use crate::contact::static_contact::StaticContact;
 use crate::scene::{Axle, LoadedScene, SceneError, Tyre, short};
 
-/// Parts of the circumference that a patch takes from which on a run is warned of and refused. The tread moves along
-/// the radius, and the road presses upwards: at half the angle of the patch both differ by 1 - cos(pi share), 5 % and
-/// 19 % at its ends.
+/// Shares of the circumference covered by the patch above which a run is warned of and refused. The model's tread moves
+/// along the radius, and the road presses upwards: at half the angle of the patch both differ by 1 - cos(pi share), 5 %
+/// and 19 % at its ends.
 const LONG_PATCH: [f64; 2] = [0.1, 0.2];
-/// Part of the height over the rim's seat that the belt has room in: the flange, 17.5 mm high on a car's rim, and the
-/// folded walls fill the rest.
+/// Part of the height over the rim's seat that the belt can be pushed in: the flange, 17.5 mm high on a car's rim, and
+/// the folded walls fill the rest.
 const ROOM: f64 = 0.8;
 /// Weight of a kilogram \[N\].
 const GRAVITY: f64 = 9.81;
 
-/// Judgement of how a tyre stands on a smooth road.
+/// Judgement of a tyre's contact on a smooth road.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Overload {
-    /// To be told: what is wrong.
+    /// To be warned of; the reason in words.
     Doubtful(String),
-    /// To be refused: what is wrong.
+    /// To be refused; the reason in words.
     Beyond(String),
 }
 
-/// Returns the load in kilograms that a load index stands for: 45 kg, ten times as much every 80 (ISO 4000-1 rounds it
-/// to the numbers of a series, by 2 % at most).
+/// Load of a load index \[kg\]: 45 kg, ten times as much every 80 (ISO 4000-1 rounds it to a series of preferred
+/// numbers, by 2 % at most).
 fn indexed_load(index: u16) -> f64 {
     45.0 * 10_f64.powf(f64::from(index) / 80.0)
 }
 
-/// Judges a tyre that stands like that on a smooth road; `None` where the model holds.
+/// Judges a tyre's contact on a smooth road; `None` if the model holds.
 pub(crate) fn overload(tyre: &Tyre, standing: &StaticContact) -> Option<Overload> {
     let StaticContact { indentation, force, length, .. } = *standing;
     let under = format!("under {force:.0} N");
@@ -63,7 +63,7 @@ pub(crate) fn overload(tyre: &Tyre, standing: &StaticContact) -> Option<Overload
 }
 
 impl Plan {
-    /// Judges how the tyre stands; a scene that tries implausible numbers is told of what is refused otherwise.
+    /// Judges the tyre's contact; a refusal is only a warning if the scene allows implausible values.
     fn overload(&self) -> Option<Overload> {
         let found = overload(&self.decisions.tyre, &self.standing()?)?;
         Some(match found {
@@ -72,7 +72,7 @@ impl Plan {
         })
     }
 
-    /// Tells of a tyre that stands beyond what its model holds well.
+    /// Warning of a load beyond the accurate range of the model.
     pub(super) fn doubtful_load(&self) -> Option<String> {
         self.overload().and_then(|found| match found {
             Overload::Doubtful(wrong) => Some(wrong),
@@ -80,10 +80,7 @@ impl Plan {
         })
     }
 
-    /// Checks that the tyre stands under its axle, and within what its model holds.
-    ///
-    /// # Errors
-    /// [`SceneError::Invalid`] at the axle's key.
+    /// Checks that the tyre carries its axle within the range of its model; the error is at the axle's key.
     pub(crate) fn check_standing(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
         let key = match self.scene.rolling.axle {
             Axle::Indentation { .. } => "rolling.axle.indentation",

@@ -1,4 +1,4 @@
-//! Numbers of a road that is pressed.
+//! Work and memory of a road that is pressed in three dimensions.
 
 use super::Plan;
 use super::amounts::{Amounts, Place};
@@ -8,15 +8,15 @@ use crate::counters::Stage;
 use crate::numeric::transform_multiply_adds;
 use crate::road::Lattice;
 
-/// Products with the influence between a block's cells that its approaches take, with what goes with them: an
+/// Products with the influence between a block's cells for all of its approaches, with the work around them: an
 /// estimate from the products of some blocks.
 const PRODUCTS: f64 = 300.0;
-/// Bytes of a block for each of its cells: tables of products of many lengths, forces, displacements: an estimate
-/// from the memory of runs with N = 256 to 1024.
+/// Bytes of a block per cell: tables of products of many lengths, forces, displacements: an estimate from the memory of
+/// runs with N = 256 to 1024.
 const CELL_BYTES: f64 = 1200.0;
 
 impl Plan {
-    /// Returns the elements of a block's own, and all that it presses.
+    /// Number of elements whose curves a block gives, and of all that it presses.
     fn block_elements(&self) -> [f64; 2] {
         let tyre = &self.decisions.tyre;
         let thickness = tyre.layers.last().map_or(0.0, |tread| tread.thickness);
@@ -26,7 +26,7 @@ impl Plan {
 }
 
 impl Amounts {
-    /// Adds the curves of so many elements of a road that is pressed.
+    /// Adds the curves of `elements` elements of a road that is pressed.
     pub(super) fn pressed(&mut self, plan: &Plan, lattice: Lattice, elements: f64) {
         let [own, all] = plan.block_elements();
         let cells = all * lattice.cells() as f64;

@@ -6,39 +6,39 @@ use super::front::FrontRow;
 use crate::numeric::transform_length;
 use crate::scene::{Numerics, TimeRule};
 
-/// Wishes of a scene for its resolution.
+/// Requirements of a scene on its resolution.
 ///
-/// Without a row of the table: four elements per texture wavelength V/fmax, whose averaging takes 0.9 dB off the
-/// texture at fmax, none longer than 5 mm, and 5 % in phase and damping of the time rule.
+/// Without a row of the table: four elements per texture wavelength V/fmax, whose averaging lowers the texture at fmax
+/// by 0.9 dB, none longer than 5 mm, and 5 % in phase and damping of the time rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Need {
     /// Highest frequency \[Hz\].
     pub highest: f64,
-    /// The row of the table that a preset or an accuracy has chosen.
+    /// Row of the table that a preset or an accuracy has chosen.
     pub row: Option<&'static FrontRow>,
 }
 
 impl Need {
-    /// Largest relative error of the rule's rate that a frequency still counts as reached with, phase and damping
-    /// together.
+    /// Largest relative error of the rule's rate, phase and damping together, at which a frequency still counts as
+    /// resolved.
     pub(crate) const RULE_ERROR: f64 = 0.05;
 
-    /// Returns the elements per texture wavelength V/fmax.
+    /// Elements per texture wavelength V/fmax.
     pub(crate) fn per_wavelength(&self) -> f64 {
         self.row.map_or(4.0, |row| row.per_wavelength)
     }
 
-    /// Returns the longest element \[m\]; 5 mm are 20 of them in a patch of 100 mm.
+    /// Longest element \[m\]; 5 mm are 20 elements in a patch of 100 mm.
     pub(crate) fn longest_element(&self) -> f64 {
         self.row.map_or(5e-3, |row| row.longest_element)
     }
 
-    /// Returns the largest relative error of the rule's rate at fmax, phase and damping together.
+    /// Largest relative error of the rule's rate at fmax, phase and damping together.
     pub(crate) fn rule_error(&self) -> f64 {
         self.row.map_or(Self::RULE_ERROR, FrontRow::rule_error)
     }
 
-    /// Returns the largest w dt of a rule at fmax.
+    /// Largest w dt of a rule at fmax.
     pub(crate) fn largest_angle(&self, rule: TimeRule) -> f64 {
         match self.row {
             Some(row) if row.time_rule == rule => 2.0 * PI / row.steps_per_period,
@@ -47,12 +47,12 @@ impl Need {
     }
 }
 
-/// Elements round the tyre and steps per element.
+/// Elements around the tyre and steps per element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Resolution {
-    /// N.
+    /// Number N of elements.
     pub elements: usize,
-    /// q.
+    /// Number q of steps per element.
     pub substeps: usize,
 }
 
@@ -60,7 +60,7 @@ impl Resolution {
     /// Most elements that are proposed: far more than any plan accepts.
     const MOST: f64 = (1_u64 << 30) as f64;
 
-    /// Chooses N and q for a need, circumference \[m\], speed \[m/s\] and rule; what is given stays. N is the next even
+    /// Chooses N and q for a need, circumference \[m\], speed \[m/s\] and rule; given values stay. N is the next even
     /// number without prime factors above 5.
     pub(crate) fn new(
         need: Need,
@@ -81,17 +81,17 @@ impl Resolution {
         Self { elements, substeps }
     }
 
-    /// Returns the highest frequency of the texture that the elements can hold at all: two per wavelength \[Hz\].
+    /// Highest frequency of texture that the elements can represent: two per wavelength \[Hz\].
     pub(crate) fn texture_limit(&self, circumference: f64, speed: f64) -> f64 {
         0.5 * speed * self.elements as f64 / circumference
     }
 
-    /// Returns the highest frequency at which the rule keeps the need's [`Need::rule_error`] \[Hz\].
+    /// Highest frequency at which the rule keeps the need's [`Need::rule_error`] \[Hz\].
     pub(crate) fn rule_limit(&self, need: Need, circumference: f64, speed: f64, rule: TimeRule) -> f64 {
         need.largest_angle(rule) * self.steps_per_second(circumference, speed) / (2.0 * PI)
     }
 
-    /// Returns the time steps in a second.
+    /// Time steps per second.
     pub(crate) fn steps_per_second(&self, circumference: f64, speed: f64) -> f64 {
         speed * (self.elements * self.substeps) as f64 / circumference
     }
@@ -113,7 +113,7 @@ mod tests {
         assert!(found.texture_limit(1.95, 80.0 / 3.6) >= 2.0 * 2000.0);
         assert_eq!(of(2000.0, TimeRule::Bdf2, Some(512), Some(3)), Resolution { elements: 512, substeps: 3 });
         assert!(of(2000.0, TimeRule::Sdirk3, None, None).substeps < found.substeps);
-        // Low frequencies still resolve the patch.
+        // Low frequencies still need the patch resolved.
         assert_eq!(of(50.0, TimeRule::Bdf2, None, None).elements, 400);
     }
 

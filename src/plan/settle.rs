@@ -1,5 +1,5 @@
-//! Settings that a scene leaves open, decided: elements, steps, rule, history, tolerances and cells from `fmax`,
-//! `preset` and `accuracy`. What the scene gives stays as it is.
+//! Decides settings that a scene leaves open: elements, steps, rule, history, tolerances and cells from `fmax`,
+//! `preset` and `accuracy`. What the scene gives stays.
 
 use serde::Serialize;
 
@@ -10,21 +10,21 @@ use crate::scene::{
     Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short,
 };
 
-/// A setting that the scene left open or that has another source than the scene, and why it is what it is.
+/// A setting that the scene left open or that has another source than the scene, and its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct Choice {
-    /// The key in the scene.
+    /// Key in the scene.
     pub key: &'static str,
-    /// Its value.
+    /// Chosen value, as text.
     pub value: String,
-    /// Why.
+    /// Why it was chosen.
     pub reason: String,
 }
 
 /// Keys that choose a row of the table.
 const WISHES: [&str; 2] = ["numerics.preset", "numerics.accuracy"];
 
-/// Decides every setting of a scene; gives it, and the choices.
+/// Decides every setting of a scene; returns the scene and the choices.
 ///
 /// # Errors
 /// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them.
@@ -32,7 +32,7 @@ pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), Scene
     settle(Settling { loaded, scene: loaded.scene.clone(), choices: Vec::new(), row_alone: false })
 }
 
-/// Lists the keys that a scene gives other values than its preset or accuracy would take, in words.
+/// Keys to which a scene gives other values than its preset or accuracy would, in words.
 pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
     let Numerics { preset, accuracy, .. } = loaded.scene.numerics;
     let wish = match (preset, accuracy) {
@@ -75,7 +75,7 @@ fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<Choice>), SceneError
         }
         (None, None) => None,
     };
-    // The reader asks for it beside a preset and an accuracy.
+    // The scene's reader requires fmax beside a preset and an accuracy.
     if let Some(highest) = fmax {
         if let Some(row) = row {
             settling.take_row(row, highest);
@@ -83,12 +83,12 @@ fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<Choice>), SceneError
         settling.take_resolution(Need { highest, row })?;
         if let Some(row) = row {
             settling.take_cells_along(row, highest);
-            // What the scene keeps of its own may take the row's error away.
+            // Settings that the scene gives itself may invalidate the row's error.
             if let Err(why @ Unstated::Coarser(_)) = FrontRow::stated_error(&settling.scene) {
                 let wish = settling.choices.iter_mut().find(|choice| WISHES.contains(&choice.key));
                 wish.into_iter().for_each(|wish| wish.reason = why.to_string());
             }
-            // A wish beside keys that are all given has chosen nothing.
+            // A preset beside keys that are all given has chosen nothing.
             if settling.choices.len() == 1 {
                 settling.choices.clear();
             }
@@ -97,7 +97,7 @@ fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<Choice>), SceneError
     Ok((settling.scene, settling.choices))
 }
 
-/// Complains of an accuracy \[dB\] that no row of the table states.
+/// Complaint about an accuracy \[dB\] that no row of the table states.
 fn not_stated(loaded: &LoadedScene, scene: &Scene, accuracy: f64) -> Diagnostic {
     let (zone, fmax) = (scene.contact.zone, scene.numerics.fmax.unwrap_or_default());
     if scene.friction.is_some() {
@@ -116,12 +116,12 @@ fn not_stated(loaded: &LoadedScene, scene: &Scene, accuracy: f64) -> Diagnostic 
     loaded.complain("numerics.accuracy", wrong, right)
 }
 
-/// A scene on the way to one without open settings.
+/// A scene whose open settings are being decided.
 struct Settling<'a> {
     loaded: &'a LoadedScene,
     scene: Scene,
     choices: Vec<Choice>,
-    /// True if the row of the table decides what the scene gives, too.
+    /// True if the row of the table overrides settings that the scene gives.
     row_alone: bool,
 }
 
@@ -130,7 +130,7 @@ impl Settling<'_> {
         self.choices.push(Choice { key, value, reason });
     }
 
-    /// Takes cells for a sound, where the scene says nothing of the contact that cells do not take.
+    /// Chooses cells for a scene with receivers, if it gives no key of the contact that cells do not have.
     fn take_zone(&mut self) {
         let Scene { receivers, effects, road, rolling, numerics, .. } = &self.scene;
         let has_texture = road.varies_across() && effects.texture != Switch::Off;
@@ -142,7 +142,7 @@ impl Settling<'_> {
         }
     }
 
-    /// Takes the settings of a row of the table beside elements and steps.
+    /// Takes the settings of a row of the table, except elements and steps.
     fn take_row(&mut self, row: &FrontRow, highest: f64) {
         let name = row.preset.name();
         let why = format!("preset \"{name}\"");
@@ -164,12 +164,12 @@ impl Settling<'_> {
         let open = |key: &str| row_alone || !loaded.gives(key);
         let (rule, history, poles) =
             (open("numerics.time_rule"), open("numerics.history"), open("numerics.pole_tolerance"));
-        // A row that keeps the default chooses nothing.
+        // A row whose value is the default chooses nothing.
         let slices = open("contact.slice_tolerance")
             && self.scene.contact.zone == Zone::Slices
             && self.scene.contact.slice_tolerance.to_bits() != row.slice_tolerance.to_bits();
         if rule && self.scene.friction.is_some() {
-            // Friction has chosen it.
+            // Friction has chosen it already.
             let name = self.scene.numerics.time_rule.name().to_owned();
             self.choose("numerics.time_rule", name, "[friction]: the rule dissipates in every step".to_owned());
         } else if rule {
@@ -205,7 +205,7 @@ impl Settling<'_> {
         }
     }
 
-    /// Returns the elements and substeps for a need, refused where given ones do not reach it.
+    /// Chooses elements and substeps for a need; refuses given ones that do not reach it.
     fn take_resolution(&mut self, need: Need) -> Result<(), SceneError> {
         let given = |key: &str, value: usize| (!self.row_alone && self.loaded.gives(key)).then_some(value);
         let elements = given("numerics.elements", self.scene.numerics.elements);
@@ -271,7 +271,7 @@ impl Settling<'_> {
     }
 }
 
-/// Returns a length in mm, to a hundredth.
+/// A length in mm, to a hundredth.
 fn millimetres(length: f64) -> String {
     short((1e5 * length).round() / 100.0)
 }

@@ -5,15 +5,15 @@ use crate::contact::axle::LoadControl;
 use crate::scene::{LoadedScene, Rolling, SceneError, short};
 use crate::tyre::modes::{Motion, modes};
 
-/// Highest frequency that the lowest vibration of a tyre is looked for at \[Hz\].
+/// Highest frequency up to which the lowest vibration of a tyre is looked for \[Hz\].
 const HIGHEST: f64 = 1000.0;
-/// Warm-up from which on every tyre's vibration is fast enough: 20 Hz is far below any on a rim \[s\].
+/// Warm-up that is long enough for any tyre \[s\]: no tyre on a rim has a vibration as low as 20 Hz.
 const LONG: f64 = 0.1;
 
 impl Plan {
-    /// Checks that the warm-up is long enough for the height of a load to be corrected: of each window between two
-    /// corrections the mean force has to be that of a height, and within less than half a period of the tyre's slowest
-    /// radial vibration all of it may lie to one side. Without a warm-up the height is that at rest.
+    /// Checks that the warm-up is long enough for the height of a load to be corrected: the mean force in each window
+    /// between two corrections has to be that of a height, but within less than half a period of the tyre's slowest
+    /// radial vibration the force may lie entirely to one side. Without a warm-up the height is that at rest.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] with the shortest warm-up.
@@ -22,7 +22,7 @@ impl Plan {
         if self.scene.rolling.axle.load().is_none() || self.warm_up_steps == 0 || warm_up >= LONG {
             return Ok(());
         }
-        // Of the tyre at rest: as it turns, its frequencies depend on the frame that they are told in.
+        // Of the tyre at rest: when it rotates, its frequencies depend on the frame of reference.
         let Ok(found) = modes(&self.scene.tyre, 1, 1, HIGHEST) else { return Ok(()) };
         let radial = found.confirmed.iter().filter(|mode| mode.motion == Motion::Radial);
         let Some(slowest) = radial.map(|mode| mode.frequency()).reduce(f64::min) else { return Ok(()) };

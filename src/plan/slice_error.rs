@@ -1,37 +1,39 @@
-//! Stated errors of contact over slices: third octaves beside those of contact over cells of 1 mm.
+//! Stated errors of contact over slices: differences of third octaves from contact over cells of 1 mm.
 //!
-//! Measured under the default tyre at 3400 N, with 1024 elements of 1.9 mm, on made roads of two classes, two roads and
-//! two seeds each: beside cells as long as the elements, and these beside cells of half the size on one seed of each
-//! road. docs/contact.md has what was found on roads and seeds that were not used to set the table.
+//! Measured with the default tyre at 3400 N, with 1024 elements of 1.9 mm, on made roads of two classes, two roads and
+//! two seeds each: against cells as long as the elements, and these against cells of half the size on one seed of each
+//! road. docs/contact.md has the errors on roads and seeds that were not used to set the table.
 
 use super::Plan;
 use crate::response::{SliceErrors, ThirdOctaveBand};
 use crate::road::RoadSurface;
 use crate::scene::{RadiationQuality, Scene, SliceCoupling, Slices, Switch, Tread, Zone};
 
-/// Third octave of 100 Hz, the lowest that was measured.
+/// Third octave of 100 Hz, the lowest of the table.
 const FIRST: ThirdOctaveBand = ThirdOctaveBand(-10);
-/// Bands that were measured, to 2.5 kHz.
+/// Number of bands of the table, up to 2.5 kHz.
 const BANDS: usize = 15;
-/// Speeds that were measured \[km/h\].
+/// Speeds of the table \[km/h\].
 const SPEEDS: [f64; 3] = [50.0, 80.0, 110.0];
-/// Root-mean-square height of the macrotexture up to which a road is of the fine class \[m\]: dense asphalt.
+/// Root-mean-square height of the macrotexture up to which a road is in the fine class \[m\]: dense asphalt.
 const FINE: f64 = 6e-4;
-/// Shortest cell of a measured road in which springs were measured \[m\]: they have no limit as cells get smaller.
+/// Shortest cell of a measured road for which the errors of springs are known \[m\]: springs have no limit as cells get
+/// smaller.
 const SHORTEST_CELL: f64 = 1.5e-3;
 
-/// Errors at [`SPEEDS`] by band \[dB\]: the root mean square over seeds and three neighbouring bands on the road of the
-/// class where it is largest. Those of force and of drafts are no smaller than those of the bands below.
+/// Errors at [`SPEEDS`] by band \[dB\]: the root mean square over seeds and three neighbouring bands, on the road of
+/// the class where it is largest. Those of force and of drafts do not fall with frequency: each is at least that of the
+/// bands below.
 struct Errors {
-    /// Force and vibration.
+    /// Of force and vibration.
     force: [[f64; BANDS]; 3],
-    /// Sound by [`RadiationQuality::Full`], close to the tyre or beside the road, wherever the error is larger.
+    /// Of sound by [`RadiationQuality::Full`], close to the tyre or beside the road, whichever is larger.
     full: [[f64; BANDS]; 3],
-    /// Sound by [`RadiationQuality::Draft`], close to the tyre.
+    /// Of sound by [`RadiationQuality::Draft`], close to the tyre.
     draft: [[f64; BANDS]; 3],
 }
 
-/// Springs on asphalts of stones of 11 and of 8 mm.
+/// Errors of springs on asphalts with stones of 11 and of 8 mm.
 const SPRINGS_ON_ASPHALT: Errors = Errors {
     force: [
         [0.6, 0.7, 1.3, 1.5, 1.9, 2.0, 2.0, 2.0, 2.0, 2.0, 2.5, 2.6, 2.9, 3.6, 5.3],
@@ -50,7 +52,7 @@ const SPRINGS_ON_ASPHALT: Errors = Errors {
     ],
 };
 
-/// Springs on chip seals.
+/// Errors of springs on chip seals.
 const SPRINGS_ON_CHIP_SEAL: Errors = Errors {
     force: [
         [2.7, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 3.9, 5.2],
@@ -69,7 +71,7 @@ const SPRINGS_ON_CHIP_SEAL: Errors = Errors {
     ],
 };
 
-/// Pressed curves on asphalts.
+/// Errors of pressed curves on asphalts.
 const PRESSED_ON_ASPHALT: Errors = Errors {
     force: [
         [0.9, 0.9, 0.9, 1.0, 1.1, 1.1, 1.1, 1.1, 1.7, 2.0, 2.8, 3.6, 3.6, 4.7, 6.6],
@@ -88,7 +90,7 @@ const PRESSED_ON_ASPHALT: Errors = Errors {
     ],
 };
 
-/// Pressed curves on chip seals.
+/// Errors of pressed curves on chip seals.
 const PRESSED_ON_CHIP_SEAL: Errors = Errors {
     force: [
         [1.7, 1.7, 1.7, 1.7, 1.7, 1.8, 1.8, 2.4, 2.4, 2.5, 2.5, 2.5, 2.5, 2.5, 2.5],
@@ -108,15 +110,15 @@ const PRESSED_ON_CHIP_SEAL: Errors = Errors {
 };
 
 impl Plan {
-    /// Tells whether levels have an error by slices: those of contact over slices on a road with texture across.
+    /// Whether levels have an error by slices: with contact over slices on a road with texture across.
     pub(crate) fn by_slices(&self) -> bool {
         let Self { decisions, scene, .. } = self;
         let has_texture = scene.effects.texture != Switch::Off && scene.road.varies_across();
         decisions.zone == Zone::Slices && has_texture
     }
 
-    /// Tells how far off levels are that slices lead to on a road; `None` over cells, without texture, and by laws that
-    /// were not measured.
+    /// Errors of levels from contact over slices on a road; `None` over cells, without texture, and for laws that were
+    /// not measured.
     pub(crate) fn slice_errors_on(&self, surface: &RoadSurface) -> Option<SliceErrors> {
         let Self { decisions, scene, speed, .. } = self;
         let lattice = surface.lattice();
@@ -141,7 +143,7 @@ impl Plan {
         Some(SliceErrors::new(macrotexture, scene.contact.largest_slice_error, FIRST, &force, &sound))
     }
 
-    /// Tells where slices end, and if that is below the scene's `fmax`.
+    /// Frequency up to which slices are valid, in words, and whether that is below the scene's `fmax`.
     pub(crate) fn end_of_slices(&self, errors: &SliceErrors) -> (String, bool) {
         let Scene { numerics, receivers, rolling, .. } = &self.scene;
         let SliceErrors { force_valid_to, sound_valid_to, largest, .. } = *errors;
@@ -168,8 +170,8 @@ impl Plan {
     }
 }
 
-/// Returns the errors at a speed \[km/h\]: between two that were measured the larger, above all of them those at the
-/// highest. Below all of them those at the lowest, where the texture waves are as long: the error grows as they get
+/// Errors at a speed \[km/h\]: between two speeds of the table the larger, above all of them those at the highest.
+/// Below all of them those at the lowest, in the bands with the same texture wavelengths: the error grows as these get
 /// shorter.
 fn at_speed(errors: &[[f64; BANDS]; 3], speed: f64) -> [f64; BANDS] {
     let above = SPEEDS.iter().position(|measured| speed <= *measured).unwrap_or(SPEEDS.len() - 1);
@@ -199,7 +201,7 @@ mod tests {
         for row in rows {
             assert!(row.windows(2).all(|pair| pair[0] <= pair[1]) && row[0] > 0.0 && row[14] < 15.0, "{row:?}");
         }
-        // Waves that are odd across are missing beside the road at 100 Hz, and more so at 2 kHz.
+        // Waves that are odd across are missing beside the road at 100 Hz, and even more at 2 kHz.
         let full = TABLES.iter().flat_map(|errors| &errors.full).flatten();
         assert!(full.clone().count() == 180 && full.clone().all(|error| (0.1..20.0).contains(error)));
     }
@@ -214,7 +216,7 @@ mod tests {
         let between = std::array::from_fn(|band| errors[0][band].max(errors[1][band]));
         assert_eq!(bits(at_speed(errors, 60.0)), bits(between));
         assert_eq!(bits(at_speed(errors, 150.0)), bits(errors[2]));
-        // Half the speed: a band is as a band of twice its frequency was, three or four further.
+        // At half the speed a band has the error of the band of twice its frequency, three or four further on.
         let slow = at_speed(errors, 25.0);
         assert_eq!([slow[0], slow[14]].map(f64::to_bits), [errors[0][4], errors[0][14]].map(f64::to_bits));
     }

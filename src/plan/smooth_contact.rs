@@ -9,23 +9,23 @@ use crate::road::sources::made::TargetSpectrum;
 use crate::scene::{Axle, Road, Scene, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection};
 
-/// Elements of the static solution that patch and window are expected from.
+/// Elements of the static solution from which patch and window are estimated.
 const COARSE: usize = 384;
-/// Height of the peaks of a measured road above its plane \[m\], which only its file knows: those of a chip seal.
+/// Assumed height of the peaks of a measured road above its plane \[m\], which only its file has: those of a chip seal.
 const PEAKS: f64 = 1e-2;
 
 /// Expected contact on a smooth road.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Expected {
-    /// Points in contact.
+    /// Number of points in contact.
     pub points: f64,
-    /// Columns of the window.
+    /// Number of columns of the window.
     pub columns: f64,
     /// Length of the patch \[m\].
     pub length: f64,
 }
 
-/// Tells how a tyre stands on a smooth road.
+/// Static contact of a tyre on a smooth road.
 ///
 /// # Errors
 /// As [`StaticTyre::under`].
@@ -36,14 +36,14 @@ pub(super) fn standing(tyre: &Tyre, axle: &Axle) -> Result<StaticContact, Contac
 }
 
 impl Expected {
-    /// Makes the expectation for a scene whose tyre, `radius` \[m\] large, stands like that, with elements of a length
-    /// \[m\].
+    /// Expected contact of a scene whose tyre, of radius `radius` \[m\], has this static contact, with elements of
+    /// length `element` \[m\].
     pub(super) fn of(scene: &Scene, standing: Option<StaticContact>, radius: f64, element: f64) -> Self {
         let elements = scene.numerics.elements as f64;
         let (depth, length) = standing.map_or((0.01, 0.1), |found| (found.indentation, found.length));
         let peaks = match &scene.road {
             Road::Smooth => 0.0,
-            // A road that cannot be made is refused when it is opened.
+            // A road that cannot be generated is refused when it is opened.
             Road::Made(made) => TargetSpectrum::of(made).map_or(0.0, |target| target.highest()),
             Road::Profile(_) | Road::OpenCrg(_) | Road::Grid(_) => PEAKS,
         };

@@ -1,4 +1,4 @@
-//! Error that a scene's preset states, where the scene keeps what the preset asks for.
+//! Error that a scene's preset states, if the scene keeps the preset's settings.
 
 use std::fmt;
 
@@ -7,17 +7,17 @@ use super::front::{FrontRow, STATED_FROM};
 use super::resolution::{Need, Resolution};
 use crate::scene::{History, Numerics, Scene, Switch, Zone};
 
-/// Width of a cell relative to its length, at most, where it is called as wide as long.
+/// Largest ratio of a cell's width to its length at which it still counts as square.
 const ROUNDED: f64 = 1.1;
 
-/// Why the numerical error of a scene's levels is not known.
+/// Reasons why the numerical error of a scene's levels is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unstated {
     /// Neither `preset` nor `accuracy` is given.
     NoPreset,
-    /// A key of the scene's own is coarser than that of its preset.
+    /// A key given by the scene is coarser than that of its preset.
     Coarser(&'static str),
-    /// No error is stated for such a scene: its fmax, its road, or friction.
+    /// No error is stated for such a scene: because of its fmax, its road, or friction.
     OfNoRow,
 }
 
@@ -33,8 +33,8 @@ impl fmt::Display for Unstated {
 }
 
 impl FrontRow {
-    /// Finds the error of force levels that a scene's `preset` or `accuracy` states: from which frequency on \[Hz\],
-    /// and the error \[dB\].
+    /// Error of force levels that a scene's `preset` or `accuracy` states: the lowest frequency at which it holds
+    /// \[Hz\], and the error \[dB\].
     ///
     /// # Errors
     /// Why none is stated.
@@ -44,7 +44,7 @@ impl FrontRow {
         row.coarser(scene, fmax).map_or(Ok((STATED_FROM, error)), |key| Err(Unstated::Coarser(key)))
     }
 
-    /// Finds a key of a scene that is coarser than the row's.
+    /// A key of a scene that is coarser than the row's; `None` if none is.
     fn coarser(&'static self, scene: &Scene, fmax: f64) -> Option<&'static str> {
         let Scene { tyre, contact, numerics, rolling, road, effects, .. } = scene;
         let (length, speed, rule) = (tyre.circumference, rolling.speed(), numerics.time_rule);
@@ -57,7 +57,7 @@ impl FrontRow {
             let widest = self.cell_for(scene, fmax) * (1.0 + 1e-9);
             over_slices && cells.is_some_and(|cells| length / cells as f64 > widest)
         };
-        // Cells that are as wide as they are long fit into the width by rounding.
+        // Cells that are about square fit into the width by rounding.
         let is_oblong = over_cells && tyre.contact_width > ROUNDED * longest * cells_across(scene) as f64;
         let rule_limit = given.rule_limit(Need { highest: fmax, row: Some(self) }, length, speed, rule);
         let is_coarser = [

@@ -44,7 +44,7 @@ fn elements_that_the_tyre_does_not_have_are_refused() {
     assert!(planned(&edited("plots = true", &with("[511, 0]"))).is_ok());
 }
 
-/// Returns the base scene on a made road, without what a row of the table chooses, with keys under `[numerics]`.
+/// The base scene on a made road with keys under `[numerics]`, without the settings that a row of the table chooses.
 fn open(keys: &str) -> String {
     let chosen = ["elements", "substeps", "time_rule", "history"];
     let left = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));
@@ -75,7 +75,7 @@ fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
                 "numerics.substeps",
                 "contact.cells_along",
             ];
-            // The standard row's is the default.
+            // The standard row's value is the default.
             expected.retain(|key| *key != "contact.slice_tolerance" || row.preset != Preset::Standard);
             assert_eq!(keys, expected);
             assert!(plan.choices[0].reason.contains(&format!("within {error} dB")));
@@ -86,7 +86,7 @@ fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
                 Some(Road::cells(found.tyre.contact_width, row.cell_for(found, found.numerics.fmax.unwrap())))
             );
             assert!((found.numerics.pole_tolerance / row.pole_tolerance - 1.0).abs() < 1e-12);
-            // The effective settings read back as they are; all of them are given then.
+            // The effective settings are read back unchanged; all of them are given then.
             let again = planned(&found.to_toml().unwrap()).unwrap();
             assert_eq!(again.scene, *found);
             assert!(again.choices.is_empty(), "{:?}", again.choices);
@@ -195,7 +195,7 @@ fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
         let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
         stages.iter().filter(|it| it.background && road(it.stage) == of_road).map(|it| it.seconds).sum()
     };
-    // What is done behind the march is nobody's time to wait.
+    // Work behind the march delays nobody.
     assert!(behind(&rough, true) > 0.0 && behind(&rough, false) > 0.0);
     assert!(of(&rough, 2).wall_seconds < 0.8 * of(&rough, 1).wall_seconds);
     assert!((of(&rough, 2).core_seconds() - of(&rough, 1).core_seconds()).abs() < 1e-9);
@@ -232,7 +232,7 @@ fn a_plan_presses_its_tyre_once() {
     plan.check(&loaded).unwrap();
     let found = plan.standing.get().unwrap().clone();
     assert!(found.is_ok() && plan.clone().with_kept_model().standing.get() == Some(&found));
-    // So do plans that differ in what it does not depend on, and those of another tyre or axle do not share it.
+    // Plans that differ only in settings it does not depend on share it, those with another tyre or axle do not.
     let of = |change: &dyn Fn(&mut Scene)| {
         let mut scene = plan.scene.clone();
         change(&mut scene);

@@ -4,67 +4,66 @@ use serde::{Deserialize, Serialize};
 
 use crate::counters::Stage;
 
-/// A unit of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Unit {
-    /// A fit of the influence functions, in fits of 512 elements to 1e-5.
+    /// Fit of the influence functions, in fits of 512 elements to 1e-5.
     Fit,
-    /// A pole read, checked, and made ready.
+    /// A pole: read, checked, and its coefficients computed.
     Pole,
-    /// An evaluation of the layered compliance.
+    /// Evaluation of the layered compliance.
     Evaluation,
-    /// A pair of elements in the static solution.
+    /// Pair of elements in the static solution.
     StaticPair,
-    /// A multiply-add of drawing a random texture.
+    /// Multiply-add in the generation of a random texture.
     TextureMultiplyAdd,
-    /// A height resampled from a measured road.
+    /// Height resampled from a measured road.
     ResampledHeight,
-    /// A slice's cell under springs.
+    /// Cell of a slice under springs.
     SpringCell,
-    /// A pair of a slice's cells on a half-space.
+    /// Pair of cells of a slice on a half-space.
     HalfSpacePair,
-    /// A multiply-add of the direct history.
+    /// Multiply-add of the direct history.
     DirectMultiplyAdd,
-    /// A multiply-add of the recursion by poles.
+    /// Multiply-add of the recursion by poles.
     PoleMultiplyAdd,
-    /// A multiply-add of the transforms between elements and wavenumbers.
+    /// Multiply-add of the transforms between elements and wavenumbers.
     TransformMultiplyAdd,
-    /// A column of the window over a level slice.
+    /// Column of the window over a level slice.
     LevelColumn,
-    /// A column of the window over a rough slice.
+    /// Column of the window over a rough slice.
     RoughColumn,
-    /// A point in contact on a smooth road, in a step.
+    /// Point in contact on a smooth road, per step.
     SmoothPoint,
-    /// A point in contact on a rough road, in a step.
+    /// Point in contact on a rough road, per step.
     RoughPoint,
-    /// A multiply-add of the search.
+    /// Multiply-add of the search.
     SearchMultiplyAdd,
-    /// A multiply-add of the transforms of forces to wavenumbers and frequencies.
+    /// Multiply-add of the transforms of forces to wavenumbers and frequencies.
     VibrationMultiplyAdd,
-    /// A pole at a frequency, for velocities.
+    /// Pole at a frequency, for velocities.
     VibrationPole,
-    /// A residue of the tangential displacement fitted.
+    /// Fit of a residue of the tangential displacement.
     TangentialPole,
-    /// A real operation of the factorisation of boundary elements.
+    /// Real operation in the factorisation of boundary elements.
     RadiationOperation,
-    /// An evaluation of the acoustic kernel.
+    /// Evaluation of the acoustic kernel.
     RadiationKernel,
-    /// A real multiply-add of the products that make pressures at receivers from forces.
+    /// Real multiply-add of the products that give pressures at receivers from forces.
     TransferMultiplyAdd,
-    /// A multiply-add of the transforms of forces and pressures over time.
+    /// Multiply-add of the transforms of forces and pressures over time.
     SoundMultiplyAdd,
-    /// A sample of a passage, put together and its level read.
+    /// Sample of a passage: synthesis and level.
     PassedSample,
-    /// A byte of a result array.
+    /// Byte of a result array.
     OutputByte,
     /// A plot.
     Plot,
 }
 
 impl Unit {
-    /// Returns the seconds of one core of an AMD EPYC with AVX-512, release build (measured): what plans are checked
-    /// with where nothing was measured.
+    /// Seconds on one core of an AMD EPYC with AVX-512, release build (measured): used by the checks of plans and where
+    /// nothing was measured.
     pub(crate) const fn typical(self) -> f64 {
         match self {
             Self::Fit => 0.49,
@@ -99,11 +98,11 @@ impl Unit {
 /// Costs of work on a machine, relative to the [typical](Unit::typical) cost of its units.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct UnitCosts {
-    /// By [`Stage`].
+    /// Factors by [`Stage`].
     pub stages: [f64; Stage::ALL.len()],
-    /// Time of each step that belongs to no stage \[s\].
+    /// Time of each step outside all stages \[s\].
     pub step: f64,
-    /// True if they were measured on this machine.
+    /// False for the typical costs, true if measured on this machine.
     pub measured: bool,
 }
 
@@ -114,7 +113,7 @@ impl Default for UnitCosts {
 }
 
 impl UnitCosts {
-    /// Returns the seconds of a unit in a stage.
+    /// Seconds of a unit in a stage.
     pub(crate) fn of(&self, stage: Stage, unit: Unit) -> f64 {
         self.stages[stage as usize] * unit.typical()
     }

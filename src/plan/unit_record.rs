@@ -1,4 +1,4 @@
-//! Costs of units of work that were measured on this machine, kept beside the fitted models.
+//! Measured costs of units of work on this machine, kept beside the fitted models.
 
 use std::fs;
 use std::path::PathBuf;
@@ -16,12 +16,12 @@ const FILE: &str = "calibration.json";
 
 #[derive(Deserialize, Serialize)]
 struct Record {
-    /// Which build on which processor.
+    /// Build of the program and kind of processor.
     machine: String,
     costs: UnitCosts,
 }
 
-/// Returns the costs measured before, by this build on this kind of processor; typical ones where there are none.
+/// Costs measured before, by this build on this kind of processor; otherwise typical ones.
 pub(crate) fn known() -> UnitCosts {
     let read = || {
         let record: Record = serde_json::from_slice(&input::read(&file()?, TABLE_BYTES).ok()?).ok()?;
@@ -30,14 +30,14 @@ pub(crate) fn known() -> UnitCosts {
     read().unwrap_or_default()
 }
 
-/// Keeps costs for [`known`]; a record that cannot be kept is no error, it is measured again.
+/// Keeps costs for [`known`]; a failure is ignored, they are measured again.
 pub(crate) fn keep(costs: UnitCosts) {
     let record = Record { machine: machine(), costs };
     if let Some(path) = file()
         && let Ok(text) = serde_json::to_string_pretty(&record)
         && path.parent().map_or(Ok(()), fs::create_dir_all).is_ok()
     {
-        // Another process may do the same: each has a file of its own until it is complete.
+        // Another process may do the same: each has a temporary file until it is complete.
         let _ = PendingFile::create(&path).and_then(|file| file.complete(&text));
     }
 }
@@ -46,7 +46,7 @@ fn file() -> Option<PathBuf> {
     Cache::open().ok().map(|cache| cache.folder().join(FILE))
 }
 
-/// Returns the build (size and time of the program's file) and the processor.
+/// Build (size and time of the program's file) and processor.
 fn machine() -> String {
     let program = std::env::current_exe().and_then(fs::metadata).ok();
     let size = program.as_ref().map_or(0, fs::Metadata::len);

@@ -1,5 +1,5 @@
-//! Planning: a scene becomes a plan. Physics and effects are asked in the order of their lists, so that an effect
-//! states its decision, its choices and its work in its own room.
+//! Planning: a scene becomes a plan. Physics and effects are asked in the order of their lists, so that each effect
+//! states its decision, its choices and its work in its module.
 
 use crate::effects::EFFECTS;
 use crate::plan::decisions::{Decisions, LATE, PHYSICS, Row};
@@ -7,7 +7,7 @@ use crate::plan::settle::{self, Choice};
 use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, feasible, inflation, kept_poles};
 use crate::scene::{LoadedScene, Scene, SceneError};
 
-/// Lists the rows of the plan's table, in the order of the data's way.
+/// Rows of the plan's table, in the order of the computation.
 pub(crate) fn rows() -> impl Iterator<Item = &'static Row> {
     PHYSICS.iter().chain(EFFECTS.into_iter().flat_map(|effect| effect.rows())).chain(&LATE)
 }
@@ -21,7 +21,7 @@ pub(crate) fn settled(loaded: LoadedScene) -> Result<LoadedScene, SceneError> {
     Ok(loaded.settled(scene))
 }
 
-/// Decides every setting of a scene; gives it, and the choices.
+/// Decides every setting of a scene; returns the scene and the choices.
 fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
     let (scene, choices) = settle::decide(loaded)?;
     feasible::check_sizes(loaded, &scene)?;
@@ -30,14 +30,13 @@ fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
 }
 
 impl Decisions {
-    /// Decides on a scene.
     pub(crate) fn new(scene: &Scene) -> Self {
         Self::by(rows(), scene, EFFECTS.iter().any(|effect| effect.takes_models(scene)))
     }
 }
 
 impl Plan {
-    /// Plans a loaded scene: decides what it leaves open, and expects a fit where there is one.
+    /// Plans a loaded scene: decides what it leaves open, with the time of a fit if a model is needed.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them; for a tyre whose
@@ -64,12 +63,13 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Plans a scene with every setting decided; expects a fit where there is one.
+    /// Plans a scene whose settings are all decided, with the time of a fit if a model is needed.
     pub fn new(scene: &Scene) -> Self {
         Self::decided(scene, Decisions::new(scene))
     }
 
-    /// Adds what the user's cache holds for the plan and for its effects: amounts and forecast know it then.
+    /// Takes into account what the user's cache holds for the plan and for its effects: amounts and forecast are less
+    /// then.
     #[must_use]
     pub fn with_kept_model(mut self) -> Self {
         self.kept_poles = kept_poles(&self);
@@ -77,7 +77,7 @@ impl Plan {
         self
     }
 
-    /// Counts the work of each stage in units, and memory by what holds it.
+    /// Work of each stage in units, and memory by what holds it.
     pub(crate) fn amounts(&self) -> Amounts {
         let mut amounts = Amounts::of_physics(self);
         EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
@@ -85,7 +85,7 @@ impl Plan {
         amounts
     }
 
-    /// Forecasts time and memory on this machine. `process`: memory of the process itself \[bytes\].
+    /// Forecast of time and memory on this machine. `process` is the memory of the process itself \[bytes\].
     pub(crate) fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
         Forecast::new(&self.amounts(), self.steps, costs, threads, process)
     }
@@ -101,7 +101,7 @@ impl Plan {
     }
 }
 
-/// Lists the results that a run of a plan will not give, known without running it: the user should act on them.
+/// Results that a run of a plan will not give, and other warnings, known without running it.
 pub(crate) fn foreseen(plan: &Plan) -> Vec<String> {
     let missing = EFFECTS.into_iter().flat_map(|effect| effect.missing(plan));
     plan.warnings().into_iter().chain(plan.road_warnings.iter().cloned()).chain(missing).collect()

@@ -12,14 +12,14 @@ use crate::half_space::rough::{
 use crate::road::slices::{SliceBuilder, SliceScratch};
 use crate::study::slices::LAWS;
 
-/// Refuses a name that is none of a slice law.
+/// Index of a slice law by its name; refuses other names.
 pub(super) fn law_number(law: &str) -> Result<usize, Failure> {
     let names = || LAWS.map(|(_, name)| format!("\"{name}\"")).join(" or ");
     let found = LAWS.iter().position(|(_, name)| *name == law);
     found.ok_or_else(|| Failure::Argument(format!("law is \"{law}\": {} is known", names())))
 }
 
-/// Returns S \[m\], s and pressure over E* of one slice at penetrations.
+/// S \[m\], s and pressure over E* of one slice at penetrations \[m\].
 #[pyfunction]
 pub(super) fn slice_curve<'py>(
     py: Python<'py>,
@@ -50,7 +50,7 @@ pub(super) fn slice_curve<'py>(
     Ok(found)
 }
 
-/// Returns a rough body pressed into a half-space of effective modulus E* \[Pa\].
+/// A rough body pressed into a half-space of effective modulus E* \[Pa\].
 #[pyfunction]
 #[pyo3(signature = (heights, cell, modulus, load=None, penetration=None, tolerance=None))]
 pub(super) fn indent<'py>(

@@ -1,4 +1,4 @@
-//! Exceptions of the Python package: its own, and the system's.
+//! Exceptions of the Python package, and the mapping to built-in ones.
 
 use std::io;
 use std::path::Path;
@@ -33,9 +33,9 @@ create_exception!(tyrewave, RunError, PyRuntimeError, "A run that failed on its 
 /// A mistake in a scene, with its place.
 #[pyclass(module = "tyrewave", frozen, get_all)]
 pub(super) struct Complaint {
-    /// The file's name, or what stands for one.
+    /// Name of the file, or of the text in its place.
     file: String,
-    /// Line in it, from 1.
+    /// Line in the file, from 1.
     line: usize,
     /// Column in characters, from 1.
     column: usize,
@@ -74,7 +74,7 @@ impl From<&Diagnostic> for Complaint {
     }
 }
 
-/// Why something could not be done, before Python is told.
+/// An error before it becomes a Python exception.
 #[derive(Debug, Error)]
 pub(super) enum Failure {
     #[error(transparent)]
@@ -113,7 +113,7 @@ impl From<SliceError> for Failure {
 }
 
 impl Failure {
-    /// Tells where a run that was stopped is kept.
+    /// Folder of a run that was stopped.
     pub(super) fn kept(&self) -> Option<&Path> {
         match self {
             Self::Run(run::RunError::Interrupted { kept }) => kept.as_deref(),
@@ -121,7 +121,6 @@ impl Failure {
         }
     }
 
-    /// Returns the exception.
     pub(super) fn raised(self, py: Python<'_>) -> PyErr {
         let text = self.to_string();
         match self {
@@ -183,10 +182,10 @@ fn of_results(error: &ResultsError, text: String) -> PyErr {
     }
 }
 
-/// Returns the system's answer, in our words, with its number where it has one.
+/// `OSError` with our message, and the system's error number if there is one.
 fn of_system(source: &io::Error, text: String) -> PyErr {
     match source.raw_os_error() {
-        // Python makes the fitting kind of `OSError` of the number.
+        // Python chooses the fitting subclass of `OSError` by the number.
         Some(number) => PyOSError::new_err((number, text)),
         None => PyOSError::new_err(text),
     }

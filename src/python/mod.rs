@@ -1,8 +1,8 @@
-//! The extension module of the Python package, `tyrewave._native`: thin over what every program can use of this
-//! library. Dictionaries, units and the rest of what is Python's own are made in `python/tyrewave`.
+//! The extension module of the Python package, `tyrewave._native`: a thin layer over what any program can use of this
+//! library. Dictionaries, units and whatever else is specific to Python are made in `python/tyrewave`.
 //!
-//! Everything that takes time goes through [`work`]: with the interpreter let go, on its own threads, and stopped by
-//! Ctrl-C. Arrays are handed over, not copied.
+//! Everything that takes time goes through [`work`]: without the interpreter's lock, on a separate pool of threads, and
+//! stopped by Ctrl-C. Arrays are handed over without copying.
 
 mod contact;
 mod error;

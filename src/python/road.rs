@@ -1,4 +1,4 @@
-//! Roads: heights, texture, and what slices make of them.
+//! Roads: heights, texture, and displacements of slices.
 
 use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
@@ -13,10 +13,10 @@ use crate::run::road::{in_scene, road_limits};
 use crate::scene::LoadedScene;
 use crate::study::slices::{LAWS, Sample};
 
-/// Furthest place on a road \[m\].
+/// Largest magnitude of a road coordinate \[m\].
 const FURTHEST: f64 = 1e7;
 
-/// Reads so many elements of a scene's road from a place \[m\] on.
+/// Reads `elements` elements of a scene's road from the coordinate `start` \[m\] on.
 fn sample(loaded: &LoadedScene, start: f64, elements: f64) -> Result<Sample, Failure> {
     let there = (-FURTHEST..=FURTHEST).contains(&start) && elements >= 1.0;
     if !there {
@@ -29,7 +29,7 @@ fn sample(loaded: &LoadedScene, start: f64, elements: f64) -> Result<Sample, Fai
     Ok(Sample::of(loaded, start, elements as usize)?)
 }
 
-/// Returns the heights \[m\] with their places along and across \[m\].
+/// Heights \[m\] with their coordinates along and across \[m\].
 #[pyfunction]
 pub(super) fn heights<'py>(py: Python<'py>, scene: &Scene, start: f64, length: f64) -> PyResult<Bound<'py, PyDict>> {
     let loaded = &scene.loaded;
@@ -47,7 +47,7 @@ pub(super) fn heights<'py>(py: Python<'py>, scene: &Scene, start: f64, length: f
     Ok(found)
 }
 
-/// Returns S \[m\] of slices of a scene's road at penetrations, by law: \[slices, penetrations\].
+/// S \[m\] of slices of a scene's road at penetrations \[m\], by law: \[slices, penetrations\].
 #[pyfunction]
 pub(super) fn slice_displacements<'py>(
     py: Python<'py>,
@@ -73,7 +73,7 @@ pub(super) fn slice_displacements<'py>(
     Ok(found)
 }
 
-/// Returns a scene's road described, as JSON.
+/// Description of a scene's road, as JSON.
 #[pyfunction]
 pub(super) fn road_description(py: Python<'_>, scene: &Scene) -> PyResult<String> {
     let loaded = &scene.loaded;
@@ -83,7 +83,7 @@ pub(super) fn road_description(py: Python<'_>, scene: &Scene) -> PyResult<String
         let road = read().map_err(|error| in_scene(loaded, error))?;
         let to_json = serde_json::to_value(road).map_err(|error| Failure::Inside(error.to_string()));
         to_json.map(|mut road| {
-            // Heights are arrays, not texts.
+            // Heights are given as arrays, not as text.
             road.as_object_mut().map(|road| road.remove("sample"));
             road.to_string()
         })

@@ -19,7 +19,7 @@ use crate::run::prepare::checked;
 use crate::run::{self, RunInMemory, RunOptions, RunReport, run_in_memory as roll_in_memory};
 use crate::study::calibration::calibrated;
 
-/// Returns the plan of a run with its reasons, as JSON.
+/// Plan of a run with its reasons, as JSON.
 #[pyfunction]
 #[pyo3(signature = (scene, threads=None))]
 pub(super) fn plan(py: Python<'_>, scene: &Scene, threads: Option<usize>) -> PyResult<String> {
@@ -32,7 +32,7 @@ pub(super) fn plan(py: Python<'_>, scene: &Scene, threads: Option<usize>) -> PyR
     })
 }
 
-/// Runs a scene into a folder; its path.
+/// Runs a scene into a folder; returns its path.
 #[pyfunction]
 #[pyo3(signature = (scene, out, threads=None, progress=None))]
 pub(super) fn run_to_folder(
@@ -50,7 +50,7 @@ pub(super) fn run_to_folder(
     })
 }
 
-/// Goes on with an unfinished run; the path of its folder.
+/// Continues an unfinished run; returns the path of its folder.
 #[pyfunction]
 #[pyo3(signature = (folder, threads=None, progress=None))]
 pub(super) fn resume(
@@ -66,8 +66,8 @@ pub(super) fn resume(
     })
 }
 
-/// Runs a scene: a dictionary of its arrays, its summary (JSON), and under `files` the content of every other file that
-/// a results folder has at its end, pictures excepted.
+/// Runs a scene: returns a dictionary of its arrays, its summary (JSON), and under `files` the content of every other
+/// file that a results folder has at its end, except pictures.
 #[pyfunction]
 #[pyo3(signature = (scene, threads=None, progress=None))]
 pub(super) fn run_in_memory<'py>(
@@ -98,16 +98,15 @@ pub(super) fn run_in_memory<'py>(
     Ok(found)
 }
 
-/// Hands over an array of a run, whose rows have so many numbers.
+/// Hands over an array of a run, with `columns` numbers per row.
 fn handed<'py, T: Element>(py: Python<'py>, numbers: Vec<T>, columns: Option<usize>) -> PyResult<Bound<'py, PyAny>> {
     let Some(columns) = columns else { return Ok(numbers.into_pyarray(py).into_any()) };
     let shape = (numbers.len() / columns.max(1), columns);
     Ok(of_shape(numbers, shape).map_err(|failure| failure.raised(py))?.into_pyarray(py).into_any())
 }
 
-/// Returns the arrays that a run may have: name, unit, meaning, and whether a row is one number, or one for each column
-/// of the window, row of cells across or point (`""`, `"column"`, `"row"`, `"point"`); last, whether every step has a
-/// row.
+/// The arrays that a run may have: name, unit, meaning, and whether a row is one number, or one for each column of the
+/// window, row of cells across or point (`""`, `"column"`, `"row"`, `"point"`); last, whether every step has a row.
 #[pyfunction]
 pub(super) fn channels() -> Vec<(&'static str, &'static str, &'static str, &'static str, bool)> {
     let all = effects::channels().map(|channel| {

@@ -15,13 +15,13 @@ pub(super) struct Scene {
     pub(super) loaded: LoadedScene,
 }
 
-/// Returns a setting in place of a scene's own.
+/// A setting that replaces a scene's.
 pub(super) fn setting(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Setting> {
     let text = to_toml(value, key)?;
     Setting::parse(&format!("{key}={text}")).map_err(|wrong| Failure::Argument(wrong).raised(value.py()))
 }
 
-/// Returns the settings in place of a scene's own, by key.
+/// Settings that replace a scene's, by key.
 fn settings(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Setting>> {
     let one = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| setting(&key.extract::<String>()?, &value);
     given.map_or_else(|| Ok(Vec::new()), |given| given.iter().map(one).collect())
@@ -33,7 +33,7 @@ fn checked(py: Python<'_>, loaded: Result<LoadedScene, SceneError>) -> PyResult<
 
 #[pymethods]
 impl Scene {
-    /// Reads a file; `settings` are in place of its own.
+    /// Reads a file; `settings` replace its own.
     #[staticmethod]
     #[pyo3(signature = (path, settings=None, allow_outside=false))]
     fn load(
@@ -46,7 +46,7 @@ impl Scene {
         checked(py, scene::Scene::load_with(path, &self::settings(settings)?, reach))
     }
 
-    /// Reads a text; `name` stands in messages where a file's name would.
+    /// Reads a text; `name` takes the place of a file's name in messages.
     #[staticmethod]
     #[pyo3(signature = (text, name="scene", settings=None))]
     fn from_toml(py: Python<'_>, text: &str, name: &str, settings: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
@@ -67,29 +67,29 @@ impl Scene {
         Self::from_toml(py, &toml::to_string(&keys).map_err(no_toml)?, name, settings)
     }
 
-    /// Returns the title, or the name where there is none.
+    /// Title, or the name if there is none.
     #[getter]
     fn title(&self) -> String {
         self.loaded.title()
     }
 
-    /// Returns the file's name without its ending.
+    /// Name of the file, without its ending.
     #[getter]
     fn name(&self) -> String {
         self.loaded.name()
     }
 
-    /// Returns all settings as JSON, defaults filled in, paths as written.
+    /// All settings as JSON, defaults filled in, paths as written.
     fn settings(&self, py: Python<'_>) -> PyResult<String> {
         self.loaded.settings().map(|settings| settings.to_string()).map_err(|error| Failure::from(error).raised(py))
     }
 
-    /// Returns all settings as TOML, defaults filled in, paths as used.
+    /// All settings as TOML, defaults filled in, paths as used.
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
         self.loaded.scene.to_toml().map_err(|error| Failure::from(error).raised(py))
     }
 
-    /// Returns SHA-256 of the settings.
+    /// SHA-256 of the settings.
     fn sha256(&self, py: Python<'_>) -> PyResult<String> {
         self.loaded.hash().map_err(|error| Failure::from(error).raised(py))
     }

@@ -10,7 +10,7 @@ use super::work::carried_out;
 use crate::response::{BandLevel, PowerSpectrum};
 use crate::sound::wav::full_scale_of;
 
-/// Returns the third-octave levels of a signal: nominal frequency, mid-frequency \[Hz\], mean square, level \[dB\].
+/// Third-octave levels of a signal: nominal frequency, mid-frequency \[Hz\], mean square, level \[dB\].
 #[pyfunction]
 #[pyo3(signature = (signal, time_step, reference, lowest, segment=None))]
 pub(super) fn third_octaves<'py>(
@@ -37,7 +37,7 @@ pub(super) fn third_octaves<'py>(
     Ok(found)
 }
 
-/// Returns the content of a sound file that knows its pascals: samples a second, and pressures \[Pa\], \[samples,
+/// Content of a sound file that states its full scale in pascals: samples per second, and pressures \[Pa\], \[samples,
 /// channels\].
 #[pyfunction]
 pub(super) fn read_sound<'py>(py: Python<'py>, name: &str, file: &[u8]) -> PyResult<(u32, Bound<'py, PyArray2<f64>>)> {

@@ -1,4 +1,4 @@
-//! Studies of a scene: its tyre, its radiation, the worth of effects, and sweeps.
+//! Studies of a scene: its tyre, its radiation, the contributions of effects, and sweeps.
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -30,15 +30,15 @@ use crate::study::sweep::{
 use crate::tyre::influence::mobility::{driving_point, frequencies};
 use crate::tyre::modes::modes;
 
-/// Highest frequency \[Hz\] and number of frequencies that are answered.
+/// Highest frequency \[Hz\] and largest number of frequencies that are accepted.
 const HIGHEST: f64 = 1e5;
 const MOST_POINTS: f64 = 1e5;
 /// Lowest and highest frequency of the mobility \[Hz\].
 const MOBILITY: (f64, f64) = (50.0, 3000.0);
 
-/// Returns the modes, contact under loads and mobility of a scene's tyre, as JSON. `range`: most waves round the tyre,
-/// lateral numbers, highest frequency \[Hz\]; `under`: loads \[N\], and whether the tyre is rolled under them;
-/// `mobility`: sides of patches \[m\] and number of frequencies.
+/// Modes, contact under loads and mobility of a scene's tyre, as JSON. `range`: most waves around the tyre, lateral
+/// numbers, highest frequency \[Hz\]; `under`: loads \[N\], and whether the tyre is rolled under them; `mobility`:
+/// sides of patches \[m\] and number of frequencies.
 #[pyfunction]
 #[pyo3(signature = (scene, range, under, mobility, threads=None, progress=None))]
 pub(super) fn tyre(
@@ -81,7 +81,7 @@ pub(super) fn tyre(
     })
 }
 
-/// Tells how a scene's tyre radiates as it stands on a road, as JSON.
+/// Sound radiation of a scene's tyre that stands on a road, as JSON.
 #[pyfunction]
 #[pyo3(signature = (scene, highest, points, threads=None, progress=None))]
 pub(super) fn radiation(
@@ -107,7 +107,7 @@ pub(super) fn radiation(
     })
 }
 
-/// Returns the worth of each effect, as CSV; runs of at most that length \[s\].
+/// Contribution of each effect, as CSV; runs of at most `duration` \[s\].
 #[pyfunction]
 #[pyo3(signature = (scene, duration=None, threads=None, progress=None))]
 pub(super) fn effects(

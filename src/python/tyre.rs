@@ -1,4 +1,4 @@
-//! Answers of a scene's tyre: compliance, mobility, influence functions.
+//! Responses of a scene's tyre: compliance, mobility, influence functions.
 
 use std::f64::consts::TAU;
 
@@ -21,14 +21,13 @@ use crate::tyre::poles::{Direction, RationalModel};
 use crate::tyre::views::impulse_responses;
 use crate::tyre::wave_compliance;
 
-/// Highest frequency that is answered \[Hz\]: far beyond what is heard.
+/// Highest frequency that is accepted \[Hz\]: far above the audible range.
 const HIGHEST: f64 = 1e5;
-/// Largest number of a wave: far beyond what a tread of millimetres feels.
+/// Largest number of a wave: far beyond the resolution of a tread of millimetres.
 const MOST_WAVES: u32 = 1_000_000;
-/// Smallest patch \[m\] whose mobility is summed: the smaller, the more waves.
+/// Smallest patch whose mobility is summed \[m\]: the smaller, the more waves.
 pub(super) const SMALLEST_PATCH: f64 = 1e-3;
 
-/// Refuses numbers out of range.
 pub(super) fn within(what: &str, values: &[f64], least: f64, most: f64) -> Result<(), Failure> {
     match values.iter().find(|value| !(least..=most).contains(*value)) {
         Some(value) => Err(Failure::Argument(format!("{what} {value}: {least} to {most} can be answered"))),
@@ -36,7 +35,6 @@ pub(super) fn within(what: &str, values: &[f64], least: f64, most: f64) -> Resul
     }
 }
 
-/// Refuses numbers of waves out of range.
 fn waves_within(what: &str, waves: &[u32], most: u32) -> Result<(), Failure> {
     match waves.iter().find(|wave| **wave > most) {
         Some(wave) => Err(Failure::Argument(format!("{what} {wave}: 0 to {most} can be answered"))),
@@ -44,7 +42,7 @@ fn waves_within(what: &str, waves: &[u32], most: u32) -> Result<(), Failure> {
     }
 }
 
-/// Returns C \[m/Pa\], \[waves, frequencies, 3, 3\].
+/// C \[m/Pa\], \[waves, frequencies, 3, 3\].
 #[pyfunction]
 pub(super) fn compliance<'py>(
     py: Python<'py>,
@@ -64,7 +62,7 @@ pub(super) fn compliance<'py>(
     values.into_pyarray(py).reshape(shape).map(|array| array.to_dyn().clone())
 }
 
-/// Returns the driving-point mobility \[m/(N s)\], \[frequencies, patches\].
+/// Driving-point mobility \[m/(N s)\], \[frequencies, patches\].
 #[pyfunction]
 pub(super) fn mobility<'py>(
     py: Python<'py>,
@@ -81,14 +79,14 @@ pub(super) fn mobility<'py>(
     Ok(rows.into_pyarray(py))
 }
 
-/// Returns the model of the influence functions of a scene's tyre as it rolls, from the cache or fitted.
+/// Model of the influence functions of a scene's rolling tyre, from the cache or fitted.
 fn model(loaded: &LoadedScene, watched: &Watched) -> Result<RationalModel, Failure> {
     let options = fit_options(&loaded.scene, Field::Surface);
     let fetched = fetch(&Decisions::new(&loaded.scene).tyre, &options, &watched.stop);
     Ok(fetched.map_err(|error| RunError::from(refused(loaded, error, "another tolerance")))?.model)
 }
 
-/// Returns g \[m/(N s)\] over distance and time, \[distances, times\].
+/// g \[m/(N s)\] over distance and time, \[distances, times\].
 #[pyfunction]
 pub(super) fn influence<'py>(
     py: Python<'py>,
@@ -99,7 +97,7 @@ pub(super) fn influence<'py>(
     let rows = carried_out(py, None, None, |watched| {
         within("time", &times, 0.0, f64::MAX)?;
         let model = model(&scene.loaded, watched)?;
-        // The same again once round the tyre.
+        // Distances repeat after one revolution.
         let distances: Vec<usize> = distances.iter().map(|distance| distance % model.elements).collect();
         let rows = impulse_responses(&model, Field::Surface, &distances, &times).unwrap_or_default();
         shaped(rows, times.len())
@@ -107,7 +105,7 @@ pub(super) fn influence<'py>(
     Ok(rows.into_pyarray(py))
 }
 
-/// Returns H_n \[m/N\] over wavenumber and frequency, \[wavenumbers, frequencies\]; n < 0 against the rotation.
+/// H_n \[m/N\] over wavenumber and frequency, \[wavenumbers, frequencies\]; n < 0 against the rotation.
 #[pyfunction]
 pub(super) fn influence_spectrum<'py>(
     py: Python<'py>,

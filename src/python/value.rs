@@ -1,22 +1,22 @@
-//! Python's dictionaries and numbers as TOML: what a scene is written in.
+//! Python's dictionaries and numbers as TOML, in which scenes are written.
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyFloat, PyInt, PyMapping, PySequence, PyString};
 use toml::Value;
 
-/// Tables within tables, at most: a dictionary may hold itself.
+/// Largest nesting of tables: a dictionary may contain itself.
 const DEEPEST: usize = 16;
 
-/// Returns a value of a scene; `key` says in a complaint which one.
+/// A value of a scene from a Python value; `key` names it in a complaint.
 ///
 /// # Errors
-/// `TypeError` for what TOML has nothing like, `ValueError` for a number that it cannot hold.
+/// `TypeError` for types without a counterpart in TOML, `ValueError` for a number that it cannot hold.
 pub(super) fn to_toml(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
     within(value, key, 0)
 }
 
-/// Converts a value as [`to_toml`], within so many others.
+/// As [`to_toml`], at a depth of nesting.
 fn within(value: &Bound<'_, PyAny>, key: &str, depth: usize) -> PyResult<Value> {
     if depth > DEEPEST {
         return Err(PyValueError::new_err(format!("{key}: more than {DEEPEST} values within each other")));
@@ -39,14 +39,14 @@ fn within(value: &Bound<'_, PyAny>, key: &str, depth: usize) -> PyResult<Value> 
         for item in table.items()?.iter() {
             let (name, value): (String, Bound<'_, PyAny>) = item.extract()?;
             let place = if key.is_empty() { name.clone() } else { format!("{key}.{name}") };
-            // None is how a dictionary says that nothing is given.
+            // None in a dictionary means that the key is not given.
             if !value.is_none() {
                 entries.insert(name, within(&value, &place, depth + 1)?);
             }
         }
         return Ok(Value::Table(entries));
     }
-    // Paths, and numpy's numbers and arrays, say themselves what they are in Python.
+    // Paths, and numpy's numbers and arrays, can convert themselves.
     for plain in ["__fspath__", "tolist"] {
         if value.hasattr(plain)? {
             return within(&value.call_method0(plain)?, key, depth + 1);

@@ -1,8 +1,8 @@
-//! Work with the interpreter let go: on threads of its own, watched by the thread that called.
+//! Work without the interpreter's lock: on a separate pool of threads, watched by the calling thread.
 //!
-//! The caller's thread looks ten times a second whether Python has a signal for it (Ctrl-C) and tells how far the work
-//! has come. A signal, or an exception of who is told, asks the work to stop; the exception is raised when it has.
-//! Threads are a pool for each call and end with it, so that a process which forks later takes none of them along.
+//! The calling thread checks ten times a second for Python's signals (Ctrl-C) and reports the progress. A signal, or an
+//! exception of the progress function, asks the work to stop; the exception is raised when it has. The pool lives for
+//! one call, so that a process that forks later inherits no threads.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -17,36 +17,35 @@ use super::error::Failure;
 use crate::counters::Stage;
 use crate::run::Progress;
 
-/// Time between two looks.
+/// Interval of the checks.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// More threads are a slip of the finger.
+/// More threads are taken for a typing error.
 const MOST_THREADS: usize = 1024;
 
-/// Knowledge that work and caller share.
+/// State that work and caller share.
 #[derive(Default)]
 pub(super) struct Watched {
     /// Asks the work to stop.
     pub(super) stop: AtomicBool,
-    /// Steps done, and of how many; 0 of 0 outside of the steps.
+    /// Number of steps done, and of all; both 0 outside of the steps.
     done: AtomicU64,
     steps: AtomicU64,
-    /// Stage under way.
+    /// Title of the present stage.
     stage: Mutex<&'static str>,
 }
 
 impl Watched {
-    /// Returns the stage under way, the amount done, and the whole amount: 0 where that is not known.
+    /// Title of the present stage, the amount done, and the whole amount; 0 if unknown.
     fn state(&self) -> (&'static str, u64, u64) {
         let stage = *self.stage.lock().unwrap_or_else(PoisonError::into_inner);
         (stage, self.done.load(Ordering::Relaxed), self.steps.load(Ordering::Relaxed))
     }
 
-    /// Begins work in so many pieces, each of which calls [`Self::piece_done`].
+    /// Begins a stage of `count` pieces, each of which calls [`Self::piece_done`].
     pub(super) fn pieces_of(&self, stage: Stage, count: usize) {
         self.enter(stage.title(), 0, count as u64);
     }
 
-    /// Counts a piece.
     pub(super) fn piece_done(&self) {
         self.done.fetch_add(1, Ordering::Relaxed);
     }
@@ -76,7 +75,7 @@ impl Progress for &Watched {
         self.done.store(done, Ordering::Relaxed);
     }
 
-    // What a run has to say at its end is in its summary, too.
+    // Notes and warnings of a run are in its summary, too.
     fn note(&mut self, _text: &str) {}
 
     fn warning(&mut self, _text: &str) {}
@@ -84,14 +83,14 @@ impl Progress for &Watched {
     fn finish(&mut self) {}
 }
 
-/// Whom the caller tells how far the work has come.
+/// Receiver of the progress, and the last state it was given.
 struct Told<'a> {
     progress: Option<&'a Py<PyAny>>,
     last: (&'static str, u64, u64),
 }
 
 impl Told<'_> {
-    /// Calls `progress(stage, done, total)` if there is news.
+    /// Calls `progress(stage, done, total)` if the state has changed.
     fn tell(&mut self, py: Python<'_>, watched: &Watched) -> PyResult<()> {
         let state = watched.state();
         let Some(progress) = self.progress.filter(|_| state != self.last) else { return Ok(()) };
@@ -100,11 +99,10 @@ impl Told<'_> {
     }
 }
 
-/// Has work done on so many threads, by default one for each processor, with the interpreter let go.
+/// Does work on `threads` threads, by default one per processor, without the interpreter's lock.
 ///
 /// # Errors
-/// Returns the result of the work; raises the exception that stopped it, with the attribute `kept`: where an unfinished
-/// run is, or
+/// The exception of the work, or the one that stopped it; its attribute `kept` is the folder of an unfinished run, or
 /// `None`.
 pub(super) fn carried_out<T: Send>(
     py: Python<'_>,
@@ -124,7 +122,7 @@ pub(super) fn carried_out<T: Send>(
         pool.in_place_scope(|scope| {
             let (sender, receiver) = channel();
             let watched = &watched;
-            // Without a receiver the caller is gone, and the result is not wanted any more.
+            // Without a receiver the caller is gone, and the result is not needed.
             scope.spawn(move |_| drop(sender.send(work(watched))));
             let mut stopped: Option<PyErr> = None;
             loop {
@@ -139,7 +137,7 @@ pub(super) fn carried_out<T: Send>(
                         let stopped = stopped.or_else(|| Python::attach(look).err());
                         return (Some(done), stopped);
                     }
-                    // The work has panicked; the scope hands that on.
+                    // The work has panicked; the scope propagates that.
                     Err(RecvTimeoutError::Disconnected) => return (None, stopped),
                 }
             }
@@ -156,19 +154,13 @@ pub(super) fn carried_out<T: Send>(
     }
 }
 
-/// Returns the rows of equal length as an array.
-///
-/// # Errors
-/// [`Failure::Inside`] for rows of another length.
+/// Rows of `columns` numbers each as an array; another total is a [`Failure::Inside`].
 pub(super) fn shaped<T>(rows: Vec<Vec<T>>, columns: usize) -> Result<Array2<T>, Failure> {
     let shape = (rows.len(), columns);
     of_shape(rows.into_iter().flatten().collect(), shape)
 }
 
-/// Makes an array of its values, row after row.
-///
-/// # Errors
-/// [`Failure::Inside`] for another number of them.
+/// An array from its values, row after row; a wrong number of them is a [`Failure::Inside`].
 pub(super) fn of_shape<T>(values: Vec<T>, shape: (usize, usize)) -> Result<Array2<T>, Failure> {
     Array2::from_shape_vec(shape, values).map_err(|error| Failure::Inside(error.to_string()))
 }

@@ -1,8 +1,8 @@
 //! Columns of the boundary integral operators: one patch against all targets, by parity.
 //!
 //! 1. Pairs of a target's mirror (or its image in the road) and the patch that are closer than `FAR` times the patch's
-//!    size are near: the near integrals give their share to all of the patch's columns.
-//! 2. Every node of the patch against all targets in lanes, near pairs left out ([`super::kernel`]).
+//!    size are near: the near integrals add to all of the patch's columns.
+//! 2. Every node of the patch against all targets in vector lanes, near pairs left out ([`super::kernel`]).
 
 use num_complex::Complex64;
 
@@ -13,19 +13,19 @@ use super::kernel::{Coordinates, FarColumn, Layer, arch};
 use super::near::NearPatch;
 use super::parity::{Block, MIRRORS, mirrored};
 
-/// Distance to a patch over its ball's radius up to which its integrals are near ones.
+/// Distance to a patch's bounding ball over the ball's radius up to which its integrals are near ones.
 pub(crate) const FAR: f64 = 1.2;
 
-/// Where a target stands.
+/// Place of a target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Place {
     /// On a patch, at these local coordinates.
     Patch(usize, [f64; 2]),
-    /// Anywhere else, on the surface or off it.
+    /// Elsewhere, on the surface or off it.
     Free,
 }
 
-/// Points at which the operators are wanted.
+/// Points at which the operators are evaluated, filled up to whole vectors.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Targets {
     coordinates: Coordinates,
@@ -33,7 +33,7 @@ pub(crate) struct Targets {
 }
 
 impl Targets {
-    /// Returns all nodes of a mesh, then other points.
+    /// All nodes of a mesh, then other points.
     pub(crate) fn nodes_and(mesh: &Mesh, others: &[Vector]) -> Self {
         let mut this = Self::default();
         let (nodes, order) = (mesh.nodes_per_patch(), mesh.basis.order());
@@ -48,7 +48,7 @@ impl Targets {
         this
     }
 
-    /// Returns the points that are no nodes.
+    /// Points that are no nodes.
     pub(crate) fn points(points: &[Vector]) -> Self {
         let mut this = Self::default();
         for &point in points {
@@ -58,8 +58,8 @@ impl Targets {
         this
     }
 
-    /// Returns the points of a body's surface in the quarter, each a chart and its two parameters; one that no patch
-    /// holds is a free one.
+    /// Points of a body's surface in the quarter, each a chart and its two parameters; a point that no patch holds is a
+    /// free one.
     pub(crate) fn on_surface(mesh: &Mesh, points: &[(Chart, [f64; 2])]) -> Self {
         let mut this = Self::default();
         for &(chart, [meridian, turn]) in points {
@@ -80,36 +80,35 @@ impl Targets {
     }
 
     fn fill(&mut self) {
-        // Far away: a filling target is near to nothing, and what comes of it is not read.
+        // Far away: a filling target has no near pairs, and its values are not read.
         while self.coordinates.x.len() < padded(self.places.len()) {
             self.coordinates.push(1e6, 1e6, 1e6);
         }
     }
 
-    /// Tells how many.
+    /// Number of targets, without those that fill the last vector.
     pub(crate) fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Tells where one is.
     pub(crate) fn position(&self, index: usize) -> Vector {
         [self.coordinates.x[index], self.coordinates.y[index], self.coordinates.z[index]]
     }
 }
 
-/// Work of an assembly.
+/// Amount of work of an assembly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AssemblyWork {
     /// Kernel evaluations of far pairs.
     pub far_evaluations: u64,
     /// Pairs of a target, a mirror or an image of one, with a patch, integrated as near.
     pub near_pairs: u64,
-    /// Kernel evaluations of these.
+    /// Kernel evaluations of the near pairs.
     pub near_evaluations: u64,
 }
 
 impl AssemblyWork {
-    /// Adds another's.
+    /// Adds the work of another assembly.
     pub fn add(&mut self, other: &Self) {
         self.far_evaluations += other.far_evaluations;
         self.near_pairs += other.near_pairs;
@@ -117,7 +116,7 @@ impl AssemblyWork {
     }
 }
 
-/// The columns of one patch: for each block `nodes_per_patch` columns of real parts and of imaginary parts.
+/// Columns of one patch: for each block `nodes_per_patch` columns of real parts and of imaginary parts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Panel {
     rows: usize,
@@ -126,12 +125,11 @@ pub(crate) struct Panel {
 }
 
 impl Panel {
-    /// Returns the work space for blocks.
     pub(crate) fn new(blocks: &[Block]) -> Self {
         Self { rows: 0, blocks: blocks.iter().map(|&block| (block, Vec::new(), Vec::new())).collect(), far: Vec::new() }
     }
 
-    /// Returns the entry of a block (by its place in the list) for a node of the patch and a target.
+    /// Entry of a block (by its index in the list) for a node of the patch and a target.
     pub(crate) fn at(&self, block: usize, node: usize, target: usize) -> Complex64 {
         let (_, re, im) = &self.blocks[block];
         Complex64::new(re[node * self.rows + target], im[node * self.rows + target])
@@ -156,6 +154,7 @@ impl Panel {
         }
         self.far.clear();
         self.far.resize(2 * MIRRORS * rows, 1.0);
+        // 1. Near pairs are excluded from the far columns.
         let (middle, radius) = mesh.balls[patch];
         let mut pairs = Vec::new();
         for target in 0..targets.len() {
@@ -167,6 +166,7 @@ impl Panel {
                 }
             }
         }
+        // 2. Far pairs, node by node.
         for node in 0..nodes {
             let point = &mesh.nodes[patch * nodes + node];
             let weight = point.area / (4.0 * std::f64::consts::PI);
@@ -190,6 +190,7 @@ impl Panel {
                 columns: &mut columns,
             });
         }
+        // 3. Near pairs, for all nodes at once.
         let mut near = NearPatch::new(&mesh.patches[patch], &mesh.basis, layer, wavenumber);
         let mut sums = vec![Complex64::ZERO; nodes];
         for &(target, mirror) in &pairs {

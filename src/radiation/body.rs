@@ -12,7 +12,7 @@ use super::error::{RadiationError, positive};
 /// A point or a direction in space \[m\].
 pub type Vector = [f64; 3];
 
-/// The shape of a body.
+/// Shape of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A sphere.
@@ -31,7 +31,7 @@ pub enum Shape {
     },
 }
 
-/// A body and where it stands.
+/// A body and its height over the road.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
     shape: Shape,
@@ -39,28 +39,28 @@ pub struct Body {
     gap: f64,
 }
 
-/// The least height over its radius at which a body that does not touch the road is meshed, relative to the radius.
+/// Least clearance of a body that does not touch the road, relative to its radius.
 const LEAST_CLEARANCE: f64 = 1e-4;
 
-/// The smallest gap \[m\].
+/// Smallest gap between patch and road \[m\].
 const LEAST_GAP: f64 = 2e-5;
 
-/// Radii of bodies, and widths of tyres \[m\]: from toys to what moves earth, and far beyond.
+/// Radii of bodies, and widths of tyres, that are accepted \[m\]: from toys to earth movers, and far beyond.
 const SIZES: [f64; 2] = [1e-3, 1e2];
 
-/// The smallest radius of a round shoulder, relative to the tyre's radius.
+/// Smallest radius of a round shoulder, relative to the tyre's radius.
 const LEAST_SHOULDER: f64 = 1e-4;
 
-/// The lowest middle of a body that is cut by the road, relative to its radius.
+/// Lowest middle of a body that is cut by the road, relative to its radius.
 const LOWEST: f64 = 0.05;
 
 impl Body {
-    /// Returns a body whose middle is at `height` \[m\] over a rigid road, or without a road.
+    /// A body whose middle is at `height` \[m\] over a rigid road, or without a road.
     ///
     /// # Errors
-    /// Sizes that are not positive or far from any body's, a shoulder larger than the body or of next to nothing, a
-    /// middle below 5 % of the radius, a tyre that touches the road in a line (a patch of no length) and a clearance
-    /// below 1e-4 of the radius.
+    /// Sizes that are not positive or out of range, a shoulder larger than the body or too small to be round, a middle
+    /// below 5 % of the radius, a tyre that touches the road in a line (a patch of no length) and a clearance below
+    /// 1e-4 of the radius.
     pub fn new(shape: Shape, height: Option<f64>) -> Result<Self, RadiationError> {
         let radius = match shape {
             Shape::Sphere { radius } => {
@@ -93,8 +93,8 @@ impl Body {
         Ok(Self { shape, height, gap: 0.0 })
     }
 
-    /// Returns a tyre standing on the road with a contact patch of half length `half_length` \[m\]: its axle is
-    /// sqrt(R^2 - a^2) high.
+    /// A tyre standing on the road with a contact patch of half length a = `half_length` \[m\]: its axle is sqrt(R^2 -
+    /// a^2) high.
     ///
     /// # Errors
     /// As [`Self::new`]; a patch as long as the tyre.
@@ -105,12 +105,12 @@ impl Body {
         Self::new(Shape::Tyre { radius, width, shoulder }, Some(height))
     }
 
-    /// Returns the same tyre over a slit: the flat underside that the cut leaves is not welded to the road but `gap`
-    /// \[m\] above it, as over the hollows of a rough road; the whole body is that much higher. 0 is the welded body.
+    /// The same tyre over a slit: the flat underside that the cut leaves is not welded to the road but `gap` \[m\]
+    /// above it, as over the hollows of a rough road; the whole body is raised by that. 0 is the welded body.
     ///
     /// # Errors
     /// [`RadiationError::Gap`] where the gap is negative or no number, above a tenth of the patch's half length, below
-    /// 20 micrometres (that is sealed: viscosity closes it), or for a body that is no tyre cut through its shoulders.
+    /// 20 micrometres (viscosity closes it), or for a body that is no tyre cut through its shoulders.
     pub fn with_gap(self, gap: f64) -> Result<Self, RadiationError> {
         let refuse = |why| Err(RadiationError::Gap { gap, why });
         if !(gap >= 0.0 && gap.is_finite()) {
@@ -134,46 +134,45 @@ impl Body {
         Ok(Self { gap, ..self })
     }
 
-    /// Returns the height of the slit under the patch \[m\].
+    /// Height of the slit under the patch \[m\]; 0 where the patch is welded to the road.
     pub fn gap(&self) -> f64 {
         self.gap
     }
 
-    /// Returns the shape.
+    /// Shape and sizes of the body.
     pub fn shape(&self) -> Shape {
         self.shape
     }
 
-    /// Returns the height of the middle over the road, or over the underside if there is a gap \[m\]; none without a
-    /// road.
+    /// Height of the middle over the road, or over the underside if there is a gap \[m\]; `None` without a road.
     pub fn height(&self) -> Option<f64> {
         self.height
     }
 
-    /// Tells whether there is a road.
+    /// True if there is a rigid road.
     pub fn on_road(&self) -> bool {
         self.height.is_some()
     }
 
-    /// Returns the height of the middle \[m\], the gap included; 0 without a road.
+    /// Height of the middle over the road \[m\], the gap included; 0 without a road.
     pub fn middle(&self) -> f64 {
         self.height.unwrap_or(0.0) + self.gap
     }
 
-    /// Returns the radius of the sphere or of the tread \[m\].
+    /// Radius of the sphere or of the tread \[m\].
     pub fn radius(&self) -> f64 {
         match self.shape {
             Shape::Sphere { radius } | Shape::Tyre { radius, .. } => radius,
         }
     }
 
-    /// Returns half the length of the contact patch \[m\]; 0 where the road does not cut the body.
+    /// Half the length of the contact patch \[m\]; 0 where the road does not cut the body.
     pub fn half_patch(&self) -> f64 {
         let radius = self.radius();
         self.height.map_or(0.0, |height| (radius * radius - height * height).max(0.0).sqrt())
     }
 
-    /// Returns the depth of a point below the body's surface \[m\], negative outside; the road is not part of the body.
+    /// Depth of a point below the body's surface \[m\], negative outside; the road is not part of the body.
     pub fn depth(&self, [x, y, z]: Vector) -> f64 {
         let z = z - self.middle();
         match self.shape {
@@ -188,10 +187,10 @@ impl Body {
         }
     }
 
-    /// Refuses a receiver that is not in the air: not finite, in the body, below the road.
+    /// Checks that a receiver is in the air.
     ///
     /// # Errors
-    /// [`RadiationError::Point`].
+    /// [`RadiationError::Point`] for a point that is not finite, in the body or below the road.
     pub fn check_receiver(&self, point: Vector) -> Result<(), RadiationError> {
         self.check_above(point)?;
         let in_slit = self.gap > 0.0 && point[2] < self.gap;
@@ -201,7 +200,7 @@ impl Body {
         Ok(())
     }
 
-    /// Refuses a point that is not on the surface, to 1e-3 of the radius, or in the cut that the road covers.
+    /// Checks that a point is on the surface, to 1e-3 of the radius, and not below the road.
     ///
     /// # Errors
     /// [`RadiationError::Point`].
@@ -215,7 +214,7 @@ impl Body {
         Ok(())
     }
 
-    /// Refuses a point that is not finite or below the road.
+    /// Checks that a point is finite and not below the road.
     fn check_above(&self, point: Vector) -> Result<(), RadiationError> {
         if !point.iter().all(|number| number.is_finite()) {
             return Err(refused(point, "is not finite"));
@@ -227,7 +226,7 @@ impl Body {
     }
 }
 
-/// Refuses a size that no body has.
+/// Checks that a size is within [`SIZES`].
 fn size(what: &'static str, value: f64) -> Result<(), RadiationError> {
     positive(what, value)?;
     let [least, most] = SIZES;

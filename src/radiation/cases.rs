@@ -1,4 +1,4 @@
-//! Files of radiation cases: bodies, wavenumbers and velocities or sources in, pressures and powers out.
+//! Files of radiation cases: from bodies, wavenumbers and velocities or sources to pressures and powers.
 //!
 //! The format (JSON): `density` \[kg/m^3\], `sound_speed` \[m/s\], `nodes_per_wavelength`, and `cases`, a list of
 //! - `name`, `wavenumber` \[rad/m\], `plane` (whether there is a rigid road z = 0);
@@ -11,7 +11,7 @@
 //!   elsewhere), all of 1 m/s, with `receivers`: \[\[x, y, z\]\] \[m\], in the air or on the surface;
 //! - or `source`: \[x, y, z\] with `points`: \[\[x, y, z\]\] on the surface.
 //!
-//! The answer is `{"cases": [...]}` in that order: `pressure` \[\[re, im\]\] \[Pa\] and `power` \[W\], or `green`
+//! The results are `{"cases": [...]}` in that order: `pressure` \[\[re, im\]\] \[Pa\] and `power` \[W\], or `green`
 //! \[1/m\].
 
 use num_complex::Complex64;
@@ -35,7 +35,7 @@ pub(crate) enum CasesError {
     /// A number out of range.
     #[error("{place}: {what}")]
     Range {
-        /// Which case, or the file itself.
+        /// Name of the case, or the file itself.
         place: String,
         /// Fault and remedy.
         what: &'static str,
@@ -43,9 +43,9 @@ pub(crate) enum CasesError {
     /// A case that cannot be computed.
     #[error("{place}: {source}")]
     Case {
-        /// Which case.
+        /// Name of the case.
         place: String,
-        /// Why.
+        /// Reason.
         source: RadiationError,
     },
 }
@@ -101,10 +101,9 @@ struct Wave {
     across: u32,
 }
 
-/// Highest order around a tyre in a file of cases: the mesh must resolve it.
+/// Highest order around a tyre: the mesh must resolve it.
 const MOST_AROUND: u32 = 64;
 
-/// Fault within a case.
 enum Fault {
     Range(&'static str),
     Radiation(RadiationError),
@@ -116,7 +115,7 @@ impl From<RadiationError> for Fault {
     }
 }
 
-/// Evaluates every case of a file's text within a memory limit \[bytes\], unless it is interrupted.
+/// Computes all cases of a file's text within a memory limit \[bytes\], unless it is interrupted.
 ///
 /// # Errors
 /// The first case that is wrong, by its name; [`RadiationError::Interrupted`] in the case where it was.
@@ -214,7 +213,7 @@ fn answer(
     }
 }
 
-/// JSON would have `null` in their place.
+/// JSON has no such numbers, and would have `null` in their place.
 const NOT_FINITE: Fault = Fault::Range("its field is not finite: its numbers are beyond all bounds");
 
 fn numbers(values: &[Complex64]) -> Result<Vec<[f64; 2]>, Fault> {
@@ -222,7 +221,7 @@ fn numbers(values: &[Complex64]) -> Result<Vec<[f64; 2]>, Fault> {
     values.iter().map(finite).collect::<Option<_>>().ok_or(NOT_FINITE)
 }
 
-/// A velocity of 1 m/s.
+/// Shape of a normal velocity of 1 m/s.
 #[derive(Clone, Copy)]
 enum Motion {
     Uniform,
@@ -251,7 +250,7 @@ impl Motion {
         }
     }
 
-    /// Returns the wavenumber that the mesh must resolve \[rad/m\].
+    /// Wavenumber of the velocity, which the mesh must resolve \[rad/m\].
     fn wavenumber(&self, body: &Body) -> f64 {
         match *self {
             Self::Wave { around, across } => (around / body.radius()).hypot(across),

@@ -1,16 +1,16 @@
 //! Charts: pieces of a body's surface as exact functions of two parameters.
 //!
 //! Each chart is a surface of revolution: `meridian` runs along its section, `turn` is an angle. For the sphere the
-//! axis is z: meridian = angle from the south pole, turn = angle from +x towards +y. For the tyre the axis is y:
-//! turn = theta, from the bottom (the contact's centre), increasing towards +x; meridian is y on the tread, the
-//! shoulder's own angle from the tread's edge on the shoulder, the radius on the side.
+//! axis is z: meridian = angle from the south pole, turn = angle from +x towards +y. For the tyre the axis is y: turn =
+//! theta, from the bottom (the contact's centre), increasing towards +x; meridian is y on the tread, the shoulder's
+//! angle from the tread's edge on the shoulder, the radius on the side.
 
 use super::body::{Body, Shape, Vector};
 
 /// A piece of surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Chart {
-    /// A sphere.
+    /// A whole sphere; axis z.
     Sphere {
         /// Radius \[m\].
         radius: f64,
@@ -69,10 +69,10 @@ pub enum Chart {
     },
 }
 
-/// A point of the surface.
+/// A point of the surface with its normal and area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Where it is \[m\].
+    /// Position \[m\].
     pub position: Vector,
     /// Unit normal, out of the body.
     pub normal: Vector,
@@ -81,7 +81,7 @@ pub struct SurfacePoint {
 }
 
 impl Chart {
-    /// Returns the tread, shoulder and side of a tyre; `None` for another body.
+    /// Charts of the tread, a shoulder and a side of a tyre; `None` for another body.
     pub fn of_tyre(body: &Body) -> Option<[Self; 3]> {
         let Shape::Tyre { radius, width, shoulder } = body.shape() else { return None };
         let (middle, gap) = (body.height().unwrap_or(0.0), body.gap());
@@ -93,10 +93,10 @@ impl Chart {
         ])
     }
 
-    /// Returns the point at a meridian parameter and an angle.
+    /// Point at a meridian parameter and an angle.
     pub fn point(&self, meridian: f64, turn: f64) -> SurfacePoint {
         let (sin, cos) = turn.sin_cos();
-        // A body of revolution about y: distance from the axle r, across y, the normal's two parts.
+        // A body of revolution about y: distance from the axle r, across y, the normal's radial and lateral component.
         let about_axle = |r: f64, y: f64, radial: f64, across: f64, middle: f64, along: f64| SurfacePoint {
             position: [r * sin, y, middle - r * cos],
             normal: [radial * sin, across, -radial * cos],
@@ -131,7 +131,7 @@ impl Chart {
         }
     }
 
-    /// Returns the distance from the axis \[m\].
+    /// Distance from the axis \[m\]: length per radian of turn.
     pub fn axis_distance(&self, meridian: f64) -> f64 {
         match *self {
             Self::Sphere { radius, .. } => radius * meridian.sin(),
@@ -143,7 +143,7 @@ impl Chart {
         }
     }
 
-    /// Returns the length along the section per unit of its parameter \[m\].
+    /// Length along the section per unit of its parameter \[m\].
     pub fn meridian_length(&self) -> f64 {
         match *self {
             Self::Sphere { radius, .. } => radius,
@@ -155,7 +155,7 @@ impl Chart {
         }
     }
 
-    /// Returns the angle at which the road cuts this ring of a tyre; 0 where it does not reach it.
+    /// Angle at which the road cuts this ring of a tyre; 0 where it does not reach it.
     pub fn cut_turn(&self, meridian: f64) -> f64 {
         match *self {
             Self::Sphere { .. } | Self::Underside { .. } | Self::UndersideEdge { .. } => 0.0,
@@ -165,7 +165,7 @@ impl Chart {
         }
     }
 
-    /// Returns the meridian parameter at which the road cuts this section of a tyre.
+    /// Meridian parameter at which the road cuts this section of a tyre.
     pub fn cut_meridian(&self, turn: f64) -> f64 {
         match *self {
             Self::Shoulder { radius, shoulder, middle, .. } => {
@@ -177,13 +177,13 @@ impl Chart {
     }
 }
 
-/// Returns half the length of the cut along the tread \[m\].
+/// Half the length of the cut along the tread \[m\].
 fn half_length(radius: f64, middle: f64) -> f64 {
     (radius * radius - middle * middle).max(0.0).sqrt()
 }
 
-/// Tells how far the cut reaches below the shoulder beyond the tread's edge \[m\], at the angle whose sine is x over
-/// half the cut's length.
+/// Width of the cut below the shoulder beyond the tread's edge \[m\], at the angle whose sine is x over half the cut's
+/// length.
 fn cut_width(radius: f64, shoulder: f64, middle: f64, half: f64, turn: f64) -> f64 {
     let (sin, cos) = turn.sin_cos();
     // Radius less distance of the cut from the axle, without cancellation.

@@ -1,4 +1,4 @@
-//! Cost of a boundary problem, before it is set up.
+//! Expected cost of a boundary problem, before it is set up.
 
 use super::body::Body;
 use super::elements::padded;
@@ -20,21 +20,22 @@ pub(crate) struct Cost {
     pub far_evaluations: f64,
     /// Kernel evaluations of near pairs, estimated.
     pub near_evaluations: f64,
-    /// Real operations of the factorisations of all blocks wanted.
+    /// Real operations of the factorisations of all blocks.
     pub factor_operations: f64,
-    /// Bytes held at most.
+    /// Peak memory \[bytes\].
     pub bytes: u64,
 }
 
 /// Near evaluations per unknown in the equations, as measured: 4000-5500 on a sealed tyre; with a gap up to 8000, and
-/// the points at which transfers are evaluated come on top.
+/// the points at which transfers are evaluated add to them.
 const NEAR_EVALUATIONS: f64 = 5e3;
 
 impl Cost {
-    /// Forecasts a body at a wavenumber \[rad/m\] with a mesh for another (the same, if no velocity asks for more).
+    /// Expected cost of a body at a wavenumber \[rad/m\], with a mesh for `mesh_wavenumber` (the same, unless a
+    /// velocity needs a finer one).
     ///
     /// # Errors
-    /// Refusals of the mesh.
+    /// As [`patches`], but not for too many of them.
     pub(crate) fn expected(
         body: &Body,
         wavenumber: f64,
@@ -44,7 +45,7 @@ impl Cost {
     ) -> Result<Self, RadiationError> {
         let patches = match patches(body, mesh_wavenumber, resolution) {
             Ok(made) => made.len(),
-            // Counted and not made: at least so many.
+            // Too many to be made: a lower bound of their number.
             Err(RadiationError::Patches { patches, .. }) => patches,
             Err(error) => return Err(error),
         };
@@ -65,10 +66,7 @@ impl Cost {
         })
     }
 
-    /// Refuses what does not fit.
-    ///
-    /// # Errors
-    /// [`RadiationError::Memory`].
+    /// [`RadiationError::Memory`] if the problem needs more than `limit` bytes.
     pub(crate) fn check(&self, limit: u64) -> Result<(), RadiationError> {
         if self.bytes > limit {
             return Err(RadiationError::Memory { unknowns: self.unknowns, needed: self.bytes, limit });

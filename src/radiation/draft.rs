@@ -14,9 +14,9 @@
 //!    patch, ten decibels less to the side than ahead.
 //!
 //! Fitted on a tyre of radius 0.31 m, 0.176 m wide over shoulders of 0.02 m, with a sealed patch of 0.108 m. Other
-//! radii scale; what another width, shoulder or patch changes is not in it. k R is held within the fit's range. What it
-//! is worth goes with the place: [`DraftErrors`]. Without the tyre's body between them monopoles are
-//! heard above the tyre, where it shades them: up to 18 dB too loud. There nothing is stated.
+//! radii scale; effects of another width, shoulder or patch are not in it. k R is limited to the fit's range. The error
+//! depends on the place: [`DraftErrors`]. Above the tyre monopoles miss the shading by the body: up to 18 dB too loud.
+//! No error is stated there.
 
 use num_complex::Complex64;
 
@@ -27,33 +27,33 @@ use super::frequencies::{FrequencyRange, FrequencyTransfers, TransferSet};
 use super::transfer::{Transfer, TransferProblem, across_points, half_tread};
 use crate::numeric::{in_parallel, single};
 
-/// Error of a draft against the full method, as a bound.
+/// Error bound of a draft, relative to the full method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DraftError {
     /// Error of a third octave up to 2000 Hz \[dB\].
     pub band: f64,
-    /// Mid-frequency of the third octaves from which on that holds \[Hz\].
+    /// Mid-frequency of the lowest third octave for which the bound holds \[Hz\].
     pub from: f64,
     /// Error of the A-weighted level \[dB(A)\].
     pub level: f64,
 }
 
-/// Errors of a draft round a tyre, as far as they were measured.
+/// Errors of a draft round a tyre, where they were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DraftErrors {
     /// Errors of the means over the coast-by line and over both cpx microphones.
     pub of_standards: DraftError,
-    /// At single places nearer to the axle's direction than to that of travel.
+    /// Errors at single places nearer to the axle's direction than to that of travel.
     pub beside: DraftError,
-    /// At the other places, ahead and behind.
+    /// Errors at the other places, ahead and behind.
     pub ahead: DraftError,
     /// Radius of the tyre \[m\].
     pub radius: f64,
 }
 
-/// Elevation of a place over the road, seen from the contact, up to which an error is stated \[degrees\].
+/// Elevation of a place over the road, as seen from the contact, up to which an error is stated \[degrees\].
 pub(crate) const MOST_ELEVATION: f64 = 25.0;
-/// Least distance of a place from the contact, in radii of the tyre.
+/// Least distance of a place from the contact, in radii of the tyre, for which an error is stated.
 pub(crate) const LEAST_DISTANCE: f64 = 1.0;
 /// Limits of a tyre's width, shoulders included, over its radius: the least width with a stated error, the largest one
 /// with the errors of the fitted tyre, and the largest one with a stated error.
@@ -61,15 +61,14 @@ pub(crate) const WIDTHS: [f64; 3] = [0.5, 0.65, 0.8];
 /// k R of the highest frequency: where the fit ends. The highest third octave below it, 2 kHz with a radius of 0.31 m,
 /// is the highest in which errors were measured.
 pub(crate) const HIGHEST: f64 = 14.4;
-/// Within the third octave of 200 Hz, below its exact mid-frequency \[Hz\]. Below it sound from both ends of the patch
-/// cancels at single places, and errors of up to 16 dB were found.
+/// Within the third octave of 200 Hz, below its exact mid-frequency \[Hz\]. Below that band sound from both ends of the
+/// patch cancels at single places, and errors of up to 16 dB were found.
 const LOWEST: f64 = 190.0;
-/// Within the third octave of 63 Hz, likewise, for the standards' means: up to 4.9 dB were found below it.
+/// Likewise within the third octave of 63 Hz, for the standards' means: errors of up to 4.9 dB were found below it.
 const LOWEST_OF_STANDARDS: f64 = 60.0;
 
 impl DraftErrors {
-    /// Returns those for a tyre of a radius and a width with its shoulders \[m\]; `None` for a width that nothing was
-    /// measured with.
+    /// Errors for a tyre of a radius and a width with its shoulders \[m\]; `None` for a width that was not measured.
     pub fn of(radius: f64, width: f64) -> Option<Self> {
         let [least, fitted, most] = WIDTHS;
         let relative = width / radius;
@@ -85,8 +84,7 @@ impl DraftErrors {
         Some(Self { of_standards, beside, ahead, radius })
     }
 
-    /// Returns the error at a place \[m\]; `None` where none is stated, too high above the road or too near to the
-    /// contact.
+    /// Error at a place \[m\]; `None` where none is stated: too high above the road or too near to the contact.
     pub fn at(&self, [x, y, z]: Vector) -> Option<DraftError> {
         let away = x.hypot(y);
         let low = z.atan2(away).to_degrees() <= MOST_ELEVATION;
@@ -105,12 +103,12 @@ const AMPLITUDES: [[f64; 4]; 4] = [
 /// b and q.
 const DECAY: f64 = 2.761;
 const STEEPNESS: f64 = 7.035;
-/// k R of 1 in the logarithm, and the range of the fit.
+/// k R at which the logarithm is 0, and the range of the fit.
 const MIDDLE: f64 = 5.0;
 const RANGE: [f64; 2] = [0.7, 14.2];
 
-/// Returns the horn's gain \[dB\] for a wavenumber times the tyre's radius, the angle from the patch's edge \[rad\] and
-/// the cosine of the receiver's bearing from where the horn opens.
+/// Gain of the horn \[dB\] for a wavenumber times the tyre's radius, the angle from the patch's edge \[rad\] and the
+/// cosine of the receiver's bearing from the direction in which the horn opens.
 pub(crate) fn horn_gain(wavenumber_radius: f64, angle: f64, bearing: f64) -> f64 {
     let logarithm = (wavenumber_radius.clamp(RANGE[0], RANGE[1]) / MIDDLE).ln();
     let polynomial = |row: &[f64; 4]| row.iter().rev().fold(0.0, |sum, coefficient| sum * logarithm + coefficient);
@@ -118,15 +116,15 @@ pub(crate) fn horn_gain(wavenumber_radius: f64, angle: f64, bearing: f64) -> f64
     amplitude / (1.0 + (wavenumber_radius * angle / DECAY).powf(STEEPNESS))
 }
 
-/// Returns G of a monopole at a point over a rigid road \[1/m\].
+/// G of a monopole at a point over a rigid road \[1/m\].
 pub(crate) fn monopole(point: Vector, receiver: Vector, wavenumber: f64) -> Complex64 {
     let one = |r: f64| Complex64::from_polar(1.0 / (4.0 * std::f64::consts::PI * r), -wavenumber * r);
     let [x, y, z] = receiver;
     one(distance(point, receiver)) + one(distance(point, [x, y, -z]))
 }
 
-/// Returns the transfers of a problem at a wavenumber \[rad/m\]: the even part of a tyre that stands on the road, or
-/// both sides of its tread, whose horn is then taken to be that of the even part.
+/// Transfers of a problem at a wavenumber \[rad/m\]: the even part of a tyre that stands on the road, or both sides of
+/// its tread, whose horn is then taken to be that of the even part.
 pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Transfer> {
     let TransferProblem { body, grid, receivers, .. } = *problem;
     let radius = body.radius();
@@ -165,7 +163,7 @@ pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Trans
     receivers.iter().map(one).collect()
 }
 
-/// Returns, of a cell, the angle of its middle from the patch's edge \[rad\] and the share of it outside the patch.
+/// Angle of a cell's middle from the patch's edge \[rad\], and the share of the cell outside the patch.
 fn cell_of(cell: usize, around: usize, edge: f64) -> (f64, f64) {
     let width = std::f64::consts::TAU / around as f64;
     // The cell's mirror fore-aft has the same distance.
@@ -173,7 +171,7 @@ fn cell_of(cell: usize, around: usize, edge: f64) -> (f64, f64) {
     (((index + 0.5) * width - edge).max(0.0), (index + 1.0 - edge / width).clamp(0.0, 1.0))
 }
 
-/// Returns the transfers of a range: at the frequencies that the full method begins with, and between them.
+/// Transfers of a range: at the frequencies with which the full method begins, and at their midpoints.
 ///
 /// # Errors
 /// As [`TransferProblem::check`] and [`FrequencyRange::check`]; [`RadiationError::Height`] without a road,
@@ -189,7 +187,7 @@ pub(crate) fn transfers(problem: &TransferProblem<'_>, range: &FrequencyRange) -
     Ok(TransferSet::new(in_parallel::map(&frequencies(range), |&frequency| at(frequency))))
 }
 
-/// Returns the frequencies of a range, rising \[Hz\].
+/// Frequencies of the draft in a range, rising \[Hz\].
 pub(crate) fn frequencies(range: &FrequencyRange) -> Vec<f64> {
     let first = range.first();
     let middles = first.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
@@ -198,7 +196,7 @@ pub(crate) fn frequencies(range: &FrequencyRange) -> Vec<f64> {
     all
 }
 
-/// Refuses what the fit does not hold for.
+/// Refuses bodies for which the fit does not hold.
 fn check(body: &Body) -> Result<(), RadiationError> {
     if body.half_patch() <= 0.0 {
         let (height, radius) = (body.middle(), body.radius());
@@ -231,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_monopole_over_a_rigid_plane_is_exact() {
-        // On the plane the image doubles the free field; where the ways differ by half a wavelength it nearly cancels.
+        // On the plane the image doubles the free field; where the paths differ by half a wavelength it nearly cancels.
         let (k, source) = (20.0, [0.1, 0.05, 0.4]);
         let on_plane = monopole(source, [3.0, 1.0, 0.0], k);
         let r = distance(source, [3.0, 1.0, 0.0]);
@@ -242,7 +240,7 @@ mod tests {
         };
         // The plane is rigid: dp/dz = 0 there, not elsewhere.
         assert!(slope(0.0).norm() < 1e-9 && slope(0.3).norm() > 1e-3, "{} {}", slope(0.0), slope(0.3));
-        // Far from the patch's edge the tread is such monopoles.
+        // Far from the patch's edge the tread consists of such monopoles.
         let body = Body::standing_tyre(0.31, 0.176, 0.02, 0.054).unwrap();
         let receivers = [[0.0, 7.5, 1.2]];
         let found = transfers_at(&problem(&body, &receivers), k);
@@ -273,7 +271,8 @@ mod tests {
         }
     }
 
-    /// Returns the mean square from what vibrates most: the tread within 60 mm of the patch, both ends \[dB\].
+    /// Level of the mean square over the strongest part of the vibration: the tread within 60 mm of the patch, both
+    /// ends \[dB\].
     fn level_near_the_patch(transfer: &Transfer) -> f64 {
         let value = |across: usize, cell: usize| double(transfer.values[transfer.index(0, across, cell)]);
         let cell = |cell: usize| (0..4).map(|across| value(across, cell).norm_sqr()).sum::<f64>();

@@ -8,10 +8,10 @@ use super::body::Vector;
 use super::chart::{Chart, SurfacePoint};
 use crate::numeric::legendre::gauss;
 
-/// How the road's cut bends one side of a patch's rectangle of parameters.
+/// Bending of one side of a patch's rectangle of parameters by the road's cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cut {
-    /// Not at all: the ranges are the chart's own parameters.
+    /// None: the ranges are the chart's own parameters.
     None,
     /// `turn` is a fraction from the cut's angle at this meridian (0) to `end` (1).
     Turn {
@@ -28,18 +28,18 @@ pub enum Cut {
 /// A patch: a rectangle of parameters of a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// The surface.
+    /// Surface of which it is a part.
     pub chart: Chart,
-    /// Range of the meridian parameter, or of the fraction that stands for it.
+    /// Range of the meridian parameter, or of the fraction that replaces it.
     pub meridian: [f64; 2],
-    /// Range of the angle, or of the fraction that stands for it.
+    /// Range of the angle, or of the fraction that replaces it.
     pub turn: [f64; 2],
-    /// The side along the road.
+    /// Side along the road, if it is bent.
     pub cut: Cut,
 }
 
 impl Patch {
-    /// Returns the local coordinates of a point of its chart; `None` outside of the patch.
+    /// Local coordinates in (-1, 1)^2 of a point of its chart; `None` outside of the patch.
     pub fn local(&self, meridian: f64, turn: f64) -> Option<[f64; 2]> {
         let at = match self.cut {
             Cut::None => [meridian, turn],
@@ -60,7 +60,7 @@ impl Patch {
         ranges.iter().zip(at).all(within).then(|| [local(0), local(1)])
     }
 
-    /// Returns the point at local coordinates in (-1, 1)^2; `area` is per unit of these.
+    /// Point at local coordinates in (-1, 1)^2; `area` is per unit of these.
     pub fn point(&self, [u, v]: [f64; 2]) -> SurfacePoint {
         let between = |[from, to]: [f64; 2], at: f64| 0.5 * ((to + from) + (to - from) * at);
         let (m, t) = (between(self.meridian, u), between(self.turn, v));
@@ -85,15 +85,15 @@ impl Patch {
 /// Nodes, weights and Lagrange polynomials of p Gauss points on (-1, 1).
 #[derive(Clone, Debug)]
 pub struct Basis {
-    /// Nodes, rising.
+    /// Gauss points on (-1, 1), rising.
     pub nodes: Vec<f64>,
-    /// Weights.
+    /// Quadrature weights of the nodes; they sum to 2.
     pub weights: Vec<f64>,
     barycentric: Vec<f64>,
 }
 
 impl Basis {
-    /// Makes the basis of `order` points.
+    /// Basis of `order` points.
     pub fn new(order: usize) -> Self {
         let mut rule = gauss(order);
         rule.reverse();
@@ -104,12 +104,12 @@ impl Basis {
         Self { weights: rule.iter().map(|[_, w]| *w).collect(), nodes, barycentric }
     }
 
-    /// Returns the points.
+    /// Number of points.
     pub fn order(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Computes the Lagrange polynomials' values at a point.
+    /// Values of the Lagrange polynomials at a point of (-1, 1), into `values`.
     pub fn values(&self, at: f64, values: &mut [f64]) {
         for (i, value) in values.iter_mut().enumerate() {
             *value = self.barycentric[i];
@@ -122,7 +122,7 @@ impl Basis {
     }
 }
 
-/// Rounds a count of numbers up to whole vectors.
+/// A number rounded up to whole vectors.
 pub(crate) fn padded(count: usize) -> usize {
     count.next_multiple_of(crate::numeric::MOST_LANES)
 }
@@ -130,20 +130,20 @@ pub(crate) fn padded(count: usize) -> usize {
 /// A boundary mesh: the quarter x >= 0, y >= 0 of a body.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    /// The patches.
+    /// Patches, not connected with each other.
     pub patches: Vec<Patch>,
     /// Nodes and weights along a side.
     pub basis: Basis,
     /// Points of all nodes, patch by patch, the second coordinate running fastest; `area` includes the weight.
     pub nodes: Vec<SurfacePoint>,
-    /// A ball that holds each patch: middle and radius.
+    /// Bounding ball of each patch: middle and radius \[m\].
     pub balls: Vec<(Vector, f64)>,
     /// True if the road's image is part of the problem.
     pub on_road: bool,
 }
 
 impl Mesh {
-    /// Places the nodes of `order` x `order` on patches.
+    /// Places `order` x `order` nodes on each patch.
     pub fn new(patches: Vec<Patch>, order: usize, on_road: bool) -> Self {
         let basis = Basis::new(order);
         let mut nodes = Vec::with_capacity(patches.len() * order * order);
@@ -160,18 +160,18 @@ impl Mesh {
         Self { patches, basis, nodes, balls, on_road }
     }
 
-    /// Returns the nodes of one patch.
+    /// Number of nodes of one patch.
     pub fn nodes_per_patch(&self) -> usize {
         self.basis.order() * self.basis.order()
     }
 
-    /// Returns the unknowns: nodes of the quarter.
+    /// Number of unknowns of a block: nodes of the quarter.
     pub fn unknowns(&self) -> usize {
         self.nodes.len()
     }
 }
 
-/// Side of the grid of points that a patch's ball is taken around.
+/// Points along each side of a patch that its ball is taken around.
 const SAMPLES: usize = 5;
 
 fn ball(patch: &Patch) -> (Vector, f64) {
@@ -186,7 +186,6 @@ fn ball(patch: &Patch) -> (Vector, f64) {
     (middle, radius)
 }
 
-/// Returns the distance between two points \[m\].
 pub(crate) fn distance(a: Vector, b: Vector) -> f64 {
     ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
 }

@@ -2,27 +2,27 @@
 
 use thiserror::Error;
 
-/// Fault of a radiation problem, with the numbers that were given.
+/// Error of a radiation problem, with the numbers that were given.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RadiationError {
     /// A size that must be a positive finite number.
     #[error("{what} is {value}, but must be a positive finite number")]
     NotPositive {
-        /// Which size.
+        /// Name of the size.
         what: &'static str,
-        /// Value given.
+        /// Given value.
         value: f64,
     },
-    /// A size far from any body's.
+    /// A size out of the range of bodies.
     #[error("{what} is {value:?} m: from {least} to {most} m is computed")]
     Size {
-        /// Which size.
+        /// Name of the size.
         what: &'static str,
-        /// Value given \[m\].
+        /// Given value \[m\].
         value: f64,
-        /// Least that is computed \[m\].
+        /// Smallest value that is accepted \[m\].
         least: f64,
-        /// Most that is computed \[m\].
+        /// Largest value that is accepted \[m\].
         most: f64,
     },
     /// The shoulder's radius does not fit into the body.
@@ -37,13 +37,13 @@ pub enum RadiationError {
         width: f64,
         /// Radius of the tread \[m\].
         radius: f64,
-        /// Least of a shoulder that is round \[m\].
+        /// Smallest radius of a round shoulder \[m\].
         least: f64,
     },
     /// The body's height over the plane cannot be treated.
     #[error("{what} of height {height} m and radius {radius} m: {why}")]
     Height {
-        /// Which point's height.
+        /// Name of the body.
         what: &'static str,
         /// Height \[m\].
         height: f64,
@@ -52,7 +52,7 @@ pub enum RadiationError {
         /// Remedy.
         why: &'static str,
     },
-    /// A receiver or a source that is not in the air.
+    /// A receiver or a source that is not in the air, or a point that is not on the surface.
     #[error("the point ({x}, {y}, {z}) m {why}")]
     Point {
         /// Fore and aft \[m\].
@@ -61,7 +61,7 @@ pub enum RadiationError {
         y: f64,
         /// Height \[m\].
         z: f64,
-        /// Where it lies.
+        /// Where it lies, and should not.
         why: &'static str,
     },
     /// More memory than allowed.
@@ -88,7 +88,7 @@ pub enum RadiationError {
         /// Elements that are made at most.
         most: usize,
     },
-    /// The factorisation gave no number.
+    /// The factorisation gave values that are not finite.
     #[error("the equations at {wavenumber} rad/m with {unknowns} unknowns are singular")]
     Singular {
         /// Wavenumber \[rad/m\].
@@ -116,15 +116,15 @@ pub enum RadiationError {
         /// Cells around.
         around: usize,
     },
-    /// A list of parity blocks that transfers cannot be made of.
+    /// A list of parity blocks from which transfers cannot be computed.
     #[error("a transfer takes the two blocks even across, or all four")]
     Blocks,
-    /// The caller stopped the work; what is finished has gone to the sink.
+    /// The caller stopped the work; finished frequencies have gone to the sink.
     #[error("interrupted")]
     Interrupted,
 }
 
-/// Refuses what is not a positive finite number.
+/// Checks that a value is positive and finite.
 pub(super) fn positive(what: &'static str, value: f64) -> Result<(), RadiationError> {
     if value > 0.0 && value.is_finite() { Ok(()) } else { Err(RadiationError::NotPositive { what, value }) }
 }

@@ -1,4 +1,4 @@
-//! The LU factors of one block's equations, with an estimate of their condition.
+//! LU factors of one block's equations, with an estimate of their condition.
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
@@ -11,7 +11,6 @@ use faer::prelude::ReborrowMut;
 use faer::{Conj, Mat, MatMut, Par};
 use num_complex::Complex64;
 
-/// A factorised matrix.
 #[derive(Debug)]
 pub(crate) struct Factor {
     factors: Mat<Complex64>,
@@ -21,7 +20,7 @@ pub(crate) struct Factor {
 }
 
 impl Factor {
-    /// Returns the factorises, sequentially; 8/3 n^3 real operations.
+    /// Factorises sequentially; 8/3 n^3 real operations.
     pub(crate) fn of(mut matrix: Mat<Complex64>) -> Self {
         let size = matrix.nrows();
         let norm = (0..size).map(|j| matrix.col(j).iter().map(|entry| entry.norm()).sum()).fold(0.0, f64::max);
@@ -39,7 +38,6 @@ impl Factor {
         Self { factors: matrix, rows, rows_inverse, norm }
     }
 
-    /// Solves in place for each column.
     pub(crate) fn solve(&self, mut right: MatMut<'_, Complex64>) {
         let size = self.factors.nrows();
         let scratch = solve_in_place_scratch::<usize, Complex64>(size, right.ncols(), Par::Seq);
@@ -78,20 +76,22 @@ impl Factor {
         work(PermRef::new_checked(&self.rows, &self.rows_inverse, size), MemStack::new(&mut buffer));
     }
 
-    /// Returns the estimate of 1/(|A| |A^-1|) in the 1-norm (W. W. Hager, SIAM J. Sci. Stat. Comput. 5 (1984) 311-316;
-    /// N. J. Higham's form): at most a few solutions.
+    /// Estimate of 1/(|A| |A^-1|) in the 1-norm (W. W. Hager, SIAM J. Sci. Stat. Comput. 5 (1984) 311-316; N. J.
+    /// Higham's form): at most a few solutions.
     pub(crate) fn reciprocal_condition(&self) -> f64 {
         let size = self.factors.nrows();
         let mut x = Mat::<Complex64>::full(size, 1, Complex64::new(1.0 / size as f64, 0.0));
         let mut estimate: f64 = 0.0;
         let mut before = usize::MAX;
         for _ in 0..MOST_STEPS {
+            // 1. |A^-1 x| bounds |A^-1| from below.
             self.solve(x.as_mut());
             let found: f64 = x.col(0).iter().map(|entry| entry.norm()).sum();
             if found <= estimate {
                 break;
             }
             estimate = found;
+            // 2. Its gradient over x, by the adjoint of the signs.
             for entry in x.col_mut(0).iter_mut() {
                 let size = entry.norm();
                 *entry = if size > 0.0 { *entry / size } else { Complex64::ONE };
@@ -103,6 +103,7 @@ impl Factor {
                     largest = (index, entry.norm());
                 }
             }
+            // 3. The unit vector of the steepest ascent is next.
             if largest.0 == before {
                 break;
             }
@@ -114,5 +115,5 @@ impl Factor {
     }
 }
 
-/// Steps of the condition's estimate.
+/// Most steps of the condition's estimate.
 const MOST_STEPS: usize = 5;

@@ -1,7 +1,7 @@
-//! The flank of a tyre's body, what moves beside the tread: the shoulder, and the flat side down to the bead.
+//! Flank of a tyre's body, which moves beside the tread: the shoulder, and the flat side down to the bead.
 //!
-//! A place on it is told by the fraction of its area between it and the tread's edge, as places of a sidewall are
-//! (`crate::sidewall`); rings at the points of a [`SplitRule`] whose panels are shoulder and side stand for all of it.
+//! A place on it is given by the fraction of its area between it and the tread's edge, as places of a sidewall are
+//! (`crate::sidewall`); rings at the points of a [`SplitRule`] whose panels are shoulder and side represent all of it.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -9,45 +9,45 @@ use super::body::{Body, Shape};
 use super::chart::Chart;
 use crate::numeric::SplitRule;
 
-/// The flank of a body.
+/// Flank of a body: the shoulder, and the flat side down to a bead.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flank {
     /// Radius of the bead \[m\].
     pub bead: f64,
-    /// Rule over its area from the tread's edge to the bead.
+    /// Quadrature rule over its area from the tread's edge to the bead.
     pub rule: SplitRule,
     shoulder: Shoulder,
 }
 
-/// Ring of the flank.
+/// A ring of the flank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
-    /// Shoulder or side.
+    /// Chart of the shoulder or of the side.
     pub chart: Chart,
     /// Meridian coordinate of the ring on this chart.
     pub meridian: f64,
-    /// Area that it stands for, per radian \[m^2\].
+    /// Area that it represents, per radian \[m^2\].
     pub area: f64,
 }
 
-/// Shoulder as far as it belongs to the flank.
+/// Part of the shoulder that belongs to the flank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Shoulder {
     charts: [Chart; 2],
-    /// Radius of the body where it ends, and its own \[m\].
+    /// Radius of the body at the shoulder's end, and radius of the shoulder \[m\].
     inner: f64,
     radius: f64,
-    /// Angle at its end.
+    /// Angle at its end \[rad\].
     end: f64,
 }
 
 impl Shoulder {
-    /// Returns the area from the tread's edge to an angle, per radian \[m^2\].
+    /// Area from the tread's edge to an angle, per radian \[m^2\].
     fn area(&self, angle: f64) -> f64 {
         self.radius * (self.inner * angle + self.radius * angle.sin())
     }
 
-    /// Returns the angle at which the area from the tread's edge reaches `area`.
+    /// Angle up to which the area from the tread's edge is `area`, by Newton's method.
     fn angle(&self, area: f64) -> f64 {
         let mut angle = self.end * area / self.area(self.end);
         for _ in 0..NEWTON_STEPS {
@@ -58,12 +58,12 @@ impl Shoulder {
     }
 }
 
-/// Steps that reach rounding: the area is nearly proportional to the angle.
+/// Enough for the accuracy of rounding: the area is nearly proportional to the angle.
 const NEWTON_STEPS: usize = 6;
 
 impl Flank {
-    /// Makes the flank down to the radius of a bead \[m\]; `None` for a body that is no tyre, or whose bead is not
-    /// below the tread.
+    /// Flank down to the radius of a bead \[m\]; `None` for a body that is no tyre, or whose bead is not below the
+    /// tread.
     pub fn new(body: &Body, bead: f64) -> Option<Self> {
         let Shape::Tyre { radius, shoulder, .. } = body.shape() else { return None };
         if !(bead > 0.0 && bead < radius) {
@@ -78,7 +78,7 @@ impl Flank {
         Some(Self { bead, rule: SplitRule::new(round / (round + flat)), shoulder })
     }
 
-    /// Returns the rings of the flank, from the tread to the bead.
+    /// Rings of the flank, from the tread to the bead.
     pub fn rings(&self) -> [Ring; SplitRule::POINTS] {
         let Shoulder { charts: [round, side], inner, end, .. } = self.shoulder;
         let shoulder = self.shoulder.area(end);
@@ -95,7 +95,7 @@ impl Flank {
     }
 }
 
-/// Returns the area of a flat side between two radii, per radian; 0 if the inner radius is the larger one \[m^2\].
+/// Area of a flat side between two radii, per radian \[m^2\]; 0 if the inner radius is the larger one.
 fn flat(outer: f64, inner: f64) -> f64 {
     0.5 * (outer * outer - inner * inner).max(0.0)
 }
@@ -110,7 +110,7 @@ mod tests {
         for (shoulder, bead) in [(0.02, 0.193), (0.0, 0.193), (0.08, 0.26)] {
             let body = Body::new(shape(shoulder), Some(0.305)).unwrap();
             let flank = Flank::new(&body, bead).unwrap();
-            // By the points of its meridian.
+            // Numerically, by points of its meridian.
             let end: f64 = if bead > 0.31 - shoulder { (1.0 - (0.31 - bead) / shoulder).acos() } else { FRAC_PI_2 };
             let [_, round, side] = Chart::of_tyre(&body).unwrap();
             let sum = |chart: Chart, from: f64, to: f64| {

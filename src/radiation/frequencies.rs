@@ -1,22 +1,23 @@
 //! The frequencies of a tyre's transfers, chosen by checked midpoints, and transfers at any frequency between them.
 //!
-//! With exp(-i k r0) taken out, r0 from the receiver to the contact's centre, G_N changes slowly with frequency; it is
-//! a polynomial of degree 3 through the four nearest known frequencies.
+//! With exp(-i k r0) taken out, r0 from the receiver to the contact's centre, G_N changes slowly with frequency;
+//! between the known frequencies it is a polynomial of degree 3 through the four nearest.
 //!
 //! 1. Start with intervals of at most `coarsest` \[Hz\].
-//! 2. In every open interval compute the middle; compare with what the frequencies known before give. The error is the
-//!    root mean square of the difference over the tread's grid relative to that of G_N, the worst receiver's.
+//! 2. In every open interval compute the middle; compare it with the interpolation between the frequencies known
+//!    before. The error is the root mean square of the difference over the tread's grid relative to that of G_N, for
+//!    the worst receiver.
 //! 3. Within the tolerance both halves are closed, else both are open; not below `finest` \[Hz\].
 //!
-//! The computed middle stays, so the error that is left is that of intervals half as long as those that passed: for
-//! degree 3 some sixteenth of the tolerance where the function is smooth.
+//! The computed middle stays, so the remaining error is that of intervals half as long as those that passed: for degree
+//! 3 some sixteenth of the tolerance where the function is smooth.
 //!
-//! Transfers are in single precision, in which they are kept: one that was kept is the same bits as one that was just
-//! solved for.
+//! Transfers are in single precision, in which they are stored: one that was stored has the same bits as one that was
+//! just solved for.
 //!
-//! Frequencies of one round are spread over threads, as many at once as the memory limit holds, the costly ones first,
-//! so that no thread is left with one when the others have nothing more to do; each is sequential in itself, and what
-//! is chosen depends on values alone: same bits for any number of threads.
+//! Frequencies of one round are spread over threads, as many at once as the memory limit allows, the costly ones first,
+//! so that no thread is left with a long one when the others have finished; each is sequential in itself, and the
+//! choice depends on values alone: same bits for any number of threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
@@ -31,7 +32,7 @@ use super::solve::SolveReport;
 use super::transfer::{Transfer, TransferProblem, contact_distance};
 use crate::numeric::{double, in_parallel, lagrange, single};
 
-/// Which frequencies.
+/// Range of frequencies, and the rule by which they are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrequencyRange {
     /// Lowest \[Hz\].
@@ -42,22 +43,19 @@ pub(crate) struct FrequencyRange {
     pub coarsest: f64,
     /// Smallest interval \[Hz\]: not halved below.
     pub finest: f64,
-    /// Error of an interpolated middle that is let pass \[dB\].
+    /// Error of an interpolated middle that is accepted \[dB\].
     pub tolerance: f64,
     /// Speed of sound \[m/s\].
     pub sound_speed: f64,
 }
 
 impl FrequencyRange {
-    /// Returns the range from 25 Hz up to a highest frequency, with intervals from 100 Hz down to 6 Hz.
+    /// From 25 Hz up to a highest frequency, with intervals from 100 Hz down to 6 Hz.
     pub(crate) fn up_to(highest: f64, tolerance: f64, sound_speed: f64) -> Self {
         Self { lowest: 25.0, highest, coarsest: 100.0, finest: 6.0, tolerance, sound_speed }
     }
 
-    /// Refuses what is no range.
-    ///
-    /// # Errors
-    /// [`RadiationError::NotPositive`].
+    /// [`RadiationError::NotPositive`] for an empty range or a number that is not positive.
     pub(crate) fn check(&self) -> Result<(), RadiationError> {
         positive("the lowest frequency", self.lowest)?;
         positive("the highest frequency less the lowest", self.highest - self.lowest)?;
@@ -67,12 +65,12 @@ impl FrequencyRange {
         positive("the speed of sound", self.sound_speed)
     }
 
-    /// Returns the wavenumber of a frequency \[rad/m\].
+    /// Wavenumber of a frequency \[rad/m\].
     pub(crate) fn wavenumber(&self, frequency: f64) -> f64 {
         std::f64::consts::TAU * frequency / self.sound_speed
     }
 
-    /// Returns all frequencies that the choice may ever call for, rising.
+    /// All frequencies that may be chosen, rising \[Hz\].
     pub(crate) fn candidates(&self) -> Vec<f64> {
         let mut candidates = self.first();
         while candidates[1] - candidates[0] >= 2.0 * self.finest {
@@ -83,27 +81,27 @@ impl FrequencyRange {
         candidates
     }
 
-    /// Returns the frequencies to start with.
+    /// Frequencies of the first round, evenly spaced \[Hz\].
     pub(crate) fn first(&self) -> Vec<f64> {
         let parts = ((self.highest - self.lowest) / self.coarsest - 1e-9).ceil().max(1.0) as usize;
         (0..=parts).map(|i| self.lowest + (self.highest - self.lowest) * i as f64 / parts as f64).collect()
     }
 }
 
-/// Cost of a set-up, before it is begun.
+/// Expected cost of a set-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SetUpCost {
-    /// Frequencies that are solved for: of those to start with and their midpoints. Where these do not keep the
+    /// Frequencies to be solved for: those of the first round and their midpoints. Where these do not keep the
     /// tolerance there are more: 15 % for a standing tyre at 0.2 dB and intervals of 100 Hz.
     pub frequencies: usize,
     /// Sums over these; patches, unknowns, points and bytes are those of the highest frequency.
     pub cost: Cost,
-    /// Bytes of the transfers that are kept.
+    /// Memory of the stored transfers \[bytes\].
     pub bytes_kept: u64,
 }
 
 impl SetUpCost {
-    /// Forecasts a problem over a range of frequencies, of which some are known.
+    /// Expected cost of a problem over a range of frequencies, of which some are known.
     ///
     /// # Errors
     /// As [`TransferProblem::check`] and [`FrequencyRange::check`].
@@ -136,57 +134,56 @@ impl SetUpCost {
     }
 }
 
-/// A finished frequency: transfers to all receivers.
+/// Transfers to all receivers at one frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FrequencyTransfers {
     /// Frequency \[Hz\].
     pub frequency: f64,
-    /// By receiver.
+    /// Transfer by receiver.
     pub transfers: Vec<Transfer>,
 }
 
-/// How far the work is.
+/// Progress of the work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Progress {
     /// Finished frequencies, those known before included.
     pub finished: usize,
     /// Frequencies of this round that are still to come.
     pub open: usize,
-    /// Round, from 0: the frequencies to start with.
+    /// Number of the round; 0 for the first frequencies.
     pub round: usize,
 }
 
-/// Outcome of the choice of frequencies.
+/// Report on the choice of frequencies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct FrequencyReport {
-    /// Frequencies.
+    /// Number of frequencies.
     pub count: usize,
     /// Number solved now, not known before.
     pub solved: usize,
-    /// Largest error of an interpolated middle that was let pass \[dB\].
+    /// Largest error of an interpolated middle that was accepted \[dB\].
     pub largest_passed: f64,
-    /// Largest error of a middle in intervals that were too short to halve \[dB\]; 0 where there is none.
+    /// Largest error of a middle in intervals that were too short to halve \[dB\]; 0 if there is none.
     pub largest_left: f64,
-    /// Worst reciprocal condition number of those solved now.
+    /// Smallest reciprocal condition number of those solved now.
     pub reciprocal_condition: f64,
     /// Sums over those solved now: assembly work, operations and seconds; unknowns and points are the largest.
     pub solve: SolveReport,
 }
 
-/// Receiver of progress, and the flag that stops the work.
+/// Callbacks of a set-up.
 pub(crate) struct Watch<'a> {
-    /// Asked for those of some frequencies that are known before, for instance by a set-up that was stopped: what is
-    /// of the same receivers and grid is not solved again.
+    /// Asked for stored transfers at some frequencies, for instance of a set-up that was stopped; those of the same
+    /// receivers and grid are not solved again.
     pub known: &'a mut dyn FnMut(&[f64]) -> Vec<FrequencyTransfers>,
-    /// Gets each frequency as it is finished, in any order; its error ends the work.
+    /// Called with each frequency as it is finished, in any order; its error ends the work.
     pub sink: &'a mut dyn FnMut(&FrequencyTransfers) -> Result<(), RadiationError>,
-    /// Told after each frequency.
+    /// Called after each frequency.
     pub progress: &'a mut dyn FnMut(Progress),
-    /// Asked before each element and each factorisation.
+    /// Asked before each element and each factorisation; true stops the work.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// Transfers known at some frequencies.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TransferSet {
     /// By rising frequency.
@@ -194,25 +191,24 @@ pub(crate) struct TransferSet {
 }
 
 impl TransferSet {
-    /// Makes the set of finished frequencies.
+    /// From finished frequencies in any order; of equal ones the first is kept.
     pub(crate) fn new(mut found: Vec<FrequencyTransfers>) -> Self {
         found.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
         found.dedup_by(|a, b| same(a.frequency, b.frequency));
         Self { found }
     }
 
-    /// Returns the frequencies, rising.
+    /// Transfers by rising frequency.
     pub(crate) fn frequencies(&self) -> &[FrequencyTransfers] {
         &self.found
     }
 
-    /// Returns the same, to be taken apart.
     pub(crate) fn into_frequencies(self) -> Vec<FrequencyTransfers> {
         self.found
     }
 
-    /// Returns the grid of G_N of a receiver at any frequency \[Hz\] within the range; beyond its ends it is
-    /// extrapolated from the nearest. None where nothing is known.
+    /// Grid of G_N of a receiver at any frequency \[Hz\] within the range; beyond its ends it is extrapolated from the
+    /// nearest. `None` where nothing is known.
     pub(crate) fn at(&self, body: &Body, receiver: usize, frequency: f64) -> Option<Transfer> {
         let known: Vec<f64> = self.found.iter().map(|entry| entry.frequency).collect();
         let near = lagrange::cubic_neighbours(&known, frequency);
@@ -234,12 +230,12 @@ impl TransferSet {
     }
 }
 
-/// Tells whether two numbers are equal up to rounding.
+/// True if equal up to rounding.
 fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
 }
 
-/// Finds the transfers of a range. At most so many threads are at work.
+/// Transfers of a range, with at most `threads` frequencies at a time.
 ///
 /// # Errors
 /// As [`TransferProblem::solve`] and [`FrequencyRange::check`]; [`RadiationError::Interrupted`]; the sink's. More
@@ -255,6 +251,7 @@ pub(crate) fn transfers(
     let highest = range.wavenumber(range.highest);
     let cost = Cost::expected(problem.body, highest, highest, &problem.resolution, problem.blocks)?;
     cost.check(problem.memory_limit)?;
+    // 1. As many frequencies at once as fit into memory: the highest one is the largest.
     let at_once = (problem.memory_limit / cost.bytes.max(1)).max(1) as usize;
     let mut search = Search {
         problem,
@@ -264,6 +261,7 @@ pub(crate) fn transfers(
         round: 0,
         finished: 0,
     };
+    // 2. The first round, and then the middles of all open intervals.
     let mut wanted = range.first();
     let mut open: Vec<[f64; 2]> = wanted.windows(2).map(|ends| [ends[0], ends[1]]).collect();
     let mut set = TransferSet::new(search.solve(&wanted, watch)?);
@@ -291,8 +289,7 @@ pub(crate) fn transfers(
     Ok((set, search.report))
 }
 
-/// Returns the error of an interpolation at a computed frequency \[dB\]: 20 log10(1 + relative error), the worst
-/// receiver's.
+/// Error of the interpolation at a computed frequency \[dB\]: 20 log10(1 + relative error), of the worst receiver.
 fn error(body: &Body, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
     let one = |(receiver, exact): (usize, &Transfer)| {
         let guess = set.at(body, receiver, middle.frequency)?;
@@ -315,14 +312,16 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Returns all wanted frequencies, in their order.
+    /// Transfers at all wanted frequencies, in their order: known ones looked up, the others solved for.
     fn solve(&mut self, wanted: &[f64], watch: &mut Watch<'_>) -> Result<Vec<FrequencyTransfers>, RadiationError> {
+        // 1. What is stored.
         let mut known = (watch.known)(wanted);
         let mut found: Vec<_> = wanted.iter().map(|&frequency| self.lookup(&mut known, frequency)).collect();
         drop(known);
         self.finished += found.iter().flatten().count();
         let mut missing: Vec<usize> = (0..wanted.len()).filter(|&index| found[index].is_none()).collect();
         missing.sort_by(|&a, &b| wanted[b].total_cmp(&wanted[a]));
+        // 2. The rest on threads, each taking the next frequency, the highest first.
         let mut reports = vec![SolveReport::default(); wanted.len()];
         let (problem, range, interrupted) = (self.problem, self.range, watch.interrupted);
         let mut open = missing.len();
@@ -335,7 +334,7 @@ impl Search<'_> {
                 scope.spawn(move || {
                     while let Some(&index) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
                         let solved = problem.solve_unless(range.wavenumber(wanted[index]), interrupted);
-                        // Nobody takes it once something has failed.
+                        // The receiver is gone once something has failed.
                         if give.send((index, solved)).is_err() {
                             break;
                         }
@@ -354,6 +353,7 @@ impl Search<'_> {
             }
             Ok(())
         })?;
+        // 3. Reports are summed in the order of frequency, whichever was finished first.
         missing.sort_unstable();
         missing.iter().for_each(|&index| self.add(&reports[index]));
         Ok(found.into_iter().flatten().collect())

@@ -1,4 +1,4 @@
-//! Interior points: what keeps the equations unique at the resonances of the body's inside.
+//! Interior points: they keep the equations unique at the resonances of the body's inside.
 //!
 //! The boundary integral equation has other solutions where the inside resonates with zero pressure on its surface. At
 //! points inside the body the representation formula must give zero (H. A. Schenck, J. Acoust. Soc. Am. 44 (1968)
@@ -9,13 +9,13 @@ use std::f64::consts::PI;
 
 use super::body::{Body, Shape, Vector};
 
-/// Least depth of a point below the surface relative to the body's smallest half size.
+/// Least depth of a point below the surface, relative to the body's smallest half size.
 const LEAST_DEPTH: f64 = 0.12;
 
-/// Tells how many points for a wavenumber \[rad/m\], in each of the four blocks.
+/// Number of points for a wavenumber \[rad/m\], in each of the four blocks.
 ///
-/// The body's inside resonates first at k d = pi at the earliest, d being its smallest size; below 80 % of that there
-/// is nothing to keep out. Above, the number of resonances of one parity within a band of k grows with k^2.
+/// The body's inside resonates first at k d = pi at the earliest, d being its smallest size; below 80 % of that no
+/// points are needed. Above, the number of resonances of one parity within a band of k grows with k^2.
 pub(crate) fn interior_points(body: &Body, wavenumber: f64) -> usize {
     let size = match body.shape() {
         Shape::Sphere { radius } => 2.0 * radius,
@@ -31,12 +31,12 @@ pub(crate) fn interior_points(body: &Body, wavenumber: f64) -> usize {
 
 /// Points per (k R)^2.
 const FEW: f64 = 0.06;
-/// Points at the lowest wavenumbers that need any.
+/// Number of points at the lowest wavenumbers that need any.
 const LEAST: usize = 8;
 /// Most points of a block.
 const MOST: usize = 48;
 
-/// Returns so many points of the quarter of the body's inside, spread by Halton's sequence.
+/// So many points of the quarter of the body's inside, spread by Halton's sequence.
 pub(crate) fn points(body: &Body, count: usize) -> Vec<Vector> {
     let radius = body.radius();
     let half_width = match body.shape() {
@@ -60,7 +60,7 @@ pub(crate) fn points(body: &Body, count: usize) -> Vec<Vector> {
     found
 }
 
-/// Returns the halton's sequence: the digits of an index mirrored at the point.
+/// Element of Halton's sequence: the digits of an index mirrored at the point.
 fn halton(index: usize, base: usize) -> f64 {
     let (mut rest, mut digit, mut value) = (index, 1.0 / base as f64, 0.0);
     while rest > 0 {

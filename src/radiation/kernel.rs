@@ -1,4 +1,4 @@
-//! The inner loops: the free-space Green function and its normal derivative, in lanes.
+//! Inner loops: the free-space Green function and its normal derivative, in vector lanes.
 //!
 //! G = exp(-ikR)/(4 pi R), time factor exp(+i w t). dG/dn' = (1 + ikR) exp(-ikR) (x - y).n'/(4 pi R^3) for the target x
 //! and the source y with its normal n'. Some 30 vector operations a pair, most of them the sine and cosine.
@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::parity::{Block, MIRRORS};
 use crate::numeric::lanes::cos_sin;
 
-/// Which kernel.
+/// Kernel of a layer operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Layer {
     /// G.
@@ -17,7 +17,7 @@ pub(crate) enum Layer {
     Double,
 }
 
-/// Coordinates of points in lanes' multiples.
+/// Coordinates of points, a multiple of the lanes long.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Coordinates {
     /// Fore and aft \[m\].
@@ -29,7 +29,6 @@ pub(crate) struct Coordinates {
 }
 
 impl Coordinates {
-    /// Appends a point.
     pub(crate) fn push(&mut self, x: f64, y: f64, z: f64) {
         self.x.push(x);
         self.y.push(y);
@@ -40,7 +39,7 @@ impl Coordinates {
 /// A source: position, then normal times weight/(4 pi), or (weight/(4 pi), 0, 0) for the single layer.
 pub(crate) type Source = ([f64; 3], [f64; 3]);
 
-/// Computes the real and the imaginary part of the kernel at a distance vector.
+/// Real and imaginary part of the kernel at a distance vector, without the factor 1/(4 pi).
 #[inline(always)]
 fn value<S: Simd, const DOUBLE: bool>(
     simd: S,
@@ -65,21 +64,21 @@ fn value<S: Simd, const DOUBLE: bool>(
     }
 }
 
-/// One column of the far field: a source and its mirrors against all targets, added by parity.
+/// One column of the far field: a source against all targets and their mirrors, added by parity.
 pub(crate) struct FarColumn<'a> {
-    /// All targets.
+    /// Targets, whole vectors.
     pub targets: &'a Coordinates,
-    /// 1 where a mirror's pair is far, 0 where it is integrated elsewhere: mirror by mirror, as long as the targets.
+    /// 1 where a mirror's pair is far, 0 where it is integrated as near: mirror by mirror, as long as the targets.
     pub far: &'a [f64],
-    /// The source.
+    /// Source with its normal and weight.
     pub source: Source,
     /// Wavenumber \[rad/m\].
     pub wavenumber: f64,
-    /// Which kernel.
+    /// Kernel.
     pub layer: Layer,
-    /// True if the road's image counts.
+    /// True if the road's image is added.
     pub on_road: bool,
-    /// The blocks wanted, each with its column's real and imaginary parts.
+    /// Blocks, each with its column's real and imaginary parts.
     pub columns: &'a mut [(Block, &'a mut [f64], &'a mut [f64])],
 }
 
@@ -129,7 +128,7 @@ impl FarColumn<'_> {
     }
 }
 
-/// Returns the value where the weight is not 0, else 0: also where the value is no number, at the source itself.
+/// The value where the weight is not 0, else 0: also where the value is NaN, at the source itself.
 #[inline(always)]
 fn select<S: Simd>(simd: S, weight: S::f64s, value: S::f64s) -> S::f64s {
     let zero = simd.splat_f64s(0.0);
@@ -150,19 +149,19 @@ impl WithSimd for FarColumn<'_> {
 
 /// The kernel at one target from a cell's quadrature points.
 pub(crate) struct NearCell<'a> {
-    /// The points.
+    /// Quadrature points, whole vectors.
     pub points: &'a Coordinates,
-    /// Their normals times weight/(4 pi), or the weights/(4 pi) in the first.
+    /// Their normals times weight/(4 pi), or the weights/(4 pi) in x.
     pub normals: &'a Coordinates,
-    /// The target.
+    /// Target \[m\].
     pub target: [f64; 3],
     /// Wavenumber \[rad/m\].
     pub wavenumber: f64,
-    /// Which kernel.
+    /// Kernel.
     pub layer: Layer,
-    /// Real parts.
+    /// Real parts by point.
     pub re: &'a mut [f64],
-    /// Imaginary parts.
+    /// Imaginary parts by point.
     pub im: &'a mut [f64],
 }
 
@@ -203,7 +202,7 @@ impl WithSimd for NearCell<'_> {
     }
 }
 
-/// Returns the processor's widest vectors.
+/// The processor's widest vectors.
 pub(crate) fn arch() -> Arch {
     Arch::new()
 }

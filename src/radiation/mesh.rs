@@ -6,9 +6,9 @@
 //!    width: neighbouring rings need not match, since elements are not connected.
 //! 3. The side of a patch is p wavelengths/nodes, at most 45 degrees of turn, and near the road at most `wedge` times
 //!    (l + distance from the wedge's edge), l being half the patch's length, or sqrt(2 R clearance) for a body that is
-//!    clear of the road: on that length the gap between body and road changes. Across the straight tread nothing
-//!    changes: there the wavelength alone counts (measured: no error more, a quarter of the unknowns less).
-//! 4. Over a slit the patches on both sides of the slit's edge shrink towards it to `wedge` times the length on which
+//!    clear of the road: the length over which the gap between body and road changes. Across the straight tread nothing
+//!    changes: there the wavelength alone counts (measured: no larger error, a quarter fewer unknowns).
+//! 4. Over a slit the patches on both sides of the slit's edge shrink towards it to `wedge` times the length over which
 //!    the slit's height doubles outside, gap R/a.
 //!
 //! Rings and patches are counted before they are made: a mesh of more than [`MOST_PATCHES`] is refused.
@@ -20,32 +20,32 @@ use super::chart::Chart;
 use super::elements::{Cut, Mesh, Patch};
 use super::error::{RadiationError, positive};
 
-/// How fine a mesh is.
+/// Fineness of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// Nodes along a side of an element: 3 or 4.
     pub order: usize,
-    /// Nodes per wavelength.
+    /// Nodes per wavelength along a side.
     pub nodes_per_wavelength: f64,
-    /// Side of the elements at the wedge between body and road, relative to the length on which the gap changes.
+    /// Side of the elements at the wedge between body and road, relative to the length over which the gap changes.
     pub wedge: f64,
 }
 
 impl Resolution {
-    /// Returns the elements of 4 x 4 nodes with so many nodes per wavelength.
+    /// Elements of 4 x 4 nodes with so many nodes per wavelength.
     pub fn of(nodes_per_wavelength: f64) -> Self {
         Self { order: 4, nodes_per_wavelength, wedge: Self::WEDGE }
     }
 
-    /// See [`Self::wedge`]; chosen by measured convergence.
+    /// Default of [`Self::wedge`], chosen by measured convergence.
     pub const WEDGE: f64 = 0.8;
 
-    /// Nodes per wavelength by default. Measured on a standing tyre up to 2.5 kHz against twice the mesh, waves of
-    /// orders 0 to 40 around the tread at receivers near and far: 9 keep 0.02 dB, 0.15 dB in a receiver's nulls; 7 keep
-    /// 0.1 dB, 0.5 dB for slow waves and 3 dB in nulls; errors are multiplied because slow waves' sums cancel.
+    /// Default number of nodes per wavelength. Measured on a standing tyre up to 2.5 kHz against twice the mesh, waves
+    /// of orders 0 to 40 around the tread at receivers near and far: 9 keep 0.02 dB, 0.15 dB in a receiver's nulls; 7
+    /// keep 0.1 dB, 0.5 dB for slow waves and 3 dB in nulls; errors are multiplied because slow waves' sums cancel.
     pub const NODES: f64 = 9.0;
 
-    /// Refuses what cannot be meshed.
+    /// Checks that elements of this resolution exist.
     ///
     /// # Errors
     /// [`RadiationError::Order`], [`RadiationError::NotPositive`].
@@ -65,24 +65,24 @@ impl Default for Resolution {
 /// Most patches of a quarter. With 4 x 4 nodes each they are 1e5 unknowns: 160 GB for the matrix of each block.
 pub(crate) const MOST_PATCHES: usize = 6250;
 
-/// Largest turn of a patch.
+/// Largest turn of a patch \[rad\].
 const MOST_TURN: f64 = FRAC_PI_4;
 
-/// Smallest length on which a gap changes, relative to the body's radius: the mesh of a body that touches in a point is
-/// graded down to it.
+/// Smallest length over which a gap changes, relative to the body's radius: the mesh of a body that touches in a point
+/// is graded down to it.
 const LEAST_SCALE: f64 = 0.02;
 
-/// How the wedge's edge is approached.
+/// Sizes of patches by place.
 struct Sizes {
     body: Body,
     largest: f64,
     wedge: f64,
     scale: f64,
-    /// Where there is a gap: the length from the patch's edge on which the slit's height doubles, else infinity.
+    /// With a gap the length from the patch's edge over which the slit's height doubles \[m\], else infinity.
     slit: f64,
 }
 
-/// Which of a patch's sides run across the patch's edge, and so are refined towards a gap's.
+/// Sides of a patch that run across the contact patch's edge, and so are refined towards that of a gap.
 #[derive(Clone, Copy)]
 struct Across {
     meridian: bool,
@@ -139,7 +139,7 @@ impl Sizes {
     }
 }
 
-/// Returns the patches of a body's quarter for a wavenumber \[rad/m\].
+/// Patches of a body's quarter for a wavenumber \[rad/m\].
 ///
 /// # Errors
 /// Refusals of [`Resolution::check`]; a wavenumber that is not positive; [`RadiationError::Patches`].
@@ -176,7 +176,7 @@ pub(crate) fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> 
     Ok(blocks.patches)
 }
 
-/// Returns the mesh of a body's quarter for a wavenumber \[rad/m\].
+/// Mesh of a body's quarter for a wavenumber \[rad/m\].
 ///
 /// # Errors
 /// As [`patches`].
@@ -239,10 +239,7 @@ impl Blocks {
         Ok(())
     }
 
-    /// Cuts a block into rings and these into patches.
-    ///
-    /// # Errors
-    /// [`RadiationError::Patches`].
+    /// Cuts a block into rings and these into patches; [`RadiationError::Patches`].
     fn fill(
         &mut self,
         chart: Chart,
@@ -251,7 +248,7 @@ impl Blocks {
         cut: Cut,
         across: Across,
     ) -> Result<(), RadiationError> {
-        // What a pair of parameters means: meridian, turn, and the lengths of a unit of each.
+        // Meaning of a pair of parameters: meridian, turn, and the lengths of a unit of each.
         let meaning = |m: f64, t: f64| match cut {
             Cut::None => (m, t, chart.meridian_length(), chart.axis_distance(m)),
             Cut::Turn { end } => {
@@ -265,11 +262,13 @@ impl Blocks {
             }
         };
         let sizes = &self.sizes;
+        // 1. Rings, by the size at the begin of the turn.
         let rings = graded(meridian, |m| {
             let (m, t, length, _) = meaning(m, turn[0]);
             let turned = if matches!(chart, Chart::Sphere { .. }) { 1.0 / MOST_TURN } else { 0.0 };
             (length / sizes.at(&chart, m, t, across.meridian)).max(turned)
         })?;
+        // 2. Patches of each ring, by its width where it is widest.
         for ring in rings.windows(2) {
             let [inner, outer] = [ring[0], ring[1]];
             let middle = 0.5 * (inner + outer);
@@ -291,22 +290,20 @@ impl Blocks {
     }
 }
 
-/// Refuses more patches than a mesh may have, and what is no number.
+/// Refuses more patches than a mesh may have, and NaN.
 fn counted(patches: f64) -> Result<(), RadiationError> {
     if patches <= MOST_PATCHES as f64 {
         return Ok(());
     }
-    // Numbers beyond all bounds are a thousand million.
+    // Infinity is given as a thousand million.
     Err(RadiationError::Patches { patches: patches.min(1e9) as usize, most: MOST_PATCHES })
 }
 
 /// Points at which `density` (parts per unit) is summed.
 const STEPS: usize = 256;
 
-/// Cuts a range into the fewest parts none of which holds more than one by `density`, equally full.
-///
-/// # Errors
-/// [`RadiationError::Patches`], before any part is made.
+/// Cuts a range into the fewest parts none of which holds more than one by `density`, equally full;
+/// [`RadiationError::Patches`] before any part is made.
 fn graded([from, to]: [f64; 2], density: impl Fn(f64) -> f64) -> Result<Vec<f64>, RadiationError> {
     let step = (to - from) / STEPS as f64;
     let mut sums = vec![0.0];
@@ -316,6 +313,7 @@ fn graded([from, to]: [f64; 2], density: impl Fn(f64) -> f64) -> Result<Vec<f64>
         sums.push(sum);
     }
     counted(sum)?;
+    // Equal parts of the sum, interpolated linearly between its points.
     let parts = (sum - 1e-9).ceil().max(1.0) as usize;
     let mut breaks = vec![from];
     let mut index = 0;

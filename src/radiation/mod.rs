@@ -1,22 +1,22 @@
 //! Sound that a rigid body radiates over a rigid road when its surface vibrates, by boundary elements.
 //!
-//! A tyre's transfers, ready to be multiplied with its vibration: [`TransferProblem`] at one wavenumber, [`transfers`]
-//! over a range of frequencies chosen adaptively. Any body and velocity: [`Problem`]. Reference command: [`cases`].
+//! A tyre's transfers, to be multiplied with its vibration: [`TransferProblem`] at one wavenumber, [`transfers`] over a
+//! range of frequencies chosen adaptively. Any body and velocity: [`Problem`]. Reference command: [`cases`].
 //!
 //! - Time factor exp(+i w t), G = exp(-ikR)/(4 pi R), normals and v_n > 0 out of the body into the air, dp/dn =
 //!   -i w rho v_n. The road z = 0 is rigid, by images. The air is inviscid.
-//! - The total Green function G_N(y; r) of body and road for a point source at a receiver r takes the double layer
+//! - The total Green function G_N(y; r) of body and road for a point source at a receiver r needs the double layer
 //!   alone: p/2 - int p dG/dn' dS' = p_incident. By reciprocity p(r) = i w rho int G_N(y; r) v_n(y) dS for any v_n.
 //! - Axes: x fore and aft, y across (the axle), z up; the contact's centre is the origin.
 //!
 //! From the surface to the transfer: [`body`], its pieces as [`chart`]s, cut into [`elements`] by the [`mesh`]; the
 //! [`kernel`] in lanes, [`near`] integrals, both put together by [`assembly`] for four blocks of [`parity`];
 //! [`interior`] points against irregular frequencies; LU ([`factor`]); the boundary problem ([`solve`]) with its
-//! [`cost`]; the [`transfer`] from a tread, and from the [`flank`]
-//! beside it where that moves, too, its [`frequencies`]. Beside all that, in a second: [`draft`].
+//! [`cost`]; the [`transfer`] from a tread, and from the [`flank`] beside it where that moves, too, its
+//! [`frequencies`]. An approximation in a second: [`draft`].
 //!
-//! How accurate (sphere and tyre body against independent values, the standing tyre against itself): 1e-5 at 10 nodes
-//! per wavelength with 4 x 4 elements; the standing tyre's transfers 0.02 dB by default ([`Resolution::NODES`]).
+//! Accuracy (sphere and tyre body against independent values, the standing tyre against itself): 1e-5 at 10 nodes per
+//! wavelength with 4 x 4 elements; the standing tyre's transfers 0.02 dB by default ([`Resolution::NODES`]).
 
 pub(crate) mod assembly;
 pub(crate) mod body;

@@ -17,20 +17,20 @@ use super::chart::SurfacePoint;
 use super::elements::{Basis, Patch, distance, padded};
 use super::kernel::{Coordinates, Layer, NearCell};
 
-/// A part's side over its distance from the target at which it is no longer halved.
+/// Largest ratio of a part's side to its distance from the target at which it is no longer halved.
 const SIDE_TO_DISTANCE: f64 = 1.0;
 
-/// Parts smaller than this, relative to the patch, are not halved: a target on a patch's edge ends there.
+/// Parts smaller than this, relative to the patch, are not halved: ends the halving for a target on a patch's edge.
 const SMALLEST: f64 = 1e-6;
 
 /// Longest side over the shorter of a rectangle under Duffy's map.
 const MOST_SLENDER: f64 = 1.5;
 
-/// Quadrature points with what the kernel takes of them.
+/// Quadrature points in the kernel's form.
 #[derive(Clone, Debug, Default)]
 struct Points {
     at: Coordinates,
-    /// Normals times weight/(4 pi), or for the single layer the weights/(4 pi) in the first coordinate.
+    /// Normals times weight/(4 pi), or for the single layer the weights/(4 pi) in x.
     normals: Coordinates,
 }
 
@@ -54,7 +54,7 @@ impl Points {
         }
     }
 
-    /// Fills up the last lanes with points of no weight.
+    /// Fills the last vector with points of no weight.
     fn fill(&mut self) {
         let (x, y, z) = (self.at.x[0], self.at.y[0], self.at.z[0]);
         while self.at.x.len() < padded(self.at.x.len()) {
@@ -79,13 +79,13 @@ struct Cell {
     points: Points,
     /// Lagrange polynomials at the Gauss points of each side, point by point.
     lagrange: [Vec<f64>; 2],
-    /// Corners, middles of sides, middle.
+    /// Positions of corners, middles of sides, middle.
     samples: [[f64; 3]; 9],
     sides: [f64; 2],
     children: Option<[usize; 2]>,
 }
 
-/// Work of the near integrals.
+/// Amount of work of the near integrals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct NearWork {
     /// Pairs of a target (or its mirror, or its image) and a patch.
@@ -94,7 +94,7 @@ pub(crate) struct NearWork {
     pub evaluations: u64,
 }
 
-/// The near and self integrals of one patch.
+/// Near and self integrals of one patch, with their buffers.
 #[derive(Debug)]
 pub(crate) struct NearPatch<'a> {
     patch: &'a Patch,
@@ -113,7 +113,7 @@ pub(crate) struct NearPatch<'a> {
 }
 
 impl<'a> NearPatch<'a> {
-    /// Makes the integrals of a patch with its elements' nodes, for a kernel at a wavenumber \[rad/m\].
+    /// For a patch with its elements' basis and a kernel at a wavenumber \[rad/m\].
     pub(crate) fn new(patch: &'a Patch, basis: &'a Basis, layer: Layer, wavenumber: f64) -> Self {
         let rule = Basis::new(basis.order() + EXTRA_POINTS);
         let mut this = Self {
@@ -136,7 +136,6 @@ impl<'a> NearPatch<'a> {
         this
     }
 
-    /// Returns the work so far.
     pub(crate) fn work(&self) -> NearWork {
         self.work
     }
@@ -275,6 +274,7 @@ impl<'a> NearPatch<'a> {
         let mut reach = ratio.min(1.0);
         let mut spans_near = spans;
         spans_near[long] *= reach;
+        // 1. The corner with sides in the ratio MOST_SLENDER at most: two triangles under Duffy's map.
         let rule = self.unit_rule();
         for side in 0..2 {
             for &[s, ws] in &rule {
@@ -288,6 +288,7 @@ impl<'a> NearPatch<'a> {
                 }
             }
         }
+        // 2. The rest of a long rectangle, doubling outwards.
         while reach < 1.0 {
             let next = (2.0 * reach).min(1.0);
             for &[s, ws] in &rule {
@@ -304,7 +305,7 @@ impl<'a> NearPatch<'a> {
         }
     }
 
-    /// Returns the near rule on (0, 1).
+    /// Nodes and weights of the near rule on (0, 1).
     fn unit_rule(&self) -> Vec<[f64; 2]> {
         self.rule
             .nodes
@@ -315,7 +316,7 @@ impl<'a> NearPatch<'a> {
     }
 }
 
-/// Points of a part along a side beyond the element's order.
+/// Points of a part along a side in addition to the element's order.
 const EXTRA_POINTS: usize = 2;
 
 /// Largest order of elements.

@@ -10,12 +10,12 @@ use super::body::Vector;
 /// Mirrors of a point: none, fore-aft, across, both.
 pub(crate) const MIRRORS: usize = 4;
 
-/// A field's symmetry.
+/// Symmetry of a field: even or odd fore-aft and across.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Block {
-    /// Changes its sign with x.
+    /// True if it changes its sign with x.
     pub fore_aft_odd: bool,
-    /// Changes its sign with y.
+    /// True if it changes its sign with y.
     pub across_odd: bool,
 }
 
@@ -28,16 +28,16 @@ impl Block {
         Self { fore_aft_odd: true, across_odd: true },
     ];
 
-    /// The two that are even across: all that forces and vibration centred on the tread call for.
+    /// The two that are even across: enough for forces and vibration centred on the tread.
     pub const EVEN_ACROSS: [Self; 2] = [Self::ALL[0], Self::ALL[1]];
 
-    /// Returns chi of a mirror.
+    /// chi of a mirror: 1 or -1.
     pub fn sign(&self, mirror: usize) -> f64 {
         let odd = (self.fore_aft_odd && mirror & 1 != 0) ^ (self.across_odd && mirror & 2 != 0);
         if odd { -1.0 } else { 1.0 }
     }
 
-    /// Returns the part of a function with this symmetry, at a point.
+    /// Part of a function with this symmetry, at a point.
     pub fn part<T>(&self, point: Vector, function: impl Fn(Vector) -> T) -> T
     where
         T: std::ops::Mul<f64, Output = T> + std::iter::Sum,
@@ -46,7 +46,7 @@ impl Block {
     }
 }
 
-/// Returns a point's mirror: bit 0 fore-aft, bit 1 across, bit 2 in the road.
+/// Mirror of a point: bit 0 fore-aft, bit 1 across, bit 2 in the road.
 pub(crate) fn mirrored([x, y, z]: Vector, mirror: usize) -> Vector {
     let sign = |bit: usize| if mirror & bit == 0 { 1.0 } else { -1.0 };
     [sign(1) * x, sign(2) * y, sign(4) * z]

@@ -2,8 +2,8 @@
 //!
 //! 1. p/2 - K p = f at the nodes of each parity block, f the incident field of a point source at a receiver (whose
 //!    solution is the total Green function G_N of body and road) or i w rho S v of a prescribed velocity v.
-//! 2. At points inside the body -C p = f without the p/2; together, with multipliers m:
-//!    \[A C^H; C 0\] \[p; m\] = \[f; g\], square, factorised by LU with partial pivoting.
+//! 2. At points inside the body -C p = f without the p/2; together, with multipliers m: \[A C^H; C 0\] \[p; m\] = \[f;
+//!    g\], square, factorised by LU with partial pivoting.
 //! 3. The field anywhere: p(r) = f(r) + (K p)(r), twice that on the surface itself. On the surface this is better than
 //!    interpolation between the nodes by several orders: the integral smooths what interpolation cannot resolve.
 
@@ -28,11 +28,11 @@ use super::parity::{Block, MIRRORS, mirrored};
 /// \[kg/(m^3 s)\], with the chart that the point lies on.
 pub(crate) type Velocity<'a> = dyn Fn(&Chart, Vector) -> Complex64 + Sync + 'a;
 
-/// Source of the field.
+/// Source of a field.
 pub enum Drive<'a> {
     /// A point source of unit strength (lap G + k^2 G = -delta), its image in the road included.
     Source(Vector),
-    /// A velocity of the surface.
+    /// A prescribed velocity of the surface.
     Velocity(&'a Velocity<'a>),
 }
 
@@ -43,19 +43,19 @@ pub struct SolveReport {
     pub unknowns: usize,
     /// Interior points of one block.
     pub interior_points: usize,
-    /// The worst block's reciprocal condition number in the 1-norm.
+    /// Reciprocal condition number in the 1-norm of the worst block.
     pub reciprocal_condition: f64,
     /// Work of the assembly, evaluations at other points included.
     pub work: AssemblyWork,
     /// Real operations of the factorisations.
     pub factor_operations: f64,
-    /// Seconds of assembly.
+    /// Duration of the assembly \[s\].
     pub assembly_seconds: f64,
-    /// Seconds of factorisation.
+    /// Duration of the factorisations \[s\].
     pub factor_seconds: f64,
 }
 
-/// A body at a wavenumber.
+/// Boundary problem of a body at a wavenumber.
 #[derive(Clone, Debug)]
 pub struct Problem {
     body: Body,
@@ -65,7 +65,7 @@ pub struct Problem {
     interior: Vec<Vector>,
 }
 
-/// The solved surface pressures.
+/// Solved surface pressures of all drives.
 pub struct Solution<'a> {
     problem: &'a Problem,
     drives: &'a [Drive<'a>],
@@ -75,8 +75,8 @@ pub struct Solution<'a> {
 }
 
 impl Problem {
-    /// Prepares the mesh for a wavenumber \[rad/m\]; only the named blocks are solved. `mesh_wavenumber` is what the
-    /// mesh resolves: the wavenumber itself, or that of the prescribed velocity where it is larger.
+    /// Makes the mesh for a wavenumber \[rad/m\]; only the given blocks are solved. `mesh_wavenumber` is the one that
+    /// the mesh resolves: the wavenumber itself, or that of the prescribed velocity where it is larger.
     ///
     /// # Errors
     /// Refusals of the mesh; more memory than `memory_limit` \[bytes\].
@@ -95,18 +95,18 @@ impl Problem {
         Ok(Self { body: *body, mesh, wavenumber, blocks: blocks.to_vec(), interior })
     }
 
-    /// Returns the same with other interior points, for tests of what they are good for.
+    /// The same with another number of interior points, for tests of their effect.
     pub fn with_interior_points(mut self, count: usize) -> Self {
         self.interior = interior::points(&self.body, count);
         self
     }
 
-    /// Returns the mesh.
+    /// Mesh of the body's quarter.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// Returns the blocks that are solved.
+    /// Parity blocks that are solved.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }
@@ -119,7 +119,7 @@ impl Problem {
         self.solve_unless(drives, &|| false)
     }
 
-    /// Solves for all drives; asks before each patch and before each block's factors whether to go on.
+    /// Solves for all drives; asks before each patch and before each block's factorisation whether to stop.
     ///
     /// # Errors
     /// As [`Self::solve`]; [`RadiationError::Interrupted`].
@@ -139,9 +139,10 @@ impl Problem {
         let size = unknowns + extra;
         let targets = Targets::nodes_and(&self.mesh, &self.interior);
         let mut report = SolveReport { unknowns, interior_points: extra, ..SolveReport::default() };
+        // 1. The matrices, patch by patch, with the multipliers' columns.
         let mut matrices: Vec<Mat<Complex64>> = self.blocks.iter().map(|_| Mat::zeros(size, size)).collect();
         let nodes = self.mesh.nodes_per_patch();
-        // Rows of interior points are brought to the size of the others.
+        // Rows of interior points are scaled to the size of the others.
         let scale = (unknowns as f64).sqrt() * 0.5;
         let mut panel = Panel::new(&self.blocks);
         for patch in 0..self.mesh.patches.len() {
@@ -161,6 +162,7 @@ impl Problem {
                 }
             }
         }
+        // 2. Right sides.
         let mut rights = self.right_sides(drives, &targets, &mut report);
         for right in &mut rights {
             for drive in 0..drives.len() {
@@ -170,6 +172,7 @@ impl Problem {
             }
         }
         report.assembly_seconds = begin.elapsed().as_secs_f64();
+        // 3. Factors and solutions, block by block; each matrix is freed before the next.
         report.reciprocal_condition = f64::INFINITY;
         let begin = Instant::now();
         for (matrix, right) in matrices.drain(..).zip(&mut rights) {
@@ -187,7 +190,7 @@ impl Problem {
         Ok(Solution { problem: self, drives, pressures: rights, report })
     }
 
-    /// Returns the right sides f of all drives at the targets, by block.
+    /// Right sides f of all drives at the targets, by block.
     fn right_sides(&self, drives: &[Drive<'_>], targets: &Targets, report: &mut SolveReport) -> Vec<Mat<Complex64>> {
         let mut rights: Vec<_> = self.blocks.iter().map(|_| Mat::zeros(targets.len(), drives.len())).collect();
         for (block, right) in self.blocks.iter().zip(&mut rights) {
@@ -206,7 +209,7 @@ impl Problem {
         rights
     }
 
-    /// Returns the prescribed velocities at the nodes, by block.
+    /// Prescribed velocities at the nodes, by block, times i w rho.
     fn velocity_parts(&self, drives: &[Drive<'_>]) -> Vec<Mat<Complex64>> {
         let nodes = self.mesh.nodes_per_patch();
         let part = |block: &Block| {
@@ -247,25 +250,25 @@ impl Problem {
         }
     }
 
-    /// Returns the field of a point source and of its image in the road, without the body.
+    /// Field of a point source and of its image in the road, without the body \[1/m\].
     pub fn incident(&self, point: Vector, source: Vector) -> Complex64 {
         let direct = green(distance(point, source), self.wavenumber);
         if self.body.on_road() { direct + green(distance(point, mirrored(source, 4)), self.wavenumber) } else { direct }
     }
 }
 
-/// Returns exp(-ikR)/(4 pi R), the Green's function of free space.
+/// exp(-ikR)/(4 pi R), the Green function of free space.
 fn green(distance: f64, wavenumber: f64) -> Complex64 {
     Complex64::from_polar(1.0 / (4.0 * std::f64::consts::PI * distance), -wavenumber * distance)
 }
 
 impl Solution<'_> {
-    /// Returns the cost of the solution.
+    /// Cost and condition of the solution, fields evaluated so far included.
     pub fn report(&self) -> SolveReport {
         self.report
     }
 
-    /// Returns the field at points, by drive, then point; `on_surface`: all of the points lie on the body, else none.
+    /// Field at points, by drive, then point; `on_surface`: all of the points lie on the body, else none.
     pub fn field(&mut self, points: &[Vector], on_surface: bool) -> Vec<Vec<Complex64>> {
         let begin = Instant::now();
         let Self { problem, drives, pressures, report } = self;
@@ -279,8 +282,8 @@ impl Solution<'_> {
         fields
     }
 
-    /// Returns the field's parts by parity at points of the surface in the quarter, each a chart and its two
-    /// parameters: by block, rows are points, columns are drives.
+    /// Parts of the field by parity at points of the surface in the quarter, each a chart and its two parameters: by
+    /// block, rows are points, columns are drives.
     pub fn surface_parts(&mut self, points: &[(Chart, [f64; 2])]) -> Vec<Mat<Complex64>> {
         let begin = Instant::now();
         let Self { problem, drives, pressures, report } = self;
@@ -294,12 +297,12 @@ impl Solution<'_> {
         sums
     }
 
-    /// Returns the pressure of a drive at the mesh's nodes in the quarter, by block.
+    /// Pressure of a drive at a node of the mesh in the quarter, by block.
     pub fn node_pressure(&self, block: usize, node: usize, drive: usize) -> Complex64 {
         self.pressures[block][(node, drive)]
     }
 
-    /// Returns int p conj(u) dS over the whole surface, with u = i w rho v the values of a velocity drive.
+    /// int p conj(u) dS over the whole surface, with u = i w rho v the values of a velocity drive.
     fn product(&self, drive: usize) -> Complex64 {
         let parts = self.problem.velocity_parts(self.drives);
         let unknowns = self.problem.mesh.unknowns();
@@ -313,8 +316,8 @@ impl Solution<'_> {
         sum
     }
 
-    /// Returns the radiated power \[W\] of a velocity drive, 1/2 Re int p conj(v) dS; `impedance` is the w rho
-    /// \[kg/(m^3 s)\] by which the drive's values i w rho v were made.
+    /// Radiated power \[W\] of a velocity drive, 1/2 Re int p conj(v) dS; `impedance` is the w rho \[kg/(m^3 s)\] in
+    /// the drive's values i w rho v.
     pub fn power(&self, drive: usize, impedance: f64) -> f64 {
         // conj(i w rho v) = -i w rho conj(v).
         0.5 * (self.product(drive) * Complex64::I / impedance).re

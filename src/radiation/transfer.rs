@@ -1,4 +1,4 @@
-//! The transfer from a tyre to receivers: the total Green function G_N on a regular grid of its tread, and of its flank
+//! Transfer from a tyre to receivers: the total Green function G_N on a regular grid of its tread, and of its flank
 //! where that moves, too.
 //!
 //! p(r) = i w rho int G_N(y; r) v_n(y) dS over the tread; G_N is smooth along the tread, v_n is not, and much of the
@@ -11,8 +11,8 @@
 //!
 //! Grid: theta from the bottom (the contact's centre), increasing towards +x, cell c from 2 pi c/n to 2 pi (c + 1)/n.
 //! Across the tread Gauss points of (0, w), w half the straight tread's width, weights summing to w: one side where
-//! only blocks even across are solved, its values then stand for both sides; else that of y > 0, then that of y < 0.
-//! Behind the points of the tread stand the rings of the flank, cut by the road where the tyre is there.
+//! only blocks even across are solved, whose values then hold for both sides; else that of y > 0, then that of y < 0.
+//! Behind the points of the tread come the rings of the flank, cut by the road where the tyre is.
 
 use num_complex::{Complex32, Complex64};
 
@@ -26,7 +26,7 @@ use super::parity::Block;
 use super::solve::{Drive, Problem, SolveReport};
 use crate::numeric::{SplitRule, double, single};
 
-/// The grid of a transfer.
+/// Grid of a transfer on the tread.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TransferGrid {
     /// Cells around the tread, an even number.
@@ -38,27 +38,27 @@ pub struct TransferGrid {
 /// G_N of one receiver at one frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transfer {
-    /// The receiver \[m\].
+    /// Position of the receiver \[m\].
     pub receiver: Vector,
     /// Wavenumber \[rad/m\].
     pub wavenumber: f64,
-    /// The grid.
+    /// Grid of the values.
     pub grid: TransferGrid,
     /// 1: even part, for both sides; 2: y > 0, then y < 0.
     pub sides: usize,
     /// Means of G_N over the cells \[1/m\], `[side][row][around]`, rows the points across the tread, then the rings of
-    /// a flank; in single precision, in which they are kept.
+    /// a flank; in single precision, in which they are stored.
     pub values: Vec<Complex32>,
 }
 
-/// Returns the points of (0, w) and weights that sum to w, of half a tread of width w \[m\].
+/// Gauss points of (0, w), and weights that sum to w, for half a tread of width w \[m\].
 pub(crate) fn across_points(half_width: f64, count: usize) -> Vec<[f64; 2]> {
     let basis = Basis::new(count);
     let scaled = |(node, weight): (&f64, &f64)| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
     basis.nodes.iter().zip(&basis.weights).map(scaled).collect()
 }
 
-/// Returns half the width of a tyre's straight tread \[m\]; 0 for other bodies.
+/// Half the width of a tyre's straight tread \[m\]; 0 for other bodies.
 pub(crate) fn half_tread(body: &Body) -> f64 {
     match body.shape() {
         Shape::Tyre { width, shoulder, .. } => 0.5 * width - shoulder,
@@ -66,25 +66,24 @@ pub(crate) fn half_tread(body: &Body) -> f64 {
     }
 }
 
-/// Returns r0: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road
-/// \[m\].
+/// r0 \[m\]: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road.
 pub(crate) fn contact_distance(body: &Body, receiver: Vector) -> f64 {
     distance(receiver, [0.0; 3]).max(if body.on_road() { 0.0 } else { body.radius() })
 }
 
 impl Transfer {
-    /// Returns the rows of a side.
+    /// Number of rows of a side: points across the tread, and rings of a flank.
     pub fn rows(&self) -> usize {
         self.values.len() / (self.sides * self.grid.around)
     }
 
-    /// Returns the place of a value.
+    /// Index of a value.
     pub fn index(&self, side: usize, row: usize, around: usize) -> usize {
         (side * self.rows() + row) * self.grid.around + around
     }
 
-    /// Returns the horn amplification at a cell \[dB\]: |G_N| over that of direct sound and road's reflection without
-    /// the tyre, at the cell's middle; minus infinity within the patch.
+    /// Horn amplification at a cell \[dB\]: |G_N| over that of direct sound and road's reflection without the tyre, at
+    /// the cell's middle; minus infinity within the patch.
     pub fn horn(&self, body: &Body, side: usize, across: usize, around: usize) -> f64 {
         let theta = std::f64::consts::TAU * (around as f64 + 0.5) / self.grid.around as f64;
         let y = across_points(half_tread(body), self.grid.across)[across][0];
@@ -103,8 +102,8 @@ impl Transfer {
         20.0 * (double(self.values[self.index(side, across, around)]).norm() / free.norm()).log10()
     }
 
-    /// Returns p(r)/(i w rho) of a velocity of the tread given by its cell means, in the order of the values: the sum
-    /// over the grid.
+    /// p(r)/(i w rho) of a velocity of the tread given by its cell means, in the order of the values: the sum over the
+    /// grid.
     pub fn sum(&self, body: &Body, velocity: &[Complex64]) -> Complex64 {
         let cell = std::f64::consts::TAU / self.grid.around as f64 * body.radius();
         let both = if self.sides == 1 { 2.0 } else { 1.0 };
@@ -118,27 +117,27 @@ impl Transfer {
     }
 }
 
-/// One wavenumber of a tyre's transfers.
+/// Transfers of a tyre at one wavenumber.
 #[derive(Clone, Debug)]
 pub struct TransferProblem<'a> {
-    /// The body: a tyre.
+    /// Body; must be a tyre.
     pub body: &'a Body,
-    /// Receivers \[m\].
+    /// Positions of the receivers \[m\].
     pub receivers: &'a [Vector],
-    /// The grid.
+    /// Grid of the transfers.
     pub grid: TransferGrid,
-    /// The flank, where it moves, too.
+    /// Flank, where it moves, too.
     pub flank: Option<Flank>,
-    /// How fine the mesh is.
+    /// Fineness of the mesh.
     pub resolution: Resolution,
-    /// Which blocks: [`Block::EVEN_ACROSS`] or [`Block::ALL`].
+    /// Parity blocks: [`Block::EVEN_ACROSS`] or [`Block::ALL`].
     pub blocks: &'a [Block],
-    /// Most bytes.
+    /// Largest memory \[bytes\].
     pub memory_limit: u64,
 }
 
 impl TransferProblem<'_> {
-    /// Refuses what cannot be asked.
+    /// Checks the problem without solving it.
     ///
     /// # Errors
     /// A body that is no tyre or has no straight tread, an empty grid, receivers that are not in the air, blocks other
@@ -156,12 +155,12 @@ impl TransferProblem<'_> {
         self.receivers.iter().try_for_each(|&receiver| self.body.check_receiver(receiver))
     }
 
-    /// Returns 1 where blocks even across alone are solved, else 2.
+    /// 1 where only blocks even across are solved, else 2.
     pub fn sides(&self) -> usize {
         if self.blocks.len() == Block::ALL.len() { 2 } else { 1 }
     }
 
-    /// Returns how many numbers a transfer has.
+    /// Number of values of a transfer.
     pub fn values(&self) -> usize {
         let rows = self.grid.across + if self.flank.is_some() { SplitRule::POINTS } else { 0 };
         self.sides() * rows * self.grid.around
@@ -175,7 +174,7 @@ impl TransferProblem<'_> {
         self.solve_unless(wavenumber, &|| false)
     }
 
-    /// Returns the same; asks again and again whether to go on, as [`Problem::solve_unless`].
+    /// The same; asks whether to stop, as [`Problem::solve_unless`].
     ///
     /// # Errors
     /// As [`Self::solve`]; [`RadiationError::Interrupted`].
@@ -189,6 +188,7 @@ impl TransferProblem<'_> {
         let problem = Problem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
         let drives: Vec<Drive<'_>> = self.receivers.iter().map(|&receiver| Drive::Source(receiver)).collect();
         let mut solution = problem.solve_unless(&drives, interrupted)?;
+        // 1. Points on the panels of each row: points across the tread, rings of the flank.
         let panels = Panels::of(problem.mesh());
         let tread = Chart::of_tyre(body).into_iter().flat_map(|[tread, ..]| {
             across_points(half_tread(body), grid.across).into_iter().map(move |[y, _]| (tread, y))
@@ -202,7 +202,9 @@ impl TransferProblem<'_> {
             .iter()
             .flat_map(|(chart, meridian, panels)| panels.turns().into_iter().map(|theta| (*chart, [*meridian, theta])))
             .collect();
+        // 2. G_N at the points, by parity.
         let parts = solution.surface_parts(&points);
+        // 3. Means over cells, both sides from the parities.
         let means: Vec<_> = rows.iter().map(|(_, _, panels)| panels.means(grid.around)).collect();
         let (sides, turns) = (self.sides(), points.len() / rows.len());
         let transfers = self.receivers.iter().enumerate().map(|(drive, &receiver)| {
@@ -240,7 +242,7 @@ struct Panels {
 const MEAN_POINTS: usize = 3;
 
 impl Panels {
-    /// Returns those of the elements in the tread's first ring.
+    /// Panels of the elements in the tread's first ring.
     fn of(mesh: &Mesh) -> Self {
         let mut breaks = Vec::new();
         for patch in &mesh.patches {
@@ -254,14 +256,14 @@ impl Panels {
         Self { breaks, basis: Basis::new(mesh.basis.order() + 2) }
     }
 
-    /// Returns the same in proportion, from another angle to the top.
+    /// The same in proportion, from another angle to the top.
     fn begun_at(&self, start: f64) -> Self {
         let ends = [self.breaks.first(), self.breaks.last()].map(|end| end.copied().unwrap_or(0.0));
         let moved = |at: &f64| start + (at - ends[0]) * (ends[1] - start) / (ends[1] - ends[0]);
         Self { breaks: self.breaks.iter().map(moved).collect(), basis: self.basis.clone() }
     }
 
-    /// Returns all points' angles.
+    /// Angles of all points.
     fn turns(&self) -> Vec<f64> {
         let panel = |ends: &[f64]| {
             let (from, to) = (ends[0], ends[1]);
@@ -270,12 +272,12 @@ impl Panels {
         self.breaks.windows(2).flat_map(panel).collect()
     }
 
-    /// Returns the cell of the first half whose mean a cell has, and whether mirrored: cell c mirrors cell n - 1 - c.
+    /// Cell of the first half whose mean a cell has, and whether mirrored: cell c mirrors cell n - 1 - c.
     fn source(cell: usize, around: usize) -> (usize, bool) {
         if 2 * cell < around { (cell, false) } else { (around - 1 - cell, true) }
     }
 
-    /// Returns for each cell of the first half the points and weights of the mean over it.
+    /// For each cell of the first half, the points and weights of the mean over it.
     fn means(&self, around: usize) -> Vec<Vec<(usize, f64)>> {
         let width = std::f64::consts::TAU / around as f64;
         let rule = Basis::new(MEAN_POINTS);

@@ -1,4 +1,4 @@
-//! Results held against each other: settings that differ, figures, third octaves.
+//! Results compared with each other: settings that differ, figures, third octaves.
 
 use std::collections::BTreeMap;
 
@@ -12,28 +12,28 @@ use crate::results::plots::four_digits;
 use crate::results::table::{Report, Table, aligned, csv, words};
 use crate::sound::{Compared, CoveredBands};
 
-/// A setting that is not the same everywhere.
+/// A setting whose values differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct SettingDifference {
-    /// Its key: `numerics.elements`.
+    /// Key, such as `numerics.elements`.
     pub key: String,
-    /// Its values by result, as a scene would have them; empty where a scene has none.
+    /// Values by result, in the form of a scene; empty where a scene has none.
     pub values: Vec<String>,
 }
 
 /// A figure of every result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct FigureComparison {
-    /// Name of the item.
+    /// Name of the figure.
     pub name: String,
     /// Its unit.
     pub unit: &'static str,
-    /// Its values by result.
+    /// Values by result; `None` where a result lacks the figure.
     pub values: Vec<Option<f64>>,
-    /// Bands of levels by result; none of another figure.
+    /// Bands of levels by result; empty for other figures.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub bands: Vec<Option<CoveredBands>>,
-    /// Differences from the first result; of levels over common bands, and none where these cannot be taken.
+    /// Differences from the first result; of levels over common bands, and `None` where these cannot be compared.
     pub differences: Vec<Option<f64>>,
     /// Differences in words.
     #[serde(skip)]
@@ -41,7 +41,7 @@ pub(crate) struct FigureComparison {
 }
 
 impl FigureComparison {
-    /// Compares the figure of each result, where it is there.
+    /// Compares the figure of each result that has it.
     fn of(name: &str, unit: &'static str, found: &[Option<&Figure>]) -> Self {
         let first = found.first().copied().flatten();
         let difference = |figure: &Option<&Figure>| {
@@ -79,14 +79,13 @@ impl FigureComparison {
         }
     }
 
-    /// Tells whether values of its results may be compared as they are: levels of the same bands that are no lower
-    /// bounds.
+    /// Whether the values are comparable as they are: levels of the same bands, none a lower bound.
     fn is_valid(&self) -> bool {
         let alike = self.bands.windows(2).all(|pair| pair[0].map(|of| of.highest) == pair[1].map(|of| of.highest));
         alike && self.bands.iter().flatten().all(|bands| !bands.lower_bound)
     }
 
-    /// Returns a value in words, with the bands of a level.
+    /// A value in words, with the bands of a level; empty if the result lacks the figure.
     fn cell(&self, result: usize) -> String {
         let Some(value) = self.values.get(result).copied().flatten() else { return String::new() };
         let value = four_digits(value);
@@ -101,11 +100,11 @@ impl FigureComparison {
 /// Third octaves of one signal in every result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct SpectrumComparison {
-    /// Quantity of the levels, reference included.
+    /// Quantity of the levels, with its reference.
     pub quantity: &'static str,
-    /// Which signal; empty where there is one of the quantity.
+    /// Name of the signal; empty if the quantity has only one.
     pub name: String,
-    /// The bands, rising.
+    /// Bands, rising.
     pub bands: Vec<BandComparison>,
 }
 
@@ -114,29 +113,29 @@ pub(crate) struct SpectrumComparison {
 pub(crate) struct BandComparison {
     /// Nominal mid-frequency \[Hz\].
     pub nominal_hz: f64,
-    /// Levels by result \[dB\]; none where a result has no such band or nothing in it.
+    /// Levels by result \[dB\]; `None` where a result has no such band, or silence in it.
     pub levels: Vec<Option<f64>>,
-    /// True if every result vouches for its level.
+    /// True if the level is valid in every result.
     pub valid: bool,
 }
 
 /// Results side by side.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Comparison {
-    /// The results, by their folders' names; the first is what the others are held against.
+    /// Names of the results' folders; the others are compared with the first.
     pub names: Vec<String>,
-    /// Settings that differ.
+    /// Settings that differ between results.
     pub settings: Vec<SettingDifference>,
     /// Figures that at least one result has.
     pub figures: Vec<FigureComparison>,
     /// Third octaves.
     pub spectra: Vec<SpectrumComparison>,
-    /// Notes on what of measured results was taken as what.
+    /// Notes on how files of measured levels were read.
     pub notes: Vec<String>,
 }
 
 impl Comparison {
-    /// Compares some results.
+    /// Compares results with the first of them.
     pub(crate) fn of(all: &[Stored]) -> Self {
         Self {
             names: all.iter().map(Stored::name).collect(),
@@ -147,7 +146,7 @@ impl Comparison {
         }
     }
 
-    /// Makes a report for a terminal: what differs, figures, and levels with their differences from the first result.
+    /// Report for a terminal: what differs, figures, and levels with their differences from the first result.
     pub(crate) fn report(&self) -> Report {
         let mut report = Report::default();
         if self.settings.is_empty() {
@@ -165,7 +164,7 @@ impl Comparison {
         report
     }
 
-    /// Returns the settings that differ.
+    /// Table of the settings that differ.
     pub(crate) fn settings_table(&self) -> Table {
         let header = std::iter::once("setting".to_owned()).chain(self.names.iter().cloned());
         let rows = self.settings.iter().map(|setting| {
@@ -174,7 +173,7 @@ impl Comparison {
         words(header, rows)
     }
 
-    /// Returns the figures, each with its difference from the first result in per cent, or in the unit for levels.
+    /// Table of the figures, each with its difference from the first result in per cent, for levels in dB.
     pub(crate) fn figures_table(&self) -> Table {
         let rows = self.figures.iter().map(|figure| {
             let unit = if figure.unit.is_empty() { String::new() } else { format!(" [{}]", figure.unit) };
@@ -184,7 +183,7 @@ impl Comparison {
         aligned(self.header("figure".to_owned()), rows)
     }
 
-    /// Returns the levels, with their differences from the first result.
+    /// Table of the levels, with their differences from the first result.
     pub(crate) fn spectrum_table(&self, spectrum: &SpectrumComparison) -> Table {
         let title = if spectrum.name.is_empty() { "Hz".to_owned() } else { format!("Hz, {}", spectrum.name) };
         let rows = spectrum.bands.iter().map(|band| {
@@ -199,8 +198,7 @@ impl Comparison {
         aligned(self.header(format!("{}, {title}", spectrum.quantity)), rows)
     }
 
-    /// Returns the figures and levels in one table: a row each, a column for each result. Numbers are written so that
-    /// reading gives the same bits.
+    /// Figures and levels in one table: a row each, a column for each result. Reading the numbers gives the same bits.
     pub(crate) fn csv(&self) -> String {
         let header = ["quantity", "signal", "nominal_hz", "valid"].map(str::to_owned).into_iter();
         let number = |value: &Option<f64>| value.map_or(String::new(), |value| value.to_string());
@@ -221,13 +219,13 @@ impl Comparison {
         csv(header.chain(self.names.iter().cloned()), figures.chain(bands))
     }
 
-    /// Returns the first column's title, the first result, then each other one with its difference.
+    /// Titles: the first column's, the first result, then each other one with its difference.
     fn header(&self, first: String) -> Vec<String> {
         let others = self.names.iter().skip(1).flat_map(|name| [name.clone(), "difference".to_owned()]);
         [first].into_iter().chain(self.names.first().cloned()).chain(others).collect()
     }
 
-    /// Returns a row in the order of [`Self::header`].
+    /// A row in the order of [`Self::header`].
     fn row(
         &self,
         name: String,
@@ -257,7 +255,7 @@ fn settings(all: &[Stored]) -> Vec<SettingDifference> {
     all.filter(|setting| setting.values.windows(2).any(|pair| pair[0] != pair[1])).collect()
 }
 
-/// Collects every value of a JSON tree by its path.
+/// Collects every value of a JSON tree by its path, such as `a.c[0].d`.
 fn flatten(path: String, value: &Value, keys: &mut BTreeMap<String, String>) {
     match value {
         Value::Object(table) => {
@@ -293,7 +291,7 @@ fn figures(all: &[Stored]) -> Vec<FigureComparison> {
     names.into_iter().map(figure).collect()
 }
 
-/// Lists the figures of a run's effects, and its time.
+/// Figures of a run's effects, and its wall time.
 pub(super) fn figures_of(stored: &Stored) -> Vec<Figure> {
     let figures = EFFECTS.into_iter().flat_map(|effect| effect.figures(stored));
     figures.chain(Figure::of("wall time", "s", Some(stored.summary.cost.wall_seconds))).collect()
@@ -349,7 +347,7 @@ mod tests {
         FigureComparison::of(name, "dB(A)", &found.each_ref().map(Option::as_ref))
     }
 
-    /// Makes a level of bands that fall by 5 dB a band from 800 Hz on, vouched for up to one of them.
+    /// Level whose bands fall by 5 dB each from 800 Hz on, valid up to number `valid_to`.
     fn level_of(valid_to: i32, level: f64) -> TotalLevel {
         let sum = |loudest: f64| {
             let band = |n: i32| {
@@ -358,7 +356,7 @@ mod tests {
             };
             TotalLevel::of((-16..=4).map(band).collect()).unwrap()
         };
-        // To the last digit.
+        // Exact to the last digit.
         TotalLevel { level, ..sum(level - sum(0.0).level) }
     }
 
@@ -397,8 +395,8 @@ mod tests {
         assert_eq!(line("mean force"), "mean force [N] 3400 3417 +0.50 %");
         let (all, few) = ("25 Hz - 2 kHz", "25 Hz - 80 Hz");
         assert_eq!(line("level at x"), format!("level at x [dB(A)] 70.00, {all} 71.50, {all} +1.50 dB"));
-        // Of different bands over the common ones, and maxima not at all: those of 25 to 80 Hz hold 51.19 dB less
-        // than all do, sum of 10^(-k/2) for k from 10 to 15 over that from -15 to 4.
+        // Levels of different bands are compared over the common ones, maxima not at all: those of 25 to 80 Hz hold
+        // 51.19 dB less than all do, sum of 10^(-k/2) for k from 10 to 15 over that from -15 to 4.
         let few_of = |level| format!("at least {level}, {few}");
         let sum = format!("level at y [dB(A)] 70.00, {all} {} +1.19 dB, {few}", few_of("20.00"));
         assert_eq!(line("level at y"), sum);

@@ -1,13 +1,13 @@
-//! Text, tables and pictures as HTML, as parts of a page that needs nothing but a browser.
+//! Text, tables and pictures as HTML, for self-contained pages.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::picture::harmless;
 use crate::results::table::{Part, Report, Table};
 
-/// Section of a page: its heading, pictures with their captions, and tables.
+/// Section of a page: heading, pictures with their captions, and tables.
 pub(crate) struct Chapter<'a> {
-    /// Heading.
+    /// Title of the section.
     pub heading: &'a str,
     /// Pictures as SVG, each with its caption.
     pub pictures: Vec<[&'a str; 2]>,
@@ -15,7 +15,7 @@ pub(crate) struct Chapter<'a> {
     pub tables: &'a Report,
 }
 
-/// Makes a whole page of sections, after a few words on it.
+/// A whole page of sections, after an introduction.
 pub(crate) fn chapters(title: &str, lead: &str, all: &[Chapter<'_>]) -> String {
     let section = |Chapter { heading, pictures, tables }: &Chapter<'_>| {
         let content = html! {
@@ -27,8 +27,8 @@ pub(crate) fn chapters(title: &str, lead: &str, all: &[Chapter<'_>]) -> String {
     document(title, &article(0, title, &html! { p { (lead) } }, all.iter().map(section)))
 }
 
-/// Makes an article: its title, its contents, a few words, and its sections under their headings; those without content
-/// are left out. Its number tells its places from those of other articles of the page.
+/// An article: its title, its contents, an introduction, and its sections under their headings; empty sections are left
+/// out. `number` makes its anchors unique on the page.
 pub(super) fn article(
     number: usize,
     title: &str,
@@ -51,7 +51,7 @@ pub(super) fn article(
     }
 }
 
-/// Makes a whole page: styles, what tells values to a pointer, and the content; nothing is fetched.
+/// A whole page: styles, the script that shows values at the pointer, and the content; nothing is fetched.
 pub(crate) fn document(title: &str, content: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -77,7 +77,7 @@ pub(crate) fn document(title: &str, content: &Markup) -> String {
     page.into_string()
 }
 
-/// Returns a report for the terminal, as a page has it.
+/// A report as HTML.
 pub(super) fn report(report: &Report) -> Markup {
     html! {
         @for part in report.parts() {
@@ -91,7 +91,7 @@ pub(super) fn report(report: &Report) -> Markup {
     }
 }
 
-/// Makes a table, numbers to the right.
+/// A table, with numbers right-aligned.
 pub(crate) fn table(table: &Table) -> Markup {
     let class = |column: usize| table.is_number(column).then_some("number");
     html! {
@@ -110,7 +110,7 @@ pub(crate) fn table(table: &Table) -> Markup {
     }
 }
 
-/// Makes a figure of a picture and its caption; a picture that is not one of tyrewave's is left out, and that said.
+/// A figure of a picture and its caption; a picture that is not one of tyrewave's is replaced by a remark.
 pub(crate) fn figure(svg: &str, caption: &str) -> Markup {
     html! {
         figure {

@@ -7,25 +7,25 @@ use crate::results::sound::SOUND_LEVEL;
 use crate::sound::FrequencyWeighting;
 use crate::storage::separated::Table;
 
-/// Words in the title of a frequency's column, and of a level's.
+/// Words in the title of a frequency's column, and of a level's, in lower case.
 const FREQUENCY_WORDS: [&str; 5] = ["freq", "hz", "band", "nominal", "terz"];
 const LEVEL_WORDS: [&str; 5] = ["level", "db", "spl", "leq", "pegel"];
-/// Beginnings of such titles: sound pressure levels by their symbols.
+/// Symbols of sound pressure levels that begin such titles.
 const LEVEL_SYMBOLS: [&str; 3] = ["lp", "la", "lz"];
-/// Words that tell of A-weighting in the title of a level's column, in small letters.
+/// Words that indicate A-weighting in the title of a level's column, in lower case.
 const WEIGHTED_WORDS: [&str; 7] = ["(a)", "[a]", "dba", "db_a", "laeq", "a-weighted", "lpa"];
-/// Relative distance of a frequency from the mid-frequency of its band, nominal or exact.
+/// Largest relative distance of a frequency from the mid-frequency of its band, nominal or exact.
 const NEAR: f64 = 0.02;
-/// Levels that a microphone can give \[dB\].
+/// Range of levels that a microphone can give \[dB\].
 const LEVELS: std::ops::RangeInclusive<f64> = -50.0..=200.0;
 
 /// Measured levels of one or more microphones.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeasuredLevels {
-    /// The file's name.
+    /// Name of the file.
     name: String,
     columns: Vec<LevelColumn>,
-    /// Note of what was taken as what, and what was left out.
+    /// Note on how columns were read, and what was left out.
     note: String,
 }
 
@@ -33,7 +33,7 @@ pub(crate) struct MeasuredLevels {
 struct LevelColumn {
     title: String,
     weighting: FrequencyWeighting,
-    /// Levels \[dB\], A-weighted or not as they were written.
+    /// Levels \[dB\] as written, A-weighted or not.
     levels: Vec<(ThirdOctaveBand, f64)>,
 }
 
@@ -96,7 +96,7 @@ impl MeasuredLevels {
         let mut left_out = 0;
         for record in &records[first..] {
             let at = |column: usize| record.cells.get(column).and_then(|cell| table.number(cell));
-            // Sums over all bands stand below the bands: "Total", "A", "L".
+            // Sums over all bands follow the bands: "Total", "A", "L".
             let Some(hertz) = at(frequency).map(|value| unit * value) else {
                 left_out += 1;
                 continue;
@@ -126,11 +126,11 @@ impl MeasuredLevels {
         Ok(Self { name, columns: read, note })
     }
 
-    /// Puts the levels beside those of a comparison, as its result of a number: each column beside the receiver that it
-    /// is titled after, or beside the only one.
+    /// Inserts the levels into a comparison as its result `number`: each column at the receiver that its title names,
+    /// or at the only one.
     ///
     /// # Errors
-    /// In words, where receivers and columns do not match.
+    /// In words, if receivers and columns do not match.
     pub(crate) fn put_into(&self, comparison: &mut Comparison, number: usize) -> Result<(), String> {
         let receivers: Vec<String> = comparison
             .spectra
@@ -240,7 +240,7 @@ mod tests {
             assert_eq!(all.names, ["run", "meter.csv"]);
             assert!(all.notes[0].contains("at right, A-weighted, as its title says, 3 bands"), "{:?}", all.notes);
         }
-        // Without a word of A they are unweighted: 3.2 dB come off at 500 Hz, nothing at 1 kHz (IEC 61672-1).
+        // Without an A in the title they are unweighted: 3.2 dB come off at 500 Hz, nothing at 1 kHz (IEC 61672-1).
         let plain = beside("500,61.75\n1000,61\n", &["right"]).unwrap();
         let found = rows(&plain, 0);
         assert!((found[0].1.unwrap() - 58.5).abs() < 0.06 && (found[1].1.unwrap() - 61.0).abs() < 1e-9, "{found:?}");

@@ -5,13 +5,13 @@ use num_complex::Complex64;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::tyre::influence::mobility::{Mobility, level};
 
-/// Quantity of a mobility in a picture.
+/// Title of the axis, and value of a mobility on it.
 pub(crate) type Quantity = (&'static str, fn(Complex64) -> f64);
 
-/// Its level.
+/// Level of the mobility.
 pub(crate) const LEVEL: Quantity = ("Driving-point mobility [dB re 1 m/(N s)]", level);
 
-/// Returns a curve for each patch.
+/// Picture with a curve for each patch.
 pub(crate) fn plot<'a>(
     mobility: &Mobility,
     title: &'a str,

@@ -1,8 +1,8 @@
-//! Results to open and to compare: a page that needs nothing but a browser, and tables of differences.
+//! Results to look at and to compare: a self-contained page, and tables of differences.
 //!
-//! [`Stored`] reads a results folder again, `Comparison` holds several against each other, [`page()`] makes one HTML
-//! file of one or more of them: pictures, tables and sound inside, no network. `export` puts one into formats of
-//! other programs. `html` is what pages are made of.
+//! [`Stored`] reads a results folder again, `Comparison` compares several, [`page()`] makes one HTML file of one or
+//! more of them: pictures, tables and sound inside, no network. `export` writes the formats of other programs. `html`
+//! has the parts of pages.
 
 pub(crate) mod compare;
 pub(crate) mod export;

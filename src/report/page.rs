@@ -1,4 +1,4 @@
-//! One HTML file of one or more results: styles, pictures and sound are in it.
+//! One HTML file of one or more results, with styles, pictures and sound embedded.
 
 use maud::{Markup, html};
 
@@ -12,11 +12,11 @@ use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
 use crate::study::trial::level_changes;
 
-/// Beginning of every page.
+/// Begin of every page, by which an earlier page is recognised.
 pub(crate) const PAGE_HEAD: &str =
     "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
 
-/// Returns the page of some results; several are compared with the first one.
+/// HTML page of some results; several are compared with the first one.
 ///
 /// # Errors
 /// [`ReportError`].
@@ -33,7 +33,7 @@ pub fn page(all: &[Stored]) -> Result<String, ReportError> {
 }
 
 fn result(index: usize, stored: &Stored, all: &[Stored]) -> Result<Markup, ReportError> {
-    // What was asked for comes first, how it was computed last.
+    // Results come first, how they were computed last.
     let mut parts = vec![
         ("Warnings", sections::warnings(stored)),
         ("Sound", Markup::default()),
@@ -61,7 +61,7 @@ fn result(index: usize, stored: &Stored, all: &[Stored]) -> Result<Markup, Repor
     Ok(article(index, &stored.summary.title, &lead, parts))
 }
 
-/// Shows results side by side, with the places of their own articles.
+/// Results side by side, with links to their articles.
 fn comparison(all: &[Stored], of: &Comparison) -> Result<Markup, ReportError> {
     let first = (0..all.len()).map(|index| (index > 0).then_some(0));
     let references: Vec<Option<usize>> = first.collect();
@@ -91,14 +91,14 @@ fn comparison(all: &[Stored], of: &Comparison) -> Result<Markup, ReportError> {
     Ok(article(all.len(), &title, &lead, sections))
 }
 
-/// Returns the quantity and signal of a spectrum in words.
+/// Quantity and signal of a spectrum in words.
 fn signal_of(spectrum: &SpectrumComparison) -> String {
     let signal = if spectrum.name.is_empty() { String::new() } else { format!(", {}", spectrum.name) };
     format!("{}{signal}", spectrum.quantity.split(" [").next().unwrap_or_default())
 }
 
-/// Returns the levels of all results over each other, and their differences from the result of the number given for
-/// each; grey where a level is not vouched for. A result has one colour in all pictures.
+/// Pictures, with captions, of the levels of all results, and of their differences from the result whose index
+/// `references` gives for each; grey where a level is not valid. A result has the same colour in all pictures.
 pub(super) fn curves(
     all: &[Stored],
     of: &Comparison,
@@ -151,7 +151,7 @@ pub(super) fn curves(
         let plot = LinePlot {
             title: &title,
             x: Axis::logarithmic_around("Frequency [Hz]", points().map(|point| point.0), [0.9, 1.1]),
-            // Rounding is not blown up to differences.
+            // Rounding errors must not fill the axis of differences.
             y: Axis::linear_around("Difference [dB]", points().map(|point| point.1).chain([-0.5, 0.5])),
             series: series.clone(),
         };
@@ -160,5 +160,5 @@ pub(super) fn curves(
     Ok(pictures)
 }
 
-/// Meaning of bars on levels that are compared.
+/// Explanation of the bars on levels that are compared.
 const BARS: &str = "Bars: errors of the levels, as far as they are known.";

@@ -1,10 +1,10 @@
-//! Pictures that stand in a page: SVG that draws and does nothing else.
+//! Pictures in a page: SVG that draws and does nothing else.
 
-/// Elements that pictures are drawn with.
+/// The elements that pictures consist of.
 const ELEMENTS: [&str; 10] = ["svg", "g", "path", "rect", "line", "polyline", "polygon", "circle", "text", "title"];
 
-/// Returns the picture, if it consists of drawn elements alone: no script, no link, nothing that a page would fetch or
-/// execute. Returns a picture that is safe to embed: a results folder may come from a stranger.
+/// The picture, if it consists of drawn elements alone, without script, link, or anything else that a page would fetch
+/// or execute; `None` otherwise. A results folder may come from a stranger.
 pub(super) fn harmless(svg: &str) -> Option<&str> {
     let mut rest = svg.trim();
     let whole = rest;

@@ -1,4 +1,4 @@
-//! A plan as scripts read it.
+//! A plan as JSON, for scripts.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,7 @@ use crate::plan::{Amounts, Forecast, Plan};
 use crate::planning::foreseen;
 use crate::scene::{LoadedScene, SceneError};
 
-/// Writes a plan as JSON: effects and choices with their reasons, sizes, work, memory and forecast.
+/// A plan as JSON: effects and choices with their reasons, sizes, work, memory and forecast.
 ///
 /// # Errors
 /// Settings that JSON cannot hold.

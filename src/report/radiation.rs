@@ -1,14 +1,14 @@
-//! Radiation of a tyre as scripts read it.
+//! Radiation of a tyre as JSON, for scripts.
 
 use serde_json::{Value, json};
 
 use crate::response::pressure::PressureShares;
 use crate::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receivers};
 
-/// Angles round the tyre that shares are told up to.
+/// Number of angles around the tyre up to which shares are given.
 const ANGLES: usize = 72;
 
-/// Returns the findings of a radiating tyre, frequency by frequency, as JSON.
+/// Radiation of a tyre, frequency by frequency, as JSON in SI units.
 pub(crate) fn radiation_record(title: &str, radiator: &Radiator, found: &[AtFrequency]) -> Value {
     let receiver = |(name, position)| json!({ "name": name, "position": position });
     let parts = |shares: &PressureShares| {

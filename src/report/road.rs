@@ -8,10 +8,10 @@ use crate::results::table::{Report, aligned, words};
 use crate::road::texture::OverallLevel;
 use crate::road::{RoadDescription, TextureLevel};
 
-/// Returns a piece of a road in colours.
+/// Picture of a piece of a road, its heights in colours.
 ///
 /// # Errors
-/// [`PlotError`], without a sample, too.
+/// [`PlotError`], also without a sample.
 pub(crate) fn map(title: &str, road: &RoadDescription) -> Result<String, PlotError> {
     let sample = &road.sample;
     let heights = ArrayView2::from_shape((sample.rows, sample.columns), &sample.heights);
@@ -21,8 +21,8 @@ pub(crate) fn map(title: &str, road: &RoadDescription) -> Result<String, PlotErr
     road_map(title, heights, sample.start, [sample.dx, sample.dy])
 }
 
-/// Returns the third-octave levels of a road's texture over the wavelength, grey where the road is too short for them;
-/// `None` for a plane.
+/// Picture of the third-octave levels of a road's texture over the wavelength, grey where the road is too short for
+/// them; `None` for a plane.
 ///
 /// # Errors
 /// [`PlotError`].
@@ -40,7 +40,7 @@ pub(crate) fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Op
     plot.to_svg_vouched(|_, point| road.levels[point].valid).map(Some)
 }
 
-/// Returns a road in words and numbers.
+/// A road in words and numbers.
 pub(crate) fn description(road: &RoadDescription) -> Report {
     let mut rows: Vec<[String; 2]> = Vec::new();
     let mut row = |name: &str, value: String| rows.push([name.to_owned(), value]);

@@ -1,4 +1,4 @@
-//! Sections of a page on one result, in the order of the data's way.
+//! Sections of a page on one result, in the order of the computation.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -17,10 +17,10 @@ use crate::road::describe;
 use crate::run::road::road_limits;
 use crate::scene::{Axle, Road, Scene, Zone};
 
-/// Sound files longer than this are left in their folder \[bytes\].
+/// Larger sound files stay in their folder \[bytes\].
 const MOST_SOUND: usize = 16 << 20;
 
-/// Tells which effects are simulated, how and why.
+/// Table of the effects: which are simulated, how and why.
 pub(crate) fn decision_table(plan: &Plan) -> Table {
     let effects = plan.decisions.rows.iter().map(|decision| {
         let state = if decision.on { "on" } else { "off" };
@@ -29,7 +29,7 @@ pub(crate) fn decision_table(plan: &Plan) -> Table {
     words(["effect", "", "how", "why"], effects)
 }
 
-/// Returns the scene in a few sentences.
+/// The scene in a few sentences.
 pub(super) fn in_words(stored: &Stored) -> String {
     let Plan { scene, element, time_step, .. } = &stored.plan;
     let Scene { tyre, rolling, contact, numerics, .. } = scene;
@@ -71,7 +71,7 @@ pub(super) fn in_words(stored: &Stored) -> String {
     )
 }
 
-/// Shows the findings, in figures.
+/// Figures of the run.
 pub(super) fn figures(stored: &Stored) -> Markup {
     let outcome = &stored.summary.outcome;
     let wall = stored.summary.cost.wall_seconds;
@@ -92,7 +92,6 @@ pub(super) fn figures(stored: &Stored) -> Markup {
     }
 }
 
-/// Shows the warnings.
 pub(super) fn warnings(stored: &Stored) -> Markup {
     let summary = &stored.summary;
     html! {
@@ -103,7 +102,7 @@ pub(super) fn warnings(stored: &Stored) -> Markup {
     }
 }
 
-/// Returns the plan: which effects, why, and up to where levels are good.
+/// The plan: which effects, why, and up to which frequency levels are valid.
 pub(super) fn plan(stored: &Stored) -> Markup {
     let of = &stored.plan;
     html! {
@@ -116,7 +115,7 @@ pub(super) fn plan(stored: &Stored) -> Markup {
     }
 }
 
-/// Returns the road in colours, its texture spectrum and its measures.
+/// The road in colours, its texture spectrum and its measures.
 pub(super) fn road(stored: &Stored) -> Result<Markup, ReportError> {
     let scene = &stored.plan.scene;
     if let Some(file) = scene.road.file().filter(|_| !stored.knows_road) {
@@ -147,7 +146,7 @@ pub(super) fn road(stored: &Stored) -> Result<Markup, ReportError> {
     })
 }
 
-/// Shows how well the conditions of contact were met.
+/// Residuals of the contact conditions.
 pub(super) fn residuals(stored: &Stored) -> Markup {
     let of = &stored.summary.contact;
     let share = |what: &str, value: f64| row([&what, &format!("{value:.1e}")]);
@@ -163,7 +162,7 @@ pub(super) fn residuals(stored: &Stored) -> Markup {
     }
 }
 
-/// Makes blocks of an effect's section.
+/// Blocks of an effect's section.
 pub(super) fn blocks(blocks: &[Block]) -> Markup {
     html! {
         @for block in blocks {
@@ -182,17 +181,16 @@ pub(super) fn blocks(blocks: &[Block]) -> Markup {
     }
 }
 
-/// Makes a player of a sound file.
+/// Player of a WAV file, embedded.
 pub(super) fn player(bytes: &[u8]) -> Markup {
     html! { audio controls src=(format!("data:audio/wav;base64,{}", STANDARD.encode(bytes))) {} }
 }
 
-/// Shows the cost.
 pub(super) fn cost(stored: &Stored) -> Markup {
     report(&cost_table(&stored.summary.cost))
 }
 
-/// Returns all that is needed to run it again.
+/// Everything needed to repeat the run.
 pub(super) fn repeat(stored: &Stored) -> Result<Markup, ReportError> {
     let summary = &stored.summary;
     let scene = toml::to_string_pretty(&summary.settings).unwrap_or_default();

@@ -4,11 +4,11 @@ use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::study::slices::{LAWS, SliceView};
 
-/// Points of a drawn curve.
+/// Number of points of a drawn curve.
 const POINTS: usize = 200;
 
-/// Returns the profile with the indentation levels, pressure under them, displacement S(y) and stiffness s(y) by both
-/// laws, each with the name of its file.
+/// Pictures of the profile with the indentation levels, the pressure at these, displacement S(y) and stiffness s(y) by
+/// both laws, each with the name of its file.
 ///
 /// # Errors
 /// [`PlotError`].
@@ -29,7 +29,7 @@ pub(crate) fn pictures(title: &str, view: &SliceView) -> Result<Vec<(&'static st
     let profile = LinePlot { title: &heading, x: x(), y: Axis::linear_around("Height [mm]", heights), series };
 
     let under = view.pressures.iter().zip(&named);
-    // The road has the first colour in the picture before; a penetration keeps its own.
+    // The road has the first colour in the picture before; a level keeps its colour.
     let mut series = vec![Series { name: "", points: Vec::new() }];
     series.extend(under.map(|(pressure, name)| Series { name, points: over(pressure, 1.0) }));
     let highest = view.pressures.iter().flatten().fold(0.0_f64, |highest, pressure| highest.max(*pressure));

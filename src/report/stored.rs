@@ -11,9 +11,8 @@ use crate::results::summary::{FORMAT, FORMAT_VERSION, SUMMARY_FILE, Summary};
 use crate::scene::LoadedScene;
 
 impl Stored {
-    /// Reads a results folder of `tyrewave run`: summary and tables; arrays and pictures are read when they are asked
-    /// for. A folder may come from anywhere: nothing outside of it is read, whatever its files name, and no link in it
-    /// is followed.
+    /// Reads a results folder of `tyrewave run`: summary and tables; arrays and pictures are read on demand. The folder
+    /// is not trusted: nothing outside of it is read, whatever its files name, and no link in it is followed.
     ///
     /// # Errors
     /// [`StoredError`].

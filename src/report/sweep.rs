@@ -14,7 +14,7 @@ use crate::results::spectra::FORCE_LEVEL;
 use crate::study::sweep::table::{MOST_SPECTRA, growth_plot, side_by_side};
 use crate::study::sweep::{Done, Label, RepeatedTable, StoredSweep, blocks};
 
-/// Sound files of a page are no larger in all; the others stay in their folders \[bytes\].
+/// Largest total size of the sound files in a page; the others stay in their folders \[bytes\].
 const MOST_SOUND: usize = 24 << 20;
 
 /// Caption of levels against what is varied.
@@ -23,7 +23,7 @@ const LEVELS: &str = "Levels in dB: at the receivers A-weighted, the maximum of 
                       their mean; its bar is the 95 % interval of that mean.";
 
 impl StoredSweep {
-    /// Makes the page of the sweep.
+    /// HTML page of the sweep.
     ///
     /// # Errors
     /// [`ReportError`].
@@ -73,7 +73,7 @@ impl StoredSweep {
         Ok(document(&self.title, &content))
     }
 
-    /// Returns the factors in words, each with its values or their number and ends.
+    /// Factors in words, each with its values or their number and ends.
     fn varied(&self) -> String {
         let factors = self.variants.first().map_or(&[][..], |(label, _)| &label.choices);
         let words = factors.iter().enumerate().map(|(place, choice)| {
@@ -93,8 +93,8 @@ impl StoredSweep {
         words.collect::<Vec<_>>().join("; ")
     }
 
-    /// Returns the runs whose third octaves and sounds are shown, by name, and a sentence on them: of several seeds the
-    /// first, of many combinations some at equal distances.
+    /// Names and results of the runs whose third octaves and sounds are shown, and a sentence on the selection: of
+    /// several seeds the first, of many combinations some at equal distances.
     fn shown(&self) -> (Vec<String>, Vec<Stored>, String) {
         let (mut seen, mut shown) = (Vec::new(), Vec::<(String, &Stored)>::new());
         let finished = || self.variants.iter().filter_map(|(label, stored)| Some((label, stored.as_ref()?)));
@@ -118,8 +118,8 @@ impl StoredSweep {
     }
 }
 
-/// Returns the third octaves of sound and force over each other, with their differences from the first run of the same
-/// speed: those of speeds are the growth.
+/// Third octaves of sound and force of all runs, with their differences from the first run of the same speed; the first
+/// run of each speed is compared with none.
 fn third_octaves(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
     let of = Comparison { names: names.to_vec(), ..Comparison::of(shown) };
     let speed = |stored: &Stored| stored.plan.scene.rolling.speed_kmh;
@@ -138,7 +138,7 @@ fn third_octaves(names: &[String], shown: &[Stored]) -> Result<Markup, ReportErr
     })
 }
 
-/// Returns the players of all runs side by side, receiver by receiver, as far as there is room for them.
+/// Players of all runs side by side, receiver by receiver, up to [`MOST_SOUND`].
 fn sounds(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
     let (mut room, mut left, mut receivers) = (MOST_SOUND, Vec::new(), Vec::<(String, Vec<Markup>)>::new());
     for (name, stored) in names.iter().zip(shown) {

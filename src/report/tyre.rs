@@ -1,4 +1,4 @@
-//! A tyre as scripts read it: modes, contact under loads, mobility.
+//! A tyre as JSON, for scripts: modes, contact under loads, mobility.
 
 use num_complex::Complex64;
 use serde_json::{Value, json};
@@ -7,19 +7,19 @@ use crate::contact::static_contact::StaticContact;
 use crate::tyre::influence::mobility::{Mobility, level, phase};
 use crate::tyre::modes::{Mode, Modes};
 
-/// A tyre under a load.
+/// Contact of a tyre under a load.
 #[derive(Clone, Debug)]
 pub(crate) struct UnderLoad {
-    /// The load as it was given.
+    /// The load as given.
     pub label: String,
-    /// The tyre standing.
+    /// Contact of the standing tyre.
     pub standing: StaticContact,
-    /// Mean length of the rolling patch \[m\].
+    /// Mean length of the rolling patch \[m\], if it was rolled.
     pub rolling: Option<f64>,
 }
 
 impl UnderLoad {
-    /// Returns the load over deflection \[N/m\].
+    /// Load over deflection \[N/m\].
     pub(crate) fn secant_stiffness(&self) -> f64 {
         self.standing.force / self.standing.indentation
     }
@@ -36,7 +36,7 @@ impl UnderLoad {
     }
 }
 
-/// Returns all numbers of a tyre whose elements are so long \[m\], as JSON.
+/// Everything on a tyre as JSON in SI units; `element` is the length of an element \[m\].
 pub(crate) fn tyre_record(title: &str, element: f64, modes: &Modes, loads: &[UnderLoad], mobility: &Mobility) -> Value {
     json!({
         "title": title,
@@ -48,7 +48,7 @@ pub(crate) fn tyre_record(title: &str, element: f64, modes: &Modes, loads: &[Und
     })
 }
 
-/// Returns a mode as JSON: shares of the motion are circumferential, lateral and radial.
+/// A mode as JSON: shares of the motion are circumferential, lateral and radial.
 fn mode_json(mode: &Mode) -> Value {
     json!({
         "n": mode.n,
@@ -65,8 +65,7 @@ fn unconfirmed_json(&(n, m, pole): &(usize, usize, Complex64)) -> Value {
     json!({ "n": n, "m": m, "pole": [pole.re, pole.im] })
 }
 
-/// Returns the frequencies \[Hz\] and, for each patch, its side \[m\], levels \[dB re 1 m/(N s)\] and phases
-/// \[degrees\].
+/// Frequencies \[Hz\] and, for each patch, its side \[m\], levels \[dB re 1 m/(N s)\] and phases \[degrees\].
 fn mobility_json(mobility: &Mobility) -> Value {
     let of = |column: usize| mobility.values.iter().map(move |row| row[column]);
     let patches = mobility.patches.iter().enumerate().map(|(column, side)| {

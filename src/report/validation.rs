@@ -11,15 +11,15 @@ use crate::results::table::{Report, Table, words};
 use crate::scene::NamedTexture;
 use crate::study::validation::{Group, Measured, Missing, PUBLISHED_SPEEDS, Row, Summary, Verdict, summaries};
 
-/// Lines of a Markdown file between which the section stands.
+/// Lines of a Markdown file between which the section is placed.
 pub(crate) const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
 
-/// Meaning of the columns.
+/// Explanation of the columns.
 const LEGEND: &str = "outside: distance from the published range; 0 inside. could explain: physics that the model \
 lacks, or limits of the comparison, that act on this quantity in this direction; nothing there points to a fault. \
 Third octaves: A-weighted, along the coast-by line on dac-11, relative to the energy sum of 200 to 2000 Hz.";
 
-/// Returns the digits of a value in the unit of its row.
+/// A value with one decimal, or none from 1000 on.
 fn value(value: f64) -> String {
     if value.abs() >= 1000.0 { format!("{value:.0}") } else { format!("{value:.1}") }
 }
@@ -46,7 +46,7 @@ fn reasons(row: &Row) -> String {
     row.could_explain.iter().map(|reason| Missing::title(*reason)).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns all rows in one table.
+/// Table of all rows.
 fn whole(rows: &[Row]) -> Table {
     let header = ["", "quantity", "unit", "computed", "published", "sets", "outside", "could explain"];
     let mut last = None;
@@ -67,7 +67,7 @@ fn whole(rows: &[Row]) -> Table {
     words(header, cells.collect::<Vec<_>>())
 }
 
-/// Returns the counts of a group, for a cell.
+/// Counts of a group, for a cell.
 fn inside(summary: &Summary) -> String {
     if summary.known == 0 {
         return "not computed".to_owned();
@@ -83,7 +83,7 @@ fn worst(summary: &Summary, rows: &[Row]) -> String {
     worst.map_or_else(|| "-".to_owned(), |row| format!("{}: {} {}", row.title, outside(row), row.unit))
 }
 
-/// Returns a table of the groups.
+/// Table of the groups.
 fn groups(rows: &[Row]) -> Table {
     let cells = summaries(rows)
         .into_iter()
@@ -91,7 +91,7 @@ fn groups(rows: &[Row]) -> Table {
     words(["", "inside the published range", "farthest outside"], cells.collect::<Vec<_>>())
 }
 
-/// Returns a validation for a terminal: all rows, then the groups.
+/// A validation for a terminal: all rows, then the groups.
 pub(crate) fn report(title: &str, rows: &[Row]) -> Report {
     let mut report = Report::default();
     report.text(format!("{title}\n\n"));
@@ -102,7 +102,7 @@ pub(crate) fn report(title: &str, rows: &[Row]) -> Report {
     report
 }
 
-/// Returns a validation as JSON: rows, groups, runs.
+/// A validation as JSON: rows, groups, tyre, runs.
 pub(crate) fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
     let row = |row: &Row| {
         let mut record = json!(row);
@@ -120,7 +120,7 @@ pub(crate) fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
     })
 }
 
-/// Returns the section of a Markdown file, between its markers: the groups, and the third octaves at 80 km/h.
+/// Section of a Markdown file, between its markers: the groups, and the third octaves at 80 km/h.
 pub(crate) fn markdown(rows: &[Row]) -> String {
     let mut lines = vec![MARKERS[0].to_owned()];
     lines.push("| | inside the published range | farthest outside |".to_owned());
@@ -144,7 +144,7 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Returns the pictures of a validation: name of the file, picture, caption.
+/// Pictures of a validation: name of the file, SVG, caption.
 ///
 /// # Errors
 /// [`PlotError`].
@@ -174,7 +174,7 @@ fn sentence(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Returns the range and values of a group of bands; `None` where none was computed.
+/// Picture of the range and values of a group of bands; `None` if none was computed.
 fn bands(rows: &[Row], group: Group, title: &str, quantity: &str) -> Result<Option<String>, PlotError> {
     let rows: Vec<&Row> = rows.iter().filter(|row| row.group == group).collect();
     // The bands of a group follow each other from 200 Hz on.
@@ -192,7 +192,7 @@ fn bands(rows: &[Row], group: Group, title: &str, quantity: &str) -> Result<Opti
     LinePlot { title, x, y, series }.to_svg_over("published range", &range).map(Some)
 }
 
-/// Returns the coast-by levels of all roads at 80 km/h; `None` without such a run.
+/// Picture of the coast-by levels on all roads at 80 km/h; `None` without such a run.
 fn roads(measured: &Measured) -> Result<Option<String>, PlotError> {
     let of_speed = measured.runs.iter().filter(|run| (run.speed_kmh - PUBLISHED_SPEEDS[1]).abs() < 1e-9);
     let series: Vec<Series<'_>> = of_speed
@@ -223,7 +223,7 @@ fn plot(title: &str, quantity: &str, across: &str, series: Vec<Series<'_>>) -> R
     LinePlot { title, x, y: Axis::linear_around(quantity, y), series }.to_svg()
 }
 
-/// Makes a page of a validation that needs nothing but a browser.
+/// Self-contained HTML page of a validation.
 pub(crate) fn page(title: &str, rows: &[Row], pictures: &[(&'static str, String, String)]) -> String {
     let mut sources: Vec<(&str, &str, &str)> = Vec::new();
     for row in rows {
@@ -273,7 +273,7 @@ mod tests {
         assert_eq!(record["rows"].as_array().unwrap().len(), rows.len());
         assert!(record["rows"][0]["computed"].is_null() && record["rows"][0]["outside"].is_null());
         let pictures = pictures(&rows, &measured).unwrap();
-        // Nothing was computed: only the textures have a picture.
+        // Without runs only the textures have a picture.
         assert_eq!(pictures.iter().map(|picture| picture.0).collect::<Vec<_>>(), ["textures.svg"]);
         let page = page("A tyre", &rows, &pictures);
         for source in ["NCHRP 630", "Nord2000", "748A", "captif", "10844"] {

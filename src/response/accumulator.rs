@@ -1,9 +1,9 @@
 //! The averaged spectrum of a record that is fed sample by sample: memory does not grow with its length.
 //!
-//! Segments and window are those of [`super::spectrum`]. At any time two segments are open; one that no sample can
-//! reach any more is transformed and added. The mean m is known at the end only, so the differences from the first
-//! sample x_0 are transformed, and with them, for each segment, the window alone: with X and W the two transforms and d
-//! = m - x_0, what the segment has without its mean is
+//! Segments and window are those of [`super::spectrum`]. At any time two segments are open; one that no later sample
+//! can reach is transformed and added. The mean m is known at the end only, so the differences from the first sample
+//! x_0 are transformed, and with them, for each segment, the window alone: with X and W the two transforms and d = m -
+//! x_0, the segment without its mean is
 //!
 //! ```text
 //! |X - d W|^2 = |X|^2 - 2 d Re(X conj W) + d^2 |W|^2
@@ -33,10 +33,9 @@ use super::spectrum::{PowerSpectrum, SpectrumError};
 use crate::numeric::{RunningMoments, transform_length};
 use crate::storage::state::{StateError, fill_all};
 
-/// Fewest samples that are transformed.
 const FEWEST_SAMPLES: usize = 8;
 
-/// A spectrum in the making, for a record of known length.
+/// Averaged spectrum of a record of known length, fed sample by sample.
 #[derive(Clone)]
 pub struct SpectrumAccumulator {
     samples: u64,
@@ -50,7 +49,7 @@ pub struct SpectrumAccumulator {
     transform: Arc<dyn RealToComplex<f64>>,
     moments: RunningMoments,
     not_finite: Option<(u64, f64)>,
-    /// Number of the first open segment.
+    /// Number of the first open segment; the second is the next.
     open: u64,
     /// The two open segments, weighted.
     segments: [Vec<f64>; 2],
@@ -59,8 +58,8 @@ pub struct SpectrumAccumulator {
 }
 
 impl PowerSpectrum {
-    /// Returns the spectrum of `signal`, sampled every `time_step` seconds, from segments 2h of about `segment` seconds
-    /// (cut to the record; `None`: the whole record at once).
+    /// The spectrum of `signal`, sampled every `time_step` seconds, from segments 2h of about `segment` seconds (cut to
+    /// the record; `None`: the whole record at once).
     ///
     /// # Errors
     /// Fewer than 8 samples, a time that is not positive and finite, a sample that is not finite.
@@ -71,7 +70,6 @@ impl PowerSpectrum {
     }
 }
 
-/// State of a [`SpectrumAccumulator`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct SpectrumState {
     moments: RunningMoments,
@@ -82,8 +80,7 @@ pub(crate) struct SpectrumState {
 }
 
 impl SpectrumAccumulator {
-    /// Makes an accumulator for a record of `samples` samples, `time_step` seconds apart; segments as for
-    /// [`PowerSpectrum::of`].
+    /// For a record of `samples` samples, `time_step` seconds apart; segments as for [`PowerSpectrum::of`].
     ///
     /// # Errors
     /// [`SpectrumError::TooShort`], [`SpectrumError::BadTime`].
@@ -101,7 +98,7 @@ impl SpectrumAccumulator {
             .map_or(longest_segment, |seconds| (seconds / time_step).clamp(FEWEST_SAMPLES as f64, longest_segment));
         let hops = ((longest_segment / wanted).round() as u64).max(1);
         let hop = samples as f64 / hops as f64;
-        // An even length that a mixed-radix transform likes; zeros in the tail change no energy.
+        // An even length with small prime factors, fast to transform; zeros in the tail change no energy.
         let length = transform_length((2.0 * hop).ceil() as usize + 2);
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
         let sum = vec![0.0; length / 2 + 1];
@@ -120,8 +117,8 @@ impl SpectrumAccumulator {
         })
     }
 
-    /// Makes an accumulator as [`Self::new`], for a record that fades in and out over `fade` seconds, or a quarter of
-    /// its length if that is less.
+    /// As [`Self::new`], for a record that fades in and out over `fade` seconds, or a quarter of its length if that is
+    /// less.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -130,13 +127,13 @@ impl SpectrumAccumulator {
         Ok(Self { fade: ((fade / time_step) as u64).clamp(1, accumulator.samples / 4), ..accumulator })
     }
 
-    /// Returns the bytes of one whose segments are so long \[s\], and of its spectrum.
+    /// Memory \[bytes\] of an accumulator with segments of `segment` seconds, and of its spectrum.
     pub fn bytes(time_step: f64, segment: f64) -> f64 {
         // Two segments, three sums and the power of half as many bins.
         8.0 * (2.0 + 2.0) * segment / time_step
     }
 
-    /// Takes the next sample; those past the record's length do not count.
+    /// Takes the next sample; samples past the record's length are ignored.
     pub fn push(&mut self, value: f64) {
         let index = self.moments.count();
         if index >= self.samples {
@@ -148,9 +145,11 @@ impl SpectrumAccumulator {
         self.moments.push(value);
         let shifted = value - self.moments.shift();
         let index = index as i64;
+        // 1. Close the segments that no later sample reaches.
         while self.distance(index, self.open) >= 1.0 && self.open < self.hops {
             self.close();
         }
+        // 2. Add the sample, and its mirror image at a reflected end, to the open segments.
         let last = 2 * self.samples as i64 - 1 - index;
         for segment in self.open..=(self.open + 1).min(self.hops) {
             self.add(segment, index, shifted);
@@ -167,7 +166,7 @@ impl SpectrumAccumulator {
         }
     }
 
-    /// Returns the spectrum of the whole record.
+    /// The spectrum of the whole record.
     ///
     /// # Errors
     /// [`SpectrumError::TooShort`] before the last sample, [`SpectrumError::NotFinite`] with the first sample that is
@@ -205,18 +204,18 @@ impl SpectrumAccumulator {
         })
     }
 
-    /// Returns the distance of a sample from a segment's centre, in hops. Sample n sits in the middle of its interval
-    /// (n, n + 1), so that both ends of the record are alike.
+    /// Distance of a sample from a segment's centre, in hops. Sample n sits in the middle of its interval (n, n + 1),
+    /// so that both ends of the record are alike.
     fn distance(&self, index: i64, segment: u64) -> f64 {
         (index as f64 + 0.5 - segment as f64 * self.hop) / self.hop
     }
 
-    /// Returns the first sample of a segment's buffer.
+    /// Index of the first sample of a segment's buffer; negative where the segment reaches before the record.
     fn begin(&self, segment: u64) -> i64 {
         (segment as f64 * self.hop - self.hop).floor() as i64
     }
 
-    /// Returns the weight of a sample in a segment.
+    /// Weight of a sample in a segment: the window, and the fade of the record.
     fn weight(&self, index: i64, segment: u64) -> f64 {
         let distance = self.distance(index, segment);
         if self.fade == 0 {
@@ -238,19 +237,21 @@ impl SpectrumAccumulator {
 
     /// Adds the first open segment to the sums and opens the next.
     fn close(&mut self) {
+        // 1. The window by sample of the buffer.
         let begin = self.begin(self.open);
         let places = 0..self.segments[0].len() as i64;
         let mut window: Vec<f64> = places.map(|place| self.weight(begin + place, self.open)).collect();
-        // Room that is needed for a moment is not kept: there may be hundreds of these.
+        // The buffers are not kept between calls: there may be hundreds of accumulators.
         let mut bins = [(); 2].map(|()| self.transform.make_output_vec());
         let mut scratch = self.transform.make_scratch_vec();
         for (input, output) in [&mut self.segments[0], &mut window].into_iter().zip(&mut bins) {
-            // The lengths match by construction, the only thing the transform can complain about.
+            // The only error of the transform is a wrong length, and the lengths match by construction.
             let _ = self.transform.process_with_scratch(input, output, &mut scratch);
         }
-        // A reflected end is in its segment twice.
+        // A reflected end is in its segment twice, and counts half.
         let twice = self.fade == 0 && (self.open == 0 || self.open == self.hops);
         let share = if twice { 0.5 } else { 1.0 };
+        // 3. The three sums of the module's head.
         let [squares, crosses, windows] = &mut self.sums;
         let [of_segment, of_window] = &bins;
         for (k, (x, w)) in of_segment.iter().zip(of_window).enumerate() {
@@ -258,12 +259,12 @@ impl SpectrumAccumulator {
             crosses[k] += share * (x.re * w.re + x.im * w.im);
             windows[k] += share * w.norm_sqr();
         }
+        // 4. Open the next segment.
         self.segments.swap(0, 1);
         self.segments[1].fill(0.0);
         self.open += 1;
     }
 
-    /// Takes the state down.
     pub(crate) fn save(&self) -> SpectrumState {
         SpectrumState {
             moments: self.moments.clone(),
@@ -274,10 +275,7 @@ impl SpectrumAccumulator {
         }
     }
 
-    /// Goes on from the state of an accumulator for the same record.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Goes on from the state of an accumulator for the same record. An error for a state of other lengths or counts.
     pub(crate) fn restore(&mut self, state: SpectrumState) -> Result<(), StateError> {
         let SpectrumState { moments, not_finite, open, segments, sums } = state;
         if open > self.hops || moments.count() > self.samples {
@@ -289,12 +287,12 @@ impl SpectrumAccumulator {
     }
 }
 
-/// Rises from 0 to 1 as its argument does.
+/// Flank r(x) of the faded window, see the module's head; rises from 0 to 1 over the unit interval.
 fn slope(part: f64) -> f64 {
     (FRAC_PI_2 * (FRAC_PI_2 * part.clamp(0.0, 1.0)).sin().powi(2)).sin()
 }
 
-/// Returns the window at a distance from a segment's centre, in hops.
+/// Cosine window; `distance` from the segment's centre in hops.
 fn weight(distance: f64) -> f64 {
     if distance.abs() < 1.0 { (FRAC_PI_2 * distance).cos() } else { 0.0 }
 }
@@ -308,7 +306,7 @@ mod tests {
     use super::*;
     use crate::storage::state::read_back;
 
-    /// Returns the oracle: the whole record kept, its mean removed first, segments filled by looking back into it.
+    /// Oracle: the whole record kept, its mean removed first, segments filled by looking back into it.
     fn of_whole_record(signal: &[f64], time_step: f64, segment: Option<f64>) -> Vec<f64> {
         let plan = SpectrumAccumulator::new(signal.len(), time_step, segment).unwrap();
         let (samples, length) = (signal.len() as i64, plan.segments[0].len());
@@ -371,14 +369,14 @@ mod tests {
         }
     }
 
-    /// Returns the spectrum of a signal at 12 kHz as that of sound is taken.
+    /// Spectrum of a signal at 12 kHz, with the segments and the fade that sound has.
     fn faded(signal: &[f64]) -> PowerSpectrum {
         let mut accumulator = SpectrumAccumulator::faded(signal.len(), 1.0 / 12e3, 1.0, 0.25).unwrap();
         signal.iter().for_each(|&value| accumulator.push(value));
         accumulator.finish().unwrap()
     }
 
-    /// Returns two seconds and a bit of a tone of the level 0 dB \[Hz\].
+    /// A tone of level 0 dB at a frequency \[Hz\], just over two seconds long.
     fn tone(frequency: f64) -> Vec<f64> {
         let angle = |n: usize| std::f64::consts::TAU * frequency * n as f64 / 12e3 + 0.3;
         (0..25_013).map(|n| 2.0_f64.sqrt() * angle(n).sin()).collect()

@@ -2,14 +2,15 @@
 
 use crate::tyre::influence::{CellGrid, traction_shape};
 
-/// F_m = sum_j s_m(y_j) F_j of every column, for some lateral numbers m.
+/// F_m = sum_j s_m(y_j) F_j of every column, for some lateral numbers m. Even and odd shapes see only the sums or the
+/// differences of opposite cells, which halves the work.
 #[derive(Clone, Debug)]
 pub(crate) struct LateralForces {
     across: usize,
     numbers: Vec<usize>,
-    /// Shapes of normal forces and of those along.
+    /// Shapes of normal and longitudinal forces.
     normal: Shapes,
-    /// Shapes of those across, where there are tangential forces.
+    /// Shapes of lateral forces, where there are tangential forces.
     lateral: Option<Shapes>,
     /// Sums and differences of opposite cells of a column.
     sides: [Vec<f64>; 2],
@@ -17,7 +18,6 @@ pub(crate) struct LateralForces {
     components: Vec<f64>,
 }
 
-/// Shapes of some lateral numbers.
 #[derive(Clone, Debug)]
 struct Shapes {
     /// s_m(y_j) by m, j up to the middle.
@@ -39,7 +39,7 @@ impl Shapes {
         Self { values, even: numbers.iter().map(|&m| even(m)).collect() }
     }
 
-    /// Finds the components of the forces of a window's columns, given cell by cell, column by column.
+    /// Components of the forces of a window's columns, given cell by cell, column by column; by number m and column.
     fn resolve(
         &self,
         forces: impl Fn(usize) -> f64,
@@ -51,7 +51,7 @@ impl Shapes {
         for column in 0..columns {
             let cell = |j: usize| forces(column * across + j);
             for j in 0..half {
-                // The middle one of an odd number of cells is there once.
+                // The middle one of an odd number of cells counts once.
                 let other = if 2 * j + 1 == across { 0.0 } else { cell(across - 1 - j) };
                 (sums[j], differences[j]) = (cell(j) + other, cell(j) - other);
             }
@@ -64,7 +64,7 @@ impl Shapes {
 }
 
 impl LateralForces {
-    /// Makes the resolution into these numbers.
+    /// Resolution of normal forces into the lateral numbers `numbers`.
     pub(crate) fn new(grid: &CellGrid, numbers: Vec<usize>) -> Self {
         let is_even = |m: usize| grid.waves().is_even(m);
         Self {
@@ -77,21 +77,20 @@ impl LateralForces {
         }
     }
 
-    /// Makes the resolution of all components of forces, if there are tangential ones.
+    /// The same for tangential forces too, if `are_there`.
     pub(crate) fn with_tangential(self, grid: &CellGrid, are_there: bool) -> Self {
-        // A sine across is even about the middle where the cosine is odd; m = 0 moves nothing outwards.
+        // A sine across is even about the middle where the cosine is odd; m = 0 has no lateral motion.
         let is_even = |m: usize| !grid.waves().is_even(m);
         let shapes = || Shapes::of(grid, &self.numbers, |m, j| traction_shape(grid, 1, m, j), is_even);
         Self { lateral: are_there.then(shapes), ..self }
     }
 
-    /// Counts the numbers.
     pub(crate) fn count(&self) -> usize {
         self.numbers.len()
     }
 
-    /// Returns the components of a step's forces, stage after stage by cell, in windows of so many columns: stage after
-    /// stage and m by m by column \[N\].
+    /// Components of a step's forces \[N\]. Forces are given stage after stage by cell, in windows of `columns`
+    /// columns; components come stage after stage and number m by m, by column.
     pub(crate) fn of(&mut self, forces: &[f64], columns: usize) -> &[f64] {
         let Self { across, numbers, normal, sides, components, .. } = self;
         let count = numbers.len();
@@ -103,8 +102,8 @@ impl LateralForces {
         components
     }
 
-    /// Returns the components of an instant's forces with the tangential ones by cell, where there are such: those of
-    /// normal forces, of forces along and of forces across \[N\].
+    /// Components of an instant's forces \[N\], with the tangential ones by cell where there are such: those of normal,
+    /// then of longitudinal, then of lateral forces.
     pub(crate) fn of_all(&mut self, forces: &[f64], tangential: Option<&[[f64; 2]]>, columns: usize) -> &[f64] {
         if self.lateral.is_none() {
             return self.of(forces, columns);

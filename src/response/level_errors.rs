@@ -13,7 +13,6 @@ pub(crate) struct LevelErrors {
     pub slices: BySlices,
 }
 
-/// Errors by slices of a run's levels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) enum BySlices {
     /// There are none: contact over cells, or a road without texture across.
@@ -24,7 +23,7 @@ pub(crate) enum BySlices {
 }
 
 impl BySlices {
-    /// Returns the error in a band \[dB\]; `None` where it is not known.
+    /// Error in a band \[dB\]: 0 without slices, `None` where it is not known.
     pub(crate) fn in_band(&self, band: ThirdOctaveBand) -> Option<f64> {
         match self {
             Self::None => Some(0.0),
@@ -33,12 +32,13 @@ impl BySlices {
     }
 }
 
-/// Part of the energy of an overall level that bands whose errors are not known may hold beside a known error of the
-/// level: without them it is 0.05 dB lower, less than is shown.
+/// Largest part of the energy of an overall level that bands of unknown error may hold, if the overall level is to have
+/// an error: without them it is 0.05 dB lower, less than is shown.
 const UNKNOWN_PART: f64 = 0.0115;
 
 impl LevelErrors {
-    /// Makes the errors of levels that have a numerical one, and one by slices or none; `part` tells which of those.
+    /// Errors with the numerical one, and with one by slices if the run has any (`by_slices`); `part` selects force or
+    /// sound.
     pub(crate) fn new(
         numerical: Option<(f64, f64)>,
         by_slices: bool,
@@ -49,29 +49,30 @@ impl LevelErrors {
         Self { numerical, slices: if by_slices { known() } else { BySlices::None } }
     }
 
-    /// Returns the numerical error in a band \[dB\].
+    /// Numerical error in a band \[dB\], where it is known.
     pub(crate) fn numerical(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.numerical.filter(|(from, _)| band.mid_frequency() >= *from).map(|(_, error)| error)
     }
 
-    /// Returns the error by slices in a band, where there is one \[dB\].
+    /// Error by slices in a band \[dB\]; `None` where it is not known or there are no slices.
     pub(crate) fn by_slices(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.slices.in_band(band).filter(|_| self.slices != BySlices::None)
     }
 
-    /// Adds up the errors in a band \[dB\]; `None` where one of them is not known.
+    /// Sum of both errors in a band \[dB\]; `None` where one of them is not known.
     pub(crate) fn total(&self, band: ThirdOctaveBand) -> Option<f64> {
         Some(self.numerical(band)? + self.slices.in_band(band)?)
     }
 
-    /// Finds the largest error by slices of the valid ones among some levels \[dB\].
+    /// Largest error by slices \[dB\] among the valid levels.
     pub(crate) fn largest_by_slices(&self, levels: &[BandLevel]) -> Option<f64> {
         let valid = levels.iter().filter(|level| level.valid);
         valid.filter_map(|level| self.by_slices(level.band)).reduce(f64::max)
     }
 
-    /// Adds up the errors of the overall level of the valid ones among some bands \[dB\]: its numerical one, and the
-    /// largest by slices. `None` where one is not known, also in bands that hold more than a hundredth of the energy.
+    /// Error of the overall level \[dB\], the sum over the valid `levels`: its numerical one plus the largest by
+    /// slices. `None` where `numerical` is, or where bands of unknown error hold more than about a hundredth of the
+    /// energy.
     pub(crate) fn overall(&self, numerical: Option<f64>, levels: &[BandLevel]) -> Option<f64> {
         let sum = |bands: &mut dyn Iterator<Item = &BandLevel>| bands.map(|level| level.mean_square).sum::<f64>();
         let valid = || levels.iter().filter(|level| level.valid);

@@ -1,14 +1,15 @@
 //! Response to the forces: third-octave levels and spectra, and the vibration of the tyre.
 //!
-//! In the order of the data's way:
+//! In the order of the data flow:
 //!
 //! - `accumulator`: a record, sample by sample, to its averaged spectrum;
-//! - `spectrum`: powers by frequency that lose nothing, and levels of bands;
+//! - `spectrum`: powers by frequency without loss of energy, and levels of bands;
 //! - `third_octave`: the bands of the standard;
-//! - `slice_errors`: how far levels of contact over slices are off; `level_errors`: by all that is known;
+//! - `slice_errors`: errors of levels of contact over slices; `level_errors`: the sum of all known errors;
 //! - `speed_exponent`: how a level grows with the speed;
 //! - `orders`: amplitudes by order of the revolution;
-//! - `lateral_forces`: forces on cells, resolved into lateral waves; `squeezed_volumes`: what they press out of blocks;
+//! - `lateral_forces`: forces on cells, resolved into lateral waves; `squeezed_volumes`: volumes that they displace at
+//!   blocks;
 //! - `vibration`: the tyre's velocities from the contact forces.
 
 pub(crate) mod accumulator;

@@ -8,48 +8,47 @@ use serde::{Deserialize, Serialize};
 /// Sums over revolutions of a quantity that is sampled at the steps.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct Orders {
-    /// Values of the revolution that goes on.
+    /// Values of the revolution not yet complete.
     current: Vec<f64>,
-    /// Steps of a revolution.
+    /// Steps per revolution.
     steps: usize,
     /// Sum of the values by step of the revolution.
     sum: Vec<f64>,
     /// Sum of the squared amplitudes by order.
     squares: Vec<f64>,
-    /// Revolutions.
+    /// Complete revolutions.
     count: u32,
 }
 
-/// Amplitudes of an order.
 pub(crate) struct Order {
-    /// Number k of the order.
+    /// Number k of the order; 0 is the mean.
     pub order: usize,
-    /// Its frequency \[Hz\].
+    /// Frequency \[Hz\] at the tyre's rotational speed.
     pub frequency: f64,
-    /// Root mean square of all.
+    /// Root mean square of the order, all revolutions.
     pub all: f64,
-    /// Root mean square of what comes again in each revolution.
+    /// Root mean square of the part that repeats in each revolution.
     pub repeated: f64,
 }
 
 impl Orders {
-    /// Makes the sums of revolutions of so many steps.
+    /// Sums for revolutions of `steps` steps.
     pub(crate) fn new(steps: usize) -> Self {
         let squares = vec![0.0; steps / 2 + 1];
         Self { current: Vec::with_capacity(steps), steps, sum: vec![0.0; steps], squares, count: 0 }
     }
 
-    /// Returns the bytes of the sums of revolutions of so many steps.
+    /// Memory \[bytes\] for revolutions of `steps` steps.
     pub(crate) fn bytes(steps: usize) -> f64 {
         20.0 * steps as f64
     }
 
-    /// Tells whether its sums are of revolutions of as many steps.
+    /// True if the sums have the size of `other`'s, for a state that was read.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         self.steps == other.steps && self.squares.len() == other.squares.len()
     }
 
-    /// Takes in a value.
+    /// Takes the next value; the last of a revolution transforms it.
     pub(crate) fn push(&mut self, value: f64) {
         self.current.push(value);
         if self.current.len() < self.steps {
@@ -62,12 +61,12 @@ impl Orders {
         self.current.clear();
     }
 
-    /// Returns the orders, of a tyre of so many revolutions a second; `None` before the first revolution is complete.
+    /// Orders of a tyre that turns `rate` times a second; `None` before the first revolution is complete.
     pub(crate) fn found(&self, rate: f64) -> Option<Vec<Order>> {
         let count = f64::from(self.count);
         let mean: Vec<f64> = self.sum.iter().map(|sum| sum / count).collect();
         let orders = self.squares.iter().zip(transform(&mean)).enumerate().map(|(order, (square, mean))| {
-            // One side of the spectrum; the mean itself has no other.
+            // Power of both signs of the frequency; the mean and the Nyquist frequency are there once.
             let both = if order == 0 || 2 * order == self.steps { 1.0_f64 } else { 2.0 };
             let all = (both * square / count).sqrt();
             Order { order, frequency: order as f64 * rate, all, repeated: both.sqrt() * mean.norm() }
@@ -76,7 +75,7 @@ impl Orders {
     }
 }
 
-/// Returns the amplitudes of a revolution at whole orders.
+/// Complex amplitudes of a revolution at the whole orders 0 to half the number of steps.
 fn transform(revolution: &[f64]) -> Vec<Complex64> {
     let mut values: Vec<Complex64> = revolution.iter().map(|value| Complex64::new(*value, 0.0)).collect();
     FftPlanner::new().plan_fft_forward(values.len()).process(&mut values);

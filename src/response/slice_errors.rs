@@ -1,10 +1,11 @@
-//! Error of contact over slices beside contact over cells, by third octave: apart from the numerical error of either.
+//! Error of contact over slices compared with contact over cells, by third octave, apart from the numerical error of
+//! either.
 
 use serde::{Deserialize, Serialize};
 
 use super::third_octave::ThirdOctaveBand;
 
-/// Error of one kind of levels in a band \[dB\].
+/// Error of one kind of levels in a band \[dB\]: [`SliceErrors::force`] or [`SliceErrors::sound`].
 pub(crate) type Part = fn(&SliceErrors, ThirdOctaveBand) -> Option<f64>;
 
 /// Errors of a run's levels, as far as they are known.
@@ -12,20 +13,19 @@ pub(crate) type Part = fn(&SliceErrors, ThirdOctaveBand) -> Option<f64>;
 pub(crate) struct SliceErrors {
     /// Root-mean-square height of the road's macrotexture \[m\].
     pub macrotexture: f64,
-    /// Largest error of a level that is vouched for \[dB\].
+    /// Largest error of a valid level \[dB\].
     pub largest: f64,
-    /// Frequency up to which levels of force and vibration are within it \[Hz\].
+    /// Frequency \[Hz\] up to which levels of force and vibration have at most that error.
     pub force_valid_to: f64,
-    /// Frequency up to which levels of sound are \[Hz\].
+    /// Frequency \[Hz\] up to which levels of sound have at most that error.
     pub sound_valid_to: f64,
     /// Errors by band.
     pub bands: Vec<SliceError>,
 }
 
-/// Errors in a band.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct SliceError {
-    /// Nominal mid-frequency \[Hz\].
+    /// Nominal mid-frequency of the band \[Hz\].
     pub nominal_hz: f64,
     /// Error of force and vibration \[dB\].
     pub force_db: f64,
@@ -34,8 +34,8 @@ pub(crate) struct SliceError {
 }
 
 impl SliceErrors {
-    /// Takes the errors of force and sound \[dB\] in successive bands. Levels are valid up to the last band before an
-    /// error is above `largest`; past the last band no error is known, and no level is valid.
+    /// From the errors of force and sound \[dB\] in successive bands from `first` on. Levels are valid up to the last
+    /// band before an error is above `largest`; past the last band no error is known, and no level is valid.
     pub(crate) fn new(macrotexture: f64, largest: f64, first: ThirdOctaveBand, force: &[f64], sound: &[f64]) -> Self {
         let valid_to = |errors: &[f64]| {
             let within = errors.iter().take_while(|error| **error <= largest).count();
@@ -56,17 +56,17 @@ impl SliceErrors {
         }
     }
 
-    /// Returns the error of a level of force or vibration \[dB\], where it is known.
+    /// Error of levels of force and vibration in a band \[dB\], where it is known.
     pub(crate) fn force(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.of(band).map(|error| error.force_db)
     }
 
-    /// Returns the error of a level of sound \[dB\], where it is known.
+    /// Error of levels of sound in a band \[dB\], where it is known.
     pub(crate) fn sound(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.of(band).map(|error| error.sound_db)
     }
 
-    /// Lists the errors by band, none where nothing is known; `part` is [`Self::force`] or [`Self::sound`].
+    /// Errors by band \[dB\], none where nothing is known; `part` is [`Self::force`] or [`Self::sound`].
     pub(crate) fn by_band(errors: Option<&Self>, part: Part) -> Vec<(ThirdOctaveBand, f64)> {
         let Some(errors) = errors else { return Vec::new() };
         let bands = errors.bands.iter().filter_map(|error| ThirdOctaveBand::containing(error.nominal_hz));

@@ -1,8 +1,8 @@
 //! Power spectrum of a uniformly sampled signal whose sum over frequency *is* the signal's mean square.
 //!
-//! Levels of bands are only worth something if nothing is lost between them, so every step keeps the energy exactly:
+//! Levels of bands are meaningful only if no energy is lost between them, so every step keeps the energy exactly:
 //!
-//! 1. The mean is removed; what is left has the mean square m. (The mean is known at the end only: see
+//! 1. The mean is removed; the rest has the mean square m. (The mean is known at the end only: see
 //!    [`super::accumulator`], which takes the record sample by sample.)
 //! 2. The record of N samples is cut into overlapping segments, J + 1 of them, h = N/J samples apart, weighted with w =
 //!    cos(pi/2 (t - j h)/h), |t - j h| < h: neighbours' squares add to cos^2 + sin^2 = 1 at every sample, so the
@@ -29,15 +29,15 @@ use thiserror::Error;
 use super::third_octave::ThirdOctaveBand;
 use crate::time_rule::TimeRule;
 
-/// Why there is no spectrum.
+/// Errors of a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum SpectrumError {
-    /// Too few samples to speak of frequencies.
+    /// Too few samples for a spectrum.
     #[error("a spectrum needs at least {needed} samples, the signal has {samples}")]
     TooShort {
         /// Number of samples given.
         samples: usize,
-        /// Smallest number that is taken.
+        /// Smallest number that is accepted.
         needed: usize,
     },
     /// A time step or segment length that is not a positive number.
@@ -63,32 +63,33 @@ pub enum SpectrumError {
 pub struct PowerSpectrum {
     /// Mean of the signal, removed before anything else \[unit\].
     pub mean: f64,
-    /// Distance df of the bins \[Hz\].
+    /// Distance df of neighbouring bins \[Hz\].
     pub resolution: f64,
     /// Power in each bin \[unit^2\]; bin k lies at k df, the last at most at the Nyquist frequency. They sum to the
     /// mean square of the signal less its mean.
     pub power: Vec<f64>,
     /// Half the sampling rate \[Hz\].
     pub nyquist: f64,
-    /// Highest frequency that the signal's maker vouches for \[Hz\]; infinite unless said.
+    /// Highest frequency at which the signal is valid \[Hz\]; infinite unless set.
     pub valid_to: f64,
 }
 
-/// Level of one band.
+/// Level of one third-octave band.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct BandLevel {
-    /// The band.
+    /// Band of the level.
     pub band: ThirdOctaveBand,
     /// Mean square in the band \[unit^2\].
     pub mean_square: f64,
     /// 10 lg(mean square / reference^2) \[dB\]; minus infinity for silence.
     pub level: f64,
-    /// True if the signal's maker vouches for it: the band's mid-frequency is not above [`PowerSpectrum::valid_to`].
+    /// True if the band's mid-frequency is not above [`PowerSpectrum::valid_to`], but for the rounding of nominal
+    /// frequencies.
     pub valid: bool,
 }
 
 impl PowerSpectrum {
-    /// Returns the mean of spectra over the same frequencies; `None` of none.
+    /// Mean of spectra over the same frequencies; `None` of none. The means and limits of the first are kept.
     pub(crate) fn mean_of<'a>(mut spectra: impl Iterator<Item = &'a Self>) -> Option<Self> {
         let (mut mean, mut count) = (spectra.next()?.clone(), 1.0);
         for spectrum in spectra {
@@ -99,7 +100,7 @@ impl PowerSpectrum {
         Some(mean)
     }
 
-    /// Computes from spectra place by place, of so many points each, the mean over places of each point.
+    /// Averages spectra of several places, each with `points` points in turn, over the places: one spectrum per point.
     pub(crate) fn means(spectra: Vec<Self>, points: usize) -> Vec<Self> {
         if spectra.len() == points {
             return spectra;
@@ -107,13 +108,13 @@ impl PowerSpectrum {
         (0..points).filter_map(|point| Self::mean_of(spectra.iter().skip(point).step_by(points))).collect()
     }
 
-    /// Returns the same, vouched for up to a frequency \[Hz\] only.
+    /// The same spectrum, valid up to a frequency \[Hz\] only.
     #[must_use]
     pub fn valid_to(self, valid_to: f64) -> Self {
         Self { valid_to, ..self }
     }
 
-    /// Returns the spectrum of what was recorded through a response: every bin over the square of `response` at its
+    /// Spectrum of the signal before it was recorded through a response: every bin over the square of `response` at its
     /// frequency \[Hz\].
     #[must_use]
     pub fn without(mut self, response: impl Fn(f64) -> f64) -> Self {
@@ -123,19 +124,20 @@ impl PowerSpectrum {
         self
     }
 
-    /// Returns the spectrum of forces of which each step's mean by a rule was recorded: what the mean takes off is put
-    /// back.
+    /// Spectrum of forces of which each step's mean by a time rule was recorded: corrects for the low-pass of that
+    /// mean.
     #[must_use]
     pub(crate) fn without_mean_of_steps(self, rule: TimeRule, time_step: f64) -> Self {
         self.without(|frequency| rule.mean_response(TAU * frequency * time_step))
     }
 
-    /// Returns the mean square of the signal less its mean: all the power there is \[unit^2\].
+    /// Mean square of the signal less its mean: the total power \[unit^2\].
     pub fn mean_square(&self) -> f64 {
         self.power.iter().sum()
     }
 
-    /// Returns the power between two frequencies \[unit^2\].
+    /// Power between two frequencies \[Hz\], in unit^2; a bin that an edge cuts counts by its overlap. 0 for an empty
+    /// range or NaN.
     pub fn power_within(&self, frequencies: Range<f64>) -> f64 {
         let (from, to) = (frequencies.start.max(0.0), frequencies.end.min(self.nyquist));
         if from.is_nan() || to.is_nan() || from >= to {
@@ -152,8 +154,8 @@ impl PowerSpectrum {
             .sum()
     }
 
-    /// Returns the third-octave levels re `reference` (1 N for forces) of all bands that lie whole between `lowest`
-    /// \[Hz\] and the Nyquist frequency.
+    /// Third-octave levels re `reference` (1 N for forces) of all bands that lie whole between `lowest` \[Hz\] and the
+    /// Nyquist frequency.
     pub fn third_octaves(&self, lowest: f64, reference: f64) -> Vec<BandLevel> {
         // A band that ends on the Nyquist frequency must not be lost to the rounding of 0.5/dt.
         ThirdOctaveBand::within(lowest..self.nyquist * (1.0 + 1e-12))
@@ -167,7 +169,7 @@ impl PowerSpectrum {
             .collect()
     }
 
-    /// Returns the narrow-band spectrum: frequency \[Hz\] and power spectral density \[unit^2/Hz\] of each bin.
+    /// Narrow-band spectrum: frequency \[Hz\] and power spectral density \[unit^2/Hz\] of each bin.
     pub fn density(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.power.iter().enumerate().map(|(k, power)| {
             let bin = self.bin_interval(k);
@@ -175,7 +177,7 @@ impl PowerSpectrum {
         })
     }
 
-    /// Returns the interval of bin k; the first and the last are half as wide.
+    /// Interval of bin k \[Hz\]; the first and the last are half as wide.
     fn bin_interval(&self, k: usize) -> Range<f64> {
         let start = (k as f64 - 0.5).max(0.0) * self.resolution;
         let end = ((k as f64 + 0.5) * self.resolution).min(self.nyquist);
@@ -214,7 +216,7 @@ mod tests {
         10.0 * ratio.log10()
     }
 
-    /// Returns the mean square of the part of the record between two frequencies, by one plain transform of all of it.
+    /// Mean square of the part of the record between two frequencies, by one plain transform of the whole record.
     fn brick_wall(signal: &[f64], rate: f64, band: Range<f64>) -> f64 {
         let samples = signal.len();
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(samples);

@@ -1,7 +1,7 @@
 //! How a level grows with the speed.
 //!
 //! Least squares of L = a + b lg(V/V_0) over the speeds: b is the growth in dB per decade of speed, 10 times the
-//! exponent of the mean square. The root mean square of what the line misses says whether one number is enough.
+//! exponent of the mean square. The root mean square of the residuals shows whether one number is enough.
 
 use crate::numeric::StraightLine;
 
@@ -12,7 +12,7 @@ pub(crate) struct SpeedExponent {
     pub decibels_per_decade: f64,
     /// Root mean square of the levels' distances from the line \[dB\]; 0 for two speeds.
     pub residual: f64,
-    /// Number of speeds.
+    /// Number of pairs of speed and level that count.
     pub speeds: usize,
 }
 

@@ -8,13 +8,13 @@ use crate::contact::geometry::Geometry;
 use crate::tyre::tread_pattern::block_window::{BlockWindow, spread_from_places, sum_over_places};
 use crate::tyre::tread_pattern::squeeze::Squeeze;
 
-/// Volumes over the cells of a window.
+/// Displaced volumes over the cells of a window, with the buffers of their computation.
 #[derive(Clone, Debug)]
 pub(crate) struct SqueezedVolumes {
     squeeze: Squeeze,
-    /// Where the window of the volumes is.
+    /// Window of the volumes.
     geometry: Geometry,
-    /// Columns of this window on either side of that of the forces.
+    /// Columns of this window on either side of the window of the forces.
     margin: usize,
     /// Blocks in the window of the volumes.
     window: BlockWindow,
@@ -29,7 +29,7 @@ pub(crate) struct SqueezedVolumes {
 }
 
 impl SqueezedVolumes {
-    /// Makes the volumes of forces in a window.
+    /// For forces in the window `forces`; the window of the volumes is wider by the reach of a block.
     pub(crate) fn new(squeeze: Squeeze, forces: &Geometry) -> Self {
         let margin = Self::margin(&squeeze, forces.columns);
         let geometry = forces.wider(margin);
@@ -48,18 +48,18 @@ impl SqueezedVolumes {
         }
     }
 
-    /// Returns the columns by which a window of so many is to be wider at either end.
+    /// Columns by which a window of so many is extended at either end: the reach of a block, or half of what is left of
+    /// the circumference.
     pub(crate) fn margin(squeeze: &Squeeze, columns: usize) -> usize {
         squeeze.reach().min(squeeze.columns.saturating_sub(columns) / 2)
     }
 
-    /// Returns the window of the volumes.
     pub(crate) fn window(&self) -> &Geometry {
         &self.geometry
     }
 
-    /// Returns the volumes by which cells go in under a step's forces, given stage after stage by cell: stage after
-    /// stage and cell by cell across, by column of the wider window \[m^3\].
+    /// Volumes \[m^3\] by which cells go in under a step's forces, which are given stage after stage by cell. In the
+    /// order: stage, cell across, column of the wider window.
     pub(crate) fn of(&mut self, step: u64, forces: &[f64]) -> &[f64] {
         let Self { squeeze, geometry, margin, window, forces: of_part, places, shared, parts, volumes } = self;
         let (around, across, columns) = (squeeze.columns as i64, squeeze.across, geometry.columns);
@@ -69,11 +69,13 @@ impl SqueezedVolumes {
         volumes.clear();
         volumes.resize(forces.len() / cells * across * columns, 0.0);
         for (forces, volumes) in forces.chunks_exact(cells).zip(volumes.chunks_exact_mut(across * columns)) {
+            // 1. Force on each part of a block.
             of_part.clear();
             of_part.resize(window.count(), 0.0);
             for (force, &part) in forces.iter().zip(&window.cells()[*margin * across..]) {
                 of_part[part as usize] += force;
             }
+            // 2. Mean over the places of a block on its rib, times its shares, spread back to parts and cells.
             for span in window.spans() {
                 let forces = &of_part[span.numbers()];
                 if forces.iter().all(|force| *force == 0.0) {
@@ -111,7 +113,7 @@ mod tests {
     const AROUND: usize = 24;
     const ACROSS: usize = 4;
 
-    /// Returns blocks of two columns and two cells, a column of void between them and two rows of it beside.
+    /// Blocks of two columns and two cells, a column of void between them and two rows of it beside.
     fn squeeze() -> Squeeze {
         let block = |i: usize, j: usize| if i % 3 < 2 && j < 2 { (i / 3) as u32 } else { NO_BLOCK };
         let of_cell = (0..AROUND).flat_map(|i| (0..ACROSS).map(move |j| block(i, j))).collect();
@@ -150,7 +152,7 @@ mod tests {
                     };
                     let block = element.rem_euclid(around) / 3;
                     let expected = match (element.rem_euclid(3), j) {
-                        // Four cells of its own; two beside it in the groove, two before and two behind.
+                        // Four cells of the block itself; two beside it in the groove, two before and two behind.
                         (0 | 1, 0 | 1) => of_block(block) / 4.0,
                         (0 | 1, 2) => -of_block(block) / 6.0,
                         (2, 0 | 1) => -(of_block(block) + of_block((block + 1) % (around / 3))) / 6.0,

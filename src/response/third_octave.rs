@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-/// One third-octave band, named by its distance n from the 1 kHz band.
+/// One third-octave band, numbered by its distance n from the 1 kHz band.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize)]
 pub struct ThirdOctaveBand(pub i32);
 
@@ -16,8 +16,8 @@ pub struct ThirdOctaveBand(pub i32);
 const NOMINAL: [f64; 10] = [1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0];
 
 impl ThirdOctaveBand {
-    /// Returns the band that holds a frequency; a band holds its lower edge. `None` unless `frequency` \[Hz\] is
-    /// positive and finite.
+    /// The band that holds a frequency; a band holds its lower edge. `None` unless `frequency` \[Hz\] is positive and
+    /// finite.
     pub fn containing(frequency: f64) -> Option<Self> {
         if !(frequency.is_finite() && frequency > 0.0) {
             return None;
@@ -33,9 +33,8 @@ impl ThirdOctaveBand {
         })
     }
 
-    /// Returns the bands that lie in `frequencies` \[Hz\] with both edges, lowest first; none if the range is empty.
-    ///
-    /// Lists the bands within a range. A lower limit of 0 gives no bands: there is no first one.
+    /// Bands that lie in `frequencies` \[Hz\] with both edges, lowest first; none if the range is empty. A lower limit
+    /// of 0 gives no bands: there is no first one.
     pub fn within(frequencies: Range<f64>) -> Vec<Self> {
         let (Some(first), Some(last)) = (Self::containing(frequencies.start), Self::containing(frequencies.end)) else {
             return Vec::new();
@@ -46,33 +45,33 @@ impl ThirdOctaveBand {
             .collect()
     }
 
-    /// Tells whether it belongs to a signal that is vouched for up to a frequency \[Hz\].
+    /// True for a band of a signal that is valid up to a frequency \[Hz\].
     pub fn is_vouched_for(self, valid_to: f64) -> bool {
         // Exact mid-frequencies lie up to half a percent above the nominal ones that people ask for.
         self.mid_frequency() <= 1.01 * valid_to
     }
 
-    /// Returns the exact mid-frequency 1000 * 10^(n/10) \[Hz\].
+    /// Exact mid-frequency 1000 * 10^(n/10) \[Hz\].
     pub fn mid_frequency(self) -> f64 {
         1000.0 * 10.0_f64.powf(f64::from(self.0) / 10.0)
     }
 
-    /// Returns the lower edge \[Hz\]: the very number that the band below has as its upper edge.
+    /// Lower edge \[Hz\]: bit for bit the upper edge of the band below.
     pub fn lower_edge(self) -> f64 {
         1000.0 * 10.0_f64.powf(f64::from(2 * self.0 - 1) / 20.0)
     }
 
-    /// Returns the upper edge \[Hz\].
+    /// Upper edge \[Hz\].
     pub fn upper_edge(self) -> f64 {
         Self(self.0 + 1).lower_edge()
     }
 
-    /// Returns the bandwidth \[Hz\].
+    /// Bandwidth \[Hz\].
     pub fn width(self) -> f64 {
         self.upper_edge() - self.lower_edge()
     }
 
-    /// Returns the nominal mid-frequency \[Hz\]: 31.5, 40, 50, ...
+    /// Nominal mid-frequency \[Hz\]: 31.5, 40, 50, ...
     pub fn nominal_frequency(self) -> f64 {
         let decade = 3 + self.0.div_euclid(10);
         // Dividing by a power of ten rounds better than multiplying by 0.1, 0.01, ...
@@ -80,7 +79,7 @@ impl ThirdOctaveBand {
         if decade >= 0 { value * 10.0_f64.powi(decade) } else { value / 10.0_f64.powi(-decade) }
     }
 
-    /// Returns the nominal mid-frequency as it is written along an axis: `31.5`, `400`, `1k`, `1.25k`.
+    /// Nominal mid-frequency as it is written along an axis: `31.5`, `400`, `1k`, `1.25k`.
     pub fn label(self) -> String {
         let nominal = self.nominal_frequency();
         if nominal >= 1000.0 { format!("{}k", nominal / 1000.0) } else { format!("{nominal}") }

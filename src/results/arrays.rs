@@ -1,4 +1,4 @@
-//! The arrays of a run and its checkpoint: how far each of them had come, and whether it still holds what was written.
+//! Arrays of a run and its checkpoint: how far each of them has been written, and a check that it still holds that.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,12 +10,12 @@ use super::error::ResultsError;
 use super::folder::ResultsFolder;
 use super::npy::{ArrayState, NpyNumber, NpyWriter, Row};
 
-/// How far the arrays of a run have come, by the names of their files.
+/// State of a run's arrays, by the names of their files.
 #[derive(Clone, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
 pub(crate) struct WrittenArrays(BTreeMap<String, ArrayState>);
 
 impl WrittenArrays {
-    /// Brings an array to the disk and notes how far it has come.
+    /// Brings an array to the disk and notes its state.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
@@ -25,7 +25,7 @@ impl WrittenArrays {
         Ok(())
     }
 
-    /// Looks for all of it in a folder: every row that counts, byte by byte.
+    /// Checks that a folder holds all of it: every row that counts, byte by byte.
     ///
     /// # Errors
     /// [`CheckpointError::Array`] for an array that does not hold them, [`CheckpointError::Io`].
@@ -42,12 +42,12 @@ impl WrittenArrays {
     }
 }
 
-/// Where the arrays of a run are begun, or gone on with.
+/// Folder for the arrays of a run that begins or is resumed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ArrayPlace<'a> {
-    /// The folder.
+    /// Folder of the run.
     pub folder: &'a ResultsFolder,
-    /// How far they have come; of a run that begins, `None`.
+    /// State of the arrays; `None` for a run that begins.
     pub written: Option<&'a WrittenArrays>,
 }
 
@@ -55,7 +55,7 @@ impl ArrayPlace<'_> {
     /// Begins the array of a file, or goes on with it.
     ///
     /// # Errors
-    /// As [`NpyWriter::open`]; [`ResultsError::NotThisArray`] for one that was not written before.
+    /// As [`NpyWriter::open`]; [`ResultsError::NotThisArray`] for one that the run has not written before.
     pub(crate) fn open<T: NpyNumber>(&self, name: &str, row: Row) -> Result<NpyWriter<T>, ResultsError> {
         let path = self.folder.path(name);
         let state = match self.written {

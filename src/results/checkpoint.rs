@@ -1,9 +1,9 @@
 //! `checkpoint`: the state of an unfinished run, beside its arrays.
 //!
-//! A sealed file ([`crate::storage::sealed_file`]). It takes its name when it is on the disk: at any moment, also of a
-//! power cut or a full disk, there is a whole checkpoint, the new one or the one before. The arrays are brought to the
-//! disk before it, so they hold at least the rows that it counts, whose checksums it holds; what is behind those is cut
-//! off.
+//! A sealed file ([`crate::storage::sealed_file`]). It gets its name when it is on the disk: at any moment, also after
+//! a power cut or with a full disk, there is a whole checkpoint, the new one or the one before. The arrays are brought
+//! to the disk before it, so they hold at least the rows that it counts, whose checksums it holds; anything behind
+//! those is cut off.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -18,14 +18,14 @@ use crate::storage::{PendingFile, StateError};
 
 /// Name of the checkpoint in the folder of an unfinished run.
 pub(crate) const CHECKPOINT_FILE: &str = "checkpoint";
-/// Name while it is being written: the folder belongs to one process.
+/// Name while it is being written; only one process writes to the folder.
 pub(super) const TEMPORARY_FILE: &str = "checkpoint.tmp";
 /// Name of the effective scene in the folder of an unfinished run.
 pub(crate) const SCENE_FILE: &str = "scene.toml";
-/// Its version is to be raised whenever a state means something else.
+/// Its version must be raised whenever the meaning of a state changes.
 const FORMAT: Format = Format { magic: b"TWAVECHK", version: 14, name: "a checkpoint" };
 
-/// Why a run cannot be gone on with.
+/// Reason why a run cannot be resumed.
 #[derive(Debug, Error)]
 pub enum CheckpointError {
     /// No unfinished run of that name.
@@ -34,13 +34,13 @@ pub enum CheckpointError {
         path.display()
     )]
     Nothing {
-        /// The place named by the caller.
+        /// Path given by the caller.
         path: PathBuf,
     },
     /// The run has reached its end.
     #[error("nothing to resume: {} is complete", path.display())]
     Complete {
-        /// The results.
+        /// Path of the results.
         path: PathBuf,
     },
     /// Stopped before the first checkpoint.
@@ -49,62 +49,62 @@ pub enum CheckpointError {
         path.display()
     )]
     NoCheckpoint {
-        /// The unfinished run.
+        /// Folder of the unfinished run.
         path: PathBuf,
     },
     /// More than one unfinished run of that name.
     #[error("several runs of that name are unfinished, name one of them: {}", listed(found))]
     Several {
-        /// Their folders.
+        /// Folders of these runs.
         found: Vec<PathBuf>,
     },
-    /// Another process has it.
+    /// Another process is writing to its folder.
     #[error("{} is being written by a process that is still running", path.display())]
     Running {
-        /// The unfinished run.
+        /// Folder of the unfinished run.
         path: PathBuf,
     },
-    /// The file does not check out.
+    /// The file is not a valid checkpoint of the run.
     #[error("{} cannot be used: {reason}", path.display())]
     Unusable {
-        /// The checkpoint.
+        /// Path of the checkpoint.
         path: PathBuf,
-        /// Fault of the checkpoint.
+        /// What is wrong with it.
         reason: CheckpointFault,
     },
     /// An array does not hold what was written to it.
     #[error("{} is damaged: its first {rows} rows are not those that the run had written", path.display())]
     Array {
-        /// The array's file.
+        /// Path of the array's file.
         path: PathBuf,
-        /// Rows that it must have.
+        /// Number of rows that it must have.
         rows: u64,
     },
-    /// The system does not let us.
+    /// A file or folder cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Io {
-        /// The file or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// Error of the system.
+        /// Error of the file system.
         source: std::io::Error,
     },
 }
 
-/// Fault of a checkpoint; its message says which.
+/// Fault of a checkpoint; its message describes it.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error(transparent)]
 pub struct CheckpointFault(#[from] pub(crate) Unusable);
 
-/// Fault of a checkpoint.
+/// Faults of a checkpoint.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub(crate) enum Unusable {
-    /// The file.
+    /// Fault of the sealed file.
     #[error(transparent)]
     File(#[from] sealed_file::Unusable),
     /// Written by another version of the program.
     #[error("tyrewave {found} has written it, this is {}; the same bits cannot be promised", env!("CARGO_PKG_VERSION"))]
     Program {
-        /// The version found.
+        /// Version of that program.
         found: String,
     },
     /// Belongs to another scene.
@@ -113,13 +113,13 @@ pub(crate) enum Unusable {
     /// A file that the scene reads has another content.
     #[error("the file {} has changed since the run began", file.display())]
     Input {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
     },
-    /// The influence functions came out with other bits.
+    /// The influence functions have other bits here.
     #[error("the tyre's influence functions come out differently here: another machine or library")]
     Influence,
-    /// Checked out, but does not fit.
+    /// A valid file whose state does not fit the run.
     #[error("{0}")]
     State(#[from] StateError),
 }
@@ -128,7 +128,7 @@ fn listed(paths: &[PathBuf]) -> String {
     paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }
 
-/// Puts a value into a folder as its checkpoint; the one before stays whole until the new one is.
+/// Writes a value as the checkpoint of a folder; the one before stays whole until then.
 ///
 /// # Errors
 /// [`ResultsError::Write`].
@@ -163,7 +163,7 @@ mod tests {
     fn a_checkpoint_that_cannot_be_written_leaves_the_one_before() {
         let folder = tempfile::tempdir().unwrap();
         write(folder.path(), &"first").unwrap();
-        // A folder in the way of the temporary file stands for a disk that refuses it.
+        // A folder in place of the temporary file has the effect of a disk that refuses it.
         fs::create_dir(folder.path().join(TEMPORARY_FILE)).unwrap();
         assert!(write(folder.path(), &"second").is_err());
         assert_eq!(read(folder.path()).unwrap().finish::<String>().unwrap(), "first");

@@ -1,4 +1,4 @@
-//! Cost of a run, as `summary.json` has it.
+//! Cost of a run, as in `summary.json`.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -15,91 +15,90 @@ pub struct Cost {
     pub wall_seconds: f64,
     /// Processor time of all threads for the whole run \[s\].
     pub cpu_seconds: Option<f64>,
-    /// Share of the threads' time in which they had nothing to do.
+    /// Share of the threads' time without work.
     pub idle_share: Option<f64>,
-    /// Threads it ran on.
+    /// Number of threads.
     pub threads: usize,
-    /// Largest resident memory of the process \[bytes\]; `null` where the system does not tell.
+    /// Largest resident memory of the process \[bytes\]; `null` where the system does not report it.
     pub peak_memory: Option<u64>,
-    /// Expectation before the run; `null` for what is not planned.
+    /// Cost expected before the run; `null` if it was not planned.
     pub(crate) planned: Option<Planned>,
-    /// Share of the time steps that were timed, in blocks: the times of stages within the steps are theirs, taken for
-    /// all.
+    /// Share of the time steps that were timed, in blocks: the times of stages within the steps are extrapolated from
+    /// these.
     pub share_of_steps_timed: f64,
     /// All steps together.
     pub(crate) steps: StepsRecord,
-    /// Cost by stage, in the order of the data's way; what went on in the background is beside the wall time, not a
-    /// part of it.
+    /// Cost by stage, in the order of the data flow; background work is not part of the wall time.
     pub(crate) stages: BTreeMap<Stage, StageRecord>,
     /// Rates of what was counted.
     pub(crate) rates: Rates,
-    /// Best rates of one core of the machine, measured after a closely watched run.
+    /// Best rates of one core of the machine, measured after a run with detailed timing.
     pub machine_peak: Option<MachinePeak>,
     /// Exact work counters; the same for any number of threads.
     pub counters: BTreeMap<Counter, u64>,
-    /// True if processor time and memory were looked at.
+    /// True if processor time and memory were measured.
     #[serde(skip)]
     pub closely: bool,
 }
 
-/// Expectation of a plan.
+/// Expected cost of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Planned {
-    /// Wall time \[s\].
+    /// Expected wall time \[s\].
     pub wall_seconds: f64,
     /// Largest memory \[bytes\].
     pub memory: f64,
-    /// True if the costs of units of work behind it were measured on this machine.
+    /// True if the unit costs behind it were measured on this machine.
     pub measured: bool,
 }
 
 /// Rates over a whole run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Rates {
-    /// Time of one evaluation of the layered compliance \[ns\]: processor time of all threads in the stage over
-    /// evaluations, sums and all around them included; wall time where no processor time was measured.
+    /// Time of one evaluation of the layered compliance \[ns\]: processor time of all threads in the stage over the
+    /// number of evaluations, sums and everything around them included; wall time where no processor time was measured.
     pub compliance_evaluation_ns: Option<f64>,
-    /// Time of a step \[us\], all stages of the steps together, without what goes on in the background.
+    /// Time of a step \[us\], all stages of the steps together, without background work.
     pub step_us: Option<f64>,
 }
 
-/// All steps of a run together.
+/// Cost of all steps of a run together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct StepsRecord {
     /// Wall time \[s\].
     pub seconds: f64,
     /// Processor time of all threads \[s\].
     pub cpu_seconds: Option<f64>,
-    /// Share of the threads' time in which they had nothing to do.
+    /// Share of the threads' time without work.
     pub idle_share: Option<f64>,
 }
 
 /// Cost of a stage. Numbers that were not measured are `None`.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 pub(crate) struct StageRecord {
-    /// How often it was entered.
+    /// Number of times that it was entered.
     pub calls: u64,
     /// Time that the run spent in it \[s\].
     pub seconds: f64,
-    /// Time that it was at work in the background \[s\].
+    /// Time of its background work \[s\].
     pub background_seconds: f64,
     /// Processor time \[s\], see [`StageCost::spent`].
     pub cpu_seconds: Option<f64>,
-    /// Share of the threads' time in which they had nothing to do.
+    /// Share of the threads' time without work.
     pub idle_share: Option<f64>,
-    /// Allocations and reallocations of the whole process meanwhile.
+    /// Number of allocations and reallocations of the whole process during the stage.
     pub allocations: Option<u64>,
-    /// Their bytes.
+    /// Size of these \[bytes\].
     pub allocated_bytes: Option<u64>,
-    /// Largest resident memory so far at its end \[bytes\].
+    /// Largest resident memory until its end \[bytes\].
     pub peak_memory: Option<u64>,
-    /// Multiply-adds.
+    /// Number of multiply-adds.
     pub multiply_adds: Option<u64>,
-    /// Bytes of tables and states read and written.
+    /// Bytes of tables and states that are read and written.
     pub bytes: Option<u64>,
-    /// Flop in a second.
+    /// Floating-point operations per second.
     pub flop_per_second: Option<f64>,
-    /// Bytes in a second.
+    /// Bytes per second.
     pub bytes_per_second: Option<f64>,
 }
 
@@ -124,7 +123,7 @@ impl StageRecord {
 }
 
 impl Cost {
-    /// Returns the cost of a run as its meter has it.
+    /// From the times and counters of a meter.
     pub fn new(meter: &Meter, wall_seconds: f64, threads: usize) -> Self {
         let steps = meter.steps();
         let (seconds, cpu_seconds) = (steps.wall.as_secs_f64(), steps.cpu_seconds());
@@ -156,17 +155,16 @@ impl Cost {
         }
     }
 
-    /// Returns the cost of a stage.
     pub(crate) fn stage(&self, stage: Stage) -> &StageRecord {
         &self.stages[&stage]
     }
 
-    /// Returns the value of a counter.
+    /// Value of a counter.
     pub fn counted(&self, counter: Counter) -> u64 {
         self.counters[&counter]
     }
 
-    /// Returns the same with the processor time of the whole run.
+    /// The same with the processor time of the whole run, and the idle share that follows from it.
     #[must_use]
     pub fn with_cpu(self, cpu: Option<Duration>) -> Self {
         let cpu_seconds = cpu.map(|cpu| cpu.as_secs_f64());

@@ -1,4 +1,4 @@
-//! Steps on the file system that results are kept safe by.
+//! Operations of the file system that keep results safe.
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
@@ -13,7 +13,7 @@ pub(super) fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ResultsError> 
     file.write_all(bytes).and_then(|()| file.sync_all()).map_err(ResultsError::writing(path))
 }
 
-/// Gives `working` the name `target`; what stood there is now at the path that is returned, and of no use any more.
+/// Gives `working` the name `target`; returns the path at which an older `target` is now, which may be deleted.
 pub(super) fn replace(working: &Path, target: &Path) -> Result<Option<PathBuf>, ResultsError> {
     let old = if fs::symlink_metadata(target).is_err() {
         rename(working, target)?;
@@ -23,20 +23,20 @@ pub(super) fn replace(working: &Path, target: &Path) -> Result<Option<PathBuf>, 
     } else {
         Some(replace_in_two(working, target)?)
     };
-    // The new results are in place: trouble from here on is none of theirs.
+    // The new results are in place: a failure from here on does not concern them.
     if let Some(parent) = target.parent().filter(|parent| !parent.as_os_str().is_empty()) {
         let _ = sync_folder(parent);
     }
     Ok(old)
 }
 
-/// Names a folder that stands in the way, for a moment.
+/// Temporary name of an older folder that is being replaced.
 pub(super) fn aside(working: &Path) -> PathBuf {
     with_suffix(working, "-old")
 }
 
-/// Returns the same where names cannot be exchanged: the old folder steps aside, and gets its name back on failure.
-/// Between the two renames nothing has the name.
+/// The same where names cannot be exchanged: the old folder steps aside, and gets its name back on failure. Between the
+/// two renames nothing has the name.
 fn replace_in_two(working: &Path, target: &Path) -> Result<PathBuf, ResultsError> {
     let aside = aside(working);
     rename(target, &aside)?;
@@ -51,20 +51,20 @@ fn rename(from: &Path, to: &Path) -> Result<(), ResultsError> {
     fs::rename(from, to).map_err(|source| ResultsError::Rename { from: from.to_owned(), to: to.to_owned(), source })
 }
 
-/// Exchanges two names, both at once: at no moment is either of them missing.
+/// Exchanges two names atomically: at no moment is either of them missing.
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 fn exchange(one: &Path, other: &Path) -> io::Result<()> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
     Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)
 }
 
-/// Returns no such thing here, as on file systems that do not know it.
+/// Not supported here; the same error as on file systems without it.
 #[cfg(not(any(target_os = "linux", target_os = "macos")))]
 fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Returns the parents of `target` that do not exist, innermost first.
+/// Parents of `target` that do not exist, innermost first.
 pub(super) fn missing_parents(target: &Path) -> Vec<PathBuf> {
     target
         .ancestors()
@@ -74,7 +74,7 @@ pub(super) fn missing_parents(target: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Returns a path with more at the end of its name.
+/// A path with a suffix to its name.
 pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name: OsString = path.file_name().unwrap_or(OsStr::new("results")).to_owned();
     name.push(suffix);

@@ -7,24 +7,23 @@ use thiserror::Error;
 
 use crate::storage::StateError;
 
-/// Why results could not be written. Every variant says which path, so that the user knows which disk or right it is
-/// about.
+/// Errors of writing results. Most name a path, so that the user knows which disk or permission is meant.
 #[derive(Debug, Error)]
 pub enum ResultsError {
-    /// A folder or file could not be made.
+    /// A folder or file could not be created.
     #[error("cannot create {}: {source}", path.display())]
     Create {
         /// Path that was to be created.
         path: PathBuf,
-        /// The system's answer.
+        /// Error of the file system.
         source: io::Error,
     },
     /// Writing failed half-way: disk full, quota, file system gone.
     #[error("cannot write {}: {source}", path.display())]
     Write {
-        /// The file being written.
+        /// Path of the file being written.
         path: PathBuf,
-        /// The system's answer.
+        /// Error of the file system.
         source: io::Error,
     },
     /// An array that is to be kept in memory does not fit.
@@ -32,10 +31,10 @@ pub enum ResultsError {
     Room {
         /// Name of the array.
         array: &'static str,
-        /// Its size \[bytes\].
+        /// Size of the array \[bytes\].
         bytes: f64,
     },
-    /// A state that has no bytes.
+    /// A state that cannot be serialised.
     #[error(transparent)]
     State(#[from] StateError),
     /// The finished folder could not be given its name.
@@ -43,80 +42,80 @@ pub enum ResultsError {
     Rename {
         /// Present name.
         from: PathBuf,
-        /// Wanted name.
+        /// New name.
         to: PathBuf,
-        /// The system's answer.
+        /// Error of the file system.
         source: io::Error,
     },
-    /// The output path ends in `..`, `/` or nothing: there is no name that a folder could get.
+    /// The output path ends in `..`, `/` or nothing, and cannot be the name of a folder.
     #[error("{} does not name a folder to write results to", path.display())]
     NoFolderName {
-        /// The path given.
+        /// Path given.
         path: PathBuf,
     },
-    /// Something stands at the output path that is not a results folder.
+    /// The output path is not a results folder.
     #[error("{} exists and is not a tyrewave results folder; it is left alone (choose another --out)", path.display())]
     NotOurs {
-        /// The output path.
+        /// Output path.
         path: PathBuf,
     },
-    /// A results folder with files that are not of the run.
+    /// A results folder with files that do not belong to the run.
     #[error(
         "{} holds {entry}, which tyrewave did not write; the folder is left alone \
          (move {entry} away or choose another --out)",
         path.display()
     )]
     ForeignEntry {
-        /// The output path.
+        /// Output path.
         path: PathBuf,
-        /// Name of the file or folder that is not ours.
+        /// Name of the file or folder that tyrewave did not write.
         entry: String,
     },
-    /// Something came to the output path while the run went on.
+    /// Something appeared at the output path during the run.
     #[error("{0}; that came there while the results were made")]
     Overtaken(Box<ResultsError>),
     /// A row of another length than the array's.
     #[error("{}: a row of {got} numbers in an array of {expected} columns", path.display())]
     RowLength {
-        /// The array's file.
+        /// Path of the array's file.
         path: PathBuf,
-        /// Columns of the array.
+        /// Number of columns of the array.
         expected: usize,
         /// Length of the row.
         got: usize,
     },
-    /// An array to be gone on with is not the one that was begun.
+    /// An array to be continued is not the one that was begun.
     #[error(
         "{} is not the array that was begun: it lacks some of its first {rows} rows, or has another type or width",
         path.display()
     )]
     NotThisArray {
-        /// The array's file.
+        /// Path of the array's file.
         path: PathBuf,
-        /// Rows that it must have.
+        /// Number of rows that it must have.
         rows: u64,
     },
     /// A summary that cannot be written as JSON.
     #[error("cannot write {} as JSON: {source}", path.display())]
     Json {
-        /// The summary's path.
+        /// Path of the summary.
         path: PathBuf,
-        /// The serialiser's complaint.
+        /// Error of the serialiser.
         source: serde_json::Error,
     },
-    /// A sound that cannot be put into a file.
+    /// A sound that cannot be written as a file.
     #[error("cannot make {}: {source}", path.display())]
     Audio {
-        /// The sound file.
+        /// Path of the sound file.
         path: PathBuf,
-        /// Fault of the sound.
+        /// What is wrong with the sound.
         source: Box<crate::sound::WavError>,
     },
 }
 
 impl ResultsError {
-    /// Tells errors of the request, after which nothing was tried: foreign files in the way, a place
-    /// without a name, an array that is not the one to go on with.
+    /// True for errors of the request, found before anything was tried: foreign files at the output path, a path
+    /// without a name, an array that is not the one to continue.
     pub fn is_refusal(&self) -> bool {
         matches!(
             self,
@@ -124,12 +123,12 @@ impl ResultsError {
         )
     }
 
-    /// Makes the error that writing to `path` failed, for `map_err`.
+    /// Error of writing to `path`, for `map_err`.
     pub fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Write { path: path.to_owned(), source }
     }
 
-    /// Makes the error that creating `path` failed, for `map_err`.
+    /// Error of creating `path`, for `map_err`.
     pub fn creating(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Create { path: path.to_owned(), source }
     }

@@ -1,4 +1,4 @@
-//! Destination of the results that are written whole, tables, pictures, sounds and maps: a folder, or memory.
+//! Destination of results that are written as whole files, tables, pictures, sounds and maps: a folder, or memory.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ pub(crate) trait ResultFiles {
     /// [`ResultsError::Create`], [`ResultsError::Write`].
     fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError>;
 
-    /// Writes a text.
+    /// Writes a text file.
     ///
     /// # Errors
     /// As [`Self::write`].
@@ -35,7 +35,6 @@ impl ResultFiles for ResultsFolder {
 pub(crate) struct FilesInMemory(RefCell<BTreeMap<String, Vec<u8>>>);
 
 impl FilesInMemory {
-    /// Hands the files over.
     pub(crate) fn into_inner(self) -> BTreeMap<String, Vec<u8>> {
         self.0.into_inner()
     }

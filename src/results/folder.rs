@@ -1,19 +1,19 @@
 //! The life of a results folder: under its final name there is a complete set of results or nothing of this run.
 //!
-//! 1. [`ResultsFolder::create`] makes `<final>.partial-<pid>` beside the final place, after checking that whatever
-//!    stands there already may be replaced: an empty folder, or an earlier results folder without foreign files. A file
-//!    in it is locked as long as the process lives.
+//! 1. [`ResultsFolder::create`] makes `<final>.partial-<pid>` beside the final path, after checking that whatever is
+//!    there already may be replaced: an empty folder, or an earlier results folder without foreign files. A file in it
+//!    is locked as long as the process lives.
 //! 2. Files are written there; from the first checkpoint on ([`ResultsFolder::keep_if_stopped`]) the folder outlives
 //!    its process.
 //! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), exchanges its name
-//!    with that of an older folder, deletes the older one, and last the checkpoint. The next process puts in order
-//!    what one that was killed within that has left (`placing`).
+//!    with that of an older folder, deletes the older one, and last the checkpoint. If a process is killed in the
+//!    middle of that, the next one tidies up (`placing`).
 //! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`. Where
-//!    another process, or foreign files, are in the way, it keeps the name that it has.
-//! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by its own, and goes on in the same
-//!    folder. What another process has locked is refused.
-//! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, and parents that were
-//!    made for it, too.
+//!    another process, or foreign files, prevent that, it keeps its present name.
+//! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by that of its folder, and goes on in the
+//!    same folder. A folder that another process has locked is refused.
+//! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, together with parents
+//!    that were created for it.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
@@ -27,7 +27,7 @@ use super::summary::{SUMMARY_FILE, Summary};
 use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, lock, unfinished};
 use crate::storage::flat_folder::{self, entries};
 
-/// A results folder being filled.
+/// A results folder to which a run writes.
 #[derive(Debug)]
 pub(crate) struct ResultsFolder {
     target: PathBuf,
@@ -36,15 +36,15 @@ pub(crate) struct ResultsFolder {
     made_parents: Vec<PathBuf>,
     finished: bool,
     keep: bool,
-    /// Held, not read: the lock ends with it.
+    /// Held for its lock, which ends with it; never read.
     lock: Option<File>,
 }
 
 impl ResultsFolder {
-    /// Begins results that will be found at `target`; missing parents are made.
+    /// Begins results whose final path is `target`; missing parents are created.
     ///
     /// # Errors
-    /// [`ResultsError::NotOurs`], [`ResultsError::ForeignEntry`] if something stands there that must not be replaced,
+    /// [`ResultsError::NotOurs`], [`ResultsError::ForeignEntry`] if something is there that must not be replaced,
     /// [`ResultsError::NoFolderName`], [`ResultsError::Create`].
     pub(crate) fn create(target: &Path) -> Result<Self, ResultsError> {
         if target.file_name().is_none() {
@@ -57,12 +57,13 @@ impl ResultsFolder {
             fs::create_dir_all(parent).map_err(ResultsError::creating(parent))?;
         }
         let working = create_fresh(target)?;
-        // A lock protects a checkpoint, and there is none yet: a file system without locks is no reason not to run.
+        // A lock protects a checkpoint, and there is none yet: a file system without locks is no reason to refuse the
+        // run.
         let lock = lock(&working).unwrap_or_default();
         Ok(Self { target: target.to_owned(), working, made_parents, finished: false, keep: false, lock })
     }
 
-    /// Goes on with an unfinished run, named by its final place or by its own folder.
+    /// Goes on with an unfinished run, given by its final path or by its folder.
     ///
     /// # Errors
     /// [`CheckpointError`] where there is none, more than one, none with a checkpoint, a link in it, or a process that
@@ -75,57 +76,57 @@ impl ResultsFolder {
         Ok(Self { target, working, made_parents: Vec::new(), finished: false, keep: true, lock })
     }
 
-    /// Puts in order what a process that was killed at the end of its run has left, by the final name or that of the
-    /// unfinished run; returns the place of whole results that have not been reported yet.
+    /// Tidies up after a process that was killed at the end of its run, given by the final path or that of the
+    /// unfinished run; returns the path of whole results that have not been reported yet.
     ///
     /// # Errors
-    /// Where whole results cannot get their name.
+    /// If whole results cannot get their name.
     pub(crate) fn put_in_order(path: &Path) -> Result<Option<PathBuf>, ResultsError> {
         put_in_order(&final_name(path).unwrap_or_else(|| path.to_owned()))
     }
 
-    /// Makes the folder stay from now on if the process ends before the run does: it holds a checkpoint.
+    /// Keeps the folder from now on if the process ends before the run does: it holds a checkpoint.
     pub(crate) fn keep_if_stopped(&mut self) {
         self.keep = true;
     }
 
-    /// Tells whether the folder holds a checkpoint to go on from.
+    /// True if the folder holds a checkpoint from which the run can be resumed.
     pub(crate) fn holds_checkpoint(&self) -> bool {
         self.keep
     }
 
-    /// Deletes the folder: its run cannot be gone on with.
+    /// Deletes the folder, whose run cannot be resumed.
     pub(crate) fn discard(mut self) {
         self.keep = false;
     }
 
-    /// Tells where the files are now.
+    /// Present path of the folder.
     pub(crate) fn working(&self) -> &Path {
         &self.working
     }
 
-    /// Tells where the results will be found.
+    /// Final path of the results.
     #[cfg(test)]
     pub(crate) fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Tells where a file of that name is to be written now.
+    /// Present path of a file of that name.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.working.join(name)
     }
 
-    /// Completes the results and returns their place. All writers must be finished.
+    /// Completes the results and returns their path. All writers must be finished.
     ///
     /// # Errors
-    /// [`ResultsError::Overtaken`], [`ResultsError::Write`], [`ResultsError::Rename`]; an older folder is where it was
-    /// then, and this one is gone unless it is whole or holds a checkpoint.
+    /// [`ResultsError::Overtaken`], [`ResultsError::Write`], [`ResultsError::Rename`]; an older folder is then where it
+    /// was, and this one is deleted unless it is whole or holds a checkpoint.
     pub(crate) fn finish(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
         self.write_summary(Summary { complete: true, ..summary }, &SERVICE_FILES)?;
-        // The place may have changed hands during the run.
+        // The path may have been taken during the run.
         check_replaceable(&self.target).map_err(|error| ResultsError::Overtaken(Box::new(error)))?;
         self.let_go();
-        // Whole as they are, they stay whatever comes: somebody gives them their name.
+        // Whole results stay from here on, whatever fails: a later process gives them their name.
         self.keep = true;
         place(&self.working, &self.target)?;
         self.finished = true;
@@ -133,7 +134,7 @@ impl ResultsFolder {
         Ok(self.target.clone())
     }
 
-    /// Keeps what an interrupted run has written, as `<final>.partial` if that is free, and returns that place. All
+    /// Keeps the results of an interrupted run, as `<final>.partial` if that is free, and returns that path. All
     /// writers must be finished.
     ///
     /// # Errors
@@ -143,12 +144,12 @@ impl ResultsFolder {
         self.settle()
     }
 
-    /// Keeps the folder with its checkpoint after a failure, as `<final>.partial` if that is free; returns its place.
+    /// Keeps the folder with its checkpoint after a failure, as `<final>.partial` if that is free; returns its path.
     pub(crate) fn stay(mut self) -> PathBuf {
         self.settle().unwrap_or_else(|_| self.working.clone())
     }
 
-    /// Takes the name `<final>.partial`, or keeps the present one where that belongs to another.
+    /// Takes the name `<final>.partial`, or keeps the present one where that belongs to another run.
     fn settle(&mut self) -> Result<PathBuf, ResultsError> {
         self.finished = true;
         let target = with_suffix(&self.target, PARTIAL);
@@ -162,7 +163,7 @@ impl ResultsFolder {
         Ok(self.working.clone())
     }
 
-    /// Lets go of the lock where Windows would not rename the folder: it renames none in which a file is open.
+    /// Releases the lock on Windows, which renames no folder in which a file is open.
     fn let_go(&mut self) {
         if cfg!(windows) {
             drop(self.lock.take());
@@ -178,7 +179,7 @@ impl ResultsFolder {
         summary.files = files;
         let summary_path = self.path(SUMMARY_FILE);
         write_file(&summary_path, summary.to_json(&summary_path)?.as_bytes())?;
-        // Every writer has brought its own file to the disk; their names are left.
+        // Every writer has brought its own file to the disk; only the names in the folder remain.
         sync_folder(&self.working).map_err(ResultsError::writing(&self.working))
     }
 }
@@ -188,9 +189,9 @@ impl Drop for ResultsFolder {
         if self.finished || self.keep {
             return;
         }
-        // A process that may open no more files lists the folder by the one that the lock was.
+        // Frees a file descriptor: a process at its limit can then list the folder.
         drop(self.lock.take());
-        // Nothing more can be done about a failure here; the name says that it is no result.
+        // A failure cannot be handled here; the folder's name shows that it holds no results.
         let _ = flat_folder::remove(&self.working);
         for parent in &self.made_parents {
             if fs::remove_dir(parent).is_err() {
@@ -200,7 +201,7 @@ impl Drop for ResultsFolder {
     }
 }
 
-/// Makes `<target>.partial-<pid>`, or with a number added if a dead process of the same id has left one.
+/// Makes `<target>.partial-<pid>`, with a number appended if a dead process of the same id has left one.
 fn create_fresh(target: &Path) -> Result<PathBuf, ResultsError> {
     let process = std::process::id();
     let mut attempt = 0_u32;
@@ -226,7 +227,7 @@ pub(super) mod tests {
     use super::*;
     use crate::results::files::ResultFiles as _;
 
-    /// Lists the names in a folder, sorted.
+    /// Names in a folder, sorted.
     pub(in crate::results) fn names(folder: &Path) -> Vec<String> {
         let mut names = entries(folder).unwrap();
         names.sort();
@@ -359,7 +360,7 @@ pub(super) mod tests {
         }
     }
 
-    /// Returns an unfinished run with a checkpoint, as a process that was killed leaves it.
+    /// An unfinished run with a checkpoint, as a process that was killed leaves it.
     fn killed(target: &Path) -> PathBuf {
         let mut folder = ResultsFolder::create(target).unwrap();
         folder.write_text("time.npy", "half").unwrap();
@@ -379,7 +380,7 @@ pub(super) mod tests {
         for name in [&target, &working] {
             let again = ResultsFolder::reopen(name).unwrap();
             assert_eq!((again.working(), again.target()), (working.as_path(), target.as_path()));
-            // A second process is kept out; so is a run that is interrupted and would like that name.
+            // A second process is kept out, and so is an interrupted run that is to be given that name.
             assert!(matches!(ResultsFolder::reopen(&target), Err(CheckpointError::Running { .. })));
         }
         let again = ResultsFolder::reopen(&target).unwrap();

@@ -1,5 +1,5 @@
-//! Files that a scene reads, by their content. With the scene and the version of the program they are all that results
-//! depend on: checkpoints, tasks and summaries have them, and what one of them was made with is used with no other.
+//! Files that a scene reads, with hashes of their content. With the scene and the version of the program they are all
+//! that results depend on: checkpoints, tasks and summaries record them, and are used with the same inputs only.
 
 use std::collections::HashMap;
 use std::io::{self, BufReader, Read};
@@ -16,26 +16,26 @@ use crate::storage::input;
 /// A file that a scene reads.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Input {
-    /// Key of the scene that names it, or the file that includes it.
+    /// Key of the scene with the file's name, also for a file that it includes.
     pub key: String,
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
-    /// SHA-256 of its content.
+    /// SHA-256 of its content, in hexadecimal.
     pub sha256: String,
 }
 
-/// Finder of the inputs of scenes, each file of which it reads once.
+/// Finds the inputs of scenes, and reads each file once.
 #[derive(Default)]
 pub(crate) struct Inputs {
-    /// Inputs that a file and its includes are, by key and file.
+    /// Inputs of a file and its includes, by key and file.
     known: HashMap<(&'static str, PathBuf), Vec<Input>>,
 }
 
 impl Inputs {
-    /// Returns the inputs of a scene, in the order of its keys.
+    /// Inputs of a scene, in the order of its keys.
     ///
     /// # Errors
-    /// A file that cannot be read, with the reason.
+    /// The path of a file that cannot be read, with the error.
     pub(crate) fn of(&mut self, scene: &Scene) -> Result<Vec<Input>, (PathBuf, io::Error)> {
         let mut all = Vec::new();
         for (key, file) in scene.files() {
@@ -56,14 +56,14 @@ impl Inputs {
     }
 }
 
-/// Returns the file in which inputs differ from those at an earlier time, the first of them.
+/// Path of the first file in which inputs differ from earlier ones.
 pub(crate) fn changed<'a>(before: &'a [Input], now: &'a [Input]) -> Option<&'a Path> {
     let missing_in = |others: &'a [Input]| move |input: &&Input| !others.contains(*input);
     let first = before.iter().find(missing_in(now)).or_else(|| now.iter().find(missing_in(before)));
     first.map(|input| input.file.as_path())
 }
 
-/// Returns SHA-256 of a file's content.
+/// SHA-256 of a file's content, in hexadecimal.
 fn file_digest(path: &Path) -> io::Result<String> {
     let mut reader = BufReader::with_capacity(1 << 16, input::open(path)?.0);
     let (mut hash, mut block) = (Sha256::new(), vec![0; 1 << 16]);
@@ -110,7 +110,7 @@ mod tests {
             fs::write(path(name), text).unwrap();
             assert_eq!(changed(&before, &of()), None);
         }
-        // An include that is gone is a change, too; a file that the scene itself names is missed at once.
+        // An include that is gone is a change, too; a missing file that the scene itself names is an error.
         fs::remove_file(path("inner.crg")).unwrap();
         assert!(changed(&before, &of()).unwrap().ends_with("inner.crg"));
         fs::remove_file(path("map.png")).unwrap();

@@ -1,11 +1,11 @@
 //! Results of a run: a folder with a summary, arrays, spectra and plots.
 //!
-//! `folder` decides when and under which name the rest appears, `placing` gives it that name; `checkpoint` keeps
-//! the state of an unfinished run beside it, `unfinished` finds it again; `npy` streams arrays while the run
-//! goes on, `arrays` checks them when it goes on again; `summary`, `spectra`, `vibration` and `plots` are
-//! written at its end, into the folder or, by `files`, into memory; `profile_table` is for the terminal,
-//! `inputs` are the files that a scene reads, `table` says how tables look, `read_table` reads those of a folder
-//! again, `trace` is the timeline of a run, `tread_pattern` shows a tread. `cost` says what it took.
+//! `folder` decides when and under which name the rest appears, `placing` gives it that name; `checkpoint` stores the
+//! state of an unfinished run beside it, `unfinished` finds it again; `npy` streams arrays during the run, `arrays`
+//! checks them when it is resumed; `summary`, `spectra`, `vibration` and `plots` are written at its end, into the
+//! folder or, by `files`, into memory; `profile_table` is for the terminal, `inputs` are the files that a scene reads,
+//! `table` formats tables, `read_table` reads those of a folder, `trace` is the timeline of a run, `tread_pattern`
+//! shows a tread. `cost` records the times and work of a run.
 
 pub(crate) mod arrays;
 pub(crate) mod checkpoint;

@@ -1,12 +1,13 @@
-//! Arrays in NumPy's `.npy` format, appended row by row while a run goes on.
+//! Arrays in NumPy's `.npy` format, appended row by row during a run.
 //!
-//! The number of rows is known only at the end (a run may be interrupted), so the header is written first with room to
-//! spare and patched in place: format version 1.0, always 128 bytes, the dictionary padded with spaces as the format
-//! asks. A header on disk is valid at any moment; it counts the rows of the last [`NpyWriter::checkpoint`]. The crate
-//! npyz reads these headers but patches one-dimensional shapes only.
+//! The number of rows is known only at the end (a run may be interrupted), so the header is written first with spare
+//! room and patched in place: format version 1.0, always 128 bytes, the dictionary padded with spaces as the format
+//! requires. A header on disk is valid at any moment; it counts the rows of the last [`NpyWriter::checkpoint`]. The
+//! crate npyz reads these headers but patches one-dimensional shapes only.
 //!
-//! Every row goes through a running checksum on its way to the file, which a run's checkpoint keeps: a CRC-32 finds
-//! every flipped byte and costs some picoseconds a byte. The header needs none: it is written anew when a run goes on.
+//! Every row goes through a running checksum on its way to the file, which a run's checkpoint stores: a CRC-32 finds
+//! every flipped byte and costs some picoseconds per byte. The header needs none: it is rewritten when a run is
+//! resumed.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -20,16 +21,16 @@ use super::error::ResultsError;
 
 /// Bytes before the data: a multiple of 64, as NumPy aligns, and long enough for any shape of two 20-digit numbers.
 const HEADER_BYTES: usize = 128;
-/// Buffer between us and the system: some hundred rows of a patch.
+/// Size of the write buffer: some hundred rows of a patch.
 const BUFFER_BYTES: usize = 1 << 18;
 
-/// A number that an array may hold.
+/// A type of numbers in an array.
 pub trait NpyNumber: Copy {
     /// NumPy's type descriptor, little-endian.
     const DESCRIPTOR: &'static str;
-    /// Its bytes.
+    /// Array of its bytes.
     type Bytes: AsRef<[u8]>;
-    /// Returns the bytes, little-endian.
+    /// Bytes of the number, little-endian.
     fn bytes(self) -> Self::Bytes;
 }
 
@@ -62,12 +63,12 @@ impl NpyNumber for i64 {
 pub enum Row {
     /// One number: the array is one-dimensional, \[rows\].
     Scalar,
-    /// Row of that many numbers: the array is two-dimensional, \[rows, columns\].
+    /// A row of that many numbers: the array is two-dimensional, \[rows, columns\].
     Columns(usize),
 }
 
 impl Row {
-    /// Returns how many numbers a row has.
+    /// Number of numbers in a row.
     pub fn length(self) -> usize {
         match self {
             Self::Scalar => 1,
@@ -75,7 +76,7 @@ impl Row {
         }
     }
 
-    /// Tells whether an array of that shape has such rows.
+    /// True if an array of that shape has such rows.
     fn fits(self, shape: &[u64]) -> bool {
         match self {
             Self::Scalar => shape.len() == 1,
@@ -84,19 +85,19 @@ impl Row {
     }
 }
 
-/// How far an array has been written: what a checkpoint knows of it.
+/// How far an array has been written, as recorded in a checkpoint.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
 pub struct ArrayState {
-    /// Rows.
+    /// Number of rows.
     pub rows: u64,
-    /// Bytes of these rows.
+    /// Size of these rows \[bytes\].
     bytes: u64,
     /// CRC-32 of these bytes.
     checksum: u32,
 }
 
 impl ArrayState {
-    /// Tells whether a file begins with a header and just these rows.
+    /// True if a file holds exactly these rows behind its header; further rows do not matter.
     ///
     /// # Errors
     /// Errors of reading it.
@@ -109,7 +110,7 @@ impl ArrayState {
     }
 }
 
-/// Whatever goes to a writer, with its checksum.
+/// A writer with the checksum of everything written to it.
 #[derive(Debug)]
 struct Checked<W> {
     inner: W,
@@ -141,7 +142,7 @@ pub struct NpyWriter<T> {
 }
 
 impl<T: NpyNumber> NpyWriter<T> {
-    /// Goes on behind the rows that are there.
+    /// Goes on behind the rows of `state`.
     fn of(path: &Path, file: File, row: Row, state: ArrayState) -> Result<Self, ResultsError> {
         let ArrayState { rows, bytes, checksum } = state;
         let checksum = crc32fast::Hasher::new_with_initial_len(checksum, bytes);
@@ -159,7 +160,7 @@ impl<T: NpyNumber> NpyWriter<T> {
         state.map_or_else(|| Self::create(path, row), |state| Self::reopen(path, row, state))
     }
 
-    /// Creates the file with a header that says zero rows.
+    /// Creates the file, with a header of zero rows.
     ///
     /// # Errors
     /// [`ResultsError::Create`], [`ResultsError::Write`].
@@ -168,8 +169,8 @@ impl<T: NpyNumber> NpyWriter<T> {
         Self::of(path, file, row, ArrayState { rows: 0, bytes: 0, checksum: 0 })
     }
 
-    /// Goes on with a file of which the rows of `state` count, which the caller has looked for there
-    /// ([`ArrayState::is_in`]); what follows them is cut off.
+    /// Goes on with a file whose first rows are those of `state`, which the caller has checked ([`ArrayState::is_in`]);
+    /// anything behind them is cut off.
     ///
     /// # Errors
     /// [`ResultsError::NotThisArray`] for another type or shape of row, or too few rows; [`ResultsError::Write`].
@@ -180,7 +181,7 @@ impl<T: NpyNumber> NpyWriter<T> {
         let found = NpyHeader::from_reader(&mut file);
         let at = file.stream_position().map_err(writing())?;
         let length = file.metadata().map_err(writing())?.len();
-        // Everything but the number of rows, which the file may not know yet.
+        // Everything but the number of rows, which the header may not count yet.
         let same = found.is_ok_and(|found| {
             let number = found.dtype().descr().trim_matches('\'') == T::DESCRIPTOR;
             at == HEADER_BYTES as u64 && number && found.order() == Order::C && row.fits(found.shape())
@@ -221,17 +222,17 @@ impl<T: NpyNumber> NpyWriter<T> {
         Ok(())
     }
 
-    /// Returns the file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Returns the bytes so far, header included.
+    /// Size so far, header included \[bytes\].
     pub fn bytes(&self) -> u64 {
         HEADER_BYTES as u64 + size_of::<T>() as u64 * self.rows * self.row.length() as u64
     }
 
-    /// Flushes and patches the header: the file is now a complete array of the rows so far.
+    /// Flushes and patches the header: the file is then a complete array of the rows so far.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
@@ -240,7 +241,7 @@ impl<T: NpyNumber> NpyWriter<T> {
         self.file
             .flush()
             .and_then(|()| {
-                // Past the checksum, which is that of the rows.
+                // Written past the checksum, which is that of the rows.
                 let file = &mut self.file.get_mut().inner;
                 file.seek(SeekFrom::Start(0))?;
                 file.write_all(&header)?;
@@ -249,7 +250,7 @@ impl<T: NpyNumber> NpyWriter<T> {
             .map_err(ResultsError::writing(&self.path))
     }
 
-    /// Returns the patches the header a last time and brings the data to the disk; returns the number of rows.
+    /// Patches the header a last time and brings the data to the disk; returns the number of rows.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
@@ -259,7 +260,7 @@ impl<T: NpyNumber> NpyWriter<T> {
     }
 }
 
-/// Returns a whole array as the content of a file; values row by row.
+/// A whole array as the content of a file; values row by row.
 pub(crate) fn array_file<T: NpyNumber>(values: &[T], row: Row) -> Vec<u8> {
     let rows = values.len().checked_div(row.length()).unwrap_or_default();
     let mut file = Vec::with_capacity(HEADER_BYTES + size_of_val(values));
@@ -268,7 +269,7 @@ pub(crate) fn array_file<T: NpyNumber>(values: &[T], row: Row) -> Vec<u8> {
     file
 }
 
-/// Returns the magic string, version 1.0, length and the dictionary, padded with spaces, a newline last.
+/// Magic string, version 1.0, length and the dictionary, padded with spaces, a newline last.
 fn header(descriptor: &str, row: Row, rows: u64) -> [u8; HEADER_BYTES] {
     let shape = match row {
         Row::Scalar => format!("({rows},)"),

@@ -1,42 +1,43 @@
 //! A pass-by in `summary.json`, and the statistical error of its maximum.
 //!
-//! The maxima L_p of n passages have the mean L and s^2 = sum (L_p - L)^2/(n - 1). Each passage is made of m stretches
-//! of the run, one for each tyre, counted round: passages share stretches, and their maxima are not independent. If a
-//! maximum is a sum of m independent parts, one a stretch, its variance v and the standard error e of L are
+//! The maxima L_p of n passages have the mean L and s^2 = sum (L_p - L)^2/(n - 1). Each passage consists of m stretches
+//! of the run, one for each tyre, taken cyclically: passages share stretches, and their maxima are not independent. If
+//! a maximum is a sum of m independent parts, one for each stretch, its variance v and the standard error e of L are
 //!
 //! ```text
 //! E s^2 (n - 1)/n = v - e^2,   e^2 <= m v/n,   so   e^2 <= s^2 m (n - 1)/(n (n - m))
 //! ```
 //!
-//! with equality where a stretch acts through all tyres alike. For one tyre e = s/sqrt(n). Nothing is known for n <= m.
+//! with equality where a stretch has the same effect through all tyres. For one tyre e = s/sqrt(n). Nothing is known
+//! for n <= m.
 
 use serde::{Deserialize, Serialize};
 
-/// Longest stretch of a run that is kept to be listened to \[s\].
+/// Longest stretch of a run whose pressures are stored over time \[s\].
 pub(crate) const LISTENED: f64 = 30.0;
-/// Standard error that a longer run is named for \[dB\]: half of the step to which UN R117 rounds levels.
+/// Standard error for which a longer run is recommended \[dB\]: half of the step to which UN R117 rounds levels.
 const WANTED: f64 = 0.5;
 
-/// A tyre passing a microphone.
+/// Result of a tyre or a vehicle passing a microphone.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct PassBySummary {
-    /// Name of its table, level against time.
+    /// Name of its table, level over time.
     #[serde(default)]
     pub file: String,
-    /// Passages that the run was long enough for.
+    /// Number of passages in the run.
     pub passages: usize,
     /// Mean of their maxima of the A-weighted level, time weighting F \[dB(A)\].
     pub maximum: f64,
-    /// Standard deviation of the maxima \[dB\]; not known of a single one.
+    /// Standard deviation of the maxima \[dB\]; `None` for a single one.
     #[serde(default)]
     pub deviation: Option<f64>,
-    /// Standard error of their mean \[dB\], at most; not known of as few passages as tyres.
+    /// Upper bound of the standard error of their mean \[dB\]; `None` for no more passages than tyres.
     #[serde(default)]
     pub standard_error: Option<f64>,
-    /// Tyres that pass, each in a stretch of the run of its own.
+    /// Number of tyres that pass, each with its own stretch of the run.
     #[serde(default = "one")]
     tyres: usize,
-    /// Time of the run that one passage more takes \[s\].
+    /// Duration that one more passage takes \[s\].
     #[serde(default)]
     pub seconds: f64,
 }
@@ -46,7 +47,7 @@ fn one() -> usize {
 }
 
 impl PassBySummary {
-    /// Sums up the maxima of passages \[dB(A)\] of so many tyres; a passage takes so many seconds of the run.
+    /// Summary of the maxima of passages \[dB(A)\] of so many tyres; each passage takes `seconds` of the run.
     pub(crate) fn new(file: String, maxima: &[f64], tyres: usize, seconds: f64) -> Self {
         let (passages, count) = (maxima.len(), maxima.len() as f64);
         let maximum = maxima.iter().sum::<f64>() / count;
@@ -57,8 +58,8 @@ impl PassBySummary {
         Self { file, passages, maximum, deviation, standard_error, tyres, seconds }
     }
 
-    /// Returns the time by which `rolling.duration` must grow for the maximum to have a standard error of half a
-    /// decibel, or of any that is known \[s\]; `None` where that is so already.
+    /// Time by which `rolling.duration` must grow for the maximum to have a standard error of half a decibel, or a
+    /// known one at all \[s\]; `None` where that is fulfilled already.
     pub(crate) fn missing_seconds(&self) -> Option<f64> {
         let needed = match self.standard_error {
             None => self.tyres + 1,
@@ -67,7 +68,7 @@ impl PassBySummary {
         (needed > self.passages).then(|| (needed - self.passages) as f64 * self.seconds)
     }
 
-    /// Returns the number of passages, their statistical error, and how much longer the run must be for a smaller one.
+    /// Text on the number of passages, their statistical error, and how much longer the run must be for a smaller one.
     pub(crate) fn statistics(&self) -> String {
         let Self { passages, seconds, .. } = self;
         let mut text = match (self.standard_error, passages) {
@@ -103,7 +104,7 @@ mod tests {
         assert_eq!((single.deviation, single.standard_error, single.missing_seconds()), (None, None, Some(0.5)));
         let told = single.statistics();
         assert!(told.contains("single passage, statistical error not known") && told.contains("0.5 s more"), "{told}");
-        // Passages of four tyres that share their four stretches tell nothing.
+        // Passages of four tyres that share their four stretches contain no information on the error.
         let shared = of(&[64.0, 64.1, 64.0, 64.1], 4);
         assert!(shared.deviation.is_some() && shared.standard_error.is_none(), "{shared:?}");
         assert_eq!(shared.missing_seconds(), Some(0.5));

@@ -1,13 +1,13 @@
-//! The moment at which a working folder takes its name, and what is left where a process was killed within it.
+//! Giving a working folder its final name, and tidying up where a process was killed in the middle of that.
 //!
 //! 1. The lock file of the working folder, whose content is whole by then, gets the folder's name: the mark.
-//! 2. It takes its new name ([`super::disk`]): names are exchanged, or, where the file system does not know that, the
-//!    older folder steps aside first.
+//! 2. The folder gets its new name ([`super::disk`]): names are exchanged, or, where the file system cannot do that,
+//!    the older folder steps aside first.
 //! 3. The older folder is deleted, under the working folder's name or aside; last the service files, the lock last of
 //!    all.
 //!
-//! So a mark that is its own folder's name says that the move was begun: it is carried out. Any other mark says that
-//! the move was done and names what is left of the older folder: it is deleted.
+//! So a mark that is its own folder's name shows that the move was begun: it is carried out. Any other mark shows that
+//! the move was done and names the remainder of the older folder: it is deleted.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -21,7 +21,7 @@ use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, partial_folders}
 use crate::storage::flat_folder::{self, entries};
 use crate::storage::input::{self, TABLE_BYTES};
 
-/// Files that an unfinished run needs and a finished one does not; the lock is the last to go.
+/// Files that an unfinished run needs and a finished one does not; the lock is deleted last.
 pub(super) const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
 
 /// Gives a working folder its new name; an older folder there is deleted.
@@ -31,7 +31,7 @@ pub(super) const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SC
 pub(super) fn place(working: &Path, target: &Path) -> Result<(), ResultsError> {
     let name = working.file_name().unwrap_or_default().to_string_lossy();
     write_file(&working.join(LOCK_FILE), name.as_bytes())?;
-    // Of an older folder only: it would look like one that is worked on.
+    // Of an older folder: with its lock it would look like one that a process writes to.
     let _ = fs::remove_file(target.join(LOCK_FILE));
     if let Some(old) = replace(working, target)? {
         let _ = flat_folder::remove(&old);
@@ -39,8 +39,8 @@ pub(super) fn place(working: &Path, target: &Path) -> Result<(), ResultsError> {
     Ok(())
 }
 
-/// Removes from finished results what only an unfinished run needs; what cannot be removed stays with the lock, which
-/// says that it is ours.
+/// Removes the service files from finished results; if one cannot be removed the lock stays, too, which marks the rest
+/// as written by tyrewave.
 pub(super) fn tidy_up(target: &Path) {
     let gone = |name: &&str| match fs::remove_file(target.join(name)) {
         Err(error) => error.kind() == ErrorKind::NotFound,
@@ -49,12 +49,11 @@ pub(super) fn tidy_up(target: &Path) {
     let _ = SERVICE_FILES.iter().all(gone);
 }
 
-/// Puts in order what processes that were killed while results took the name `target` have left; returns that place if
-/// whole results stand there that have not been reported yet.
+/// Tidies up after processes that were killed while results took the name `target`; returns that path if whole results
+/// are there that have not been reported yet.
 ///
 /// # Errors
-/// [`ResultsError`] where whole results cannot get their name: foreign files are there, or the system does not let
-/// us.
+/// [`ResultsError`] where whole results cannot get their name: foreign files are there, or the file system refuses it.
 pub(super) fn put_in_order(target: &Path) -> Result<Option<PathBuf>, ResultsError> {
     let partial = with_suffix(target, PARTIAL);
     let mut told = clear_after(target);
@@ -82,11 +81,11 @@ pub(super) fn put_in_order(target: &Path) -> Result<Option<PathBuf>, ResultsErro
     Ok(told.then(|| target.to_owned()))
 }
 
-/// Deletes what is left of an older folder whose name this one has taken; whether there was such a move.
+/// Deletes the remainder of an older folder whose name this one has taken; true if there was such a move.
 fn clear_after(folder: &Path) -> bool {
     let Some(before) = mark(folder).filter(|before| before != folder && !in_use(folder)) else { return false };
     for old in [aside(&before), before] {
-        // A run that is or was under way has a lock; an older folder has none.
+        // A run that is or was in progress has a lock; an older folder has none.
         if old.is_dir() && !old.join(LOCK_FILE).exists() {
             let _ = flat_folder::remove(&old);
         }
@@ -94,7 +93,7 @@ fn clear_after(folder: &Path) -> bool {
     true
 }
 
-/// Returns the folder that a mark names: one beside it, of a run to the same place.
+/// Folder that a mark names: one beside it, of a run with the same final path.
 fn mark(folder: &Path) -> Option<PathBuf> {
     let name = fs::read_to_string(folder.join(LOCK_FILE))
         .ok()
@@ -104,13 +103,13 @@ fn mark(folder: &Path) -> Option<PathBuf> {
     (final_name(&marked)? == target).then_some(marked)
 }
 
-/// Returns the part of a folder's summary that says whose it is, where there is one of ours.
+/// Part of a folder's summary that identifies it, if the folder is one of tyrewave's.
 fn marker(folder: &Path) -> Option<Marker> {
     let bytes = input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?;
     serde_json::from_slice::<Marker>(&bytes).ok().filter(|marker| marker.format == FORMAT)
 }
 
-/// Returns the ok if nothing, an empty folder, or an untouched results folder stands at `target`.
+/// Accepts nothing, an empty folder, or an untouched results folder at `target`.
 pub(super) fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
     let present = match fs::symlink_metadata(target) {
         Ok(metadata) if metadata.is_dir() => entries(target).map_err(ResultsError::creating(target))?,
@@ -122,7 +121,7 @@ pub(super) fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
         return Ok(());
     }
     let marker = marker(target).ok_or_else(|| ResultsError::NotOurs { path: target.to_owned() })?;
-    // Whole results without a lock have no service files: a scene among them is somebody's.
+    // Whole results without a lock have no service files: a scene among them is a foreign file.
     let service = !marker.complete || target.join(LOCK_FILE).exists();
     let ours = |name: &String| {
         name == SUMMARY_FILE || marker.files.contains(name) || service && SERVICE_FILES.contains(&name.as_str())
@@ -142,7 +141,8 @@ mod tests {
     use super::super::summary::tests::example;
     use super::*;
 
-    /// Makes a folder with a summary of ours and a file of that content, a lock with a mark, and maybe a checkpoint.
+    /// A folder with a summary, a file of that content, optionally a lock with a mark, and a checkpoint if it is not
+    /// complete.
     fn folder(path: &Path, content: &str, complete: bool, mark: Option<&str>) {
         fs::create_dir(path).unwrap();
         let files = vec!["force".to_owned(), SUMMARY_FILE.to_owned(), CHECKPOINT_FILE.to_owned()];
@@ -160,7 +160,7 @@ mod tests {
     const NEW: &str = "run.partial-7";
     const OLD: &str = "run.partial-7-old";
 
-    /// Returns every state that a kill may leave at the end of a run: what stands under which name.
+    /// Every state in which a kill may leave the end of a run: name, content and mark of each folder.
     fn states() -> Vec<Vec<(&'static str, &'static str, Option<&'static str>)>> {
         vec![
             // Before the move, with and without older results.
@@ -177,7 +177,7 @@ mod tests {
         ]
     }
 
-    /// Sets a state up, with the final name at `run` or, of an interrupted run, at `run.partial`.
+    /// Creates a state, with the final name `run` or, for an interrupted run, `run.partial`.
     fn set_up(place: &Path, state: &[(&str, &str, Option<&str>)], complete: bool) {
         for &(name, content, mark) in state {
             let name = if name == "run" && !complete { "run.partial" } else { name };
@@ -204,7 +204,7 @@ mod tests {
             assert_eq!(put_in_order(&target).unwrap(), None, "once");
         }
         for state in states() {
-            // A new run to that place finds it as whole.
+            // A new run to that path tidies up as well.
             let place = tempfile::tempdir().unwrap();
             let target = place.path().join("run");
             set_up(place.path(), &state, true);
@@ -245,7 +245,7 @@ mod tests {
     fn what_is_worked_on_unmarked_or_somebodys_is_left_alone() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
-        // Moved there by somebody, a run that was killed, one that goes on, and a mark that points elsewhere.
+        // A folder renamed by the user, a run that was killed, one that goes on, and a mark that points elsewhere.
         folder(&place.path().join("run.partial-kept"), "kept", true, None);
         folder(&place.path().join("run.partial-1"), "killed", false, Some(""));
         let working = ResultsFolder::create(&target).unwrap();
@@ -257,7 +257,7 @@ mod tests {
             assert_eq!(names(place.path()), before, "{wrong}");
             fs::remove_dir_all(&target).unwrap();
         }
-        // Whole results do not get a name under which somebody keeps something.
+        // Whole results do not get a name under which there are foreign files.
         folder(&place.path().join(NEW), "new", true, Some(NEW));
         folder(&target, "old", true, None);
         fs::write(target.join("notes.txt"), "precious").unwrap();

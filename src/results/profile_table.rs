@@ -1,13 +1,13 @@
-//! Cost of a run, as tables for the terminal: stages first, then a time step, counters below. Stages that a run did not
-//! use has no line, what was not measured no column.
+//! Cost of a run, as tables for the terminal: stages first, then a time step, counters below. A stage that a run did
+//! not use has no line, a quantity that was not measured no column.
 
 use super::cost::Cost;
 use super::table::{Report, Table, aligned, grouped};
 use crate::counters::{Counter, Stage};
 
-/// Returns the stage times and counters as text, a newline last: processor time and the threads' idle share, memory,
-/// rates beside what a core of the machine can do. What no stage has is listed as the rest; what was at work in the
-/// background stands beside and is no part of it.
+/// Stage times and counters as text, a newline last: processor time and the threads' idle share, memory, rates beside
+/// those that a core of the machine can reach. Time outside of all stages is listed as the rest; background work has
+/// its own column and is no part of it.
 pub fn cost_table(cost: &Cost) -> Report {
     let steps = cost.counted(Counter::Steps);
     let mut report = Report::default();
@@ -24,7 +24,7 @@ pub fn cost_table(cost: &Cost) -> Report {
     report
 }
 
-/// Returns the time of an evaluation of the compliance, if there was one.
+/// Line on the time of an evaluation of the compliance, if there was one.
 fn compliance(cost: &Cost) -> Option<String> {
     let nanoseconds = cost.rates.compliance_evaluation_ns?;
     let evaluations = cost.counted(Counter::ComplianceEvaluations) as f64;
@@ -34,8 +34,8 @@ fn compliance(cost: &Cost) -> Option<String> {
     Some(format!("a compliance evaluation: {nanoseconds:.0} ns, {flop:.0} flop: {rate:.1}{peak} Gflop/s"))
 }
 
-/// Tabulates the cost of a time step, stage by stage: time, arithmetic, memory traffic, and the rates that they make,
-/// beside those of a core at its best.
+/// Table of the cost of a time step, stage by stage: time, arithmetic, memory traffic, and their rates, beside the best
+/// rates of a core.
 fn step(cost: &Cost, steps: u64) -> Table {
     let row = |stage: Stage| {
         let cost = cost.stage(stage);
@@ -93,7 +93,7 @@ fn stages(cost: &Cost) -> Table {
         row
     };
     let mut run = rest("whole run", wall);
-    // Of a run that nobody watched closely only times are shown.
+    // For a run without detailed timing only times are shown.
     if cost.closely {
         (run[5], run[6]) = (cost.cpu_seconds.map_or(String::new(), seconds), idle(cost.idle_share));
         run[9] = megabytes(cost.peak_memory);

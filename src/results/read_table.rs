@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-/// Columns that hold words even where a word looks like a number: names that the user has given.
+/// Columns of names that the user has given: read as words even where they look like numbers.
 const NAMES: [&str; 3] = ["receiver", "field", "frame"];
 
-/// The cells of a column.
+/// Cells of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Column {
     /// Numbers; an empty cell is NaN.
@@ -14,10 +14,9 @@ pub(crate) enum Column {
     Words(Vec<String>),
 }
 
-/// A table: names and cells of its columns.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Table {
-    /// From the left.
+    /// Names and cells of the columns, from the left.
     pub columns: Vec<(String, Column)>,
 }
 
@@ -47,7 +46,7 @@ impl Table {
         Ok(Self { columns: columns.collect() })
     }
 
-    /// Returns a column of numbers.
+    /// A column of numbers; `None` if there is none of that name.
     pub(crate) fn numbers(&self, wanted: &str) -> Option<&[f64]> {
         self.columns.iter().find_map(|(name, column)| match column {
             Column::Numbers(numbers) if name == wanted => Some(&numbers[..]),
@@ -55,8 +54,8 @@ impl Table {
         })
     }
 
-    /// Returns the rows of each signal, which follow each other: its name, made of what stands in the columns before
-    /// the first one of frequencies, and the rows.
+    /// Name and rows of each signal, whose rows follow each other; the name consists of the cells before the first
+    /// column of frequencies.
     pub(crate) fn signals(&self) -> Vec<(String, Range<usize>)> {
         let before = self.columns.iter().take_while(|(name, _)| !name.ends_with("_hz"));
         let before: Vec<&Column> = before.map(|(_, column)| column).collect();

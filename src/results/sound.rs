@@ -1,4 +1,4 @@
-//! `sound.csv`, `sound_narrow.csv`, `pass_by.csv` and the sound's part of the summary.
+//! `sound.csv`, `sound_narrow.csv` and the sound's part of the summary.
 
 use std::collections::BTreeMap;
 
@@ -11,44 +11,44 @@ use crate::response::{BandLevel, PowerSpectrum, SliceErrors};
 use crate::scene::RadiationQuality;
 use crate::sound::{Air, CoveredBands, SoundLevels, TotalLevel};
 
-/// Third octaves at the receivers.
+/// File of the third octaves at the receivers.
 pub(crate) const SOUND_FILE: &str = "sound.csv";
 /// Column of its A-weighted levels.
 pub(crate) const SOUND_COLUMN: &str = "level_db_a";
-/// Quantity of them.
+/// Quantity of these levels.
 pub(crate) const SOUND_LEVEL: &str = "Sound pressure level [dB(A) re 20 uPa]";
-/// Narrow band.
+/// File of the narrow-band spectra at the receivers.
 pub(crate) const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
 
-/// The spectrum at a receiver: the mean over its points, times the tyres that it hears.
+/// Spectrum at a receiver: the mean over its points, times the number of its tyres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReceiverSpectrum {
-    /// The receiver's name.
+    /// Name of the receiver.
     pub name: String,
-    /// Pressures \[Pa^2\].
+    /// Spectrum of the pressure \[Pa^2\].
     pub spectrum: PowerSpectrum,
-    /// Parts of these pressures, where blocks are heard that press air out of voids.
+    /// Parts of the pressure, where blocks squeeze air out of voids.
     pub parts: Option<SoundParts>,
-    /// The same by the voids of each place that they are open at; none without \[Pa^2\].
+    /// Spectra for the voids of each place at which they are open \[Pa^2\]; empty without.
     pub places: Vec<PowerSpectrum>,
-    /// How far off its levels may be.
+    /// Errors of the levels.
     pub error: SoundError,
 }
 
-/// Spectra of the two parts of a pressure, each as if it were alone \[Pa^2\]. They are in step with each other: the
-/// spectrum of their sum is not the sum of theirs.
+/// Spectra of the two parts of a pressure, each as if it were alone \[Pa^2\]. The parts are coherent: the spectrum of
+/// their sum is not the sum of their spectra.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SoundParts {
-    /// By the vibration of the tyre.
+    /// Due to the vibration of the tyre.
     pub vibration: PowerSpectrum,
-    /// By the squeeze of blocks.
+    /// Due to the squeeze of blocks.
     pub squeeze: PowerSpectrum,
 }
 
-/// Returns the third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level
-/// \[dB(A)\], 1 where the run vouches for it and 0 beyond, how far off the level may be there by the numerical solution
-/// and the sound's way, and by slices; empty where that is not known \[dB\]. Where there are parts, their levels
-/// follow; where voids are open, the standard deviation of the level over their places \[dB\].
+/// Table of third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level
+/// \[dB(A)\], 1 for valid levels and 0 for others, error of valid levels by the numerical solution and the transfer
+/// path, and by slices; empty where that is not known \[dB\]. Where there are parts, their levels follow; where voids
+/// are open, the standard deviation of the level over their places \[dB\].
 pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
     const HEADER: &str =
         "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
@@ -79,7 +79,7 @@ pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices
     csv(HEADER.split(',').chain(parts).chain([SPREAD].into_iter().filter(|_| has_places)), rows)
 }
 
-/// Returns the standard deviation of levels; `None` of fewer than two.
+/// Standard deviation of levels; `None` for fewer than two.
 pub(crate) fn spread(levels: impl Iterator<Item = f64> + Clone) -> Option<f64> {
     let count = levels.clone().count();
     let mean = levels.clone().sum::<f64>() / count as f64;
@@ -87,7 +87,7 @@ pub(crate) fn spread(levels: impl Iterator<Item = f64> + Clone) -> Option<f64> {
     (count > 1).then(|| (square / (count - 1) as f64).sqrt())
 }
 
-/// Returns the narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
+/// Table of narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
 pub(crate) fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, .. }| {
         spectrum.density().map(move |(frequency, density)| row([name, &frequency, &density]))
@@ -98,77 +98,77 @@ pub(crate) fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
 /// Part of `summary.json` on the sound.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SoundSummary {
-    /// Reference of the levels \[Pa\].
+    /// Reference pressure of the levels \[Pa\].
     pub reference: f64,
     /// Highest frequency that is radiated \[Hz\].
     pub highest: f64,
-    /// The body that radiates.
+    /// Body that radiates.
     pub(crate) body: BodySummary,
-    /// How far off levels may be, at the receiver where it is most.
+    /// Errors of the levels, at the receiver where they are largest.
     pub error: SoundError,
-    /// By receiver.
+    /// Results by receiver.
     pub receivers: Vec<ReceiverSummary>,
 }
 
-/// How far off levels may be for how finely everything is solved; not what the model itself leaves out. Bounds add up.
+/// Errors of levels by the fineness of the numerical solution, without those of the model itself. Bounds add up.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SoundError {
-    /// Third octaves of the forces, as `preset` or `accuracy` states \[dB\]; absent where nothing is stated: then the
-    /// sums are not known.
+    /// Error of third octaves of the forces, as `preset` or `accuracy` states \[dB\]; `None` where nothing is stated:
+    /// then the sums are not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forces: Option<f64>,
-    /// Third octaves of that way: elements, frequencies and lateral waves, or a draft \[dB\].
+    /// Error of third octaves by the transfer path: elements, frequencies and lateral waves, or a draft \[dB\].
     pub way: f64,
     /// Sum of both for a third octave \[dB\].
     #[serde(default)]
     pub band: Option<f64>,
-    /// Mid-frequency of third octaves from which on that holds \[Hz\]; below it nothing is known.
+    /// Mid-frequency of the lowest third octave for which that holds \[Hz\]; below it nothing is known.
     #[serde(default)]
     pub from: f64,
-    /// Sum of both for an A-weighted level \[dB(A)\]: no more than for the worst of its bands.
+    /// Sum of both for an A-weighted level \[dB(A)\]: at most that of the worst of its bands.
     #[serde(default)]
     pub level_a: Option<f64>,
 }
 
 impl SoundError {
-    /// Returns the frequency \[Hz\] from which on the error of third octaves holds, and how large it is \[dB\]; `None`
-    /// where it is not known.
+    /// Frequency \[Hz\] from which on the error of third octaves holds, and that error \[dB\]; `None` where it is not
+    /// known.
     pub fn of_bands(&self) -> Option<(f64, f64)> {
         self.band.map(|band| (self.from, band))
     }
 
-    /// Returns the error of a third octave by its mid-frequency \[Hz\], where it is known \[dB\].
+    /// Error of a third octave by its mid-frequency \[Hz\], where it is known \[dB\].
     pub fn of_band(&self, mid_frequency: f64) -> Option<f64> {
         self.band.filter(|_| mid_frequency >= self.from)
     }
 }
 
-/// The body that radiates, and how its transfers were found.
+/// The body that radiates, and the solution of its transfers.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct BodySummary {
-    /// Boundary elements, or a draft without any.
+    /// Boundary elements, or a draft without them.
     pub quality: RadiationQuality,
     /// Length of its contact patch \[m\].
     pub patch_length: f64,
-    /// Sound speed \[m/s\] and density \[kg/m^3\] of the air.
+    /// Sound speed of the air \[m/s\].
     pub sound_speed: f64,
     /// Density of the air \[kg/m^3\].
     pub density: f64,
-    /// Frequencies that boundary elements were solved at.
+    /// Number of frequencies of the transfers.
     pub frequencies: usize,
-    /// Number of them that were solved in this run; the others were kept on disk by earlier ones.
+    /// Number of these that were solved in this run; the others were stored by earlier ones.
     pub solved: usize,
-    /// Unknowns of a parity block at the highest of them.
+    /// Unknowns of a parity block at the highest frequency.
     pub unknowns: usize,
-    /// Largest estimated error of the interpolation between them \[dB\].
+    /// Largest estimated error of the interpolation between frequencies \[dB\].
     pub interpolation_error: f64,
-    /// Smallest reciprocal condition number among those that were solved.
+    /// Smallest reciprocal condition number of those solved in this run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reciprocal_condition: Option<f64>,
 }
 
 impl BodySummary {
-    /// Makes the record of a body in some air, nothing solved.
+    /// A body in some air, nothing solved.
     pub(crate) fn of(quality: RadiationQuality, body: &Body, air: &Air) -> Self {
         Self {
             quality,
@@ -187,90 +187,90 @@ impl BodySummary {
 /// Levels at a receiver, or their energetic mean over its points.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct ReceiverSummary {
-    /// Its name.
+    /// Name of the receiver.
     pub name: String,
-    /// Its points.
+    /// Number of its points.
     pub points: usize,
-    /// Tyres of a vehicle that it hears, their mean squares added; absent where it hears the one that rolls.
+    /// Number of tyres of a vehicle that it receives, their mean squares added; `None` for the one tyre of the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tyres: Option<usize>,
-    /// Mean level \[dB re 20 uPa\] of the bands that the run vouches for.
+    /// Mean level of the valid bands \[dB re 20 uPa\].
     pub level: f64,
-    /// The same, A-weighted \[dB(A)\].
+    /// A-weighted mean level of the valid bands \[dB(A)\].
     pub level_a: f64,
-    /// The same by the tyre's vibration alone \[dB(A)\], where the squeeze of blocks is heard beside it.
+    /// The same due to the tyre's vibration alone \[dB(A)\], where blocks squeeze air as well.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vibration_level_a: Option<f64>,
-    /// The same by the squeeze of blocks alone \[dB(A)\].
+    /// The same due to the squeeze of blocks alone \[dB(A)\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub squeeze_level_a: Option<f64>,
     /// Standard deviation of the A-weighted level over the places whose voids are open \[dB(A)\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub voids_spread_a: Option<f64>,
-    /// How far off that may be \[dB(A)\]: [`SoundError::level_a`], and the largest error by slices of its bands; none
-    /// where one of them is not known.
+    /// Error of the A-weighted level \[dB(A)\]: [`SoundError::level_a`], and the largest error by slices of its bands;
+    /// `None` where one of them is not known.
     #[serde(default)]
     pub level_a_error: Option<f64>,
-    /// Why that is not known.
+    /// Reason why that error is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_level_a_error: Option<String>,
-    /// The bands of both levels, of the pass-by and of the files to listen to; absent where the run vouches for none.
+    /// Bands of both levels, of the pass-by and of the sound files; `None` if no band is valid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) bands: Option<CoveredBands>,
-    /// Sound power level \[dB(A) re 1 pW\], of a hemisphere.
+    /// A-weighted sound power level \[dB(A) re 1 pW\], for a hemisphere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_level_a: Option<f64>,
-    /// The pass-by's maximum, where the tyre passes.
+    /// Maximum of the pass-by, where the tyre passes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) pass_by: Option<PassBySummary>,
-    /// Why a receiver that is passed has none.
+    /// Reason why a receiver that is passed has no pass-by.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub no_pass_by: Option<String>,
     /// Sound intensity, by pairs of microphones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) intensity: Option<IntensitySummary>,
-    /// The files to listen to, and the pressure of their full scale \[Pa\].
+    /// Sound file, and the pressure of its full scale.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) audio: Option<AudioSummary>,
 }
 
-/// Sound intensity at a receiver of pairs of microphones.
+/// Sound intensity at a receiver with pairs of microphones.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct IntensitySummary {
-    /// Its table.
+    /// Name of its table.
     pub file: String,
     /// Energetic mean of the probes' A-weighted levels \[dB(A) re 1 pW/m^2\].
     pub level_a: f64,
-    /// Level of each probe, by name.
+    /// A-weighted level of each probe, by name \[dB(A) re 1 pW/m^2\].
     pub probes: BTreeMap<String, f64>,
-    /// The bands of these levels; absent where the run vouches for none.
+    /// Bands of these levels; `None` if no band is valid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bands: Option<CoveredBands>,
-    /// Seconds of the run that they are taken from.
+    /// Duration of the pressures that they are computed from \[s\].
     pub seconds: f64,
 }
 
-/// The A-weighted level of a receiver by which runs are compared: where the tyre passes the maximum of the pass-by,
-/// time weighting F, else the mean.
+/// A-weighted level of a receiver by which runs are compared: the maximum of the pass-by, time weighting F, where the
+/// tyre passes, else the mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RatedLevel {
-    /// The receiver's name.
+    /// Name of the receiver.
     pub name: String,
-    /// The tyre passes it: its level is a maximum.
+    /// True if the tyre passes it: its level is a maximum.
     pub passed: bool,
-    /// The level \[dB(A)\] with its bands; absent where the run is too short for a passage, or vouches for no band.
+    /// Level \[dB(A)\] with its bands; `None` where the run is too short for a passage, or no band is valid.
     pub level: Option<TotalLevel>,
 }
 
 impl RatedLevel {
-    /// Returns the name of the quantity: `coast-by, L_AFmax`, or `cpx`.
+    /// Name of the quantity: `coast-by, L_AFmax`, or `cpx`.
     pub fn label(&self) -> String {
         if self.passed { format!("{}, L_AFmax", self.name) } else { self.name.clone() }
     }
 }
 
 impl ReceiverSummary {
-    /// Returns the level by which runs are compared, given the A-weighted third octaves of the receiver.
+    /// Level by which runs are compared, given the A-weighted third octaves of the receiver.
     pub fn rated(&self, bands: &[BandLevel]) -> RatedLevel {
         let passed = self.pass_by.is_some() || self.no_pass_by.is_some();
         let level = match &self.pass_by {
@@ -280,13 +280,13 @@ impl ReceiverSummary {
         RatedLevel { name: self.name.clone(), passed, level }
     }
 
-    /// Returns the mean level, given the A-weighted third octaves of the receiver.
+    /// Mean level, given the A-weighted third octaves of the receiver.
     pub fn mean(&self, bands: &[BandLevel]) -> Option<TotalLevel> {
         let sum = TotalLevel::of(bands.to_vec())?;
         Some(TotalLevel { level: self.level_a, error: self.level_a_error, ..sum })
     }
 
-    /// Returns its levels in a line.
+    /// Levels of the receiver in a line of text.
     pub fn text(&self) -> String {
         let error = self.level_a_error.map_or_else(String::new, |error| format!(" +- {error:.1}"));
         let least = if self.bands.is_some_and(|bands| bands.lower_bound) { "at least " } else { "" };
@@ -348,23 +348,23 @@ fn is_false(value: &bool) -> bool {
     !value
 }
 
-/// A file to listen to.
+/// A sound file.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct AudioSummary {
-    /// Its name.
+    /// Name of the file.
     pub file: String,
     /// Pressure of its full scale \[Pa\].
     pub full_scale: f64,
-    /// Largest pressure in it \[Pa\].
+    /// Largest magnitude of the pressure in it \[Pa\].
     #[serde(default)]
     pub peak: Option<f64>,
-    /// Its peak is above that: samples are floats.
+    /// True if its peak is above full scale: then samples are floats.
     #[serde(default, skip_serializing_if = "is_false")]
     pub louder: bool,
-    /// Its length \[s\].
+    /// Duration \[s\].
     pub seconds: f64,
-    /// Tyres of a vehicle that are in it: all, each from a stretch of the run of its own, or the front left one where
-    /// the run has fewer stretches; absent where one tyre is heard.
+    /// Number of tyres of a vehicle in it: all, each from its own stretch of the run, or the front left one where the
+    /// run has fewer stretches; `None` for a single tyre.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tyres: Option<usize>,
 }

@@ -5,19 +5,18 @@ use serde::Deserialize;
 use super::table::csv;
 use crate::response::{BandLevel, LevelErrors, ThirdOctaveBand};
 
-/// Name of the file in a results folder.
 pub(crate) const SPECTRA_FILE: &str = "spectra.csv";
 
 /// Quantity of its levels.
 pub(crate) const FORCE_LEVEL: &str = "Contact force level [dB re 1 N]";
 
-/// Lowest band \[Hz\]: below, a run of seconds says little.
+/// Lowest band \[Hz\]: below, a run of seconds has too few periods.
 pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 
-/// Returns the file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\],
-/// level \[dB re 1 N\], 1 where the run vouches for the level and 0 beyond, the numerical error of the level and that
-/// of slices \[dB\]. Numbers are written so that reading gives the same bits; where there is none (the level of
-/// silence, an error that is not known) the cell is empty.
+/// Text of the file. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB
+/// re 1 N\], 1 for valid levels and 0 for others, the numerical error of valid levels and the error by slices \[dB\].
+/// Numbers are written so that reading gives the same bits; where there is none (the level of silence, an error that is
+/// not known) the cell is empty.
 pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid,error_db,\
                   slice_error_db";
@@ -32,9 +31,8 @@ pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> St
     csv(header.split(','), rows)
 }
 
-/// Returns the levels in such a text, bit by bit; `None` where it is none.
+/// Levels in such a text, with the same bits; `None` if it is another text.
 pub(crate) fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
-    /// The columns that are read.
     #[derive(Deserialize)]
     struct Line {
         mid_frequency_hz: f64,

@@ -1,4 +1,4 @@
-//! `summary.json`: what was run, how it went and what it cost, for people and for scripts.
+//! `summary.json`: what was run, its results and its cost, for people and for scripts.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -15,14 +15,13 @@ use super::vibration::VibrationSummary;
 use crate::response::SliceErrors;
 use crate::scene::settings_hash;
 
-/// Name of the summary in a results folder.
 pub(crate) const SUMMARY_FILE: &str = "summary.json";
-/// Value of `format` in a summary of ours.
+/// Value of `format` in every summary.
 pub(crate) const FORMAT: &str = "tyrewave results";
-/// Version of the layout of the results folder; raised when a reader would stumble.
+/// Version of the layout of the results folder; raised when older readers would fail.
 pub(crate) const FORMAT_VERSION: u32 = 1;
 
-/// Everything that `summary.json` says. Numbers that do not exist (no load asked for, nothing counted yet) are `null`.
+/// Content of `summary.json`. Numbers that do not exist (no load given, nothing counted yet) are `null`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Summary {
     /// Always `tyrewave results`.
@@ -31,20 +30,20 @@ pub struct Summary {
     pub format_version: u32,
     /// Version of tyrewave.
     pub version: Cow<'static, str>,
-    /// True if the run reached its end; `false`: interrupted, the arrays are shorter.
+    /// True if the run reached its end; false for an interrupted one, whose arrays are shorter.
     pub complete: bool,
-    /// The scene's title.
+    /// Title of the scene.
     pub title: String,
-    /// SHA-256 of the scene as it was run.
+    /// SHA-256 of the scene as it was run, in hexadecimal.
     pub scene_sha256: String,
     /// Files that the scene reads, where it reads any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inputs: Vec<Input>,
-    /// Findings of the run.
+    /// Results of the run.
     pub outcome: Outcome,
-    /// How well the contact conditions were met.
+    /// Residuals of the contact conditions.
     pub contact: ContactQuality,
-    /// Vibration of the tyre, where it was wanted and the run was long enough.
+    /// Vibration of the tyre, where it was requested and the run was long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) vibration: Option<VibrationSummary>,
     /// Sound at the receivers, where there are any and the run was long enough.
@@ -52,21 +51,21 @@ pub struct Summary {
     pub sound: Option<SoundSummary>,
     /// Warnings that the user should act on.
     pub warnings: Vec<String>,
-    /// Settings that were chosen, and what the run leaves out.
+    /// Settings that were chosen, and results that the run leaves out.
     #[serde(default)]
     pub notes: Vec<String>,
     /// Cost of the run.
     pub(crate) cost: Cost,
     /// The effective settings: the scene with every default filled in.
     pub settings: serde_json::Value,
-    /// Names of all files in the folder; filled in as it is completed.
+    /// Names of all files in the folder; filled in when it is completed.
     pub files: Vec<String>,
 }
 
-/// Figures after the warm-up.
+/// Results after the warm-up.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Outcome {
-    /// Time steps run, warm-up included: the rows of the arrays.
+    /// Number of time steps, warm-up included: the rows of the arrays.
     pub steps: u64,
     /// Time step \[s\].
     pub time_step: f64,
@@ -80,13 +79,13 @@ pub struct Outcome {
     pub mean_contact_length: Option<f64>,
     /// Road texture and axle: indentation of the rigid tyre into z = 0 \[m\].
     pub indentation: Option<f64>,
-    /// The load asked for and how well it was met.
+    /// Given load, and how closely it was met.
     pub load: Option<LoadResult>,
     /// Motion of an axle that has a mass.
     pub axle: Option<AxleMotion>,
-    /// Rolling resistance; absent where the tread law has none.
+    /// Rolling resistance; `None` where the tread law has none.
     pub rolling_resistance: Option<RollingResistance>,
-    /// The patch, where the contact is one of cells.
+    /// Patch of contact over cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<CellsSummary>,
     /// Tangential forces, where the contact has friction.
@@ -94,36 +93,36 @@ pub struct Outcome {
     pub friction: Option<FrictionSummary>,
 }
 
-/// A patch of cells, means after the warm-up.
+/// Patch of contact over cells, means after the warm-up.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct CellsSummary {
-    /// Cells across.
+    /// Number of cells across.
     pub across: usize,
     /// Area of the cells that carry force \[m^2\].
     pub mean_area: f64,
     /// Force over that area \[Pa\].
     pub mean_pressure: f64,
-    /// Largest pressure on a cell \[Pa\].
+    /// Mean over time of the largest pressure on a cell \[Pa\].
     pub mean_peak_pressure: f64,
 }
 
-/// Mean power that the contact puts into the tyre, which dissipates it.
+/// Mean power that the contact puts into the tyre, which dissipates it, as a resistance to rolling.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct RollingResistance {
-    /// Force over the mean contact force.
+    /// Resistance force over the mean contact force.
     pub coefficient: f64,
-    /// Power over the speed \[N\].
+    /// Resistance force: power over the speed \[N\].
     pub force: f64,
-    /// Mean of forces times velocities \[W\].
+    /// Power: mean of forces times velocities \[W\].
     pub power: f64,
 }
 
 impl RollingResistance {
-    /// Its columns in tables.
+    /// Names of its columns in tables.
     pub const COLUMNS: [&str; 3] = ["rolling_resistance", "rolling_resistance_n", "rolling_resistance_w"];
 
-    /// Returns its cells in tables, in the order of [`Self::COLUMNS`], written so that reading gives the same bits;
-    /// empty where there is none.
+    /// Its cells in tables, in the order of [`Self::COLUMNS`], written so that reading gives the same bits; empty for
+    /// `None`.
     pub fn cells(resistance: Option<Self>) -> [String; 3] {
         resistance.map_or_else(Default::default, |Self { coefficient, force, power }| {
             [coefficient, force, power].map(|number| number.to_string())
@@ -140,16 +139,16 @@ pub struct AxleMotion {
     pub rms_variation: f64,
 }
 
-/// An axle load and the mean force that it led to.
+/// Given axle load, and the mean force that was reached.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct LoadResult {
-    /// Load asked for \[N\].
+    /// Given load \[N\].
     pub wanted: f64,
     /// (mean force - load)/load.
     pub relative_error: f64,
     /// Tolerance of the relative error.
     pub tolerance: f64,
-    /// True if it was met.
+    /// True if the error is within the tolerance.
     pub met: bool,
 }
 
@@ -174,13 +173,13 @@ pub struct FrictionSummary {
     pub mean_slip_power: f64,
     /// Mean share of the pressed cells that slip.
     pub slipping_share: f64,
-    /// Rolling resistance by slip: its power over speed and mean force. With that by hysteresis,
-    /// `rolling_resistance`, it is all of it.
+    /// Rolling resistance by slip: slip power over speed and mean force. Together with that by hysteresis,
+    /// `rolling_resistance`, it is the whole resistance.
     pub slip_resistance: f64,
     /// Mean longitudinal creep.
     #[serde(default)]
     pub mean_creep: f64,
-    /// Mean torque of the contact about the axle, that of a forward force above 0 \[N m\].
+    /// Mean torque of the contact about the axle, positive for a forward force \[N m\].
     #[serde(default)]
     pub mean_torque: f64,
     /// Free rolling, where the scene asks for it.
@@ -193,11 +192,11 @@ pub struct FrictionSummary {
 pub struct FreeRolling {
     /// Mean longitudinal creep.
     pub creep: f64,
-    /// Mean torque over that of sliding: coefficient of friction, mean force and radius.
+    /// Mean torque over that of full sliding: coefficient of friction times mean force times radius.
     pub relative_torque: f64,
-    /// Bound of its size.
+    /// Largest magnitude of the relative torque.
     pub tolerance: f64,
-    /// True if it was met.
+    /// True if the torque is within it.
     pub met: bool,
 }
 
@@ -217,26 +216,26 @@ impl fmt::Display for FreeRolling {
 pub struct ContactQuality {
     /// F >= 0: largest tension, relative to the peak force.
     pub tension: f64,
-    /// u >= d: largest penetration left, relative to the largest required indentation.
+    /// u >= d: largest penetration, relative to the largest required indentation.
     pub penetration: f64,
     /// F.(u - d) = 0: largest violation, relative to the peaks of both.
     pub complementarity: f64,
-    /// Largest difference of a slice's curve from that of all its cells, made by leaving breakpoints out \[m\].
+    /// Largest difference of a slice's curve from that of all its cells, due to breakpoints that are left out \[m\].
     pub slice_error: f64,
-    /// kappa \[m/Pa\] of the local law: a slice yields like a spring of compliance kappa/(dx b). `None` by the paper's
-    /// laws.
+    /// kappa \[m/Pa\] of the local law: a slice yields like a spring of compliance kappa/(dx b). `None` for the laws of
+    /// the paper.
     pub local_compliance: Option<f64>,
-    /// Errors of levels by slices beside those by cells; absent where they are not known.
+    /// Errors of levels by slices compared with cells; `None` where they are not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) slices: Option<SliceErrors>,
-    /// Searches that were given up: always 0, or the run has failed.
+    /// Number of aborted searches: always 0, or the run has failed.
     pub aborted_searches: u64,
-    /// Steps by the number of linear solves that they took.
+    /// Number of steps by the number of linear solves that they took.
     pub solves_per_step: BTreeMap<u32, u64>,
 }
 
 impl Summary {
-    /// Returns a summary of a run that has only begun: the lead fields filled in, no outcome, not complete.
+    /// Summary of a run that has begun: the first fields filled in, no results, not complete.
     pub(crate) fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
         Self {
             format: FORMAT.into(),
@@ -258,7 +257,7 @@ impl Summary {
         }
     }
 
-    /// Returns the pretty JSON with a newline at the end; keys in a fixed order, those of the settings sorted.
+    /// Pretty-printed JSON with a newline at the end; keys in a fixed order, those of the settings sorted.
     ///
     /// # Errors
     /// [`ResultsError::Json`], which names `path`.
@@ -270,7 +269,7 @@ impl Summary {
     }
 }
 
-/// The part of a summary that tells whether a folder is ours to replace.
+/// Part of a summary by which a results folder is recognised as one that may be replaced.
 #[derive(Debug, Deserialize)]
 pub(super) struct Marker {
     pub(super) format: String,

@@ -1,18 +1,18 @@
-//! Tables, and reports made of text and tables: for files at their full width, for a terminal within its own.
+//! Tables, and reports of text and tables: for files at their full width, for a terminal within its width.
 
 use std::fmt;
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, LineStyle, TableStyle, Width};
 use serde_json::{Value, json};
 
-/// Blanks beside a cell's content, and between two columns.
+/// Spaces beside a cell's content, and between two columns.
 const PADDING: usize = 2;
 const GAP: usize = 1;
 
-/// The cells of a row, from the left: whatever can be shown, one after the other.
+/// Cells of a row, from the left, of any displayable type.
 pub(crate) trait Cells {
-    /// Returns their texts. Numbers are written so that reading gives the same bits; where there is none (the level of
-    /// silence, the mean of nothing) the cell is empty.
+    /// Their texts. Numbers are written so that reading gives the same bits; where there is none (the level of silence,
+    /// the mean of nothing) the cell is empty.
     fn texts(self) -> Vec<String>;
 }
 
@@ -23,15 +23,15 @@ impl<R: IntoIterator<Item: ToString>> Cells for R {
     }
 }
 
-/// How what is no number is written.
+/// Texts of values that are not finite.
 const NO_NUMBERS: [&str; 3] = ["-inf", "inf", "NaN"];
 
-/// Returns a row of cells of many kinds.
+/// A row of cells of several types.
 pub(crate) fn row<const COUNT: usize>(cells: [&dyn fmt::Display; COUNT]) -> Vec<String> {
     cells.texts()
 }
 
-/// Returns a cell that is empty where there is nothing to show.
+/// Text of a cell, empty for `None`.
 pub(crate) fn optional(cell: Option<impl ToString>) -> String {
     cell.map_or_else(String::new, |cell| cell.to_string())
 }
@@ -44,45 +44,44 @@ pub struct Table {
     alignment: fn(usize) -> CellAlignment,
 }
 
-/// Returns a table with words in the first column to the left, numbers in the others to the right.
+/// Table with words in the first column to the left, numbers in the others to the right.
 pub(crate) fn aligned(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
 }
 
-/// Makes a table as [`aligned`], all columns being numbers.
+/// Table as [`aligned`], all columns being numbers.
 pub(crate) fn numbers(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |_| CellAlignment::Right)
 }
 
-/// Makes a table as [`aligned`], all columns being words.
+/// Table as [`aligned`], all columns being words.
 pub(crate) fn words(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |_| CellAlignment::Left)
 }
 
 impl Table {
-    /// Returns the columns of the same number in header and rows; without a header only rows.
+    /// Header and rows must have the same number of columns; an empty header means rows alone.
     fn new(header: impl Cells, rows: impl IntoIterator<Item: Cells>, alignment: fn(usize) -> CellAlignment) -> Self {
         Self { header: header.texts(), rows: rows.into_iter().map(Cells::texts).collect(), alignment }
     }
 
-    /// Returns the cells over the columns; empty where there are none.
+    /// Names of the columns; empty without a header.
     pub fn header(&self) -> &[String] {
         &self.header
     }
 
-    /// Returns the rows, each with a cell for every column.
+    /// Rows, each with a cell for every column.
     pub fn rows(&self) -> &[Vec<String>] {
         &self.rows
     }
 
-    /// Tells whether a column holds numbers, which stand to the right.
+    /// True for a column of numbers, which are aligned to the right.
     pub fn is_number(&self, column: usize) -> bool {
         (self.alignment)(column) == CellAlignment::Right
     }
 
-    /// Fits the table into so many columns of a terminal: long cells are wrapped between words, and within words longer
-    /// than half of it; columns for whose words there is no room follow in tables of their own below, beside the first
-    /// column again.
+    /// The table for a terminal of `width` columns: long cells are wrapped between words, and within words longer than
+    /// half of it; columns that do not fit follow in further tables below, each with the first column again.
     pub fn within(&self, width: usize) -> String {
         let cells = |column: usize| {
             self.header.iter().skip(column).take(1).chain(self.rows.iter().map(move |row| &row[column]))
@@ -128,7 +127,7 @@ impl Table {
     }
 }
 
-/// Returns a line in as many of at most so many columns as it needs; a longer word has one of its own.
+/// A line wrapped to a width; a longer word has a line of its own.
 fn wrapped(line: &str, width: usize) -> String {
     if line.trim_end().chars().count() <= width {
         return line.to_owned();
@@ -147,7 +146,7 @@ fn wrapped(line: &str, width: usize) -> String {
     text
 }
 
-/// Returns the lines without blanks at their ends, a newline last.
+/// Lines without trailing spaces, a newline last.
 fn trimmed(table: &comfy_table::Table) -> String {
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
@@ -160,16 +159,16 @@ impl fmt::Display for Table {
     }
 }
 
-/// Text and tables in their order; shown at full width.
+/// Text and tables in their order; displayed at full width.
 #[derive(Clone, Debug, Default)]
 pub struct Report(Vec<Part>);
 
-/// Parts of a report.
+/// Part of a report.
 #[derive(Clone, Debug)]
 pub enum Part {
-    /// Lines.
+    /// Lines of text.
     Text(String),
-    /// A table.
+    /// A table of any width.
     Table(Table),
 }
 
@@ -179,22 +178,22 @@ impl Report {
         self.0.push(Part::Text(text.into()));
     }
 
-    /// Adds a table.
+    /// Adds a table after the parts so far.
     pub fn table(&mut self, table: Table) {
         self.0.push(Part::Table(table));
     }
 
-    /// Adds all of another report.
+    /// Adds all parts of another report.
     pub fn append(&mut self, other: Self) {
         self.0.extend(other.0);
     }
 
-    /// Returns its parts, in their order.
+    /// Parts in their order.
     pub fn parts(&self) -> &[Part] {
         &self.0
     }
 
-    /// Returns the report as JSON: texts, and tables as columns and rows; cells that are numbers are numbers.
+    /// The report as JSON: texts, and tables as columns and rows; cells that are numbers become numbers.
     pub fn to_json(&self) -> Value {
         let cell = |cell: &String| match serde_json::from_str(cell) {
             Ok(number @ Value::Number(_)) => number,
@@ -211,8 +210,7 @@ impl Report {
         self.0.iter().filter(|part| !empty(part)).map(part).collect()
     }
 
-    /// Fits the report into so many columns of a terminal: lines are wrapped between words, for tables see
-    /// [`Table::within`].
+    /// The report for a terminal of `width` columns: lines are wrapped between words, for tables see [`Table::within`].
     pub fn within(&self, width: usize) -> String {
         let part = |part: &Part| match part {
             Part::Text(text) => text.split_inclusive('\n').map(|line| wrapped(line, width)).collect(),
@@ -231,8 +229,8 @@ impl fmt::Display for Report {
     }
 }
 
-/// Returns the header and rows as CSV; cells are quoted where they need it, and a blank stands before words that
-/// spreadsheets would take for a formula.
+/// Header and rows as CSV; cells are quoted where they need it, and a space is put before words that spreadsheets would
+/// take for a formula.
 pub(crate) fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> String {
     let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
     let harmless = |cell: String| {
@@ -241,12 +239,12 @@ pub(crate) fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> S
     };
     let lines = std::iter::once(header.texts()).chain(rows.into_iter().map(Cells::texts));
     let mut lines = lines.map(|line| line.into_iter().map(harmless).collect::<Vec<_>>());
-    // Memory takes every record, and text is UTF-8.
+    // Writing to memory does not fail, and text is UTF-8.
     let written = lines.try_for_each(|line| writer.write_record(line));
     written.ok().and_then(|()| String::from_utf8(writer.into_inner().ok()?).ok()).unwrap_or_default()
 }
 
-/// Returns a number with thin groups of three: 21 233 664.
+/// A number with groups of three digits: 21 233 664.
 pub(crate) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups: Vec<&str> = (0..digits.len())

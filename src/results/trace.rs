@@ -1,23 +1,23 @@
-//! When what happened in a run, for programs that draw it: Chrome's trace events (Perfetto, chrome://tracing) and
-//! folded stacks (flame graphs).
+//! Timeline of a run for programs that draw it: Chrome's trace events (Perfetto, chrome://tracing) and folded stacks
+//! (flame graphs).
 //!
-//! - Trace: one complete event ("X") for each span, in microseconds since the run began; thread 1 is the run's own,
-//!   thread 2 what is made behind it. Format: "Trace Event Format", Duffy et al., Google 2016.
-//! - Folded: a line for every stack, frames from the outermost to the innermost with semicolons between them, then
-//!   microseconds spent in just that stack, on the run's own thread. Format: B. Gregg, FlameGraph, `stackcollapse`. The
-//!   lines add up to the wall time of the run.
+//! - Trace: one complete event ("X") for each span, in microseconds since the run began; thread 1 is that of the run,
+//!   thread 2 the background work. Format: "Trace Event Format", Duffy et al., Google 2016.
+//! - Folded: a line for every stack, frames from the outermost to the innermost with semicolons between them, then the
+//!   microseconds spent in exactly that stack, on the thread of the run. Format: B. Gregg, FlameGraph, `stackcollapse`.
+//!   The lines add up to the wall time of the run.
 
 use serde_json::{Value, json};
 
 use crate::counters::trace::{Row, Trace, What};
 use crate::counters::{Phase, Stage};
 
-/// How a trace begins.
+/// Begin of a trace.
 pub(crate) const TRACE_HEAD: &str = "{\"displayTimeUnit\":\"ms\",\"otherData\":";
-/// How folded stacks begin.
+/// Begin of folded stacks.
 pub(crate) const FOLDED_HEAD: &str = "tyrewave;run";
 
-/// Returns the chrome's trace events of a run that has ended.
+/// Chrome's trace events of a run that has ended.
 pub(crate) fn chrome_trace(trace: &Trace, title: &str) -> String {
     let thread = |row: Row| match row {
         Row::March => 1,
@@ -32,7 +32,7 @@ pub(crate) fn chrome_trace(trace: &Trace, title: &str) -> String {
         named(Row::March, "run"),
         named(Row::Behind, "behind the run"),
     ];
-    // Outer spans before those within them, as readers like it.
+    // Outer spans before those within them, as readers expect.
     let mut spans: Vec<_> = trace.spans().iter().collect();
     spans.sort_by_key(|span| (thread(span.row), span.begin, std::cmp::Reverse(span.length)));
     events.extend(spans.into_iter().map(|span| {
@@ -56,8 +56,8 @@ pub(crate) fn chrome_trace(trace: &Trace, title: &str) -> String {
     format!("{document}\n")
 }
 
-/// Returns the folded stacks of a run that has ended. What no stage has is its phase's own, what no phase has is the
-/// run's own.
+/// Folded stacks of a run that has ended. Time outside of all stages counts for its phase, time outside of all phases
+/// for the run.
 pub(crate) fn folded_stacks(trace: &Trace) -> String {
     let microseconds = |time: std::time::Duration| u64::try_from(time.as_micros()).unwrap_or(u64::MAX);
     let mut text = String::new();
@@ -98,7 +98,6 @@ mod tests {
         }
     }
 
-    /// Returns a run of 300 steps.
     fn meter() -> Meter {
         let mut meter = Meter::new(Watch { trace: true, ..Watch::EVERY });
         let open = meter.open();

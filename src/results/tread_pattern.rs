@@ -7,11 +7,11 @@ use super::table::{csv, row};
 use crate::tyre::tread_pattern::map::TreadMap;
 use crate::tyre::tread_pattern::pitches::PitchTrain;
 
-/// Orders that are told, in pitches.
+/// Largest order of the pitches' spectrum, in multiples of the number of pitches.
 const ORDERS: usize = 4;
 
-/// Returns the table of a pattern on a tyre of a speed \[m/s\]: where pitches begin and how long they are, shares of
-/// void of all and of each row of cells, and the amplitudes of one unit pulse to each pitch.
+/// Table of a pattern on a tyre at a speed \[m/s\]: starts and lengths of pitches, void shares of the whole tread and
+/// of each row of cells, and the amplitudes of one unit pulse for each pitch.
 pub(crate) fn pattern_csv(map: &TreadMap, speed: f64) -> String {
     let header = ["quantity", "number", "place_m", "frequency_hz", "value", "imaginary"];
     let none = f64::NAN;
@@ -50,7 +50,7 @@ pub(crate) fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotE
         expected: map.columns,
         got: 0,
     })?;
-    // A part that a picture shows cell by cell.
+    // The part that a picture can show cell by cell.
     let shown = (map.columns).min((4.0 * 2.0 * half / dx) as usize).max(1);
     let (part, _) = values.split_at(ndarray::Axis(0), shown);
     let (shown, aspect) = (dx * shown as f64, 2.0 * half / (dx * shown as f64));
@@ -68,14 +68,14 @@ pub(crate) fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotE
     .to_svg_under(&sipes)
 }
 
-/// Draws the spectrum of one unit pulse to each pitch, at a speed \[m/s\].
+/// Draws the spectrum of one unit pulse for each pitch, at a speed \[m/s\].
 ///
 /// # Errors
 /// Errors of the picture.
 pub(crate) fn pitch_spectrum(train: &PitchTrain, speed: f64, title: &str) -> Result<String, PlotError> {
     let rate = speed / train.circumference;
     let last = ORDERS * train.count();
-    // Each order is a line of its own.
+    // Each order is a separate vertical line.
     let line = |order: usize| {
         let (frequency, amplitude) = (order as f64 * rate, train.amplitude(order).norm());
         [(frequency, 0.0), (frequency, amplitude), (frequency, f64::NAN)]

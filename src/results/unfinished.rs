@@ -1,4 +1,4 @@
-//! Finding the folder of an unfinished run, and keeping others out of it while a process writes to it.
+//! Finding the folder of an unfinished run, and locking it while a process writes to it.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -7,12 +7,12 @@ use super::checkpoint::{CHECKPOINT_FILE, CheckpointError};
 use super::summary::SUMMARY_FILE;
 use crate::storage::flat_folder::{self, entries};
 
-/// Locked while a process writes to the folder.
+/// File that is locked while a process writes to the folder.
 pub(super) const LOCK_FILE: &str = "lock";
-/// Ending that the folder of an unfinished run adds to the final name.
+/// Suffix of an unfinished run's folder, after the final name.
 pub(super) const PARTIAL: &str = ".partial";
 
-/// Returns the folder of an unfinished run with a checkpoint, by the run's final name or by the folder's own.
+/// Folder of an unfinished run with a checkpoint, by the run's final path or by the folder itself.
 ///
 /// # Errors
 /// [`CheckpointError`] unless there is exactly one.
@@ -34,7 +34,7 @@ pub(crate) fn unfinished(path: &Path) -> Result<PathBuf, CheckpointError> {
     }
 }
 
-/// Returns the folders of unfinished runs of a final name, sorted.
+/// Folders of unfinished runs with a final path, sorted.
 pub(super) fn partial_folders(target: &Path) -> Vec<PathBuf> {
     let Some(name) = target.file_name() else { return Vec::new() };
     let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -51,25 +51,25 @@ pub(super) fn partial_folders(target: &Path) -> Vec<PathBuf> {
     names.into_iter().map(|name| target.with_file_name(name)).filter(|folder| folder.is_dir()).collect()
 }
 
-/// Deletes what unfinished runs of a final name have left, unless a process still writes to it.
+/// Deletes folders of unfinished runs with a final path, unless a process still writes to them.
 pub(crate) fn forget_abandoned(target: &Path) {
     for folder in partial_folders(target).into_iter().filter(|folder| !in_use(folder)) {
-        // What cannot be deleted is in nobody's way.
+        // A folder that cannot be deleted does no harm.
         let _ = flat_folder::remove(&folder);
     }
 }
 
-/// Returns the final name of an unfinished run's folder.
+/// Final path of an unfinished run's folder; `None` for a folder with another name.
 pub(super) fn final_name(folder: &Path) -> Option<PathBuf> {
     let name = folder.file_name()?.to_str()?;
     let (name, rest) = name.rsplit_once(PARTIAL)?;
     (!name.is_empty() && (rest.is_empty() || rest.starts_with('-'))).then(|| folder.with_file_name(name))
 }
 
-/// Locks a folder for this process, as long as the file lives; `None` where the file system knows no locks.
+/// Locks a folder for this process, as long as the file lives; `None` where the file system has no locks.
 pub(super) fn lock(folder: &Path) -> Result<Option<File>, CheckpointError> {
     let path = folder.join(LOCK_FILE);
-    // Its content belongs to whoever holds it.
+    // The content is changed only by the holder of the lock.
     let options = File::options().write(true).create(true).truncate(false).clone();
     let file = options.open(&path).map_err(|source| CheckpointError::Io { path: path.clone(), source })?;
     match file.try_lock() {
@@ -79,7 +79,7 @@ pub(super) fn lock(folder: &Path) -> Result<Option<File>, CheckpointError> {
     }
 }
 
-/// Tells whether a process writes to a folder.
+/// True if a process writes to the folder.
 pub(super) fn in_use(folder: &Path) -> bool {
     let file = File::open(folder.join(LOCK_FILE));
     file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))

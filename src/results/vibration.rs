@@ -1,7 +1,7 @@
 //! `vibration.csv`, `vibration_narrow.csv` and the vibration's part of the summary.
 //!
-//! One row for each field, frame, place and band (or frequency). A position or the number of an element stands where
-//! the spectrum is that of a point; without either it is the mean over the circumference.
+//! One row for each field, frame, place and band (or frequency). Spectra at points have a position or the number of an
+//! element; those without either are means over the circumference.
 
 use std::borrow::Cow;
 
@@ -10,43 +10,43 @@ use serde::{Deserialize, Serialize};
 use super::table::{Cells, csv, row};
 use crate::response::{BandLevel, LevelErrors, PowerSpectrum};
 
-/// Third octaves.
+/// File of the third octaves.
 pub(crate) const VIBRATION_FILE: &str = "vibration.csv";
-/// Quantity of its levels.
+/// Quantity of these levels.
 pub(crate) const VELOCITY_LEVEL: &str = "Velocity level [dB re 1 m/s]";
-/// Narrow band.
+/// File of the narrow-band spectra.
 pub(crate) const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
 
-/// The columns that say which spectrum a row is of.
+/// Columns that identify the spectrum of a row.
 const NAMES: [&str; 4] = ["field", "frame", "position_m", "element"];
 
-/// Where a spectrum was taken.
+/// Place of a spectrum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum VelocityPlace {
     /// Mean over the circumference.
     Everywhere,
-    /// Beside the road, at a distance from the axle \[m\].
+    /// At a distance from the axle in the non-rotating frame \[m\].
     Position(f64),
-    /// On the tyre, at an element.
+    /// At an element, turning with the tyre.
     Element(usize),
 }
 
-/// A spectrum with its names.
+/// A velocity spectrum with its names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VelocitySpectrum {
-    /// `tread`, `belt`, `tangential`.
+    /// Field: `tread`, `belt` or `tangential`.
     pub field: &'static str,
-    /// `material`, the lines of the mean pattern included; `material-varying`, without them; `non-rotating`, where it
-    /// stands still.
+    /// Frame: `material`, the lines of the mean pattern included; `material-varying`, without them; `non-rotating`,
+    /// where the mean pattern stands still.
     pub frame: &'static str,
-    /// Where.
+    /// Place on the circumference, or the mean over it.
     pub place: VelocityPlace,
-    /// The spectrum \[m^2/s^2\].
+    /// Spectrum of the velocity \[m^2/s^2\].
     pub spectrum: PowerSpectrum,
 }
 
 impl VelocitySpectrum {
-    /// Returns the field with frame or place, for legends.
+    /// Field with frame or place, for legends.
     pub fn name(&self) -> String {
         match self.place {
             VelocityPlace::Everywhere => format!("{}, {}", self.field, self.frame),
@@ -55,7 +55,7 @@ impl VelocitySpectrum {
         }
     }
 
-    /// Returns its [`NAMES`] and some numbers.
+    /// Cells of [`NAMES`], followed by some numbers.
     fn row<const COUNT: usize>(&self, numbers: [f64; COUNT]) -> Vec<String> {
         let [position, element] = match self.place {
             VelocityPlace::Everywhere => [String::new(), String::new()],
@@ -68,9 +68,9 @@ impl VelocitySpectrum {
     }
 }
 
-/// Returns the third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1
-/// m/s\], 1 where the run vouches for it and 0 beyond, its error by slices where that is known \[dB\], of all bands
-/// from `lowest` \[Hz\] on.
+/// Table of third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1
+/// m/s\], 1 for valid levels and 0 for others, the error by slices where that is known \[dB\], of all bands from
+/// `lowest` \[Hz\] on.
 pub(crate) fn vibration_levels_csv(spectra: &[VelocitySpectrum], lowest: f64, errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,mean_square_m2_s2,level_db_re_1m_s,valid,slice_error_db";
     let rows = spectra.iter().flat_map(|named| {
@@ -83,7 +83,7 @@ pub(crate) fn vibration_levels_csv(spectra: &[VelocitySpectrum], lowest: f64, er
     csv(NAMES.into_iter().chain(header.split(',')), rows)
 }
 
-/// Returns the narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
+/// Table of narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
 pub(crate) fn vibration_narrow_csv(spectra: &[VelocitySpectrum]) -> String {
     let rows = spectra
         .iter()
@@ -94,9 +94,9 @@ pub(crate) fn vibration_narrow_csv(spectra: &[VelocitySpectrum]) -> String {
 /// Part of `summary.json` on the vibration.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct VibrationSummary {
-    /// Segments averaged, half of each shared with the next.
+    /// Number of segments averaged, half of each shared with the next.
     pub segments: u64,
-    /// Length of a segment \[s\], and the revolutions that it is.
+    /// Length of a segment \[s\].
     pub segment_seconds: f64,
     /// Revolutions of a segment.
     pub revolutions: usize,
@@ -104,15 +104,15 @@ pub(crate) struct VibrationSummary {
     pub resolution: f64,
     /// Time at the end of the run that fills no segment and is left out \[s\].
     pub seconds_left_out: f64,
-    /// Lateral waves of forces on cells that means across the strip hear.
+    /// Number of lateral waves, for forces on cells, that contribute to means across the strip.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub waves_across: Option<usize>,
-    /// By field.
+    /// Velocities by field.
     pub fields: Vec<FieldSummary>,
     /// Power balance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<PowerSummary>,
-    /// Error and truncation of the tangential transfer, relative to its largest value, where it was wanted.
+    /// Error and truncation of the tangential transfer, relative to its largest value, where it was computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tangential_error: Option<[f64; 2]>,
 }
@@ -120,35 +120,35 @@ pub(crate) struct VibrationSummary {
 /// Velocities of a field, root mean squares over time and circumference.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct FieldSummary {
-    /// `tread`, `belt`, `tangential`.
+    /// Field: `tread`, `belt` or `tangential`.
     pub field: Cow<'static, str>,
     /// Root mean square of the vibration, the mean pattern left out \[m/s\].
     pub rms_velocity: f64,
-    /// Root mean square of the mean pattern, which stands over the road and passes the material \[m/s\].
+    /// Root mean square of the mean pattern, which stands still over the road and passes the material \[m/s\].
     pub rms_mean_pattern: f64,
-    /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces
-    /// \[dB\]; `null` for the first-order hold, whose transfer is the tyre's, and for cells.
+    /// 20 lg of the vibration, which has the time rule's transfer, over that with the exact transfer of the tyre under
+    /// the same forces \[dB\]; `None` for the first-order hold, whose transfer is exact, and for cells.
     pub rule_difference: Option<f64>,
-    /// The same where it is largest among the third octaves below 1 kHz.
+    /// The same at its largest among the third octaves below 1 kHz.
     pub rule_difference_below_1k: Option<f64>,
 }
 
-/// Power that the contact forces put in, against what the tyre dissipates \[W\].
+/// Power that the contact forces put in, compared with the power that the tyre dissipates \[W\].
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct PowerSummary {
-    /// Put in: forces times velocities, in the time domain.
+    /// Power put in: forces times velocities, in the time domain.
     pub put_in: f64,
-    /// Power of forces on cells that goes into the waves that the run carries, and that is dissipated there.
-    /// The rest is lost in what follows the forces at once, by the time rule's damping.
+    /// Power of forces on cells that goes into the waves that the run carries, and that is dissipated there. The rest
+    /// is lost in the part of the response that follows the forces at once, by the time rule's damping.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub put_into_waves: Option<f64>,
-    /// Dissipated by the mean pattern, by the time rule's transfer.
+    /// Power dissipated by the mean pattern, with the time rule's transfer.
     pub dissipated_by_mean_pattern: f64,
-    /// Dissipated by the vibration.
+    /// Power dissipated by the vibration.
     pub dissipated_by_vibration: f64,
-    /// (put in - dissipated)/put in, of the waves that the run carries.
+    /// (put in - dissipated)/put in, for the waves that the run carries.
     pub relative_difference: f64,
-    /// All that is dissipated, by the tyre's own transfer instead of the rule's; not known of cells.
+    /// Total dissipated power with the exact transfer of the tyre instead of the rule's; `None` for cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dissipated_by_tyre: Option<f64>,
 }

@@ -30,7 +30,6 @@ use crate::tyre::influence::{CellGrid, CellInfluence, CellRow, CellSums, WaveBan
 use crate::tyre::poles::cells::{CellModel, fit_cells};
 use crate::tyre::tread_pattern::blocks::Blocks;
 
-/// Ingredients of contact over cells.
 pub(super) struct CellContact<'a> {
     loaded: &'a LoadedScene,
     plan: &'a Plan,
@@ -63,7 +62,7 @@ impl ZoneMaker for CellContact<'_> {
             let way = start + step as f64 * plan.time_step * plan.speed;
             let under = (way / plan.element).round() as i64;
             let window = cells.elements(under);
-            // Where the road ends there is none that the tyre would meet.
+            // Beyond the road's end the tyre meets no road: heights stay 0.
             let (first, end) = elements.map_or((window.start, window.end), |(first, last)| {
                 (first.clamp(window.start, window.end), (last + 1).clamp(window.start, window.end))
             });
@@ -118,7 +117,7 @@ impl ZoneMaker for CellContact<'_> {
 }
 
 impl<'a> CellContact<'a> {
-    /// Makes the contact of a planned scene; `stop` ends the work on the influence functions once it is set.
+    /// Contact of a planned scene; `stop` ends the work on the influence functions once it is set.
     pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
@@ -131,18 +130,16 @@ impl<'a> CellContact<'a> {
         Self { loaded, plan, sums, tread, blocks, resting, stop }
     }
 
-    /// Sums the influence between the cells of a window of so many columns within an instant.
-    ///
-    /// # Errors
-    /// A rule without a first rate.
+    /// Influence between the cells of a window of `columns` columns within an instant. Fails for a rule without a first
+    /// rate.
     fn instant(&self, columns: usize, meter: &mut Meter) -> Result<CellInfluence, ContactError> {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
         Ok(meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns)))
     }
 
-    /// Returns the cells of a window, at rest, longer by `margin` columns at either end than what is told; the past is
-    /// that of the waves that carry it, or of direct sums.
+    /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the past
+    /// is that of the `carried` waves, or of direct sums.
     fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
         let numerics = &self.plan.scene.numerics;
         let past = match numerics.history {
@@ -167,10 +164,8 @@ impl<'a> CellContact<'a> {
         }
     }
 
-    /// Returns the waves that carry the past through a window of so many columns, ring by ring.
-    ///
-    /// # Errors
-    /// A fit that is refused, or stopped.
+    /// Waves that carry the past through a window of `columns` columns, ring by ring. Fails if a fit is refused, or
+    /// stopped.
     fn carried(
         &self,
         columns: usize,
@@ -186,10 +181,8 @@ impl<'a> CellContact<'a> {
         self.bands(columns).into_iter().map(carried).collect()
     }
 
-    /// Takes the waves that carry the past off the influence between cells within an instant.
-    ///
-    /// # Errors
-    /// A rule without a first rate.
+    /// Influence between cells within an instant, less that of the waves that carry the past. Fails for a rule without
+    /// a first rate.
     fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
@@ -226,7 +219,7 @@ impl<'a> CellContact<'a> {
         WavePast::new(rings, numerics.time_rule, self.plan.time_step)
     }
 
-    /// Returns the model of a band, from the user's cache or fitted.
+    /// Model of a band, from the user's cache or fitted.
     fn model(
         &self,
         sums: &CellSums,

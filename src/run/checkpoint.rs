@@ -1,8 +1,8 @@
-//! All that an unfinished run is: who it belongs to, and the state that its next steps depend on.
+//! Everything that an unfinished run consists of: its identity, and the state that its next steps depend on.
 //!
-//! A checkpoint is used only by the version that wrote it, with the scene and the input files that it was written
-//! for, beside arrays that hold the bytes that were written to them, and where the tyre's influence functions come out
-//! with the same bits: then the run goes on as if it had never stopped.
+//! A checkpoint is used only by the version that wrote it, with the scene and the input files that it was written for,
+//! beside arrays that hold the bytes that were written to them, and if the tyre's influence functions have the same
+//! bits: then the run continues as if it had never stopped.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -30,21 +30,21 @@ use crate::storage::input::{self, SCENE_BYTES};
 use crate::storage::sealed_file::Body;
 use crate::storage::state::{SavedState, StateError};
 
-/// Identity of the run of a checkpoint.
+/// Identity of the run that a checkpoint belongs to.
 #[derive(Deserialize, Serialize)]
 struct Owner {
-    /// SHA-256 of the scene as used, as TOML.
+    /// SHA-256 of the effective scene, as TOML.
     scene: String,
     /// The scene as written, as TOML.
     written: String,
-    /// The scene's file.
+    /// Path of the scene's file.
     path: String,
     /// Files that the scene reads.
     inputs: Vec<Input>,
 }
 
 impl Owner {
-    /// Identifies a scene with its inputs; with it the scene as used, as TOML.
+    /// Identity of a scene with its inputs; also the effective scene, as TOML.
     fn of(loaded: &LoadedScene, inputs: Vec<Input>) -> Result<(Self, String), RunError> {
         let scene = loaded.scene.to_toml()?;
         let path = loaded.path.to_string_lossy().into_owned();
@@ -52,14 +52,14 @@ impl Owner {
     }
 }
 
-/// All that a run's next steps and its results depend on.
+/// State that a run's next steps and its results depend on.
 #[derive(Deserialize, Serialize)]
 struct RunState {
     /// SHA-256 of the first weights.
     influence: String,
-    /// Length of the window of cells over that whose forces are told.
+    /// Length of the window of cells over that of the reported forces.
     window: f64,
-    /// Wall and processor time.
+    /// Wall and processor time so far.
     times: [Duration; 2],
     cost: Counters,
     observers: SavedState,
@@ -68,14 +68,14 @@ struct RunState {
     march: MarchState,
 }
 
-/// A checkpoint that belongs to a known scene, version and inputs; its state is still to be read.
+/// A checkpoint whose identity has been checked; its state is still to be read.
 pub(crate) struct Checkpoint {
     path: PathBuf,
     /// Rest of the file: a [`RunState`].
     state: Body,
-    /// Steps done.
+    /// Number of steps done.
     pub steps: u64,
-    /// How far the arrays had come.
+    /// Lengths and digests of the arrays when the checkpoint was written.
     pub written: WrittenArrays,
     /// The scene that it belongs to.
     pub loaded: LoadedScene,
@@ -84,7 +84,7 @@ pub(crate) struct Checkpoint {
 }
 
 impl Checkpoint {
-    /// Reads the checkpoint of an unfinished run and checks whose it is, and that the arrays hold what was written.
+    /// Reads the checkpoint of an unfinished run and checks its identity, and that the arrays hold what was written.
     ///
     /// # Errors
     /// [`CheckpointError`].
@@ -115,10 +115,10 @@ impl Checkpoint {
         Ok(Self { path, state: body, steps, written, loaded, inputs })
     }
 
-    /// Brings a prepared run to the state; returns the wall and processor time that it had taken before.
+    /// Brings a prepared run to the state; returns its wall and processor time so far.
     ///
     /// # Errors
-    /// [`CheckpointError::Unusable`]; the run is of no use then.
+    /// [`CheckpointError::Unusable`]; the run must not be used then.
     pub(crate) fn restore(self, run: &mut Simulation) -> Result<[Duration; 2], RunError> {
         let Self { path, state, steps, .. } = self;
         let unusable = |reason: Unusable| CheckpointError::Unusable { path, reason: reason.into() };
@@ -137,7 +137,7 @@ impl Checkpoint {
 }
 
 impl RunState {
-    /// Takes the state of a run that has taken so much wall and processor time.
+    /// State of a run; `times` are its wall and processor time so far.
     fn of(run: &Simulation, times: [Duration; 2]) -> Result<Self, StateError> {
         Ok(Self {
             influence: influence_digest(&run.prepared),
@@ -151,7 +151,8 @@ impl RunState {
         })
     }
 
-    /// Brings a run to this state, which is that after so many steps; what is left is to make the road's slices.
+    /// Brings a run to this state after `steps` steps; the slices of the road still have to be made from the returned
+    /// [`RoadState`].
     fn restore(self, steps: u64, run: &mut Simulation) -> Result<([Duration; 2], RoadState), StateError> {
         run.meter.go_on(&self.cost);
         run.restore_observers(&self.observers)?;
@@ -162,23 +163,24 @@ impl RunState {
     }
 }
 
-/// Writes checkpoints as the time comes.
+/// Writes checkpoints at intervals.
 pub(crate) struct Checkpoints {
     owner: Owner,
-    /// The scene as used, as TOML.
+    /// Effective scene, as TOML.
     scene: String,
     interval: Option<Duration>,
     last: Instant,
-    /// When this process began with the run, what processor time it had taken by then, and the run's wall and processor
-    /// time before that.
+    /// Begin of the run in this process, the process's processor time at that moment, and the run's wall and processor
+    /// time before.
     begin: Instant,
     begin_cpu: Option<Duration>,
     earlier: [Duration; 2],
 }
 
 impl Checkpoints {
-    /// Makes the checkpoints of the run of a scene with its inputs, as often as it wants; the run began at `begin`, by
-    /// when the process had taken so much processor time, and had taken `earlier` (wall, processor) before.
+    /// Checkpoints of the run of a scene with its inputs, at the interval that the scene sets. The run began at
+    /// `begin`, when the process had used `begin_cpu` of processor time, and had taken `earlier` (wall, processor) in
+    /// other processes before.
     ///
     /// # Errors
     /// A scene that TOML cannot hold.
@@ -193,25 +195,25 @@ impl Checkpoints {
         Ok(Self { owner, scene, interval, last: Instant::now(), begin, begin_cpu, earlier })
     }
 
-    /// Returns the wall time of the whole run until `now`.
+    /// Wall time of the whole run until `now`.
     pub(crate) fn wall(&self, now: Instant) -> Duration {
         self.earlier[0] + now.saturating_duration_since(self.begin)
     }
 
-    /// Returns the processor time of all threads for the whole run so far; `None` where the system does not tell.
+    /// Processor time of all threads for the whole run so far; `None` if the system does not report it.
     pub(crate) fn cpu(&self) -> Option<Duration> {
         cpu_time().zip(self.begin_cpu).map(|(now, begin)| self.earlier[1] + now.saturating_sub(begin))
     }
 
-    /// Tells whether it is time for one.
+    /// Whether the interval has passed since the last checkpoint.
     pub(crate) fn due(&self) -> bool {
         self.interval.is_some_and(|interval| self.last.elapsed() >= interval)
     }
 
-    /// Brings the arrays to the disk, then the state.
+    /// Flushes the arrays to the disk, then writes the state.
     ///
     /// # Errors
-    /// [`ResultsError`]; the checkpoint before stays whole then.
+    /// [`ResultsError`]; the previous checkpoint stays complete then.
     pub(crate) fn write(&mut self, folder: &mut ResultsFolder, run: &mut Simulation) -> Result<(), ResultsError> {
         let written = run.sync_arrays()?;
         if !folder.holds_checkpoint() {
@@ -228,17 +230,14 @@ impl Checkpoints {
     }
 }
 
-/// Returns SHA-256 of the first weights: other bits there mean other bits everywhere.
+/// SHA-256 of the first weights: if their bits differ, all results do.
 fn influence_digest(prepared: &Prepared) -> String {
     let mut hash = Sha256::new();
     prepared.march.first_weights().iter().for_each(|value| hash.update(value.to_le_bytes()));
     hexadecimal(hash.finalize())
 }
 
-/// Returns the files that a scene reads.
-///
-/// # Errors
-/// A file that cannot be read.
+/// Files that a scene reads. Fails if one cannot be read.
 pub(crate) fn inputs_of(loaded: &LoadedScene) -> Result<Vec<Input>, CheckpointError> {
     Inputs::default().of(&loaded.scene).map_err(|(path, source)| CheckpointError::Io { path, source })
 }
@@ -257,7 +256,7 @@ mod tests {
         Scene::from_str_with(DEFAULT, "default", &settings).unwrap()
     }
 
-    /// Returns a run over cells whose forces are told over a part of the rigid chord, in a window so many times as
+    /// A run over cells that reports forces over the part `reach` of the rigid chord, in a window `window` times as
     /// long.
     fn run_over(reach: f64, window: f64) -> Simulation {
         let settings = [
@@ -309,7 +308,7 @@ mod tests {
         for (threads, stop) in [(1, 17), (2, 18), (1, 19), (2, 20)] {
             assert_eq!(on(threads, Some(stop)), whole, "{stop}");
         }
-        // To the finest tolerance forces are others, by little.
+        // With the finest tolerance the forces differ slightly.
         let finest = to("");
         let exact = Plan::of(&finest).unwrap();
         assert!(!exact.is_single() && exact.fewer_poles().is_none());
@@ -321,7 +320,7 @@ mod tests {
         assert!(error > 0.0 && error < 1e-4, "{error:e}");
     }
 
-    /// Runs on and returns the forces of the steps up to one, or to the last \[N\].
+    /// Runs up to the step `end`, or to the last one; returns the forces \[N\].
     fn forces(run: &mut Simulation, end: u64) -> Vec<f64> {
         std::iter::from_fn(|| (run.next_step() < end).then(|| run.step().unwrap()).flatten())
             .map(|step| step.total_force)
@@ -336,7 +335,8 @@ mod tests {
         let window = outgrown.window();
         let again = outgrown.finish().meter.counted(Counter::WindowEdgeContacts);
         assert!(window > 1.0 && again > 0, "contact stayed within {window} windows, {again} times outgrown");
-        // What was recorded is recorded once; the end is that of a window which had the length from the start.
+        // Steps that were recorded are not recorded again; the end is that of a window which had this length from the
+        // start.
         assert_eq!(found.len(), whole.len());
         let mut wide = run_over(0.3, window);
         let from_the_start = forces(&mut wide, u64::MAX);
@@ -346,7 +346,7 @@ mod tests {
         for (step, (a, b)) in found.iter().zip(&whole).enumerate() {
             assert!((a - b).abs() < 1e-4 * largest, "step {step}: {a} N, {b} N over the whole chord");
         }
-        // Taken down after half of the steps, brought to a run that has just begun.
+        // State saved after half of the steps, restored to a run that has just begun.
         let half = whole.len() as u64 / 2;
         let mut stopped = run_over(0.3, 1.0);
         forces(&mut stopped, half);

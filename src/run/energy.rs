@@ -1,13 +1,13 @@
-//! Energies of a run that no tyre can have: a search that has met its conditions may still have gone astray.
+//! Impossible energies of a run: a search that has satisfied its conditions may still have gone wrong.
 
 use crate::results::summary::{FrictionSummary, Outcome};
 use crate::scene::{Coefficient, LongitudinalCreep, Scene};
 
-/// Tells of an energy that cannot be; `None` where all can.
+/// Message on an energy that is impossible; `None` if all are possible.
 ///
-/// - A passive tyre gives back no more than it had stored, which is less than its force times its indentation.
-/// - Friction dissipates nothing below 0, and no more than all of its force does at the speed of rolling and of creep;
-///   that force is the load's and the pull's of adhesion all over the patch.
+/// - A passive tyre returns no more than it had stored, which is less than its force times its indentation.
+/// - The power dissipated by friction is not negative, and at most that of the whole friction force at the speed of
+///   rolling and of creep; that force includes the pull of adhesion all over the patch.
 pub(crate) fn impossible_energy(scene: &Scene, outcome: &Outcome) -> Option<String> {
     let (speed, counted) = (scene.rolling.speed(), scene.rolling.duration);
     let force = outcome.mean_force?.abs();
@@ -34,7 +34,7 @@ pub(crate) fn impossible_energy(scene: &Scene, outcome: &Outcome) -> Option<Stri
     };
     let slip = 1.0 + creep.abs() + friction.creep.lateral.abs() + 0.5 * length * friction.creep.spin.abs();
     let most = mu * (force + pull) * speed * slip;
-    // Rounding of a sum that is 0 where all cells stick.
+    // Rounding error of a sum that is 0 if all cells stick.
     let least = -1e-9 * most;
     (!(least..=most).contains(&power)).then(|| {
         format!("friction dissipates {power:.3e} W, and sliding all over takes {most:.3e} W: such a contact cannot be")
@@ -64,7 +64,7 @@ mod tests {
         assert_eq!((of(0.012), of(0.0)), (None, None));
         let told = of(-480.0).unwrap();
         assert!(told.contains("gives back") && told.contains("cannot be"), "{told}");
-        // What the tyre sprang back by in 18 s is no more than 3 W.
+        // The elastic energy released in 18 s is at most 3 W.
         assert!(of(-2e-5).is_none() && of(-1e-3).is_some());
     }
 

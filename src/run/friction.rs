@@ -28,10 +28,10 @@ use crate::tyre::influence::{CellGrid, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::traction_model::TractionModel;
 use crate::tyre::poles::tractions::fit_tractions;
 
-/// Remedy of a fit that is refused.
+/// Remedy if a fit is refused.
 const RIGHT: &str = "another tolerance, or history = \"direct\"";
 
-/// Waves of a band with their poles.
+/// Waves of a band, with their poles.
 struct Carried {
     band: WaveBand,
     grid: CellGrid,
@@ -39,25 +39,24 @@ struct Carried {
     model: TractionModel,
 }
 
-/// Ingredients of contact with friction.
 pub(super) struct FrictionContact<'a> {
-    /// The scene.
+    /// Scene as loaded.
     pub loaded: &'a LoadedScene,
-    /// Its plan.
+    /// Plan of the scene.
     pub plan: &'a Plan,
-    /// The influence functions.
+    /// Sums of the influence functions.
     pub sums: &'a CellSums,
-    /// Surface of the tread.
+    /// Depths of the tread's surface.
     pub tread: &'a TreadSurface,
-    /// Table of friction.
+    /// The scene's `[friction]`.
     pub friction: &'a Friction,
     /// Ends the work on the influence functions once it is set.
     pub stop: &'a AtomicBool,
 }
 
 impl FrictionContact<'_> {
-    /// Makes the march of cells with friction, over a window that is longer by `margin` columns at either end than what
-    /// is told, of a wheel that stands like `at_rest`.
+    /// March of cells with friction, over a window longer by `margin` columns at either end than the reported one;
+    /// `at_rest` is the static contact.
     ///
     /// # Errors
     /// A rule without a first rate; a fit that is refused, or stopped.
@@ -102,7 +101,7 @@ impl FrictionContact<'_> {
         Ok(March::with_friction(told, FrictionZone::new(rolling, past, search, law), rule, *time_step))
     }
 
-    /// Makes the past of a window of so many columns.
+    /// Past of a window of `columns` columns.
     fn past(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<TractionHistory, RunError> {
         let Self { plan, sums, .. } = *self;
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
@@ -130,7 +129,7 @@ impl FrictionContact<'_> {
         }))
     }
 
-    /// Makes the waves of all rings.
+    /// Waves of all rings.
     fn waves<R: WaveNumber>(&self, columns: usize, carried: &[Carried]) -> TractionWaves<R> {
         let Plan { scene, time_step, fit, .. } = self.plan;
         TractionWaves::new(carried.iter().map(|Carried { band, grid, rows, model }| {
@@ -147,7 +146,7 @@ impl FrictionContact<'_> {
         }))
     }
 
-    /// Returns the poles of a band, from the user's cache or fitted.
+    /// Poles of a band, from the user's cache or fitted.
     fn model(
         &self,
         sums: &CellSums,

@@ -1,4 +1,4 @@
-//! Run whose arrays, tables and sounds stay in memory: what a folder would hold, pictures excepted.
+//! Run whose arrays, tables and sounds stay in memory: the content of a folder, except pictures.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,15 +18,15 @@ use crate::scene::LoadedScene;
 /// Results of a complete run in memory.
 #[derive(Clone, Debug)]
 pub struct RunInMemory {
-    /// Summary, as `summary.json` has it.
+    /// Summary, as in `summary.json`.
     pub summary: Summary,
-    /// Arrays that have a row for a step.
+    /// Arrays with a row per step.
     pub arrays: Vec<KeptArray>,
     /// Content of every other file, by name.
     pub files: BTreeMap<String, Vec<u8>>,
 }
 
-/// Runs a scene. `stop` is looked at between steps: once it is set the run ends.
+/// Runs a scene. `stop` is checked between steps: once it is set the run ends with an error.
 ///
 /// # Errors
 /// [`RunError`].

@@ -1,4 +1,4 @@
-//! End of a run: what its effects write and tell, and the summary.
+//! End of a run: files and findings of its effects, and the summary.
 
 use crate::counters::{Meter, Stage};
 use crate::effects::{Found, RunError};
@@ -8,7 +8,7 @@ use crate::run::energy::impossible_energy;
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 
-/// Returns the findings of a run's effects, complete or not: those of a complete one write their files.
+/// Findings of a run's effects, complete or not; those of a complete run also write their files.
 ///
 /// # Errors
 /// Errors of the files and pictures.
@@ -22,7 +22,7 @@ pub(crate) fn look_back(run: &mut Simulation, files: &dyn ResultFiles, is_comple
     Ok(found)
 }
 
-/// Returns the summary of a run that has ended, with what its effects have found.
+/// Summary of a run that has ended, with its effects' findings.
 ///
 /// # Errors
 /// Settings that JSON cannot hold.

@@ -1,10 +1,10 @@
-//! From a plan to results: the only place that knows the whole order.
+//! From a plan to results: the only place that knows the whole sequence.
 //!
 //! 1. `prepare`: tyre -> road -> contact, ready to take the first step; `cells` (with tangential forces `friction`) or
-//!    `slices` make the contact, `past` what carries the past of slices along, `road` opens the road;
-//! 2. `simulation`: step by step, over a road that is made in time; effects observe each step;
+//!    `slices` make the contact, `past` the history of slices, `road` opens the road;
+//! 2. `simulation`: step by step, over a road that is made ahead of its use; effects observe each step;
 //! 3. `to_folder` and `in_memory`: the same with arrays, tables, pictures and summary, `look_back` at the end;
-//!    `checkpoint` lets a folder's run go on where it was stopped.
+//!    `checkpoint` lets a folder's run continue after a stop.
 
 mod cells;
 pub(crate) mod checkpoint;

@@ -1,4 +1,4 @@
-//! The ways to carry the past, made for a planned scene.
+//! Histories of contact over slices, made for a planned scene.
 
 use std::sync::atomic::AtomicBool;
 
@@ -15,23 +15,23 @@ use crate::tyre::influence::InfluenceSum;
 use crate::tyre::influence::convolution_quadrature::Weights;
 use crate::tyre::poles::RationalModel;
 
-/// Ingredients of a way to carry the past.
+/// Ingredients of a history.
 pub(crate) struct Past<'a> {
-    /// The scene.
+    /// Scene as loaded.
     pub loaded: &'a LoadedScene,
-    /// Its plan.
+    /// Plan of the scene.
     pub plan: &'a Plan,
-    /// The influence functions.
+    /// Sums of the influence functions.
     pub sum: &'a InfluenceSum,
     /// Columns of the contact window.
     pub columns: usize,
-    /// Factor of the influence functions, and the springs in series.
+    /// Factor of the influence functions, and the spring in series with them.
     pub bedding: EqualBedding,
     /// Ends the work on the influence functions once it is set.
     pub stop: &'a AtomicBool,
 }
 
-/// Returns the warning of a rule that is marginal.
+/// Warning of a marginal rule.
 fn ringing(rule: TimeRule, time_step: f64) -> String {
     format!(
         "time_rule = \"{}\" is marginal: the force rings at half the sampling frequency ({:.0} Hz) without decay; \
@@ -46,7 +46,7 @@ fn ringing(rule: TimeRule, time_step: f64) -> String {
 pub(crate) type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
 
 impl Past<'_> {
-    /// Returns the weights summed on the contour of the quadrature, for the lags of the scene's memory.
+    /// Direct history: weights summed on the contour of the quadrature, for the lags of the scene's memory.
     ///
     /// # Errors
     /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
@@ -80,7 +80,7 @@ impl Past<'_> {
         })
     }
 
-    /// Returns the poles fitted to the influence functions.
+    /// Modal history: poles fitted to the influence functions.
     ///
     /// # Errors
     /// A fit that was refused; as [`ContactKernel::new`].
@@ -99,7 +99,7 @@ impl Past<'_> {
         Ok((kernel, Box::new(history.ok_or(ContactError::NoSuchField)?), Some(model)))
     }
 
-    /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of one that rings.
+    /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of a marginal one.
     fn check_rule(&self, model: &RationalModel, warnings: &mut Vec<String>) -> Result<(), RunError> {
         let (rule, time_step) = (self.plan.scene.numerics.time_rule, self.plan.time_step);
         // The zeros of scale w + spring are those of w + spring/scale.

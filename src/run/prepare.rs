@@ -23,28 +23,28 @@ use crate::run::slices::{SliceContact, check_axle};
 use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
 use crate::scene::{Axle, LoadedScene, Zone};
 
-/// Run about to begin.
+/// A run about to begin.
 pub struct Prepared {
-    /// The contact at rest.
+    /// Contact, history and search, initially at rest.
     pub march: March,
-    /// The road.
+    /// The road, whose slices are made ahead of the tyre.
     pub road: RoadAhead,
-    /// The axle.
+    /// Height of the axle over the steps.
     pub axle: AxleHeight,
-    /// Facts of the contact that effects begin with.
+    /// Facts of the contact that effects start from.
     pub contact: ContactFacts,
-    /// Models of the tyre that effects may take.
+    /// Models of the tyre that effects may use.
     pub models: TyreModels,
-    /// kappa of the local law \[m/Pa\], where slices yield by it.
+    /// kappa of the local law \[m/Pa\], if slices follow it.
     pub local_compliance: Option<f64>,
-    /// Choices of the plan, and effects that it leaves out.
+    /// Notes: choices of the plan, and effects that it leaves out.
     pub notes: Vec<String>,
-    /// Warnings that the user should act on.
+    /// Warnings that need the user's attention.
     pub warnings: Vec<String>,
 }
 
 impl Prepared {
-    /// Returns the ingredients of the observers of its effects; `in_memory` is true for a run whose results stay there.
+    /// Arguments for the begin of its effects' observers; `in_memory` is true for a run whose results stay in memory.
     pub fn begin<'a>(
         &'a mut self,
         loaded: &'a LoadedScene,
@@ -66,6 +66,7 @@ impl Prepared {
 /// [`RunError`].
 pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut Meter) -> Result<Prepared, RunError> {
     let Plan { scene, radius, .. } = plan;
+    // 1. Static influence functions and static contact.
     let mut warnings = meter.time(Stage::Influence, || plan.warnings());
     let mut zone = meter.time(Stage::Influence, || -> Box<dyn ZoneMaker + '_> {
         match plan.decisions.zone {
@@ -75,7 +76,8 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     });
     let (at_rest, scale) = meter.time(Stage::Axle, || zone.at_rest())?;
 
-    // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
+    // 2. The road must reach half of the chord in which the tyre can meet the plane z = 0; texture past the end that is
+    //    higher is unknown and counts as no road.
     let chord = Geometry::half_chord(*radius, deepest(&plan.decisions.axle, at_rest.indentation));
     let (mut surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
     warnings.extend(road_warnings(&surface, plan));
@@ -88,6 +90,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         if missed { &mut warnings } else { &mut notes }.push(told);
     }
 
+    // 3. The window, the voids' air, and the kernels of the contact.
     let reach = window_reach(&plan.decisions.axle, at_rest.indentation, surface.highest(), *radius, plan.element);
     let (numerics, around) = (&scene.numerics, plan.decisions.tyre.circumference);
     let told = Geometry::new(around, numerics.elements, numerics.substeps, start, plan.reach * reach);
@@ -128,7 +131,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     Ok(Prepared { march, road, axle, contact, models, local_compliance, notes, warnings })
 }
 
-/// Tells how much of the patch is closed at the places whose voids are open; `None` without any.
+/// Note on the closed share of the patch at the places where the voids are measured; `None` without any.
 fn closed(gaps: &[GapMap], half_length: f64) -> Option<String> {
     let parts = || gaps.iter().map(|gap| 100.0 * gap.closed(half_length));
     let [least, most] = [parts().reduce(f64::min)?, parts().reduce(f64::max)?];
@@ -138,7 +141,7 @@ fn closed(gaps: &[GapMap], half_length: f64) -> Option<String> {
     ))
 }
 
-/// Lists what the user should know of an opened road before anything rolls on it.
+/// Warnings about an opened road, before anything rolls on it.
 fn road_warnings(surface: &RoadSurface, plan: &Plan) -> Vec<String> {
     let report = surface.report();
     let mut warnings: Vec<String> =
@@ -147,7 +150,7 @@ fn road_warnings(surface: &RoadSurface, plan: &Plan) -> Vec<String> {
     warnings
 }
 
-/// Tells of a road that excites nothing above a frequency \[Hz\], where more was wanted of it.
+/// Warning that a road excites nothing above `highest` \[Hz\], if that is too low.
 fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
     let Plan { scene, time_step, speed, element, .. } = plan;
     let (nyquist, wanted) = (0.5 / time_step, scene.numerics.fmax);
@@ -159,10 +162,10 @@ fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
     Some(format!("the road's resolution excites nothing above {highest:.0} Hz at {speed:.0} km/h{missed}"))
 }
 
-/// Returns the plan of a scene that can be run; its road is opened, nothing is simulated.
+/// Plan of a scene that can be run; its road is opened, nothing is simulated.
 ///
 /// # Errors
-/// Whatever can be known to be wrong without running.
+/// Every error that can be detected without running.
 pub(crate) fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     loaded.check_time_domain()?;
     let mut plan = Plan::of(loaded)?.with_kept_model();

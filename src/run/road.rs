@@ -1,12 +1,12 @@
-//! Road of a planned run: opened, long enough, and its complaints placed in the scene.
+//! Road of a planned run: opened, checked for its length, its errors located in the scene.
 
 use crate::effects::RunError;
 use crate::plan::Plan;
 use crate::road::{Limits, RoadError, RoadSurface};
 use crate::scene::{LoadedScene, Scene, SceneError};
 
-/// Opens the road of a planned run, and makes sure that it reaches `chord` \[m\] beyond where the axle goes; with it
-/// where the axle starts.
+/// Opens the road of a planned run, and checks that it reaches `chord` \[m\] beyond the axle's path; also returns the
+/// road coordinate at which the axle starts \[m\].
 ///
 /// # Errors
 /// [`RunError`] with the key that is to blame.
@@ -26,12 +26,12 @@ pub(crate) fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result
     open().map_err(|error| in_scene(loaded, error))
 }
 
-/// Returns the limits of opening a scene's road.
+/// Memory limit for opening a scene's road.
 pub(crate) fn road_limits(scene: &Scene) -> Limits {
     Limits { bytes: scene.numerics.memory_bytes() }
 }
 
-/// Returns a road's complaint, placed in the scene at the key that it is about.
+/// Error of a road, located in the scene at the key that it is about.
 pub(crate) fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
     let (key, right) = match &error {
         error if error.is_of_another_kind() => {

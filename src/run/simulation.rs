@@ -1,8 +1,8 @@
 //! Simulation of a planned scene: begun, stepped as far as the caller likes, turned into results. The front page of the
 //! library has an example.
 //!
-//! There is one beginning and one step: a run into a folder, in memory or from a checkpoint takes the same. After each
-//! step its effects observe it in their order, and the rows of the arrays are written.
+//! There is one beginning and one step: runs into a folder, in memory and from a checkpoint share them. After each step
+//! the effects observe it in their order, and the rows of the arrays are written.
 
 use std::any::Any;
 use std::sync::atomic::AtomicBool;
@@ -28,61 +28,61 @@ use crate::run::prepare::{Prepared, prepare};
 use crate::scene::LoadedScene;
 use crate::storage::state::{SavedState, StateError, StateWriter, restore_part};
 
-/// Steps between two looks at the interrupt flag and the progress bar.
+/// Steps between two checks of the interrupt flag, with an update of the progress.
 const LOOK_EVERY: u64 = 16;
-/// Factor by which a window of cells becomes longer once contact has reached its end.
+/// Factor by which a window of cells is widened once contact has reached its end.
 const WIDER: f64 = 1.5;
 
 /// Observer with the name of its effect.
 type Named = (&'static str, Box<dyn EffectObserver>);
 
-/// Returns the first observer of a type, if there is one.
+/// First observer of a type, if there is one.
 fn first_of<T: EffectObserver>(observers: &[Named]) -> Option<&T> {
     observers.iter().find_map(|(_, observer)| (observer.as_ref() as &dyn Any).downcast_ref())
 }
 
-/// Run between two of its steps.
+/// A run between two of its steps.
 pub struct Simulation {
-    /// The scene as it was loaded, and its plan.
+    /// Scene as loaded, and its plan.
     loaded: LoadedScene,
     plan: Plan,
-    /// The step after the last one that is recorded; the contact is behind it after it began again.
+    /// The step after the last recorded one; the contact is behind it after a new begin over a wider window.
     next_step: u64,
     /// Contact, road and axle.
     pub(crate) prepared: Prepared,
     /// Observers by the names of their effects.
     observers: Vec<Named>,
-    /// Observers of the caller's own.
+    /// Observers that the caller has added.
     own: Vec<Box<dyn Observer>>,
-    /// Power put in, where an observer needs it.
+    /// Power put in by the contact, if an observer needs it.
     power: Option<ContactPower>,
     arrays: Option<Arrays>,
     /// Cost so far.
     pub(crate) meter: Meter,
 }
 
-/// Choices of a beginning.
+/// Options of a beginning.
 pub(crate) struct Setup<'a> {
     /// Flag that ends the work once it is set.
     pub stop: &'a AtomicBool,
-    /// Meter of the cost, begun.
+    /// Running meter of the cost.
     pub meter: Meter,
-    /// Watcher of the work.
+    /// Receives the progress.
     pub progress: &'a mut dyn Progress,
-    /// True for a run whose results stay in memory: it draws nothing.
+    /// True for a run whose results stay in memory; it makes no pictures.
     pub in_memory: bool,
-    /// Names of effects that are left out whatever the scene says.
+    /// Names of effects that are left out regardless of the scene.
     pub without: &'a [&'a str],
 }
 
-/// Findings of a run after its warm-up; numbers that do not exist (nothing counted yet) are `None`.
+/// Findings of a run after its warm-up; values that do not exist (no step counted yet) are `None`.
 #[derive(Clone, Debug)]
 pub struct Results {
     /// Time steps done, warm-up included.
     pub steps: u64,
     /// Mean total contact force \[N\].
     pub mean_force: Option<f64>,
-    /// Root mean square of the force less its mean \[N\].
+    /// Root mean square of the force about its mean \[N\].
     pub rms_force_variation: Option<f64>,
     /// Mean length of the contact patch \[m\].
     pub mean_contact_length: Option<f64>,
@@ -92,17 +92,17 @@ pub struct Results {
     pub friction: Option<FrictionSummary>,
     /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
     pub spectrum: Option<PowerSpectrum>,
-    /// Work of the search for the forces.
+    /// Counts of the search for the contact forces.
     pub(crate) search: SearchCounts,
-    /// How far the contact conditions are missed, at worst; relative to the largest force and displacement.
+    /// Largest residuals of the contact conditions, relative to the largest force and displacement.
     pub(crate) residuals: Residuals,
     /// Sound at the receivers, where there are any and the run was long enough.
     pub sound: Option<HeardSound>,
     /// Choices of the plan, and effects that it leaves out.
     pub notes: Vec<String>,
-    /// Warnings that the user should act on.
+    /// Warnings that need the user's attention.
     pub warnings: Vec<String>,
-    /// Cost of the run.
+    /// Cost of the run: stages and counters.
     pub meter: Meter,
 }
 
@@ -116,7 +116,7 @@ impl Simulation {
         Self::begin_watched(loaded, plan, stop, Watch::default())
     }
 
-    /// Begins a run as [`Self::begin`], its cost watched as closely as it is told.
+    /// Begins a run as [`Self::begin`], with the cost measured as closely as `watch` says.
     ///
     /// # Errors
     /// As [`Self::begin`].
@@ -158,13 +158,13 @@ impl Simulation {
         Ok(run)
     }
 
-    /// Returns the power of the contact, about to take in its first step.
+    /// Power of the contact, before its first step.
     fn contact_power(&self) -> ContactPower {
         let points = self.prepared.contact.shape.points();
         ContactPower::new(self.plan.scene.numerics.time_rule, self.plan.time_step, points)
     }
 
-    /// Adds an observer of the caller's own, after those of the effects.
+    /// Adds an observer, which is called after those of the effects.
     #[must_use]
     pub fn with(mut self, observer: impl Observer) -> Self {
         if observer.needs_power() && self.power.is_none() {
@@ -174,12 +174,12 @@ impl Simulation {
         self
     }
 
-    /// Returns the caller's first observer of a type, if there is one.
+    /// The caller's first observer of a type, if there is one.
     pub fn observer<T: Observer>(&self) -> Option<&T> {
         self.own.iter().find_map(|observer| (observer.as_ref() as &dyn Any).downcast_ref())
     }
 
-    /// Begins the arrays that the plan calls for, in a folder or in memory, or goes on with them.
+    /// Begins the arrays that the plan asks for, in a folder or in memory, or continues them.
     ///
     /// # Errors
     /// Errors of the arrays.
@@ -195,23 +195,23 @@ impl Simulation {
         self.meter.set_timing(timing);
     }
 
-    /// Returns the time step \[s\].
+    /// Time step dt \[s\].
     pub fn time_step(&self) -> f64 {
         self.plan.time_step
     }
 
-    /// Returns the number of the next step; the number of all steps after the last.
+    /// Number of the next step, from 0; the number of all steps after the last.
     pub fn next_step(&self) -> u64 {
         self.next_step
     }
 
-    /// Returns the indentation of the tyre at rest at a step \[m\]: without what a turning tyre grows by.
+    /// Indentation of the tyre at a step \[m\], counted from the tyre at rest: without the growth by rotation.
     pub(crate) fn indentation(&self, step: u64) -> f64 {
         self.prepared.axle.indentation(step) - self.plan.decisions.growth
     }
 
-    /// Does a step and says what it gave; `None` after the last. With more than one thread the road is made behind,
-    /// ahead of its need.
+    /// Takes a step and returns its result; `None` after the last. With more than one thread the road is made on
+    /// another one, ahead of its use.
     ///
     /// # Errors
     /// [`RunError`]; the run cannot go on then.
@@ -224,8 +224,8 @@ impl Simulation {
         Ok(None)
     }
 
-    /// Does the steps up to the last one. Every few steps `look` may end the run: it gives `false` then, and so does
-    /// this.
+    /// Takes the steps up to the last one; returns whether it got there. Every few steps `look` may end the run by
+    /// returning `false`.
     ///
     /// # Errors
     /// Errors of the steps, and those of `look`.
@@ -239,19 +239,19 @@ impl Simulation {
         Ok(true)
     }
 
-    /// Returns the contact forces of the last step by column of the window, the first one that of element
-    /// [`StepResult::first_element`] \[N\].
+    /// Contact forces of the last step by column of the window \[N\]; the first is that of the element
+    /// [`StepResult::first_element`].
     pub fn forces(&self) -> &[f64] {
         self.prepared.march.footprint().column_mean()
     }
 
-    /// Returns the velocities of the steps so far, where the scene asks for them and a segment of them is complete.
+    /// Velocities of the steps so far, if the scene asks for them and one of their segments is complete.
     pub fn vibration(&mut self) -> Option<HeardVibration> {
         let Self { observers, meter, .. } = self;
         first_of::<VibrationObserver>(observers).and_then(|observer| observer.heard_so_far(meter))
     }
 
-    /// Ends the run, wherever it is.
+    /// Ends the run after any step.
     pub fn finish(mut self) -> Results {
         self.settle();
         let found = self.tell();
@@ -278,7 +278,7 @@ impl Simulation {
         }
     }
 
-    /// Returns the end of the run as its effects see it.
+    /// State of the run at its end, for its effects.
     fn end(&self) -> End<'_> {
         let Prepared { march, road, contact, .. } = &self.prepared;
         End {
@@ -293,14 +293,14 @@ impl Simulation {
         }
     }
 
-    /// Gathers the figures of all effects.
+    /// Collects the figures of all effects.
     pub(crate) fn tell(&self) -> Found {
         let (mut found, end) = (Found::default(), self.end());
         self.observers.iter().for_each(|(_, observer)| observer.tell(&end, &mut found));
         found
     }
 
-    /// Has all effects write their tables, pictures, sounds and maps.
+    /// Lets all effects write their tables, pictures, sounds and maps.
     ///
     /// # Errors
     /// Errors of the files and pictures.
@@ -312,7 +312,7 @@ impl Simulation {
         written
     }
 
-    /// Completes the arrays; gives those that are in memory.
+    /// Completes the arrays; returns those that are in memory.
     ///
     /// # Errors
     /// Errors of the arrays.
@@ -324,7 +324,7 @@ impl Simulation {
         Ok(kept)
     }
 
-    /// Brings all rows of the arrays so far to the disk; gives how far each has come.
+    /// Flushes all rows of the arrays to the disk; returns how far each has come.
     ///
     /// # Errors
     /// Errors of the arrays.
@@ -333,7 +333,7 @@ impl Simulation {
         meter.time(Stage::Output, || arrays.as_mut().map_or(Ok(WrittenArrays::default()), Arrays::sync))
     }
 
-    /// Takes the states of the observers down.
+    /// Saves the states of the observers.
     ///
     /// # Errors
     /// [`StateError`].
@@ -347,7 +347,7 @@ impl Simulation {
         Ok(state.finish())
     }
 
-    /// Goes on from the states of the observers of the same run.
+    /// Restores the states of the observers of the same run.
     ///
     /// # Errors
     /// [`StateError`].
@@ -363,8 +363,8 @@ impl Simulation {
         state.finish()
     }
 
-    /// Makes the contact begin again over a window of cells so many times as long as the one whose forces are told,
-    /// if it is shorter; what was recorded stays.
+    /// Begins the contact again over a window of cells `window` times as long as the reported one, if it is shorter;
+    /// recorded steps stay.
     pub(crate) fn widen(&mut self, window: f64) -> Result<(), RunError> {
         if self.plan.window >= window {
             return Ok(());
@@ -377,26 +377,26 @@ impl Simulation {
         Ok(())
     }
 
-    /// Goes on after so many recorded steps; `false` if the contact cannot be where it is then.
+    /// Continues after `steps` recorded steps; `false` if the contact cannot be there.
     pub(crate) fn go_on_after(&mut self, steps: u64) -> bool {
         self.next_step = steps;
         let done = self.prepared.march.next_step();
         done == steps || done < steps && self.window() > 1.0
     }
 
-    /// Returns the length of the window of cells over that whose forces are told.
+    /// Length of the window of cells over that of the reported forces.
     pub(crate) fn window(&self) -> f64 {
         self.plan.window
     }
 
-    /// Brings the contact on by a step, and has it observed. Where contact reaches the end of a window of cells it
-    /// begins again over a wider one, since other waves carry the past through that; `None` until it has come as far
-    /// as it was.
+    /// Advances the contact by a step and lets it be observed. If contact reaches the end of a window of cells it
+    /// begins again over a wider one, since other waves carry the past through that; `None` until it has caught up.
     fn advance(&mut self) -> Result<Option<StepResult>, RunError> {
         let Self { plan, next_step, prepared, observers, own, power, arrays, meter, .. } = self;
         let Prepared { march, road, axle, contact, .. } = prepared;
         let number = march.next_step();
         meter.begin_step(number);
+        // 1. Road and axle of the step, then the contact.
         let reach = march.reach(number);
         road.reach(reach.start, reach.end, meter)?;
         let indentation = axle.indentation(number);
@@ -410,9 +410,11 @@ impl Simulation {
             result => result?,
         };
         axle.observe(number, result.total_force);
+        // 2. After a new begin over a wider window, steps that are recorded already are only repeated.
         if number < *next_step {
             return Ok(None);
         }
+        // 3. Effects and arrays see the step.
         *next_step = number + 1;
         let footprint = march.footprint();
         let mut step = Step {
@@ -427,7 +429,7 @@ impl Simulation {
             footprint,
             geometry: march.geometry(),
         };
-        // Backward differences look two steps back.
+        // Backward differences need the two steps before.
         if let Some(power) = power.as_mut().filter(|_| number + 2 >= plan.warm_up_steps) {
             let by_normal = power.push(footprint.first_point(), footprint.forces(), footprint.displacements());
             let by_tangential = footprint.tangential().map(|part| part.power);
@@ -446,13 +448,12 @@ impl Simulation {
         Ok(Some(result))
     }
 
-    /// Returns the time that the stages of its steps have taken so far, as far as steps were timed: all of it if every
-    /// step is.
+    /// Time spent in the stages of the steps so far, as far as steps were timed: all of it if every step is.
     pub fn spent(&self) -> [Duration; Stage::OF_A_STEP.len()] {
         Stage::OF_A_STEP.map(|stage| self.meter.spent(stage))
     }
 
-    /// Begins the steps: from the next one to the last.
+    /// Begins the steps, from the next one to the last.
     pub(crate) fn enter_steps(&mut self) {
         let (first, end) = (self.next_step, self.plan.steps);
         if let Some(trace) = self.meter.trace_mut() {
@@ -461,7 +462,7 @@ impl Simulation {
         self.meter.enter(Phase::Contact);
     }
 
-    /// Hands what the steps have cost to the meter; once, at the end.
+    /// Adds the cost of the steps to the meter; called once, at the end.
     pub(crate) fn settle(&mut self) {
         let next = self.next_step;
         let Self { prepared: Prepared { march, .. }, meter, .. } = self;

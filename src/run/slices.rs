@@ -20,7 +20,6 @@ use crate::run::zone_maker::{Made, Window, ZoneMaker};
 use crate::scene::{History, LoadedScene, SceneError, SliceCoupling, Slices, Tread, Zone};
 use crate::tyre::influence::{Field, InfluenceSum};
 
-/// Ingredients of contact over slices.
 pub(super) struct SliceContact<'a> {
     loaded: &'a LoadedScene,
     plan: &'a Plan,
@@ -30,7 +29,7 @@ pub(super) struct SliceContact<'a> {
 }
 
 impl<'a> SliceContact<'a> {
-    /// Makes the contact of a planned scene; `stop` ends the work on the influence functions once it is set.
+    /// Contact of a planned scene; `stop` ends the work on the influence functions once it is set.
     pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
         let numerics = &plan.scene.numerics;
         let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
@@ -48,7 +47,7 @@ impl ZoneMaker for SliceContact<'_> {
 
     fn doubt(&self, surface: &RoadSurface) -> Option<String> {
         let asked = self.plan.decisions.slices != Slices::None;
-        // A smooth road has no texture to be resolved, and without a slice law nothing of it was asked for.
+        // A smooth road has no texture to resolve, and without a slice law none is asked for.
         let single = surface.lattice().cells() == 1 && !surface.is_smooth() && asked;
         single.then(|| "an element is a single cell of the road: the slice law makes no difference".into())
     }
@@ -99,8 +98,7 @@ impl ZoneMaker for SliceContact<'_> {
     }
 }
 
-/// Returns the pressed curves of a plan's road, where its slices have such ones; a single cell presses flat, by every
-/// law.
+/// Curves of a pressed road, if the plan's slices have these; a single cell presses flat by every law.
 fn pressed_road(plan: &Plan, lattice: Lattice) -> Option<PressedRoad> {
     if plan.decisions.slices != Slices::Pressed || lattice.cells() == 1 {
         return None;
@@ -109,24 +107,23 @@ fn pressed_road(plan: &Plan, lattice: Lattice) -> Option<PressedRoad> {
     PressedRoad::new(&plan.decisions.tyre, lattice, crown)
 }
 
-/// Returns by how much slices yield, given the compliance of the local law \[m/Pa\].
+/// Law by which slices yield, given the compliance of the local law \[m/Pa\].
 fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
     match (plan.decisions.slice_coupling, kappa) {
         (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * plan.scene.tyre.contact_width)),
-        // Without texture every slice is level, the same by every law, and the factors of the explicit form can be
-        // kept.
+        // Without texture every slice is level and the same by every law, and the explicit form can keep its factors.
         (SliceCoupling::Local, None) | (SliceCoupling::Explicit, _) => SliceLaw::Explicit,
         (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
     }
 }
 
-/// Returns the maker of a law's stiffness curves on a lattice.
+/// Builder of a law's stiffness curves on a lattice.
 ///
 /// # Errors
 /// As [`SliceBuilder`]'s constructors; [`SliceError::Together`] for the law of a pressed road.
 pub(crate) fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
     match law {
-        // A single cell presses flat, by every law.
+        // A single cell presses flat by every law.
         _ if lattice.cells() == 1 => SliceBuilder::flat(1),
         Slices::None => SliceBuilder::flat(lattice.columns),
         Slices::Winkler => SliceBuilder::winkler(lattice.columns),
@@ -136,8 +133,7 @@ pub(crate) fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilde
     .with_lines(lattice.along)
 }
 
-/// Returns the static contact under the axle, and what a bedding makes of the influence functions: nothing for the
-/// other laws.
+/// Static contact under the axle, and the change of the influence functions by a bedding; none for the other laws.
 fn static_contact(plan: &Plan, sum: &InfluenceSum) -> Result<(StaticContact, EqualBedding), RunError> {
     let Plan { scene, field, .. } = plan;
     let circumference = scene.tyre.circumference;
@@ -160,9 +156,9 @@ fn static_contact(plan: &Plan, sum: &InfluenceSum) -> Result<(StaticContact, Equ
     Ok((on(&StaticTyre { influence: &carcass, circumference })?, bedding))
 }
 
-/// Checks what a run over slices would refuse before its first step: a bedding that no scale makes as stiff as the
-/// elastic tread, and a mass that the time step is too long for. The influence within a step is that of the sums, which
-/// a run has a model of.
+/// Refuses what a run over slices would refuse before its first step: a bedding that no scale makes as stiff as the
+/// elastic tread, and a mass for which the time step is too long. The influence within a step is that of the sums, for
+/// which a run has a model.
 ///
 /// # Errors
 /// As [`ZoneMaker::at_rest`], and [`SceneError::Invalid`] at the mass.
@@ -175,7 +171,7 @@ pub(crate) fn check_axle(loaded: &LoadedScene, plan: &Plan) -> Result<(), RunErr
     let stop = AtomicBool::new(false);
     let SliceContact { sum, .. } = SliceContact::new(loaded, plan, &stop);
     let (at_rest, EqualBedding { scale, spring }) = static_contact(plan, &sum)?;
-    // Points that do not feel each other have a spring beside, which makes them softer.
+    // Uncoupled points have a spring in series, which makes them softer.
     let is_known = plan.decisions.tread != Tread::Uncoupled;
     let rate = scene.numerics.time_rule.first_rate(*time_step);
     let Some((sprung, rate)) = sprung.zip(rate).filter(|_| is_known) else { return Ok(()) };
@@ -185,7 +181,7 @@ pub(crate) fn check_axle(loaded: &LoadedScene, plan: &Plan) -> Result<(), RunErr
     check_mass(loaded, plan, sprung, &row, at_rest)
 }
 
-/// Refuses a mass on the axle that the time step is too long for, with the influence within a step \[m/N\].
+/// Refuses a mass on the axle for which the time step is too long; `influence` is that within a step \[m/N\].
 fn check_mass(
     loaded: &LoadedScene,
     plan: &Plan,
@@ -209,7 +205,7 @@ fn check_mass(
     Err(SceneError::from(loaded.complain("rolling.axle.mass", wrong, right)).into())
 }
 
-/// Returns a mass on the axle, refused where the time step is too long for it.
+/// A mass on the axle; refused if the time step is too long for it.
 fn moving_axle(
     loaded: &LoadedScene,
     plan: &Plan,
@@ -217,7 +213,7 @@ fn moving_axle(
     kernel: &ContactKernel,
     at_rest: StaticContact,
 ) -> Result<MovingAxle, RunError> {
-    // What the contact is within a step: the points at rest by the first weights.
+    // The contact within a step is that of the points at rest with the first weights.
     check_mass(loaded, plan, sprung, &kernel.within_a_step(), at_rest)?;
     let rule = plan.scene.numerics.time_rule;
     let rest = StaticContact { stiffness: sprung.rest_stiffness(at_rest.stiffness), ..at_rest };

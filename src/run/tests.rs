@@ -20,23 +20,22 @@ fn scene(changes: &[(&str, &str)]) -> LoadedScene {
 fn rolling_resistance_on_a_smooth_road_is_the_moment_of_the_forces() {
     for (rule, lag) in [("bdf2", 0.0), ("sdirk2", 0.5)] {
         let (found, expected, load) = smooth(rule, lag);
-        // Elements that have just come down were above the plane two steps before; there are some 20 steps of
-        // contact.
+        // Elements that have just come into contact were above the plane two steps before; contact lasts some 20 steps.
         assert!((found.power / expected - 1.0).abs() < 0.15, "{rule}: {} W for {expected} W", found.power);
         assert!((found.force * load / found.power - 1.0).abs() < 1e-12);
         assert!((0.001..0.1).contains(&found.coefficient), "{}", found.coefficient);
     }
 }
 
-/// Returns the rolling resistance on a smooth road, the mean moment of its forces times the speed of rotation \[W\],
-/// and the speed; forces belong to a time `lag` steps before the end.
+/// Rolling resistance on a smooth road, the mean moment of its forces times the speed of rotation \[W\], and the speed;
+/// forces belong to a time `lag` steps before a step's end.
 fn smooth(rule: &str, lag: f64) -> (RollingResistance, f64, f64) {
     let rule = format!("\"{rule}\"");
     let loaded = scene(&[("road", "{ kind = \"smooth\" }"), ("numerics.time_rule", &rule)]);
     let plan = Plan::of(&loaded).unwrap();
     let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
     let radius = plan.radius;
-    // An element in contact follows the plane: it is pressed in by V x/sqrt(R^2 - x^2), x ahead of the axle.
+    // An element in contact follows the plane: its indentation grows by V x/sqrt(R^2 - x^2), x ahead of the axle.
     let mut work = RunningMoments::default();
     while let Some(step) = run.step().unwrap() {
         let march = &run.prepared.march;
@@ -63,8 +62,8 @@ fn uncoupled_points_have_no_rolling_resistance() {
     assert_eq!(run.finish().rolling_resistance, None);
 }
 
-/// Returns `scenes/cells.toml` of so many elements and cells across, to a tolerance of the contact conditions: forces,
-/// and processor seconds a step.
+/// `scenes/cells.toml` with the given elements and cells across, to a tolerance of the contact conditions: forces, and
+/// processor seconds per step.
 fn cells_to(elements: usize, across: usize, tolerance: f64, seconds: f64) -> (Vec<f64>, f64, f64) {
     let settings = [
         format!("contact={{zone=\"cells\",cells_across={across}}}"),

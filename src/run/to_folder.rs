@@ -18,33 +18,34 @@ use crate::run::look_back::{look_back, summary};
 use crate::run::simulation::{Setup, Simulation};
 use crate::scene::LoadedScene;
 
-/// Where results go, on how many threads the run is and how it is watched.
+/// Target of a run, its number of threads, and how closely its cost is measured.
 #[derive(Clone, Debug)]
 pub struct RunOptions {
     /// Results folder.
     pub target: PathBuf,
-    /// Threads of the pool that the run is executed on, for the record.
+    /// Threads of the pool that the run is executed on; only recorded.
     pub threads: usize,
-    /// How closely its cost is watched; the results are the same bytes.
+    /// How closely the cost is measured; the results are the same bytes.
     pub watch: Watch,
 }
 
 /// Report of a complete run.
 #[derive(Clone, Debug)]
 pub struct RunReport {
-    /// The results folder.
+    /// Folder of the results.
     pub folder: PathBuf,
-    /// Its summary.
+    /// Content of `summary.json`.
     pub summary: Summary,
     /// Stage times and counters.
     pub meter: Meter,
-    /// Wall time.
+    /// Wall time of the whole run, earlier processes included.
     pub wall: std::time::Duration,
-    /// An energy that cannot be, in words: the results are those of no tyre.
+    /// Message on an impossible energy: the results are not those of any tyre.
     pub impossible: Option<String>,
 }
 
-/// Runs a scene. `stop` is looked at between steps: once it is set the run ends and keeps what it has.
+/// Runs a scene into a folder. `stop` is checked between steps: once it is set the run ends and keeps its partial
+/// results.
 ///
 /// # Errors
 /// [`RunError`]; nothing is left under the target's name then.
@@ -59,8 +60,8 @@ pub fn run(
     let plan = Plan::of(loaded)?.with_kept_model();
     let loaded = &loaded.clone().settled(plan.scene.clone());
     plan.check(loaded)?;
-    // A place that cannot be written to is refused before the long work, not after it; the folder itself is made when
-    // there is something to put in.
+    // A target that cannot be written to is refused before the long work, not after it; the folder itself is created
+    // when there is something to put in.
     drop(ResultsFolder::create(&options.target)?);
     if let Ok(unfinished) = unfinished(&options.target) {
         let target = options.target.display();
@@ -73,11 +74,11 @@ pub fn run(
     planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
 }
 
-/// Goes on with an unfinished run, named by its results folder or by its own: the same bytes as if it had never
-/// stopped. The cost is watched from now on as closely as `watch` says.
+/// Continues an unfinished run, given its results folder or its own folder, with the same bytes as if it had never
+/// stopped. From now on the cost is measured as closely as `watch` says.
 ///
 /// # Errors
-/// [`RunError`]; [`RunError::Checkpoint`] if there is nothing to go on with.
+/// [`RunError`]; [`RunError::Checkpoint`] if there is nothing to continue.
 pub fn resume(
     path: &Path,
     threads: usize,
@@ -96,13 +97,13 @@ pub fn resume(
     let planned = PlannedRun::new(&loaded, &plan, threads, begin.process);
     let kept = folder.working().to_owned();
     planned.carry_out(begin, || Ok(folder), Some(checkpoint), stop, progress).map_err(|error| match error {
-        // Before its first step: there is what there was.
+        // Before its first step: what was kept is still there.
         RunError::Interrupted { kept: None } => RunError::Interrupted { kept: Some(kept) },
         other => other,
     })
 }
 
-/// A planned run, new or gone on with.
+/// A planned run, new or continued.
 struct PlannedRun<'a> {
     loaded: &'a LoadedScene,
     plan: &'a Plan,
@@ -110,11 +111,11 @@ struct PlannedRun<'a> {
     planned: Planned,
 }
 
-/// A run's first moment.
+/// Readings at the begin of a run.
 struct Begin {
     wall: Instant,
     cpu: Option<Duration>,
-    /// Memory of the process beside the run \[bytes\].
+    /// Memory of the process without the run \[bytes\].
     process: f64,
     meter: Meter,
 }
@@ -122,15 +123,14 @@ struct Begin {
 impl Begin {
     fn now(watch: Watch) -> Self {
         let (cpu, process, meter) = (cpu_time(), process_memory(), Meter::new(watch));
-        // A timeline and the wall time begin, and end, with one reading of the clock.
+        // A timeline and the wall time begin and end with the same reading of the clock.
         let wall = meter.trace().map_or_else(Instant::now, Trace::began);
         Self { wall, cpu, process, meter }
     }
 }
 
 impl<'a> PlannedRun<'a> {
-    /// Makes a run with what the plan expects of it on so many threads, in a process that holds so much beside
-    /// \[bytes\].
+    /// A run with its forecast on `threads` threads, in a process that holds `process` besides \[bytes\].
     fn new(loaded: &'a LoadedScene, plan: &'a Plan, threads: usize, process: f64) -> Self {
         let Forecast { wall_seconds, memory, measured, .. } = plan.forecast(&unit_record::known(), threads, process);
         Self { loaded, plan, threads, planned: Planned { wall_seconds, memory, measured } }
@@ -146,8 +146,8 @@ impl<'a> PlannedRun<'a> {
     ) -> Result<RunReport, RunError> {
         let Self { loaded, plan, .. } = *self;
         let Begin { wall, cpu, meter, .. } = begin;
-        // Before they are read: a file that is changed meanwhile is not taken for that of the results. One that cannot
-        // be read is told by what it is for.
+        // Hashed before they are read: a file that is changed meanwhile does not count as that of the results. A file
+        // that cannot be read is reported by the stage that needs it.
         let inputs = checkpoint.as_ref().map_or_else(|| inputs_of(loaded), |checkpoint| Ok(checkpoint.inputs.clone()));
         let setup = Setup { stop, meter, progress: &mut *progress, in_memory: false, without: &[] };
         let mut run = Simulation::prepare(loaded, plan, setup)?;
@@ -189,7 +189,7 @@ impl<'a> PlannedRun<'a> {
                 return Err(RunError::Kept { source, kept: folder.stay() });
             }
             Err(error) => {
-                // The same would happen again.
+                // A continued run would fail again.
                 folder.discard();
                 return Err(error);
             }
@@ -205,7 +205,7 @@ impl<'a> PlannedRun<'a> {
         Ok(RunReport { impossible, folder, summary: Summary { complete: true, ..summary }, meter: run.meter, wall })
     }
 
-    /// Returns the arrays, spectra, plots and summary of a run that has ended or been stopped.
+    /// Writes the arrays, spectra and plots of a run that has ended or been stopped; returns its summary.
     fn end(
         &self,
         run: &mut Simulation,
@@ -226,12 +226,12 @@ impl<'a> PlannedRun<'a> {
             let mut cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_cpu(cpu);
             cost.planned = Some(self.planned);
             if meter.watches_closely() {
-                // After the run, and after its peak memory was looked at.
+                // After the run, when its peak memory has been read.
                 cost.machine_peak = Some(MachinePeak::measure());
             }
             cost
         })?;
-        // A load that was missed is an error of the command, which tells it.
+        // A missed load is an error that the command reports.
         let missed = summary.outcome.load.filter(|load| !load.met).map(|load| load.to_string());
         let told = run.prepared.warnings.len();
         for warning in summary.warnings[told..].iter().filter(|warning| missed.as_ref() != Some(*warning)) {

@@ -1,4 +1,4 @@
-//! Maker of a zone of the contact: slices or cells.
+//! Constructor of a zone of the contact: slices or cells.
 
 use crate::contact::axle::MovingAxle;
 use crate::contact::cells::gaps::GapMap;
@@ -13,59 +13,58 @@ use crate::road::maker::SliceForm;
 
 /// Window that a zone is made for.
 pub(super) struct Window<'a> {
-    /// Where the elements are whose forces are told.
+    /// Window of the elements whose forces are reported.
     pub(super) told: Geometry,
-    /// Columns by which the window in which contact is sought is longer, at either end.
+    /// Columns by which the window in which contact is sought is longer at either end.
     pub(super) margin: usize,
-    /// Columns of that window.
+    /// Columns of the longer window.
     pub(super) columns: usize,
-    /// The road.
+    /// Opened road.
     pub(super) surface: &'a RoadSurface,
     /// Static contact on a smooth road.
     pub(super) at_rest: StaticContact,
 }
 
-/// Way of a run along its road, at places of which the tyre stands.
+/// A run's path along its road, for the tyre standing at places of it.
 pub(super) struct Standing<'a> {
-    /// The road.
+    /// Opened road.
     pub(super) surface: &'a mut RoadSurface,
-    /// Its first and last element, where it ends.
+    /// First and last element of the road, if it ends.
     pub(super) elements: Option<(i64, i64)>,
-    /// Road coordinate under the axle at first \[m\].
+    /// Road coordinate under the axle at the begin \[m\].
     pub(super) start: f64,
     /// Static contact on a smooth road.
     pub(super) at_rest: StaticContact,
-    /// Reach of what can touch from the contact's centre \[m\].
+    /// Largest distance of points that can touch from the contact's centre \[m\].
     pub(super) reach: f64,
 }
 
 /// Contact that is ready for its first step.
 pub(super) struct Made {
     pub(super) march: March,
-    /// Form of the road that it takes.
+    /// Form in which the contact takes the road.
     pub(super) form: SliceForm,
-    /// The axle's mass, where it has one.
+    /// The axle, if it has a mass.
     pub(super) moving: Option<MovingAxle>,
-    /// kappa of the local law \[m/Pa\], where slices yield by it.
+    /// kappa of the local law \[m/Pa\], if slices follow it.
     pub(super) local_compliance: Option<f64>,
-    /// Models of the tyre that effects may take.
+    /// Models of the tyre that effects may use.
     pub(super) models: TyreModels,
 }
 
-/// Maker of a zone.
 pub(super) trait ZoneMaker {
-    /// Finds the contact at rest on a smooth road under the scene's axle, and the factor of the influence functions.
+    /// Static contact on a smooth road under the scene's axle, and the factor of the influence functions.
     ///
     /// # Errors
     /// An axle that finds no height for its load.
     fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError>;
 
-    /// Tells what a road leaves of the zone's law.
+    /// Warning if the road makes the zone's law pointless.
     fn doubt(&self, _surface: &RoadSurface) -> Option<String> {
         None
     }
 
-    /// Finds the gaps between tread and road at places of the run, where their air is heard.
+    /// Gaps between tread and road at places of the run, if their air radiates.
     ///
     /// # Errors
     /// An axle that finds no height for its load; the road's.
@@ -74,8 +73,5 @@ pub(super) trait ZoneMaker {
     }
 
     /// Makes the contact.
-    ///
-    /// # Errors
-    /// [`RunError`].
     fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError>;
 }

@@ -4,7 +4,7 @@ use super::problem::Problem;
 use super::table::Table;
 use super::{AirPumping, BlockModel, PatchAir, RadiationQuality, Scene, Switch, Tread, Zone};
 
-/// Complains about ways of the air that the scene cannot have; `None` then.
+/// Refuses air paths under the patch that the rest of the scene rules out; `None` after a complaint.
 pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let complain =
         |key: &str, wrong: &str, right: &str| table.complain::<()>(key, Problem::new(wrong.to_owned(), right));

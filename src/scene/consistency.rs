@@ -1,4 +1,4 @@
-//! Consistency of a scene, over the bounds of its tables.
+//! Consistency of a scene across its tables.
 
 use super::problem::Problem;
 use super::table::Table;
@@ -9,7 +9,7 @@ use super::{
 use super::{air_pumping, plausible, tread_pattern};
 use crate::radiation::draft::{self, DraftErrors};
 
-/// Reads a whole scene; `None` after a complaint.
+/// Reads a whole scene and checks it; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     let mut scene = Scene::read(table)?;
     plausible::check(&scene, table)?;
@@ -25,7 +25,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     Some(scene)
 }
 
-/// Complains about receivers that were given one name: tables and files would not tell them apart; `None` then.
+/// Refuses receivers of equal names, which tables and files could not tell apart; `None` after a complaint.
 fn receiver_names(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let mut sound = Some(());
     for (index, Receiver { name, .. }) in scene.receivers.iter().enumerate().filter(|(_, at)| !at.name.is_empty()) {
@@ -38,7 +38,7 @@ fn receiver_names(scene: &Scene, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Complains about what contact over cells does not have yet, or cannot have; `None` then.
+/// Refuses what contact over cells does not support yet, or cannot have; `None` after a complaint.
 fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
     if scene.contact.zone != Zone::Cells {
         let tolerance = scene.outputs.vibration.as_ref().and_then(|vibration| vibration.lateral_tolerance);
@@ -80,8 +80,8 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Complains about what friction cannot be with, and takes the rule that it needs where the scene leaves it open;
-/// `None` after a complaint.
+/// Refuses what friction excludes, and sets the time rule that it needs where the scene leaves that open; `None` after
+/// a complaint.
 fn friction(scene: &mut Scene, table: &Table<'_>) -> Option<()> {
     let complain = |key: &str, wrong: &str, right: &str| table.complain(key, Problem::new(wrong, right));
     match (&scene.friction, &scene.adhesion) {
@@ -183,7 +183,7 @@ fn vibration_effects(scene: &Scene, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Complains about what the tyre or the tread law cannot give; `None` then.
+/// Refuses vibration that the tyre or the tread law cannot give; `None` after a complaint.
 fn vibration(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let Some(vibration) = &scene.outputs.vibration else { return Some(()) };
     let half = 0.5 * scene.tyre.circumference;
@@ -203,8 +203,8 @@ fn vibration(scene: &Scene, table: &Table<'_>) -> Option<()> {
     fits.then_some(())
 }
 
-/// Complains about what a draft does not have, where it is not what it is by default, and about tyres, frequencies and
-/// places that no error is known for.
+/// Refuses settings that a draft has no use for, where they differ from the defaults, and tyres, frequencies and places
+/// for which no error of a draft is known.
 fn draft_quality(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let radiation = &scene.radiation;
     let default = Radiation::default();
@@ -230,10 +230,10 @@ fn draft_quality(scene: &Scene, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Speed of sound by which a draft's highest frequency is told \[m/s\].
+/// Speed of sound for a draft's highest frequency \[m/s\].
 const SOUND_SPEED: f64 = 343.0;
 
-/// Complains about what the error of a draft was not measured for.
+/// Refuses sizes, frequencies and places for which the error of a draft was not measured.
 fn stated(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let Scene { tyre, radiation, .. } = scene;
     let (radius, full) = (tyre.radius(), "quality = \"full\"");
@@ -267,7 +267,7 @@ fn stated(scene: &Scene, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Complains about sound without a receiver, or that an effect forbids, or that cannot be; `None` then.
+/// Refuses sound without a receiver, sound that an effect excludes, and impossible places; `None` after a complaint.
 fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let heard = !scene.receivers.is_empty();
     match scene.effects.radiation {
@@ -327,7 +327,7 @@ fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Complains about a vehicle whose left and right tyres overlap, or whose left tyres reach as far as the microphone.
+/// Refuses a vehicle whose left and right tyres overlap, or whose left tyres reach as far as the microphone.
 fn beside(vehicle: Vehicle, distance: f64, half_width: f64, index: usize, table: &Table<'_>) -> Option<()> {
     let track = vehicle.track;
     let (least, most) = (2.0 * half_width, 2.0 * (distance - half_width));
@@ -344,6 +344,6 @@ fn beside(vehicle: Vehicle, distance: f64, half_width: f64, index: usize, table:
     } else {
         format!("write a number above {least:.2}, and a distance that leaves it room")
     };
-    // The table may have left it to the default, and then stands in its place.
+    // The table may have left the track to its default: the complaint is placed at the table.
     table.complain(&format!("receiver[{index}].vehicle"), Problem::new(wrong, right))
 }

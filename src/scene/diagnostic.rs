@@ -1,4 +1,4 @@
-//! A mistake with its place in a file, and how it is shown.
+//! A mistake with its place in a file, and its display.
 
 use std::fmt;
 use std::ops::Range;
@@ -11,14 +11,14 @@ use super::Problem;
 /// A text and where it comes from.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Source {
-    /// The file's path as people gave it, or any other name.
+    /// The file's path as the user gave it, or any other name.
     pub name: String,
-    /// All of the text.
+    /// The whole text.
     pub text: String,
 }
 
 impl Source {
-    /// Returns the line and column of a byte, both from 1, the column in characters.
+    /// Line and column of a byte, both from 1, the column in characters.
     pub(crate) fn position(&self, byte: usize) -> (usize, usize) {
         let before = self.text.get(..byte).unwrap_or(&self.text);
         let line = before.matches('\n').count() + 1;
@@ -26,7 +26,7 @@ impl Source {
         (line, column)
     }
 
-    /// Returns the bytes of the line that a byte lies in, without its end.
+    /// Byte range of the line that a byte lies in, without its line end.
     pub(crate) fn line(&self, byte: usize) -> Range<usize> {
         let (before, after) = self.text.split_at_checked(byte).unwrap_or((&self.text, ""));
         let begin = before.rfind('\n').map_or(0, |end| end + 1);
@@ -44,41 +44,40 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// Returns the name of the file.
+    /// Name of the file, as the user gave it.
     pub fn file(&self) -> &str {
         &self.source.name
     }
 
-    /// Returns the line in the file, from 1.
+    /// Line in the file, from 1.
     pub fn line(&self) -> usize {
         self.source.position(self.span.start).0
     }
 
-    /// Returns the column in characters, from 1.
+    /// Column in characters, from 1.
     pub fn column(&self) -> usize {
         self.source.position(self.span.start).1
     }
 
-    /// Returns the path of the key, such as `tyre.layers[1].thickness`, array items from 0; empty where no key is
-    /// concerned.
+    /// Path of the key, such as `tyre.layers[1].thickness`, array items from 0; empty where the mistake concerns no
+    /// key.
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// Returns the problem.
     pub(crate) fn problem(&self) -> &Problem {
         &self.problem
     }
 
-    /// Returns the key and what is wrong with it.
+    /// The key and what is wrong with it.
     fn title(&self) -> String {
         if self.key.is_empty() { self.problem.to_string() } else { format!("{}: {}", self.key, self.problem) }
     }
 
-    /// Returns the message with the lines concerned, the place marked, and what would be right; `colour` for terminals.
+    /// Message with the lines concerned, the place marked, and what would be right; `colour` for terminals.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
-        // What begins where a text in quotes does not end would be the rest of the file.
+        // A range from a quote that is never closed would mark the rest of the file: it ends with the line.
         let end = self.span.end.min(self.source.line(self.span.start).end).max(self.span.start);
         let annotation = AnnotationKind::Primary.span(self.span.start..end).label(self.problem.right());
         let snippet = Snippet::source(self.source.text.as_str()).path(self.file()).annotation(annotation);

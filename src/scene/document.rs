@@ -1,5 +1,5 @@
-//! Where each key of a scene stands, so that any complaint, from the reader or from a later stage, points into the
-//! file.
+//! Places of the keys of a scene in its files, so that any complaint, from the reader or from a later stage, points
+//! there.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostic::Source;
 use super::{Diagnostic, Problem};
 
-/// Where a key and its value stand.
+/// Place of a key and its value: byte ranges in a source.
 #[derive(Clone, Debug)]
 struct Place {
     source: Arc<Source>,
@@ -28,39 +28,39 @@ pub(super) struct Document {
 }
 
 impl Document {
-    /// Returns the document of a scene's own file.
+    /// Document of a scene's main file.
     pub(super) fn new(source: &Arc<Source>, table: &DeTable<'_>) -> Self {
         let mut document = Self { root: Arc::clone(source), places: BTreeMap::new() };
         document.index(source, table, "");
         document
     }
 
-    /// Adds the keys of a file that stands in for the table `prefix`.
+    /// Adds the keys of a file that takes the place of the table `prefix`.
     pub(super) fn include(&mut self, source: &Arc<Source>, table: &DeTable<'_>, prefix: &str) {
-        // The table is the file: what is missing in it is missing in the file.
+        // The table is the file: a key missing in it is missing in that file.
         let whole = Place { source: Arc::clone(source), key: 0..0, value: 0..0 };
         self.places.insert(prefix.to_owned(), whole);
         self.index(source, table, prefix);
     }
 
-    /// Adds a value that stands in place of the scene's own, or beside it.
+    /// Adds a value that replaces one of the scene, or joins it.
     pub(super) fn set(&mut self, source: &Arc<Source>, path: &str, value: &Spanned<DeValue<'_>>) {
         self.forget(path);
         self.index_value(source, value.get_ref(), path);
         let place = || Place { source: Arc::clone(source), key: value.span(), value: value.span() };
         self.places.insert(path.to_owned(), place());
-        // Tables on the way that the scene does not have are there now.
+        // Tables on the path that the scene does not have exist from now on.
         for (end, _) in path.match_indices(['.', '[']) {
             self.places.entry(path[..end].to_owned()).or_insert_with(place);
         }
     }
 
-    /// Adds the place of a key, its value alone.
+    /// Adds the place of a value whose key is not written in the file.
     pub(super) fn add(&mut self, source: &Arc<Source>, path: String, span: Range<usize>) {
         self.places.insert(path, Place { source: Arc::clone(source), key: span.clone(), value: span });
     }
 
-    /// Gives the items of an array other numbers, or forgets those that have none.
+    /// Renumbers the items of an array; `number` gives the new index, or `None` to forget an item.
     pub(super) fn renumber(&mut self, array: &str, number: impl Fn(usize) -> Option<usize>) {
         let renamed = |path: String| -> Option<String> {
             let Some((item, rest)) = path.strip_prefix(array).and_then(|rest| rest.strip_prefix('[')?.split_once(']'))
@@ -73,7 +73,7 @@ impl Document {
         self.places = places.filter_map(|(path, place)| Some((renamed(path)?, place))).collect();
     }
 
-    /// Forgets a key, and all within it.
+    /// Forgets a key and everything within it.
     pub(super) fn remove(&mut self, path: &str) {
         self.forget(path);
         self.places.remove(path);
@@ -109,18 +109,17 @@ impl Document {
         }
     }
 
-    /// Tells whether a key is in the file.
     pub(super) fn has(&self, key: &str) -> bool {
         self.places.contains_key(key)
     }
 
-    /// Returns a problem with a key, placed at the key or its value; a key that is not in the file is placed at the
-    /// nearest table around it that is.
+    /// Diagnostic of a problem with a key, placed at the key or its value; a key that is not in the file is placed at
+    /// the nearest enclosing table that is.
     pub(super) fn diagnose(&self, key: &str, problem: Problem) -> Diagnostic {
         let mut around = Some(key);
         while let Some(path) = around {
             if let Some(place) = self.places.get(path) {
-                // A value of several lines would be marked from end to end: its key says as much.
+                // A value of several lines would be marked from end to end: marking its key is enough.
                 let value_is_short =
                     place.source.text.get(place.value.clone()).is_some_and(|text| !text.contains('\n'));
                 let at_value = path == key && !problem.points_at_key() && value_is_short;
@@ -132,8 +131,7 @@ impl Document {
         Diagnostic { source: Arc::clone(&self.root), key: key.to_owned(), span: 0..0, problem }
     }
 
-    /// Returns the key whose definition a byte of `source` belongs to: the last one that begins at or before it, in its
-    /// line.
+    /// The key whose definition a byte of `source` belongs to: the last one in its line that begins at or before it.
     pub(super) fn key_at(&self, source: &Arc<Source>, byte: usize) -> Option<&str> {
         let line = source.line(byte).start;
         let keys = self.places.iter().filter(|(_, place)| Arc::ptr_eq(&place.source, source));
@@ -143,9 +141,9 @@ impl Document {
         Some(path)
     }
 
-    /// Returns the table whose `[header]` is the last one before a byte of `source`; "" before the first header.
+    /// The table whose `[header]` is the last one before a byte of `source`; "" before the first header.
     pub(super) fn table_at(&self, source: &Arc<Source>, byte: usize) -> &str {
-        // A header's brackets lie around its key; those of an array come after it.
+        // A header's brackets surround its key; those of an array come after it.
         let is_header =
             |place: &Place| place.value.start <= place.key.start && source.text[place.value.start..].starts_with('[');
         let headers =
@@ -156,49 +154,47 @@ impl Document {
     }
 }
 
-/// Returns `prefix.key`, the key in quotes where TOML needs them.
+/// The path `prefix.key`, the key in quotes where TOML needs them.
 pub(super) fn join(prefix: &str, key: &str) -> String {
     let bare = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
     let dot = if prefix.is_empty() { "" } else { "." };
     if bare { format!("{prefix}{dot}{key}") } else { format!("{prefix}{dot}{key:?}") }
 }
 
-/// Returns the table or array that a key path lies in.
+/// Path of the table or array that a key lies in.
 fn parent(path: &str) -> Option<&str> {
     path.rfind(['.', '[']).map(|end| &path[..end])
 }
 
-/// Complaints that are held while a scene is read; the order of more than these does not matter.
+/// Most complaints that are kept while a scene is read; the order of the file is lost beyond them.
 const MOST_HELD: usize = 512;
 
 /// The complaints collected while one scene is read.
 #[derive(Debug)]
 pub(super) struct Complaints<'a> {
     document: &'a Document,
-    /// By how much values may lie outside what is plausible.
+    /// Factor by which values may lie outside their plausible range.
     pub(super) slack: f64,
     found: RefCell<Vec<Diagnostic>>,
-    /// Complaints that are not held.
+    /// Number of complaints that are not kept.
     more: Cell<usize>,
 }
 
 impl<'a> Complaints<'a> {
-    /// Begins a scene whose values may lie outside what is plausible by a factor of `slack`.
     pub(super) fn new(document: &'a Document, slack: f64) -> Self {
         Self { document, slack, found: RefCell::default(), more: Cell::new(0) }
     }
 
-    /// Begins as many more complaints about the same scene, which are not told.
+    /// An empty collection for the same scene, whose complaints are not reported.
     pub(super) fn unheard(&self) -> Self {
         Self::new(self.document, self.slack)
     }
 
-    /// Tells whether a key is in the file.
     pub(super) fn gives(&self, key: &str) -> bool {
         self.document.has(key)
     }
 
-    /// Adds a complaint, made only if it is held.
+    /// Adds a complaint; its problem is made only if it is kept.
     pub(super) fn add_with(&self, key: &str, problem: impl FnOnce() -> Problem) {
         if self.found.borrow().len() < MOST_HELD {
             let diagnostic = self.document.diagnose(key, problem());
@@ -208,13 +204,11 @@ impl<'a> Complaints<'a> {
         }
     }
 
-    /// Adds a complaint.
     pub(super) fn add(&self, key: &str, problem: Problem) {
         self.add_with(key, || problem);
     }
 
-    /// Returns all complaints in the order of the text, those in the scene's own file first, and how many more there
-    /// were.
+    /// All complaints in the order of the text, those in the scene's main file first, and how many more there were.
     pub(super) fn finish(self) -> (Vec<Diagnostic>, usize) {
         let mut found = self.found.into_inner();
         found.sort_by_key(|diagnostic| (!Arc::ptr_eq(&diagnostic.source, &self.document.root), diagnostic.span.start));

@@ -1,4 +1,4 @@
-//! Why a scene cannot be used.
+//! Errors of loading and writing a scene.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,13 +7,13 @@ use annotate_snippets::{Level, Renderer};
 
 use super::Diagnostic;
 
-/// Mistakes that are told; more of them are no help.
+/// Most mistakes that are reported; more of them are no help.
 const MOST_TOLD: usize = 32;
 
-/// Why a scene cannot be used.
+/// Reason why a scene cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// There is no such file.
+    /// The file does not exist.
     #[error("there is no file \"{}\"", path.display())]
     NotFound {
         /// The path as given.
@@ -33,17 +33,17 @@ pub enum SceneError {
         /// The system's reason.
         source: io::Error,
     },
-    /// The file is not text.
+    /// The file is not UTF-8 text.
     #[error("\"{}\" is not UTF-8 text: byte {byte}, in line {line}", path.display())]
     NotText {
         /// The path as given.
         path: PathBuf,
-        /// Offset of the first byte that is not UTF-8.
+        /// Offset of the first byte that is not UTF-8, from the begin of the file.
         byte: usize,
         /// Its line, from 1.
         line: usize,
     },
-    /// The file is that of a tyre.
+    /// The file describes a tyre, not a scene.
     #[error(
         "\"{}\" is the file of a tyre, not of a scene: a scene names it, tyre = \"{}\"",
         path.display(),
@@ -53,10 +53,10 @@ pub enum SceneError {
         /// The path as given.
         path: PathBuf,
     },
-    /// The text does not describe a scene; all mistakes that could be found, in the order of the file.
+    /// The text does not describe a scene; with all mistakes that could be found, in the order of the file.
     #[error("{}{}", one_per_line(diagnostics), and_more("\n", *more))]
     Invalid {
-        /// The mistakes; at least one, and no more than people read.
+        /// The mistakes; at least one, and no more than is useful to read.
         diagnostics: Vec<Diagnostic>,
         /// How many there are beyond these.
         more: usize,
@@ -76,14 +76,14 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// Makes the error of mistakes, at least one, beside `more` that are not told.
+    /// Error of mistakes, at least one, beside `more` that are not reported.
     pub(crate) fn invalid(mut diagnostics: Vec<Diagnostic>, more: usize) -> Self {
         let more = more + diagnostics.len().saturating_sub(MOST_TOLD);
         diagnostics.truncate(MOST_TOLD);
         Self::Invalid { diagnostics, more }
     }
 
-    /// Returns the mistakes found in the text; empty if it could not be read at all.
+    /// The mistakes found in the text; empty if it could not be read at all.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         match self {
             Self::Invalid { diagnostics, .. } => diagnostics,
@@ -91,12 +91,12 @@ impl SceneError {
         }
     }
 
-    /// Returns the first complaint, without its place.
+    /// The first mistake, without its place.
     pub fn problem(&self) -> String {
         self.diagnostics().first().map_or_else(|| self.to_string(), |first| first.problem().to_string())
     }
 
-    /// Returns the message for people: lines of the file, places marked; `colour` for terminals.
+    /// Message for people: lines of the file, places marked; `colour` for terminals.
     pub fn render(&self, colour: bool) -> String {
         match self {
             Self::Invalid { diagnostics, more } => {
@@ -110,7 +110,7 @@ impl SceneError {
         }
     }
 
-    /// Returns the error that opening or reading `path` ended with.
+    /// Error of a failure to open or read `path`.
     pub(super) fn reading(path: &Path, source: io::Error) -> Self {
         let path = path.to_owned();
         match source.kind() {
@@ -127,7 +127,7 @@ impl From<Diagnostic> for SceneError {
     }
 }
 
-/// Writes the words behind the mistakes that are told.
+/// Words after the reported mistakes; empty if there are no more.
 fn and_more(before: &str, more: usize) -> String {
     if more == 0 { String::new() } else { format!("{before}and {more} more") }
 }

@@ -1,10 +1,11 @@
-//! The statement of a table's keys.
+//! The macro that declares a table's keys.
 
-/// A table of a scene, each of its keys stated once: what it means, its type, what it is where it is left out (without
-/// `=` it must be given), and after `=>` what may stand there. A key that the file calls otherwise has its name after
-/// `as`. Values that a file does not give, but a plan, stand after `without key` with what they are until then.
+/// Declares a table of a scene, each of its keys once: its meaning, its type, its default (without `=` it must be
+/// given), and after `=>` the kind of its value. A key that has another name in the file has that name after `as`.
+/// Values that come from the plan, not from a file, follow `without key` with their initial values.
 ///
-/// From this come the type, its reader, its schema, and its default where every key has one.
+/// The macro expands to the type, its reader, its schema (the documentation becomes the descriptions), and its default
+/// if every key has one.
 macro_rules! keys {
     ($(#[doc = $title:literal])* #[derive($($trait:ident),*)] $vis:vis $table:ident {
         $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
@@ -36,14 +37,13 @@ macro_rules! keys {
         }
 
         impl $table {
-            /// Returns all keys are read before the first failure counts, so that independent mistakes are reported
-            /// together.
+            /// Reads all keys before the first failure counts, so that independent mistakes are reported together.
             pub(in crate::scene) fn read(table: &mut $crate::scene::table::Table<'_>) -> Option<Self> {
                 $(let $key = $crate::scene::keys::keys!(@key table, ($key $($name)?), $kind $(, $default)?);)*
                 Some(Self { $($key: $key?,)* $($($own: $own_value,)*)? })
             }
 
-            /// Returns the schema of the table.
+            /// JSON Schema of the table.
             pub(in crate::scene) fn schema() -> serde_json::Value {
                 $crate::scene::schema::table(concat!($($title),*), [$((
                     $crate::scene::keys::keys!(@name ($key $($name)?)),
@@ -70,7 +70,7 @@ macro_rules! keys {
 
 pub(super) use keys;
 
-/// Tells whether a value need not be written.
+/// True if a value is the default and need not be written.
 pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

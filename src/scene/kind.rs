@@ -1,4 +1,4 @@
-//! Kinds of values at a key: types, bounds and lists of words, each able to say what it wants.
+//! Kinds of values at a key: types, bounds and lists of words, each with a description of what it accepts.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -16,19 +16,19 @@ use super::problem::{quoted, short};
 use super::schema;
 use super::table::{Kind, Value, array};
 
-/// Signs that spreadsheets know the beginning of a formula by.
+/// Characters by which spreadsheets recognise a formula.
 const FORMULA: [char; 4] = ['=', '+', '-', '@'];
 
-/// Least angle but 0 that is plausible in degrees: a right angle in radians is less.
+/// Least plausible angle in degrees, 0 apart: a right angle in radians is less.
 pub(super) const IN_DEGREES: f64 = 1.6;
 
-/// Where a number has to lie, and its unit.
+/// Range of a number, and its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
     low: Bound<f64>,
     high: Bound<f64>,
     unit: &'static str,
-    /// Where its magnitude lies, unless it is 0, in anything that is meant.
+    /// Plausible range of its magnitude, unless it is 0.
     plausible: Option<[f64; 2]>,
 }
 
@@ -37,33 +37,32 @@ impl Bounds {
         Self { low, high, unit, plausible: None }
     }
 
-    /// Returns the any finite number.
+    /// Any finite number.
     pub(crate) const fn any(unit: &'static str) -> Self {
         Self::new(Bound::Unbounded, Bound::Unbounded, unit)
     }
 
-    /// Makes bounds for numbers above zero.
     pub(crate) const fn positive(unit: &'static str) -> Self {
         Self::new(Bound::Excluded(0.0), Bound::Unbounded, unit)
     }
 
-    /// Returns the zero and above.
+    /// Zero and above.
     pub(crate) const fn not_negative(unit: &'static str) -> Self {
         Self::new(Bound::Included(0.0), Bound::Unbounded, unit)
     }
 
-    /// Makes bounds between two limits that are themselves not accepted.
+    /// Between two limits that are themselves excluded.
     pub(crate) const fn inside(low: f64, high: f64, unit: &'static str) -> Self {
         Self::new(Bound::Excluded(low), Bound::Excluded(high), unit)
     }
 
-    /// Makes bounds between two limits that are themselves accepted.
+    /// Between two limits that are themselves included.
     pub(crate) const fn between(low: f64, high: f64, unit: &'static str) -> Self {
         Self::new(Bound::Included(low), Bound::Included(high), unit)
     }
 
-    /// Returns the same, and what of it is plausible, from toys to earth movers: numbers of another magnitude, 0 apart,
-    /// are asked about unless the scene allows them.
+    /// Adds a plausible range, from toys to earth movers: numbers of another magnitude, 0 apart, are refused unless the
+    /// scene allows them.
     pub(crate) const fn plausible(self, least: f64, most: f64) -> Self {
         Self { plausible: Some([least, most]), ..self }
     }
@@ -124,7 +123,7 @@ impl Kind for Bounds {
             _ => return value.wrong_type(self),
         };
         match number {
-            // 1e999 parses to infinity without a word about it.
+            // 1e999 silently parses to infinity.
             Some(number) if !number.is_infinite() || text.contains("inf") => self.inside_or_complain(number, value),
             _ => value.complain(Problem::too_large(&text, &self.wanted())),
         }
@@ -152,7 +151,7 @@ fn whole(integer: &DeInteger<'_>) -> Option<i128> {
     i128::from_str_radix(integer.as_str(), integer.radix()).ok()
 }
 
-/// A whole number of at least so much, and at most so much.
+/// A whole number within two limits, both included.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Whole<T>(u64, u64, PhantomData<T>);
 
@@ -161,7 +160,7 @@ impl<T> Whole<T> {
         Self::between(least, u64::MAX)
     }
 
-    /// Returns both limits accepted.
+    /// Both limits are accepted.
     pub(super) const fn between(least: u64, most: u64) -> Self {
         Self(least, most, PhantomData)
     }
@@ -197,12 +196,12 @@ impl<T: TryFrom<i128> + Serialize> Kind for Whole<T> {
     }
 }
 
-/// A level difference in quotes, such as "0.5 dB".
+/// A level difference in quotes, such as "0.5 dB"; read as a number of decibels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Decibels(pub(super) Bounds);
 
 impl Decibels {
-    /// Returns a difference as it is written in a scene.
+    /// A difference as it is written in a scene.
     pub(super) fn text(difference: f64) -> String {
         format!("{difference} dB")
     }
@@ -259,7 +258,7 @@ impl Kind for Flag {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Text;
 
-/// Tells whether a sign breaks a line, drives a terminal, or cannot stand in XML.
+/// True for characters that break a line, control a terminal, or are not allowed in XML.
 fn is_no_text(sign: char) -> bool {
     sign.is_control() || matches!(sign, '\u{fffe}' | '\u{ffff}')
 }
@@ -287,12 +286,12 @@ impl Kind for Text {
     }
 }
 
-/// A name, possibly empty, that stands in file names and in cells of tables.
+/// A name, possibly empty, that can be used in file names and in cells of tables.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Name;
 
 impl Name {
-    /// Most letters of a name: those of a file have room for as many bytes beside what goes before and after.
+    /// Most letters of a name: file names have room for as many bytes besides prefix and ending.
     const LETTERS: usize = 80;
 }
 
@@ -461,7 +460,7 @@ where
     }
 }
 
-/// One of the words that serde knows as the variants of `T`.
+/// One of the words that serde accepts as the variants of `T`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OneOf<T>(PhantomData<T>);
 
@@ -475,13 +474,13 @@ impl<T: DeserializeOwned> OneOf<T> {
         T::deserialize(deserializer)
     }
 
-    /// Returns the words.
+    /// The accepted words.
     pub(super) fn words() -> &'static [&'static str] {
-        // No variant is called "": the refusal carries the list.
+        // No variant is called "": the error of serde carries the list.
         Self::parse("").err().map_or(&[], |refused| refused.0)
     }
 
-    /// Returns one table or another, as the word of the key `tag` says.
+    /// Schema of one table or another, depending on the word of the key `tag`.
     pub(super) fn tables(tag: &'static str, about: &str, table: fn(T) -> Json) -> Json {
         let alternative = |&word: &&str| Some(schema::tagged(tag, word, about, table(Self::parse(word).ok()?)));
         json!({ "oneOf": Self::words().iter().filter_map(alternative).collect::<Vec<_>>() })
@@ -506,7 +505,7 @@ impl<T: DeserializeOwned + Serialize> Kind for OneOf<T> {
     }
 }
 
-/// Words of serde about an unknown variant: the list of the known ones.
+/// Serde's error about an unknown variant: the list of the known ones.
 #[derive(Debug, thiserror::Error)]
 #[error("one of {}", quoted(.0))]
 struct UnknownVariant(&'static [&'static str]);

@@ -1,8 +1,9 @@
-//! Files of microphones: tables, and the XML that programs for microphone arrays exchange.
+//! Files of microphone positions: tables, and the XML that programs for microphone arrays exchange.
 //!
-//! A table has a line for each microphone, parted and with decimals as its numbers show, titled (`name,x,y,z` in any
-//! order, units in the titles), or without titles `x,y,z` or `name,x,y,z` in metres. XML has elements with attributes
-//! `x`, `y`, `z` in metres, and possibly `Name`: `<MicArray><pos Name="a" x="0.5" y="0.4" z="0.1"/></MicArray>`.
+//! A table has a line for each microphone; delimiter and decimal sign are recognised from its numbers. Either it has
+//! titles (`name,x,y,z` in any order, units in the titles), or its columns are `x,y,z` or `name,x,y,z` in metres. XML
+//! has elements with attributes `x`, `y`, `z` in metres, and possibly `Name`: `<MicArray><pos Name="a" x="0.5" y="0.4"
+//! z="0.1"/></MicArray>`.
 
 use std::ops::Range;
 
@@ -14,43 +15,40 @@ use crate::storage::separated::{Record, Table};
 
 /// Most microphones of a file.
 pub(super) const MOST: usize = 1000;
-/// Nodes of XML that are read: elements, texts between them, comments.
+/// Most nodes of XML that are parsed: elements, texts between them, comments.
 const MOST_NODES: u32 = 20 * MOST as u32;
 const AXES: [&str; 3] = ["x", "y", "z"];
-/// Units of lengths in titles \[m\].
+/// Units of lengths in column titles \[m\].
 const UNITS: [(&str, f64); 5] = [("m", 1.0), ("mm", 1e-3), ("cm", 1e-2), ("in", 0.0254), ("ft", 0.3048)];
 const AS_ROW: &str = "write name,x,y,z: a name, and metres as numbers";
 const AS_TITLES: &str = "begin the file with the line name,x,y,z";
 const AS_ELEMENT: &str = "write <pos Name=\"a\" x=\"0.5\" y=\"0.4\" z=\"0.1\"/>, in metres";
 
-/// A microphone, and where it stands in the file.
+/// A microphone, and its place in the text.
 pub(super) struct Microphone {
-    /// Empty where the file gives none.
+    /// Name; empty if the file gives none.
     pub name: String,
-    /// Place \[m\], as the file has it.
+    /// Position \[m\] in the coordinates of the file.
     pub position: [f64; 3],
-    /// All of it in the text.
+    /// Range of the whole entry in the text.
     pub whole: Range<usize>,
     pub name_at: Range<usize>,
     pub position_at: [Range<usize>; 3],
 }
 
-/// Mistakes in a file: where, and what.
+/// Mistakes in a file: range in the text, and problem.
 pub(super) type Mistakes = Vec<(Range<usize>, Problem)>;
 
-/// Columns of a table: name, if there is one, and coordinates with their units \[m\].
+/// Columns of a table: that of the name, if there is one, and those of the coordinates with their units \[m\].
 struct Columns {
     name: Option<usize>,
     axes: [usize; 3],
     units: [f64; 3],
-    /// Cells of a line.
+    /// Number of cells in a line.
     count: usize,
 }
 
-/// Reads the microphones of a file.
-///
-/// # Errors
-/// All mistakes that were found.
+/// Reads the microphones of a file, or reports all mistakes in it.
 pub(super) fn microphones(source: &Source) -> Result<Vec<Microphone>, Mistakes> {
     let text = source.text.trim_start_matches('\u{feff}').trim_start();
     let found = if text.starts_with('<') { of_xml(&source.text)? } else { of_table(&source.text)? };
@@ -69,7 +67,7 @@ fn not_a_number(text: &str) -> String {
     if text.is_empty() { "a number is missing".to_owned() } else { format!("\"{text}\" is not a number") }
 }
 
-/// Returns where a part of a text stands in it; the beginning for what is no part of it.
+/// Range of a part within a text; empty, at its beginning, if it is not a part of it.
 fn place(text: &str, part: &str) -> Range<usize> {
     let start = (part.as_ptr() as usize).wrapping_sub(text.as_ptr() as usize);
     let end = start.saturating_add(part.len());
@@ -121,7 +119,7 @@ fn of_table(text: &str) -> Result<Vec<Microphone>, Mistakes> {
 }
 
 impl Columns {
-    /// Reads the first line: titles, which it tells, or the first microphone.
+    /// Reads the first line; true if it has titles, false if it is already a microphone.
     fn of(table: &Table<'_>, first: &Record<'_>) -> Result<(Self, bool), Problem> {
         let is_number: Vec<bool> = first.cells.iter().map(|cell| table.number(cell).is_some()).collect();
         let untitled = |name, begin| {
@@ -159,8 +157,8 @@ impl Columns {
     }
 }
 
-/// Returns the unit \[m\] in a title of an axis, `x`, `x (mm)` or `x_mm`: `None` for another title, and within for
-/// another unit.
+/// Unit \[m\] in the title of an axis, `x`, `x (mm)` or `x_mm`: the outer `None` for another title, the inner one for
+/// an unknown unit.
 fn unit_of(title: &str, axis: &str) -> Option<Option<f64>> {
     let rest = title.strip_prefix(axis)?;
     if rest.starts_with(|sign: char| sign.is_alphanumeric()) {

@@ -1,33 +1,32 @@
-//! Numbers of a scene that may be each by itself, and are hardly meant together.
+//! Checks of numbers that are possible each by itself but implausible together.
 
 use super::problem::{Problem, short};
 use super::table::Table;
 use super::{Axle, Cavity, Inflation, Scene, Tyre};
 
-/// Largest section height of a tyre, from rim to tread, over its radius.
+/// Largest plausible section height of a tyre, from rim to tread, over its radius.
 const SECTION: f64 = 0.3;
-/// Forces on a strip as wide as the tread's and as long as the tyre's radius, from the lightest toy to a wheel of steel
-/// \[N/m^2\].
+/// Plausible range of the load over contact width times radius \[N/m^2\], from the lightest toy to a wheel of steel.
 const LOADED: [f64; 2] = [300.0, 1e8];
-/// Part of the circumference on which the inflation pressure over the contact strip would bear the load: from a car's
-/// tyre that bears a tenth of its load index, to what presses the belt onto the rim.
+/// Plausible range of the part of the circumference on which the inflation pressure over the contact width bears the
+/// load: from a car tyre at a tenth of its load capacity to one whose belt is pressed onto the rim.
 const BORNE_ON: [f64; 2] = [0.0125, 0.3];
-/// Weight of a kilogram \[N\].
+/// Gravitational acceleration \[m/s^2\].
 const GRAVITY: f64 = 9.81;
-/// Factor by which a gas in a tyre may be heavier or lighter than air: others than air have other heat capacities, and
+/// Factor by which a gas in a tyre may be denser or less dense than air: other gases have other heat capacities, and
 /// temperatures differ.
 const GAS: f64 = 1.5;
-/// Pressure of the atmosphere \[Pa\].
+/// Atmospheric pressure \[Pa\].
 const ATMOSPHERE: f64 = 1.013e5;
 /// Ratio of the heat capacities of air.
 const HEAT_CAPACITIES: f64 = 1.4;
 
-/// Complains about numbers that are hardly meant; `None` then.
+/// Refuses implausible combinations; `None` after a complaint.
 pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
     [load(scene, table), indentation(scene, table), air(&scene.tyre, table)].into_iter().collect()
 }
 
-/// Complains about a load that no tyre of this size and pressure has; `None` then.
+/// Refuses a load that no tyre of this size and pressure bears; `None` after a complaint.
 fn load(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let Some((load, _)) = scene.rolling.axle.load() else { return Some(()) };
     let Tyre { contact_width, circumference, .. } = scene.tyre;
@@ -35,7 +34,7 @@ fn load(scene: &Scene, table: &Table<'_>) -> Option<()> {
         Some(Inflation { pressure }) => {
             BORNE_ON.map(|share| two_digits(share * pressure * contact_width * circumference))
         }
-        // In whole decades: the numbers are no exacter.
+        // In whole decades: the bounds are no more exact.
         None => {
             let [least, most] = LOADED.map(|load| (load * contact_width * scene.tyre.radius()).log10());
             [10_f64.powf(least.floor()), 10_f64.powf(most.ceil())]
@@ -55,11 +54,11 @@ fn load(scene: &Scene, table: &Table<'_>) -> Option<()> {
     table.complain("rolling.axle.load", problem)
 }
 
-/// Complains about an indentation that is deeper than the tyre is high above its rim; `None` then.
+/// Refuses an indentation deeper than the tyre's height above its rim; `None` after a complaint.
 fn indentation(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let Axle::Indentation { indentation, .. } = scene.rolling.axle else { return Some(()) };
     let (key, radius) = ("rolling.axle.indentation", scene.tyre.radius());
-    // Pushed in by more than its radius the rigid circle has no outline left to speak of.
+    // Pushed in by more than its radius the rigid circle leaves no meaningful outline.
     if indentation > radius {
         return table.complain(key, Problem::exceeds(indentation, radius, "the tyre's radius"));
     }
@@ -67,11 +66,11 @@ fn indentation(scene: &Scene, table: &Table<'_>) -> Option<()> {
     if indentation <= most * table.slack() {
         return Some(());
     }
-    // To a millimetre: the number is no exacter.
+    // To a millimetre: the bound is no more exact.
     table.complain(key, Problem::implausible(indentation, [0.0, (1e3 * most).round() / 1e3], "m"))
 }
 
-/// Complains about air in a tyre that is not of its pressure; `None` then.
+/// Refuses a cavity whose density does not match the inflation pressure; `None` after a complaint.
 fn air(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
     let (Some(Inflation { pressure }), Some(Cavity { density, sound_speed, .. })) = (&tyre.inflation, tyre.cavity)
     else {
@@ -87,9 +86,9 @@ fn air(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
     table.complain("tyre.cavity.density", problem.with_hint(&hint))
 }
 
-/// Returns a positive number to two digits.
+/// Rounds a positive number to two digits.
 fn two_digits(number: f64) -> f64 {
     let unit = 10_f64.powf(number.log10().floor() - 1.0);
-    // No more digits than two, whatever the unit's rounding.
+    // Formatted again: the rounding of `unit` may leave more digits.
     format!("{:.1e}", (number / unit).round() * unit).parse().unwrap_or(number)
 }

@@ -1,7 +1,7 @@
 //! `[[receiver]]` with a file of microphones: each of them is a receiver.
 //!
-//! They take the table's place before the scene is read, turned and shifted as the table says. All that comes after,
-//! the recorded settings of a run and their hash among it, has positions and no file; a file with other rows makes
+//! They replace the table before the scene is read, turned and shifted as the table says. All later stages, the
+//! recorded settings of a run and their hash among them, see positions and no file; a file with other rows makes
 //! another scene. Complaints about a microphone point into the file.
 
 use std::ops::Range;
@@ -17,14 +17,14 @@ use super::model::array_placement;
 use super::table::Table;
 use super::{Diagnostic, Problem, SceneError};
 
-/// Key of the array of tables, of a file in one of them, and of the keys that place it.
+/// Key of the receivers' array, of a file in one of them, and of the keys that place its microphones.
 const RECEIVER: &str = "receiver";
 const FILE: &str = "file";
 const PLACING: [&str; 2] = ["offset", "rotation_deg"];
 
 /// A file of microphones.
 struct ReceiverFile {
-    /// Number of the table that names it.
+    /// Index of the table that names it.
     item: usize,
     source: Arc<Source>,
     microphones: Vec<Microphone>,
@@ -82,8 +82,7 @@ impl ReceiverFiles {
         if wrong.is_empty() { Ok(Self(files)) } else { Err(SceneError::invalid(wrong, 0)) }
     }
 
-    /// Puts a table for each microphone in place of the tables that name the files, in the scene's tree and in its
-    /// document.
+    /// Replaces the tables that name files by one table for each microphone, in the scene's tree and in its document.
     pub(super) fn put_into<'a>(&'a self, root: &mut DeTable<'a>, document: &mut Document) {
         let Some(DeValue::Array(receivers)) = root.get_mut(RECEIVER).map(Spanned::get_mut) else { return };
         if self.0.is_empty() {
@@ -123,11 +122,12 @@ impl ReceiverFiles {
     }
 }
 
-/// Turns a place by angles \[degrees\] about x, then y, then z, the axes of the scene, and shifts it \[m\].
+/// Rotates a position by angles \[degrees\] about the x, y and z axes of the scene, in this order, then shifts it
+/// \[m\].
 fn placed(position: [f64; 3], rotation: [f64; 3], offset: [f64; 3]) -> [f64; 3] {
     let mut at = position;
     for (axis, degrees) in rotation.into_iter().enumerate() {
-        // Quarters of a turn have exact coordinates.
+        // Quarter turns keep coordinates exact.
         let (sine, cosine) = match degrees.rem_euclid(360.0) {
             0.0 => continue,
             90.0 => (1.0, 0.0),
@@ -151,7 +151,7 @@ mod tests {
     use super::super::{LoadedScene, Reach, ReceiverPlace, Scene, Setting};
     use super::*;
 
-    /// Returns a scene with receivers, and a file beside it.
+    /// The base scene with receivers, and a file of microphones beside it.
     fn written(folder: &Path, receivers: &str, array: &str) -> Result<LoadedScene, SceneError> {
         fs::write(folder.join("array.csv"), array).unwrap();
         let path = folder.join("scene.toml");
@@ -159,7 +159,7 @@ mod tests {
         Scene::load(path)
     }
 
-    /// Returns a scene with the file between two other receivers.
+    /// The base scene with the file between two other receivers.
     fn load(array: &str) -> Result<LoadedScene, SceneError> {
         let folder = tempfile::tempdir().unwrap();
         let others = "[[receiver]]\nstandard = \"cpx\"\n[[receiver]]\nfile = \"array.csv\"\n[[receiver]]\n\
@@ -194,7 +194,7 @@ mod tests {
         let record = one.written_toml().unwrap();
         assert!(!record.contains("array.csv"), "{record}");
         assert_eq!(LoadedScene::recorded(&record, "record").unwrap().scene, one.scene);
-        // What a task takes along needs no file.
+        // A task is sent without the file.
         let given = one.given().unwrap().to_string();
         assert_eq!(Scene::from_str(&given, "task").unwrap().scene, one.scene);
         let named = format!("{BASE}[[receiver]]\nfile = \"array.csv\"\n");

@@ -1,4 +1,4 @@
-//! JSON Schema of a scene, put together from its keys, table by table.
+//! JSON Schema of a scene, assembled from its keys, table by table.
 
 use serde_json::{Map, Value, json};
 
@@ -8,15 +8,15 @@ use super::table::Kind;
 /// One table of a schema.
 #[derive(Clone, Debug)]
 pub(crate) struct Section<'a> {
-    /// Its path, such as `tyre.layers`; empty for the scene itself.
+    /// Path of the table, such as `tyre.layers`; empty for the scene itself.
     pub path: String,
     /// True if there may be several of it.
     pub repeated: bool,
-    /// Its own schema.
+    /// Schema of the table itself.
     pub schema: &'a Value,
 }
 
-/// Returns all tables of a schema, each before those in it; one whose keys depend on a word in it, once for each word.
+/// All tables of a schema, each before those within it; a table whose keys depend on a word in it once for each word.
 pub(crate) fn sections(schema: &Value) -> Vec<Section<'_>> {
     let mut sections = Vec::new();
     collect(String::new(), false, schema, &mut sections);
@@ -36,7 +36,7 @@ fn collect<'a>(path: String, repeated: bool, schema: &'a Value, sections: &mut V
     }
 }
 
-/// Returns a table of keys, each with what it means and whether it must be given; no others may stand in it.
+/// Schema of a table, each key with its description and whether it must be given; it accepts no other keys.
 pub(super) fn table<const COUNT: usize>(about: &str, keys: [(&str, &str, (Value, bool)); COUNT]) -> Value {
     let required: Vec<&str> = keys.iter().filter(|(_, _, (_, required))| *required).map(|(name, ..)| *name).collect();
     let described = |(name, about, (mut key, _)): (&str, &str, (Value, bool))| {
@@ -52,14 +52,14 @@ pub(super) fn table<const COUNT: usize>(about: &str, keys: [(&str, &str, (Value,
     })
 }
 
-/// Returns the schema of a key, and whether it must be given: where there is no default.
+/// Schema of a key, and whether it must be given, which is so without a default.
 pub(super) fn key<T>(kind: &impl Kind<Output = T>, default: Option<T>) -> (Value, bool) {
     let mut schema = kind.schema();
     if schema["title"].is_null() {
         schema["title"] = kind.wanted().into();
     }
     let written = default.as_ref().map(|default| kind.written(default));
-    // Tables tell their defaults key by key; nothing is not written as an empty array.
+    // Tables have the defaults of their keys; an absent list is not an empty array, which would be refused.
     if let Some(written) = written.filter(|written| !written.is_null() && !written.is_object() && *written != json!([]))
     {
         schema["default"] = written;
@@ -67,7 +67,7 @@ pub(super) fn key<T>(kind: &impl Kind<Output = T>, default: Option<T>) -> (Value
     (schema, default.is_none())
 }
 
-/// Returns a table that must have a word at a key to be this one.
+/// Schema of a table that is chosen by a word at the key `key`.
 pub(super) fn tagged(key: &str, word: &str, about: &str, mut table: Value) -> Value {
     table["properties"][key] = json!({ "const": word, "title": format!("\"{word}\""), "description": about });
     if let Some(required) = table["required"].as_array_mut() {
@@ -76,7 +76,7 @@ pub(super) fn tagged(key: &str, word: &str, about: &str, mut table: Value) -> Va
     table
 }
 
-/// Returns a comment of the documentation as one line of plain text.
+/// A doc comment as one line of plain text.
 fn plain(comment: &str) -> String {
     comment.trim().replace("  ", " ").replace("\\[", "[").replace("\\]", "]")
 }

@@ -1,4 +1,4 @@
-//! Settings from a command line, which stand in place of a scene's own.
+//! Settings from a command line, which replace those of a scene.
 
 use std::sync::Arc;
 
@@ -11,24 +11,24 @@ use super::{Problem, SceneError};
 use crate::storage::input::beginning;
 
 const TYRE: &str = "tyre";
-/// Keys that say what other keys a table has: one of any table, and one of `[contact]` with its default.
+/// Keys on which the other keys of a table depend: one in any table, and one in `[contact]` with its default.
 const KIND: &str = "kind";
 const ZONE: (&str, &str) = ("contact.zone", "slices");
-/// Letters of a setting in a message.
+/// Most letters of a setting that a message quotes.
 const MOST_TOLD: usize = 200;
-/// Most parts of a key: a scene's tables are not as deep.
+/// Most parts of a key: no table of a scene is as deep.
 const MOST_STEPS: usize = 16;
 const NOT_GIVEN: &str = "leave the setting out, or correct the key's name";
 const NO_PLACE: &str = "name a key of a table, or an item of an array that is there: receiver[0].height";
 
-/// A key of a scene and the value that it shall have; without a value the key is taken out.
+/// A key of a scene and its new value; without a value the key is removed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     key: String,
     steps: Vec<Step>,
-    /// The value as TOML, named after its key; empty where the key is unset.
+    /// The value as TOML, named after its key; empty to remove the key.
     source: Arc<Source>,
-    /// The value as given, where it is no TOML.
+    /// The value as given if it is not TOML.
     plain: Option<String>,
 }
 
@@ -41,10 +41,11 @@ enum Step {
 
 impl Setting {
     /// Parses a text such as `rolling.speed_kmh=110`, `receiver[0].height = 1.5` or `numerics.preset=draft`: items from
-    /// 0, values as in TOML; what is no TOML is taken as a text. `numerics.elements=` takes the key out of the scene.
+    /// 0, values as in TOML; a value that is not TOML is taken as text. `numerics.elements=` removes the key from the
+    /// scene.
     ///
     /// # Errors
-    /// In words, for a text without `=` and for a path that is none.
+    /// A message, for a text without `=` and for an invalid path.
     pub fn parse(text: &str) -> Result<Self, String> {
         let told = beginning(text, MOST_TOLD);
         let form = || format!("\"{told}\" is no setting: give it as KEY=VALUE, such as rolling.speed_kmh=110");
@@ -62,40 +63,40 @@ impl Setting {
         Ok(Self { steps, source: Arc::new(Source { name: format!("--set {key}"), text }), key, plain })
     }
 
-    /// Returns the key as given.
+    /// The key as given, such as `receiver[0].height`.
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// Returns the value as given, a text without its quotes.
+    /// The value as given, a text without its quotes.
     pub fn value(&self) -> &str {
         let text = self.plain.as_deref().unwrap_or(&self.source.text);
         text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text)
     }
 
-    /// Returns the value as given, where it is no TOML: a text without quotes.
+    /// The value as given if it is not TOML: a text without quotes.
     pub fn plain_text(&self) -> Option<&str> {
         self.plain.as_deref()
     }
 
-    /// Returns the tyre of a file.
+    /// The setting that names the file of a tyre.
     pub(super) fn tyre(file: &str) -> Self {
         let (key, text) = (TYRE.to_owned(), toml::Value::from(file).to_string());
         let source = Arc::new(Source { name: format!("--set {key}"), text });
         Self { steps: vec![Step::Key(key.clone())], key, source, plain: None }
     }
 
-    /// Tells whether it names the tyre as a whole, which may be a file.
+    /// True if it sets the tyre as a whole, which may be a file.
     pub(super) fn is_tyre(&self) -> bool {
         self.key == TYRE
     }
 
-    /// Tells whether it names the kind of a table, which says what other keys there are.
+    /// True if it sets the kind of a table, on which the table's other keys depend.
     pub(super) fn is_kind(&self) -> bool {
         self.key == ZONE.0 || self.key.rsplit_once('.').is_some_and(|(_, key)| key == KIND)
     }
 
-    /// Takes the keys out of a table that is to be of another kind: they belong to the one that it was.
+    /// Clears a table that changes its kind: its keys belong to the former kind.
     fn begin_anew<'a>(&'a self, value: &DeValue<'a>, root: &mut DeTable<'a>, document: &mut Document) {
         let Some((table, key)) = self.key.split_once('.').filter(|_| self.is_kind()) else { return };
         let Some(DeValue::Table(entries)) = root.get_mut(table).map(Spanned::get_mut) else { return };
@@ -107,12 +108,12 @@ impl Setting {
         }
     }
 
-    /// Puts the value into a scene's tree and notes its place; tables on the way are made where they are missing. A key
-    /// without a value is taken out.
+    /// Puts the value into a scene's tree and records its place; missing tables on the path are made. A key without a
+    /// value is removed.
     ///
     /// # Errors
-    /// [`SceneError::Invalid`] where the path leads through something that is no table, or to an item that is not
-    /// there, or a key that is to be taken out is not there.
+    /// [`SceneError::Invalid`] if the path leads through something that is not a table, or to an item that does not
+    /// exist, or if a key to be removed does not exist.
     pub(super) fn apply<'a>(&'a self, root: &mut DeTable<'a>, document: &mut Document) -> Result<(), SceneError> {
         let invalid = |problem| {
             let span = 0..self.source.text.len();
@@ -138,7 +139,7 @@ impl Setting {
     }
 }
 
-/// Returns the steps of a path; `None` for one that is empty somewhere.
+/// Splits a path into its steps; `None` if a part is empty or an index is not a number.
 fn steps(key: &str) -> Option<Vec<Step>> {
     let mut steps = Vec::new();
     for part in key.split('.') {
@@ -152,7 +153,8 @@ fn steps(key: &str) -> Option<Vec<Step>> {
     Some(steps)
 }
 
-/// Tells where a path leads to, in a tree of tables and arrays. The last key, and tables on the way, are made.
+/// The value that a path leads to, in a tree of tables and arrays. Its last key, and tables on the path, are made if
+/// missing; `None` for a path through anything else.
 fn place<'t, 'a>(root: &'t mut DeTable<'a>, steps: &'a [Step]) -> Option<&'t mut Spanned<DeValue<'a>>> {
     let (Step::Key(first), rest) = steps.split_first()? else { return None };
     let made = || Spanned::new(0..0, DeValue::Table(DeTable::new()));
@@ -168,7 +170,7 @@ fn place<'t, 'a>(root: &'t mut DeTable<'a>, steps: &'a [Step]) -> Option<&'t mut
     Some(at)
 }
 
-/// Takes the key at the end of a path out of its table; tells whether it was there.
+/// Removes the key at the end of a path from its table; false if it did not exist.
 fn remove(root: &mut DeTable<'_>, steps: &[Step]) -> bool {
     let Some((Step::Key(last), path)) = steps.split_last() else { return false };
     let mut steps = path.iter();

@@ -1,4 +1,4 @@
-//! Reads a TOML table key by key and knows at the end which keys were not asked for.
+//! Reads a TOML table key by key and reports the keys that were not asked for.
 
 use serde::Serialize;
 use serde_json::{Value as Json, json};
@@ -8,9 +8,9 @@ use super::Problem;
 use super::document::{Complaints, join};
 use super::problem::nearest;
 
-/// Kind of a value at a key.
+/// Kind of a value at a key: how it is read, described and written.
 pub(super) trait Kind {
-    /// Type that it is read as.
+    /// Type of a value that was read.
     type Output: Serialize;
 
     /// Describes the wanted value, in words that continue "write ...".
@@ -19,10 +19,10 @@ pub(super) trait Kind {
     /// Reads it, or complains and returns `None`.
     fn read(&self, value: &Value<'_>) -> Option<Self::Output>;
 
-    /// Returns the same as a JSON Schema.
+    /// JSON Schema of the accepted values.
     fn schema(&self) -> Json;
 
-    /// Tells how a value that was read is written; null for what is left out.
+    /// A value as JSON, in the form in which it is read; null if it is left out.
     fn written(&self, output: &Self::Output) -> Json {
         json!(output)
     }
@@ -36,18 +36,17 @@ pub(super) struct Value<'a> {
 }
 
 impl<'a> Value<'a> {
-    /// Returns the value as parsed.
     pub(super) fn get(&self) -> &'a DeValue<'a> {
         self.value
     }
 
-    /// Complains about this value; `None`, to be returned by the reader.
+    /// Complains about this value; returns `None` for the reader to return.
     pub(super) fn complain<T>(&self, problem: Problem) -> Option<T> {
         self.complaints.add(&self.key, problem);
         None
     }
 
-    /// Complains that something else has to stand here.
+    /// Complains that a value of another type is expected here.
     pub(super) fn wrong_type<T>(&self, kind: &impl Kind) -> Option<T> {
         let found = match self.value {
             DeValue::String(text) => format!("the text \"{text}\""),
@@ -61,12 +60,12 @@ impl<'a> Value<'a> {
         self.complain(Problem::new(format!("{found} cannot stand here"), format!("write {}", kind.wanted())))
     }
 
-    /// Returns by how much the value may lie outside what is plausible.
+    /// Factor by which the value may lie outside its plausible range.
     pub(super) fn slack(&self) -> f64 {
         self.complaints.slack
     }
 
-    /// Returns an array of at least one item, each of a kind.
+    /// Reads an array of at least one item, each of the kind `kind`; complains as `array` otherwise.
     pub(super) fn each<K: Kind>(&self, kind: &K, array: &impl Kind) -> Option<Vec<K::Output>> {
         let Some(items) = self.items() else { return self.wrong_type(array) };
         if items.is_empty() {
@@ -77,7 +76,7 @@ impl<'a> Value<'a> {
         items.into_iter().collect()
     }
 
-    /// Returns the items of an array; `None` for anything else, without a complaint.
+    /// The items of an array; `None` for anything else, without a complaint.
     pub(super) fn items(&self) -> Option<Vec<Value<'a>>> {
         let items = self.value.as_array()?;
         let item = |(number, item): (usize, &'a toml::Spanned<DeValue<'a>>)| Value {
@@ -93,19 +92,19 @@ impl<'a> Value<'a> {
 pub(super) struct Table<'a> {
     complaints: &'a Complaints<'a>,
     key: String,
-    /// The table in words, for complaints.
+    /// Description of the table, for complaints.
     title: &'static str,
     entries: &'a DeTable<'a>,
     /// Keys asked for so far.
     known: Vec<&'static str>,
-    /// Keys that are not read, since they mean nothing here or their meaning is not known.
+    /// Keys that are not read, since they have no meaning here or their meaning is not known.
     refused: Vec<&'static str>,
     /// True if keys that are not asked for are left alone.
     lenient: bool,
 }
 
 impl<'a> Table<'a> {
-    /// Returns the table at a key path; "" is the document.
+    /// A table at a key path; "" is the whole file.
     pub(super) fn new(
         complaints: &'a Complaints<'a>,
         key: String,
@@ -115,27 +114,27 @@ impl<'a> Table<'a> {
         Self { complaints, key, title, entries, known: Vec::new(), refused: Vec::new(), lenient: false }
     }
 
-    /// Returns the value at a key, if given and not refused.
+    /// The value at a key, if given and not refused; the key counts as known.
     pub(super) fn take(&mut self, key: &'static str) -> Option<Value<'a>> {
         self.known.push(key);
         let value = self.entries.get(key).filter(|_| !self.refused.contains(&key))?;
         Some(Value { complaints: self.complaints, key: join(&self.key, key), value: value.get_ref() })
     }
 
-    /// Looks at a key, before or after it is read: the inner `None` where it is not given, the outer one where what
-    /// stands there is wrong, without a complaint.
+    /// Reads a key without complaints, before or after it is read properly: the inner `None` if it is not given, the
+    /// outer one if its value is wrong.
     pub(super) fn peek<K: Kind>(&self, key: &str, kind: &K) -> Option<Option<K::Output>> {
         let Some(value) = self.entries.get(key) else { return Some(None) };
         let unheard = self.complaints.unheard();
         kind.read(&Value { complaints: &unheard, key: join(&self.key, key), value: value.get_ref() }).map(Some)
     }
 
-    /// Tells whether a key within this table is in the file, as a path such as `layers[0].tension`.
+    /// True if a key within this table is in the file, as a path such as `layers[0].tension`.
     pub(super) fn gives(&self, path: &str) -> bool {
         self.complaints.gives(&self.path(path))
     }
 
-    /// Complains about a length that is not below another one of the table, in words; `None` then.
+    /// Complains if a length is not below another one of the table, described by `name`; `None` after a complaint.
     pub(super) fn below(&self, key: &str, other: &str, kind: &impl Kind<Output = f64>, name: &str) -> Option<()> {
         match (self.peek(key, kind), self.peek(other, kind)) {
             (Some(Some(value)), Some(Some(limit))) if value >= limit => {
@@ -145,17 +144,16 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Returns by how much values may lie outside what is plausible.
+    /// Factor by which values may lie outside their plausible range.
     pub(super) fn slack(&self) -> f64 {
         self.complaints.slack
     }
 
-    /// Tells whether a key is given.
     pub(super) fn has(&self, key: &str) -> bool {
         self.entries.contains_key(key)
     }
 
-    /// Returns the value at a key that must be given; `None` after a complaint.
+    /// Reads a key that must be given; `None` after a complaint.
     pub(super) fn required<K: Kind>(&mut self, key: &'static str, kind: &K) -> Option<K::Output> {
         match self.take(key) {
             Some(value) => kind.read(&value),
@@ -163,12 +161,12 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Complains about a key that must be given and is not; `None`, to be returned by the reader.
+    /// Complains that a key must be given; returns `None` for the reader to return.
     pub(super) fn complain_of_missing<T>(&self, key: &'static str, kind: &impl Kind) -> Option<T> {
         self.complain(key, Problem::missing(&kind.wanted()))
     }
 
-    /// Returns the value at a key or the default; `None` after a complaint.
+    /// Reads a key that has a default; `None` after a complaint.
     pub(super) fn or<K: Kind>(&mut self, key: &'static str, kind: &K, default: K::Output) -> Option<K::Output> {
         match self.take(key) {
             Some(value) => kind.read(&value),
@@ -176,7 +174,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Complains about each of these keys that is given: they mean nothing with `owner`, and are read no more.
+    /// Complains about each of these keys that is given: they have no meaning with `owner`, and are not read.
     pub(super) fn refuse(&mut self, keys: &[&'static str], owner: &str, right: &'static str) {
         for key in keys.iter().filter(|key| self.has(key)) {
             self.complain::<()>(key, Problem::does_not_belong(owner, right));
@@ -184,23 +182,23 @@ impl<'a> Table<'a> {
         self.pass(keys);
     }
 
-    /// Leaves keys unread, whatever stands there.
+    /// Leaves keys unread, without complaints.
     pub(super) fn pass(&mut self, keys: &[&'static str]) {
         self.refused.extend(keys);
     }
 
-    /// Leaves keys that are not asked for alone: the key that decides about them is itself wrong.
+    /// Accepts unknown keys from now on: the key that decides which there are is itself wrong.
     pub(super) fn be_lenient(&mut self) {
         self.lenient = true;
     }
 
-    /// Gives the table a narrower name once more is known about it.
+    /// Changes the description of the table, once more is known about it.
     pub(super) fn rename(&mut self, title: &'static str) {
         self.title = title;
     }
 
-    /// Complains about a key of this table, or a path within it such as `levels[2]`; `None`, to be returned by the
-    /// reader.
+    /// Complains about a key of this table, or a path within it such as `levels[2]`; returns `None` for the reader to
+    /// return.
     pub(super) fn complain<T>(&self, key: &str, problem: Problem) -> Option<T> {
         self.complaints.add(&self.path(key), problem);
         None
@@ -211,19 +209,19 @@ impl<'a> Table<'a> {
         format!("{}{dot}{key}", self.key)
     }
 
-    /// Returns all keys that the table has, read or refused.
+    /// All keys that the table knows, read or refused.
     fn keys(&self) -> Vec<&'static str> {
         let refused = self.refused.iter().filter(|key| !self.known.contains(key));
         self.known.iter().chain(refused).copied().collect()
     }
 
-    /// Complains about the table itself; `None`, to be returned by the reader.
+    /// Complains about the table itself; returns `None` for the reader to return.
     pub(super) fn complain_here<T>(&self, problem: Problem) -> Option<T> {
         self.complaints.add(&self.key, problem);
         None
     }
 
-    /// Tells whether keys are given that were not asked for so far.
+    /// True if keys are given that were not asked for so far.
     pub(super) fn has_unknown(&self) -> bool {
         let known = self.keys();
         self.entries.keys().any(|key| !known.contains(&key.get_ref().as_ref()))
@@ -235,7 +233,7 @@ impl<'a> Table<'a> {
             return;
         }
         let known = self.keys();
-        // A key that is already given cannot be the one that was meant.
+        // A key that is given itself cannot have been meant by a misspelt one.
         let free: Vec<_> = known.iter().copied().filter(|known| !self.has(known)).collect();
         for key in self.entries.keys().map(|key| key.get_ref().as_ref()).filter(|key| !known.contains(key)) {
             let problem = || Problem::unknown_key(self.title, nearest(key, &free), &known);
@@ -244,15 +242,15 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Returns the schema of an array of at least one item of a kind.
+/// Schema of an array of at least one item of a kind.
 pub(super) fn array(kind: &impl Kind) -> Json {
     json!({ "type": "array", "items": kind.schema(), "minItems": 1 })
 }
 
-/// A table within a table.
+/// A table within a table: how it is described and read.
 #[derive(Debug)]
 pub(super) struct Nested<T> {
-    /// The table in words, for complaints.
+    /// Description of the table, for complaints.
     pub(super) title: &'static str,
     /// Description of the wanted value.
     pub(super) wanted: &'static str,

@@ -1,25 +1,25 @@
-//! Consistency of a tread's pattern with its tyre.
+//! Consistency of a tread pattern with its tyre.
 
 use super::problem::{Problem, short};
 use super::sizes::MOST_GROOVES_ACROSS;
 use super::table::Table;
 use super::{Groove, LateralGroove, Pitches, Scene, Switch, TreadPattern, Tyre};
 
-/// Part by which the pitches' lengths may miss the circumference.
+/// Largest relative difference between the pitches' total length and the circumference.
 const OFF: f64 = 0.1;
-/// Rubber under a groove, at least \[m\].
+/// Least thickness of rubber under a groove \[m\].
 const UNDER_GROOVE: f64 = 1e-3;
-/// Rounding of lengths \[m\].
+/// Tolerance of comparisons of lengths, for rounding \[m\].
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the depth of the deepest groove of a tyre's tread \[m\].
+/// Greatest possible depth of a groove in a tyre's tread \[m\].
 pub(crate) fn deepest_groove(tyre: &Tyre) -> f64 {
     let most = tyre.layers.last().map_or(f64::INFINITY, |tread| tread.thickness) - UNDER_GROOVE;
-    // As it is told.
+    // Rounded as it is reported in messages.
     (1e6 * most).round() / 1e6 + ROUNDING
 }
 
-/// Complains about grooves across that are as wide as a pitch, or too many; `None` then.
+/// Refuses grooves across that are as wide as a pitch, or too many; `None` after a complaint.
 fn across(pattern: &TreadPattern, around: f64, table: &Table<'_>) -> Option<()> {
     let (count, shortest) = match &pattern.pitches {
         None => return Some(()),
@@ -45,7 +45,7 @@ fn across(pattern: &TreadPattern, around: f64, table: &Table<'_>) -> Option<()> 
     table.complain(&key, Problem::new(wrong, "a groove that leaves some of each pitch solid"))
 }
 
-/// Complains about a pattern that does not fit the tyre; `None` then.
+/// Refuses a pattern that does not fit the tyre; `None` after a complaint.
 pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let complain = |key: &str, wrong: String, right: &str| {
         table.complain::<()>(key, Problem::new(wrong, right));

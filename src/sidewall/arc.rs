@@ -1,16 +1,16 @@
-//! Measures of a sidewall.
+//! Dimensions and properties of a sidewall.
 
 use super::relaxation::Relaxation;
 
 /// One sidewall as an arc from bead to belt. At rest under pressure, over a straight axis, it would be circular; its
-/// ends and its length are those of that arc, whatever the shape that pressure and rotation give it.
+/// ends and its length are those of that arc, whatever shape pressure and rotation give it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arc {
     /// Radius r of the arc \[m\].
     pub radius: f64,
     /// Half its angle, phi \[rad\].
     pub angle: f64,
-    /// Pressure p above that outside \[Pa\].
+    /// Inflation pressure p over that outside \[Pa\].
     pub pressure: f64,
     /// Mass per area \[kg/m^2\].
     pub mass: f64,
@@ -20,7 +20,8 @@ pub struct Arc {
     pub hoop: f64,
     /// Radius R_b of the belt's edge \[m\].
     pub edge_radius: f64,
-    /// Angular velocity, positive towards the waves exp(i n theta) of growing theta \[rad/s\].
+    /// Angular velocity \[rad/s\]; positive where it moves with growing theta, the direction of the waves exp(i n
+    /// theta).
     pub angular_velocity: f64,
     /// Losses, of tension, pressure and stiffness alike.
     pub relaxation: Relaxation,
@@ -30,12 +31,12 @@ impl Arc {
     /// Hoop over shear stiffness of rubber across inextensible cords: without a strain along them it is 4 G t.
     pub const HOOP_OVER_SHEAR: f64 = 4.0;
 
-    /// Returns the length of the arc from bead to belt \[m\].
+    /// Length from bead to belt \[m\].
     pub fn length(&self) -> f64 {
         2.0 * self.radius * self.angle
     }
 
-    /// Returns the radius of the bead \[m\]; a sidewall needs a positive one.
+    /// Radius of the bead \[m\]; a sidewall needs a positive one.
     pub fn bead_radius(&self) -> f64 {
         self.edge_radius - 2.0 * self.radius * self.angle.sin()
     }

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 use super::{Arc, Relaxation, Sidewall};
 
-/// Steps along an arc at most: those of waves ten times shorter than any that matter.
+/// Most steps along an arc: they serve waves ten times shorter than any of interest.
 const MOST_STEPS: f64 = 1e5;
 
 /// A sidewall of a file.
@@ -33,12 +33,11 @@ pub(crate) struct SidewallEntry {
 }
 
 impl SidewallEntry {
-    /// Returns its name.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// Returns the sidewall, or the fault of its numbers with the remedy.
+    /// The sidewall, or an error with its remedy.
     pub(crate) fn sidewall(self) -> Result<Sidewall, &'static str> {
         let Self { radius, angle, pressure, mass, shear, edge_radius, omega, relaxation, .. } = self;
         let positive = |value: f64| value > 0.0 && value.is_finite();
@@ -71,7 +70,7 @@ impl SidewallEntry {
     }
 }
 
-/// Returns K of a case, each entry \[re, im\], or the fault of the case.
+/// K of a case, each entry \[re, im\], or an error.
 pub(crate) fn answer(sidewall: &Sidewall, n: i64, s: Complex64) -> Result<[[[f64; 2]; 2]; 2], &'static str> {
     let steps = sidewall.reference_steps(n, s);
     if steps.is_nan() || steps > MOST_STEPS {

@@ -31,18 +31,18 @@ use super::arc::Arc;
 use super::meridian::{EdgeStatics, Point};
 use crate::numeric::ComplexField;
 
-/// Impedance at the belt's edge: forces per metre of edge by its motion \[N/m^2\], of one sidewall.
+/// Impedance of one sidewall at the belt's edge: forces per metre of edge by its motion \[N/m^2\].
 ///
 /// With v = -i V: radial force P = ww w + i wV v, circumferential force q = -i wV w + VV v.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeImpedance<T = Complex64> {
-    /// Radial force by radial motion.
+    /// ww: radial force by radial motion.
     pub radial: T,
-    /// Radial force by V, and circumferential force by w.
+    /// wV: radial force by V, and circumferential force by w.
     pub coupling: T,
-    /// Circumferential force by V.
+    /// VV: circumferential force by V.
     pub circumferential: T,
-    /// Lateral force by lateral motion alone.
+    /// K_qq: lateral force by lateral motion alone.
     pub lateral: T,
 }
 
@@ -60,17 +60,19 @@ pub(super) struct Wave<T> {
 /// largest entry of K.
 pub(super) const STEP: f64 = 1.0;
 pub(super) const FINE_STEP: f64 = 0.2;
-/// Fewest steps along an arc. They serve a car's sidewall up to 1.9 kHz: K is there as smooth in s as it is.
+/// Fewest steps along an arc. They serve a car's sidewall up to 1.9 kHz: with a fixed number of steps K is smooth in
+/// s.
 pub(super) const FEWEST_STEPS: usize = 32;
 
-/// Returns the wavenumber along the arc to which steps are fitted \[1/m\].
+/// Wavenumber along the arc on which the number of steps depends \[1/m\]: inertial, or n round the bead.
 pub(super) fn wavenumber(arc: &Arc, n: f64, s: Complex64) -> f64 {
     let along = ((arc.mass * arc.radius / arc.pressure) * s.norm_sqr() + 2.0).sqrt() / arc.radius;
     along.max(n.abs() / arc.bead_radius())
 }
 
-/// Units in which states are of one size.
+/// Units in which the six states are of equal size.
 struct Units {
+    /// Unit of each state, (t, u, V, Tt, Tn, Tv).
     states: [f64; 6],
     /// Ratios of the unit of the state in the column to that in the row.
     ratios: Matrix<f64, 6>,
@@ -85,7 +87,7 @@ impl Units {
     }
 }
 
-/// Coefficients of the equations for an arc and a wave that are the same all along it.
+/// Coefficients of a wave's equations that do not vary along the arc.
 struct Equations<T> {
     n: T,
     /// n f, f.
@@ -120,14 +122,14 @@ impl<T: ComplexField> Equations<T> {
         }
     }
 
-    /// Returns the derivative of (t, u, V, Tt, Tn, Tv) along the arc, over units.
+    /// Matrix of d/dt of (t, u, V, Tt, Tn, Tv) along the arc, in the given units.
     #[inline(always)]
     fn system(&self, point: &Point, units: &Units) -> Matrix<T, 6> {
         let Self { n, lossy_n, loss, over_loss, inertia, coriolis, spin, pressure, shear, hoop } = *self;
         let Point { radius, sine, cosine, curvature, tension, pressed } = *point;
         let zero = n.like(0.0);
         let over = 1.0 / (radius * (tension + shear));
-        // Shares of shear and tension in the slope of V.
+        // Fractions of shear and tension in the slope of V.
         let (sheared, held) = (shear * over, tension * over);
         let flexible = over_loss * (1.0 / (radius * tension));
         let stretch = hoop / radius;
@@ -173,7 +175,7 @@ impl<T: ComplexField> Equations<T> {
     }
 }
 
-/// Returns K of a wave over the arc's points, three in each of equal steps. `widest`: the wave of the largest |n| among
+/// K of a wave; `points`: three of each step, all steps equally long. `widest`: the wave of the largest |n| among
 /// those in lockstep, for the exponentials' scale.
 #[inline(always)]
 pub(super) fn edge_impedance<T: ComplexField>(
@@ -186,7 +188,7 @@ pub(super) fn edge_impedance<T: ComplexField>(
     edge_response::<T, 0>(arc, edge, points, &vec![[]; points.len()], wave, widest).0
 }
 
-/// Returns the same, and K sums of the arc's motion by w and V of the edge; `sums` has the weights of t and u in them,
+/// As [`edge_impedance`], and K sums of the arc's motion by w and V of the edge; `sums` has their weights of t and u
 /// at the end of each step.
 #[inline(always)]
 pub(super) fn edge_response<T: ComplexField, const K: usize>(
@@ -204,6 +206,7 @@ pub(super) fn edge_response<T: ComplexField, const K: usize>(
     let zero = wave.n.like(0.0);
     let mut compliance = [[zero; 3]; 3];
     let mut by_force = [[zero; 3]; K];
+    // 1. Y and the sums by force, step by step from the bead.
     for ([first, middle, last], weights) in points.iter().zip(sums) {
         let first = equations.system(first, &units);
         let middle = equations.system(middle, &units);
@@ -220,6 +223,7 @@ pub(super) fn edge_response<T: ComplexField, const K: usize>(
             *sum = next;
         }
     }
+    // 2. At the edge: Y^-1 turns the sums by force into sums by motion.
     let impedance = inverse(&compliance);
     let (sine, cosine) = edge.angle.sin_cos();
     let mut by_edge = [[zero; 2]; K];
@@ -231,7 +235,7 @@ pub(super) fn edge_response<T: ComplexField, const K: usize>(
     (at_edge(arc, edge, &impedance, &units), by_edge)
 }
 
-/// Returns a row times a matrix.
+/// Row vector times matrix.
 #[inline(always)]
 fn over<T: ComplexField>(row: &[T; 3], matrix: &Matrix<T, 3>) -> [T; 3] {
     let mut result = *row;
@@ -241,7 +245,7 @@ fn over<T: ComplexField>(row: &[T; 3], matrix: &Matrix<T, 3>) -> [T; 3] {
     result
 }
 
-/// Returns the squarings that the exponentials need.
+/// Squarings after which the exponents of all steps are below 1 in the row-sum norm; taken at both ends of the arc.
 fn squarings(arc: &Arc, points: &[[Point; 3]], widest: &Wave<Complex64>, units: &Units, step: f64) -> u32 {
     let equations = Equations::new(arc, widest);
     let norm = |point: &Point| {
@@ -250,13 +254,13 @@ fn squarings(arc: &Arc, points: &[[Point; 3]], widest: &Wave<Complex64>, units: 
     };
     let [first, .., last] = points else { return 0 };
     let largest = step * norm(&first[0]).max(norm(&last[2]));
-    // What is no number stays none.
+    // NaN gives none and passes into the result; 60 bounds infinity.
     if largest > 1.0 { largest.log2().ceil().min(60.0) as u32 } else { 0 }
 }
 
-// Loops and functions that are inlined by force, no closures: the vector instructions of the lanes end at a call.
+// Loops and functions that are inlined by force, no closures: the vector code of the lanes ends at a call.
 
-/// Returns the exponent of a step by its three points: Magnus' expansion of sixth order.
+/// Exponent of a step from its three points: Magnus' expansion of sixth order.
 #[inline(always)]
 fn expansion<T: ComplexField>(
     first: &Matrix<T, 6>,
@@ -264,6 +268,7 @@ fn expansion<T: ComplexField>(
     last: &Matrix<T, 6>,
     step: f64,
 ) -> Matrix<T, 6> {
+    // In the paper's terms: alpha_1, alpha_2, alpha_3 are mean, slope and bend.
     let slope = 15.0_f64.sqrt() / 3.0 * step;
     let bend = 10.0 / 3.0 * step;
     let mean = scaled(middle, step);
@@ -276,7 +281,7 @@ fn expansion<T: ComplexField>(
     plus(&plus(&mean, 1.0 / 12.0, &bend), 1.0 / 240.0, &c3)
 }
 
-/// Returns exp of a matrix: twelve terms of its series at a 2^-k of it, squared k times.
+/// exp of a matrix: the series up to the power 12 at 2^-k of it, squared k times.
 #[inline(always)]
 fn exponential<T: ComplexField>(matrix: &Matrix<T, 6>, squarings: u32) -> Matrix<T, 6> {
     let one = scaled(matrix, 0.5_f64.powi(squarings as i32));
@@ -292,7 +297,7 @@ fn exponential<T: ComplexField>(matrix: &Matrix<T, 6>, squarings: u32) -> Matrix
     result
 }
 
-/// Returns the terms k, k + 1, ... k + 3 of the series over the matrix to the k.
+/// Terms k, ..., k + 3 of the exponential series, divided by the matrix to the power k.
 #[inline(always)]
 fn terms<T: ComplexField>(k: u32, one: &Matrix<T, 6>, two: &Matrix<T, 6>, three: &Matrix<T, 6>) -> Matrix<T, 6> {
     let mut sum = scaled(one, inverse_factorial(k + 1));
@@ -308,14 +313,14 @@ fn inverse_factorial(k: u32) -> f64 {
     (1..=k).map(|j| 1.0 / f64::from(j)).product()
 }
 
-/// Returns Y <- (E11 Y + E12) M, and M = (E21 Y + E22)^-1.
+/// Y after a step E, (E11 Y + E12) M, and M = (E21 Y + E22)^-1.
 #[inline(always)]
 fn handed_on<T: ComplexField>(moved: &Matrix<T, 6>, compliance: &Matrix<T, 3>) -> (Matrix<T, 3>, Matrix<T, 3>) {
     let before = inverse(&half(moved, 3, compliance));
     (product(&half(moved, 0, compliance), &before), before)
 }
 
-/// Returns three rows of the step on (Y, 1).
+/// Three rows of the step, from row `from` on, times (Y, 1).
 #[inline(always)]
 fn half<T: ComplexField>(moved: &Matrix<T, 6>, from: usize, compliance: &Matrix<T, 3>) -> Matrix<T, 3> {
     let mut sum = *compliance;
@@ -331,7 +336,7 @@ fn half<T: ComplexField>(moved: &Matrix<T, 6>, from: usize, compliance: &Matrix<
     sum
 }
 
-/// Returns K from the impedance over units at the belt's edge.
+/// K from the impedance in units at the belt's edge.
 #[inline(always)]
 fn at_edge<T: ComplexField>(arc: &Arc, edge: &EdgeStatics, scaled: &Matrix<T, 3>, units: &Units) -> EdgeImpedance<T> {
     let (sine, cosine) = edge.angle.sin_cos();
@@ -343,7 +348,7 @@ fn at_edge<T: ComplexField>(arc: &Arc, edge: &EdgeStatics, scaled: &Matrix<T, 3>
     }
     let [[tt, tu, tv], [ut, uu, uv], [vt, vu, circumferential]] = entries;
     let radial = tt * (cosine * cosine) + uu * (sine * sine) + (tu + ut) * (sine * cosine);
-    // Both halves are equal but for rounding.
+    // Equal but for rounding: the mean of both.
     let coupling = (tv + vt) * (0.5 * cosine) + (uv + vu) * (0.5 * sine);
     let lateral = tt * (sine * sine) + uu * (cosine * cosine) + (tu + ut) * (-sine * cosine);
     EdgeImpedance { radial, coupling, circumferential, lateral }
@@ -369,7 +374,7 @@ fn commutator<T: ComplexField>(a: &Matrix<T, 6>, b: &Matrix<T, 6>) -> Matrix<T, 
     plus(&product(a, b), -1.0, &product(b, a))
 }
 
-/// Returns a + factor b.
+/// a + factor b.
 #[inline(always)]
 fn plus<T: ComplexField>(a: &Matrix<T, 6>, factor: f64, b: &Matrix<T, 6>) -> Matrix<T, 6> {
     let mut sum = *a;
@@ -392,7 +397,7 @@ fn scaled<T: ComplexField>(a: &Matrix<T, 6>, factor: f64) -> Matrix<T, 6> {
     result
 }
 
-/// Returns a^-1 by cofactors; a singular one gives non-finite entries.
+/// a^-1 by cofactors; a singular matrix gives entries that are not finite.
 #[inline(always)]
 fn inverse<T: ComplexField>(a: &Matrix<T, 3>) -> Matrix<T, 3> {
     let first = minor(a, 0, 0);
@@ -406,7 +411,6 @@ fn inverse<T: ComplexField>(a: &Matrix<T, 3>) -> Matrix<T, 3> {
     result
 }
 
-/// Returns the cofactor of an entry.
 #[inline(always)]
 fn minor<T: ComplexField>(a: &Matrix<T, 3>, i: usize, j: usize) -> T {
     let [r, s] = [(i + 1) % 3, (i + 2) % 3];

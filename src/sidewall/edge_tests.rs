@@ -2,7 +2,7 @@ use super::*;
 use crate::numeric::SplitRule;
 use crate::sidewall::{Meridian, Pieces, Relaxation, Sidewall};
 
-/// Returns the sidewall of the reference values, without losses.
+/// The sidewall of the reference values, without losses.
 fn arc() -> Arc {
     Arc {
         radius: 0.055,
@@ -21,13 +21,12 @@ fn wave(arc: &Arc, n: f64, s: Complex64) -> Wave<Complex64> {
     Wave { n: n.into(), s, loss: arc.relaxation.at(s) }
 }
 
-/// Computes the states at the edge, and the integral of u R along the arc as a seventh one, for unit forces at the
-/// bead: columns.
+/// States at the edge, and the integral of u R along the arc as a seventh one, for unit forces at the bead: columns.
 fn states(arc: &Arc, points: &[[Point; 3]], wave: &Wave<Complex64>) -> [[Complex64; 7]; 3] {
     states_and(arc, points, wave, |point| point.radius)
 }
 
-/// Returns the same with the integral of u times any function.
+/// As [`states`], with the integral of u times any function.
 fn states_and(
     arc: &Arc,
     points: &[[Point; 3]],
@@ -74,7 +73,7 @@ fn states_and(
     })
 }
 
-/// Computes the forces at the bead that move the edge by (t, u, V).
+/// Forces at the bead that move the edge by (t, u, V).
 fn forces(states: &[[Complex64; 7]; 3], motion: [Complex64; 3]) -> [Complex64; 3] {
     let matrix: Matrix<Complex64, 3> = std::array::from_fn(|row| std::array::from_fn(|column| states[column][row]));
     let inverse = inverse(&matrix);

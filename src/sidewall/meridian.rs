@@ -8,30 +8,30 @@
 //! ```
 //!
 //! the ends and the length are those of a circular arc of the radius r and the angle 2 phi. N(0) and a(0) are found by
-//! Newton's method, from p r and -phi; where that fails, by way of larger edges and slower rotations. The cords do not
-//! stretch.
+//! Newton's method, from p r and -phi; where that fails, by continuation from larger edges and slower rotations. The
+//! cords do not stretch.
 
 use std::f64::consts::PI;
 
 use super::arc::Arc;
 
-/// Steps of the Runge-Kutta method of fourth order along the whole arc, at least: errors of some 1e-10.
+/// Least number of steps of the fourth-order Runge-Kutta method along the whole arc: errors of some 1e-10.
 const STEPS: usize = 256;
 /// Most steps of Newton's method.
 const ITERATIONS: usize = 30;
-/// Miss of an end that is none, over the length.
+/// Distance of the arc's end from the edge that counts as none, over the length.
 const TOLERANCE: f64 = 1e-13;
-/// A miss at which the method counts as converged where rounding keeps it from less: this, or so many units in the last
-/// place of the radius.
+/// A distance at which the iteration counts as converged where rounding keeps it from falling further: this, or so
+/// many units in the last place of the radius.
 const ROUNDED: f64 = 1e-11;
 const LAST_PLACES: f64 = 64.0;
-/// Slower rotations on the way to one that is not found at once.
+/// Steps of the continuation.
 const STAGES: usize = 16;
 
-/// R, y, a, R N.
+/// R, y, a, R N along the arc.
 type State = [f64; 4];
 
-/// A place on the meridian.
+/// State of the meridian at one z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point {
     /// Radius R \[m\].
@@ -47,21 +47,21 @@ pub(super) struct Point {
     pub(super) pressed: f64,
 }
 
-/// Tension and angle of the meridian at its ends, for what the belt feels.
+/// Tension and angle of the meridian at its ends, which act on bead and belt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeStatics {
-    /// Angle of the arc at the bead \[rad\].
+    /// Angle a_0 of the arc at the bead \[rad\].
     pub bead_angle: f64,
-    /// Tension there \[N/m\].
+    /// Tension at the bead \[N/m\].
     pub bead_tension: f64,
-    /// Angle at the belt, a_b \[rad\].
+    /// Angle a_b at the belt \[rad\].
     pub angle: f64,
-    /// Tension there, N_b \[N/m\].
+    /// Tension N_b at the belt \[N/m\].
     pub tension: f64,
 }
 
 impl EdgeStatics {
-    /// Returns the force per length by which the sidewall pulls the belt's edge inwards, N_b cos a_b \[N/m\].
+    /// Force per length by which the sidewall pulls the belt's edge inwards, N_b cos a_b \[N/m\].
     pub fn pull(&self) -> f64 {
         self.tension * self.angle.cos()
     }
@@ -93,7 +93,7 @@ impl Load {
         (self.pressure + self.spin * radius * sine) / tension
     }
 
-    /// Goes on along the arc.
+    /// State after a further length of the arc, by fourth-order Runge-Kutta steps.
     fn advanced(&self, mut state: State, length: f64, steps: usize) -> State {
         let h = length / steps as f64;
         let moved = |state: &State, by: f64, slope: &State| -> State {
@@ -110,7 +110,7 @@ impl Load {
         state
     }
 
-    /// Returns N(0) and a(0) of the arc that ends at the belt's edge; `None` where Newton's method does not find them.
+    /// N(0) and a(0) of the arc that ends at the belt's edge; `None` where Newton's method does not find them.
     fn found(&self, arc: &Arc, start: [f64; 2]) -> Option<[f64; 2]> {
         let (bead, length) = (arc.bead_radius(), arc.length());
         let rounded = ROUNDED.max(LAST_PLACES * f64::EPSILON * arc.edge_radius / length);
@@ -139,6 +139,7 @@ impl Load {
             if !(then[0].is_finite() && then[1].is_finite() && next[0] > 0.0) {
                 return None;
             }
+            // No further decrease within rounding: converged.
             if then[0].hypot(then[1]) / length >= size && size <= rounded {
                 return Some(at);
             }
@@ -149,8 +150,8 @@ impl Load {
 }
 
 impl Meridian {
-    /// Returns the steady meridian of an arc; `None` where there is none: measures without an arc between bead and
-    /// belt, or a rotation under which its cords would bear no tension.
+    /// `None` without a steady state: dimensions for which no arc joins bead and belt, or a rotation under which the
+    /// cords would bear no tension.
     pub(crate) fn new(arc: &Arc) -> Option<Self> {
         let start = [arc.pressure * arc.radius, -arc.angle];
         let spin = arc.mass * arc.angular_velocity * arc.angular_velocity;
@@ -159,7 +160,8 @@ impl Meridian {
         let begin = match load.found(arc, start) {
             Some(begin) => begin,
             None => {
-                // From an almost straight sidewall to its own radius of the edge, then from rest to its speed.
+                // Continuation: from an almost straight sidewall to its radius of the edge, then from rest to its
+                // speed.
                 let share = |stage: usize| stage as f64 / STAGES as f64;
                 let bent = |at: [f64; 2], stage: usize| {
                     under(0.0).found(&Arc { edge_radius: arc.edge_radius / share(stage), ..arc.clone() }, at)
@@ -180,17 +182,15 @@ impl Meridian {
         (is_tense && is_arc && edge.tension > 0.0).then_some(meridian)
     }
 
-    /// Returns the tension and angle at its ends.
     pub(crate) fn edge(&self) -> EdgeStatics {
         self.edge
     }
 
-    /// Returns the length of the arc \[m\].
     pub(super) fn length(&self) -> f64 {
         self.length
     }
 
-    /// Returns the gauss's points of so many equal steps, three in each.
+    /// Gauss points, three in each of so many equal steps.
     pub(super) fn points(&self, steps: usize) -> Vec<[Point; 3]> {
         let step = self.length / steps as f64;
         let offset = 0.1 * 15.0_f64.sqrt() * step;
@@ -200,7 +200,7 @@ impl Meridian {
         middles.map(|middle| [middle - offset, middle, middle + offset].map(&mut at)).collect()
     }
 
-    /// Returns the angle and the place at each z \[m\], one after the other along the arc.
+    /// Angle a \[rad\] and state at each z \[m\]; successive z must rise.
     pub(super) fn along(&self) -> impl FnMut(f64) -> (f64, Point) {
         let mut state = self.begin;
         let mut from = 0.0;

@@ -1,11 +1,11 @@
 //! Sidewalls as inflated arcs: the impedance that an arc of inextensible meridional cords gives the edge of the belt.
 //!
-//! - [`Arc`]: measures of a sidewall;
+//! - [`Arc`]: dimensions and properties of a sidewall;
 //! - [`Relaxation`]: its losses, a function of s;
 //! - `meridian`: its shape and tension under pressure and rotation;
 //! - `edge`: from the six states along the arc to the impedance at its edge;
 //! - `swept`: the volume that it sweeps, piece by piece;
-//! - [`Sidewall`], [`SidewallAt`]: both together, with all waves of one s at hand;
+//! - [`Sidewall`], [`SidewallAt`]: meridian and edge together, with all waves of one s at hand;
 //! - [`cases`]: sidewalls in files of compliance cases.
 
 mod arc;

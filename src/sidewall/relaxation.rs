@@ -7,15 +7,15 @@ use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 
-/// Frequency of the lowest term \[Hz\], how many times higher each next one is, and their number: the loss factor is
-/// within 10 % of what is wanted from 100 Hz to 3 kHz, within 25 % from 30 Hz on, up to 0.4 (within 15 % up to 1 at 1
-/// kHz). Terms at lower frequencies would stiffen
-/// what the pressure holds (by a factor of 1.24 at 100 Hz for a loss factor of 0.15).
+/// Frequency of the lowest term \[Hz\], ratio of neighbouring frequencies, and number of terms: the loss factor is
+/// within 10 % of that asked for from 100 Hz to 3 kHz, within 25 % from 30 Hz on, up to 0.4 (within 15 % up to 1 at 1
+/// kHz). Terms at lower frequencies would stiffen what the pressure holds (by a factor of 1.24 at 100 Hz for a loss
+/// factor of 0.15).
 const LOWEST: f64 = 25.0;
 const RATIO: f64 = 4.0;
 const TERMS: i32 = 6;
 
-/// Relaxation terms of a stiffness.
+/// Relaxation terms of a stiffness; none: elastic.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Relaxation {
     /// Strengths g_j and times T_j \[s\].
@@ -23,7 +23,7 @@ pub struct Relaxation {
 }
 
 impl Relaxation {
-    /// Returns the terms with nearly one loss factor from 100 Hz to 3 kHz; none for 0.
+    /// Terms of a nearly constant loss factor from 100 Hz to 3 kHz; none for 0.
     pub fn of_loss_factor(loss_factor: f64) -> Self {
         if loss_factor <= 0.0 {
             return Self::default();
@@ -33,7 +33,7 @@ impl Relaxation {
         Self { terms: (0..TERMS).map(term).collect() }
     }
 
-    /// Returns f(s).
+    /// f(s), the factor on tension, pressure and stiffness.
     pub fn at(&self, s: Complex64) -> Complex64 {
         let sum: Complex64 = self.terms.iter().map(|&[strength, time]| s * (strength * time) / (s * time + 1.0)).sum();
         sum + 1.0

@@ -1,6 +1,6 @@
-//! Volume that a sidewall sweeps, piece by piece, for what a body beside it radiates.
+//! Volume that a sidewall sweeps, piece by piece, for the sound of a body beside it.
 //!
-//! A place on the arc is told by how far it has turned from the belt's edge, x = (a_b - a)/(a_b - a_0), 0 at the belt
+//! A point of the arc is given by how far it has turned from the belt's edge, x = (a_b - a)/(a_b - a_0), 0 at the belt
 //! and 1 at the bead; at rest that is the fraction of the area passed, since a' = p R/C. With polynomials l_k(x) that
 //! add up to 1 ([`SplitRule`]) the pieces are, since t' = -ka u,
 //!
@@ -15,13 +15,13 @@
 use super::meridian::{Meridian, Point};
 use crate::numeric::{SplitRule, legendre};
 
-/// Weights of t and u at the end of a step in each piece.
+/// Weights of t and u at the end of a step, for each piece.
 pub(super) type Weights = [[f64; 2]; SplitRule::POINTS];
 
-/// Points of the quadrature within a step, or a part of one.
+/// Points of the quadrature within a step, or on either side of the split in it.
 const POINTS: usize = 6;
 
-/// Returns the weights at the ends of so many equal steps.
+/// Weights at the ends of so many equal steps, the bead excepted.
 pub(super) fn weights(meridian: &Meridian, rule: &SplitRule, steps: usize) -> Vec<Weights> {
     let (length, [bead, belt]) = (meridian.length(), [meridian.edge().bead_angle, meridian.edge().angle]);
     let step = length / steps as f64;
@@ -32,6 +32,7 @@ pub(super) fn weights(meridian: &Meridian, rule: &SplitRule, steps: usize) -> Ve
     let mut sums: Vec<Weights> = vec![[[0.0; 2]; SplitRule::POINTS]; steps + 1];
     let (_, mut begin) = along(0.0);
     for index in 0..steps {
+        // 1. Gauss points of the step, in two parts where the split lies within it: the polynomials jump there.
         let [from, to] = [index as f64, index as f64 + 1.0].map(|place| place * step);
         let cut = between.clamp(from, to);
         let parts = [[from, cut], [cut, to]].into_iter().filter(|[from, to]| to > from);
@@ -50,6 +51,7 @@ pub(super) fn weights(meridian: &Meridian, rule: &SplitRule, steps: usize) -> Ve
             })
             .collect();
         let (_, end) = along(to);
+        // 2. The integral by t and u at both ends of the step.
         for (z, weight, angle, point) in nodes {
             let x = (z - from) / step;
             // Slopes of the cubic by t at both ends, and by its slopes -ka u there.
@@ -67,12 +69,12 @@ pub(super) fn weights(meridian: &Meridian, rule: &SplitRule, steps: usize) -> Ve
         }
         begin = end;
     }
-    // The bead stands still.
+    // At the bead t = u = 0.
     sums.remove(0);
     sums
 }
 
-/// Returns z at which the arc has turned by a part of its angle from the belt's edge \[m\].
+/// z at which the arc has turned by the fraction `part` of its angle from the belt's edge \[m\].
 fn split_place(meridian: &Meridian, part: f64) -> f64 {
     let (length, [bead, belt]) = (meridian.length(), [meridian.edge().bead_angle, meridian.edge().angle]);
     let wanted = belt - part * (belt - bead);

@@ -12,13 +12,13 @@ use super::swept::{self, Weights};
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES, SplitRule};
 
-/// Steps along the arc; waves that want more than the most take it.
+/// Numbers of steps along the arc; waves that need more than the most get the most.
 const LADDER: [usize; 11] = [FEWEST_STEPS, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
-/// Most steps on account of s: the arc changes little in any of them, which is what their error comes from (1e-6 at 16
-/// kHz).
+/// Most steps on account of s: the arc changes little within any of them, which is where their error comes from
+/// (1e-6 at 16 kHz).
 const MOST_FOR_TIME: f64 = 96.0;
 
-/// K, or flows, of a wave n, with the sidewall turning as it does, and the other way.
+/// K, or flows, of a wave n for the given rotation and for the opposite one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BothWays<T = EdgeImpedance> {
     /// K(n; Omega).
@@ -31,17 +31,17 @@ pub struct BothWays<T = EdgeImpedance> {
 /// belt to the bead.
 pub(crate) type Flow = [[Complex64; 2]; SplitRule::POINTS];
 
-/// A sidewall, ready for any wave.
+/// A sidewall with its steady state, for the impedance of any wave.
 #[derive(Debug)]
 pub struct Sidewall {
     arc: Arc,
-    /// Those of the arc and of one that turns the other way share it; `None`: no steady state, no impedance.
+    /// The same for either direction of rotation; `None`: no steady state, no impedance.
     meridian: Option<Meridian>,
     /// Points along the arc, by number of steps.
     points: [OnceLock<Vec<[Point; 3]>>; LADDER.len()],
 }
 
-/// Pieces of a sidewall, which its flow is told by.
+/// Pieces of a sidewall into which its flow is resolved.
 #[derive(Debug)]
 pub struct Pieces {
     rule: SplitRule,
@@ -50,7 +50,7 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// Returns the pieces by a rule from the belt to the bead.
+    /// Pieces by a rule over 0 (belt) to 1 (bead).
     pub fn new(rule: SplitRule) -> Self {
         Self { rule, weights: std::array::from_fn(|_| OnceLock::new()) }
     }
@@ -62,42 +62,42 @@ impl PartialEq for Sidewall {
     }
 }
 
-/// Returns the bytes of the impedances at one s, of so many waves.
+/// Bytes of the impedances of so many waves at one s.
 pub(crate) fn table_bytes(waves: usize) -> f64 {
     (waves.div_ceil(MOST_LANES) * (size_of::<OnceLock<Box<BothWays>>>() + MOST_LANES * size_of::<BothWays>())) as f64
 }
 
 impl Sidewall {
-    /// Returns the sidewall of an arc.
+    /// Finds the steady state; without one, impedances are NaN.
     pub fn new(arc: Arc) -> Self {
         let meridian = Meridian::new(&arc);
         Self { arc, meridian, points: std::array::from_fn(|_| OnceLock::new()) }
     }
 
-    /// Returns its measures.
+    /// Dimensions and properties of the sidewall.
     pub fn arc(&self) -> &Arc {
         &self.arc
     }
 
-    /// Returns the statics of its edge; `None` where the arc has no steady state.
+    /// Tension and angle at the ends; `None` where the arc has no steady state.
     pub fn edge(&self) -> Option<EdgeStatics> {
         self.meridian.as_ref().map(Meridian::edge)
     }
 
-    /// Returns the width of the belt on which the pressure would act as it does with the sidewalls' pull: B_e = B - 2
-    /// N_b cos(a_b)/p \[m\] for a belt of the width B.
+    /// Width of the belt on which the pressure alone would act as pressure and sidewalls do: B_e = B - 2 N_b
+    /// cos(a_b)/p \[m\] for a belt of the width B = `width` \[m\]; `None` where the arc has no steady state.
     pub fn effective_width(&self, width: f64) -> Option<f64> {
         self.edge().map(|edge| width - 2.0 * edge.pull() / self.arc.pressure)
     }
 
-    /// Returns the number of steps that [`Self::reference`] takes.
+    /// Number of steps that [`Self::reference`] takes.
     pub fn reference_steps(&self, n: i64, s: Complex64) -> f64 {
         let steps = self.arc.length() * wavenumber(&self.arc, n as f64, s) / FINE_STEP;
         steps.ceil().max(2.0 * FEWEST_STEPS as f64)
     }
 
-    /// Returns K(n, s) with steps so fine that its error is below 1e-7 of its largest entry, a wave at a time; not
-    /// finite where the arc has no steady state.
+    /// K(n, s) with steps so fine that its error is below 1e-7 of its largest entry, a wave at a time; NaN where the
+    /// arc has no steady state.
     pub fn reference(&self, n: i64, s: Complex64) -> EdgeImpedance {
         let Some(meridian) = &self.meridian else { return NOTHING };
         let points = meridian.points(self.reference_steps(n, s) as usize);
@@ -105,14 +105,14 @@ impl Sidewall {
         edge_impedance(&self.arc, &meridian.edge(), &points, &wave, &wave)
     }
 
-    /// Returns K(n, s) as runs take it, within 1e-5 of its largest entry.
+    /// K(n, s) with the steps of runs, within 1e-5 of its largest entry; NaN where the arc has no steady state.
     pub fn impedance(&self, n: i64, s: Complex64) -> EdgeImpedance {
         let Some((meridian, place)) = self.steps(n as f64, s) else { return NOTHING };
         let wave = self.wave(n as f64, s);
         edge_impedance(&self.arc, &meridian.edge(), self.points(meridian, place), &wave, &wave)
     }
 
-    /// Returns the flow of a wave, with as many steps as are asked for; not finite where the arc has no steady state.
+    /// Flow of a wave by a given number of steps; NaN where the arc has no steady state.
     pub fn flow(&self, n: i64, s: Complex64, rule: &SplitRule, steps: usize) -> Flow {
         let Some(meridian) = &self.meridian else { return NO_FLOW };
         let (points, weights) = (meridian.points(steps), swept::weights(meridian, rule, steps));
@@ -120,7 +120,7 @@ impl Sidewall {
         edge_response(&self.arc, &meridian.edge(), &points, &weights, &wave, &wave).1
     }
 
-    /// Returns its waves n = 0 ..= `largest` at s. Above, the largest stands for all.
+    /// Waves n = 0 ..= `largest` at s, found when asked for; a wave above the largest is taken for the largest.
     pub fn at(self: &Shared<Self>, s: Complex64, largest: usize) -> SidewallAt {
         let blocks = (0..=largest / MOST_LANES).map(|_| OnceLock::new());
         SidewallAt { sidewall: Shared::clone(self), s, largest, blocks: blocks.collect() }
@@ -130,7 +130,7 @@ impl Sidewall {
         Wave { n: n.into(), s, loss: self.arc.relaxation.at(s) }
     }
 
-    /// Returns the meridian, and the place in the ladder of as many steps as waves up to n want.
+    /// The meridian, and the index in [`LADDER`] of the number of steps for waves up to n.
     fn steps(&self, n: f64, s: Complex64) -> Option<(&Meridian, usize)> {
         let meridian = self.meridian.as_ref()?;
         let steps = |n: f64, s: Complex64| self.arc.length() * wavenumber(&self.arc, n, s) / STEP;
@@ -144,7 +144,7 @@ impl Sidewall {
     }
 }
 
-/// The impedance of a sidewall without a steady state.
+/// Impedance of a sidewall without a steady state.
 const NOTHING: EdgeImpedance = {
     let none = Complex64::new(f64::NAN, f64::NAN);
     EdgeImpedance { radial: none, coupling: none, circumferential: none, lateral: none }
@@ -162,19 +162,19 @@ pub struct SidewallAt {
 }
 
 impl SidewallAt {
-    /// Returns K of the wave n >= 0, forwards and backwards.
+    /// K of the wave n >= 0 for both directions of rotation.
     pub fn both_ways(&self, n: usize) -> &BothWays {
         let n = n.min(self.largest);
         let block = n / MOST_LANES;
         &self.blocks[block].get_or_init(|| Box::new(self.block(block * MOST_LANES)))[n % MOST_LANES]
     }
 
-    /// Returns the largest wave; above it stands for all.
+    /// Largest wave n; it stands for those above it.
     pub fn largest(&self) -> usize {
         self.largest
     }
 
-    /// Returns the flows of [`MOST_LANES`] waves from one on that is a multiple of these; their K is found with them.
+    /// Flows of [`MOST_LANES`] waves from `first` on, a multiple of these; their K is found with them.
     pub fn flows(&self, first: usize, pieces: &Pieces) -> [BothWays<Flow>; MOST_LANES] {
         let (mut found, mut flows) = ([BothWays::of(NOTHING); MOST_LANES], [BothWays::of(NO_FLOW); MOST_LANES]);
         if let Some((meridian, place)) = self.sidewall.steps((first + MOST_LANES - 1) as f64, self.s) {
@@ -191,7 +191,7 @@ impl SidewallAt {
         flows
     }
 
-    /// Returns K of waves from `first` on.
+    /// K of [`MOST_LANES`] waves from `first` on.
     fn block(&self, first: usize) -> [BothWays; MOST_LANES] {
         let mut found = [BothWays::of(NOTHING); MOST_LANES];
         if let Some((meridian, place)) = self.sidewall.steps((first + MOST_LANES - 1) as f64, self.s) {
@@ -202,7 +202,7 @@ impl SidewallAt {
         found
     }
 
-    /// Gives K and sums of the arc's motion of waves from `first` on, lane by lane, forwards and backwards.
+    /// Gives K and sums of the arc's motion of waves from `first` on, lane by lane, for both directions of rotation.
     fn fill<const K: usize>(
         &self,
         first: usize,
@@ -235,7 +235,6 @@ impl SidewallAt {
 type Response<const K: usize> = (EdgeImpedance, [[Complex64; 2]; K]);
 
 impl<T: Copy> BothWays<T> {
-    /// Returns the same both ways.
     const fn of(value: T) -> Self {
         Self { forwards: value, backwards: value }
     }
@@ -245,8 +244,8 @@ impl<T: Copy> BothWays<T> {
     }
 }
 
-/// Neighbouring waves in lockstep. A type, not a closure, since it has to be inlined into the dispatch to be compiled
-/// for its instructions.
+/// Neighbouring waves in lockstep. A type, not a closure: it has to be inlined into the dispatch to be compiled for
+/// its instructions.
 struct Neighbours<'a, const K: usize> {
     arc: &'a Arc,
     edge: &'a EdgeStatics,

@@ -9,9 +9,9 @@ use crate::radiation::gap::GapAir;
 /// Standard atmospheric pressure \[Pa\] (ISO 9613-1: the reference pressure).
 pub(crate) const STANDARD_PRESSURE: f64 = 101_325.0;
 
-/// 0 degC \[K\].
+/// 0 degC in kelvin.
 const ICE_POINT: f64 = 273.15;
-/// Temperature \[K\] and sound speed \[m/s\] that ISO 9613-1 starts from.
+/// Temperature \[K\] and sound speed \[m/s\] of reference in ISO 9613-1.
 const REFERENCE: (f64, f64) = (293.15, 343.2);
 /// Specific gas constant of dry air \[J/(kg K)\].
 const GAS_CONSTANT: f64 = 287.05;
@@ -21,7 +21,7 @@ const GAS_CONSTANT: f64 = 287.05;
 const SUTHERLAND: (f64, f64) = (1.458e-6, 110.4);
 /// Prandtl number of dry air at 0 to 40 degC.
 const PRANDTL: f64 = 0.71;
-/// Ratio of its heat capacities.
+/// Ratio of the heat capacities of air.
 const HEAT_RATIO: f64 = 1.4;
 
 /// Air at rest, at 101 325 Pa.
@@ -36,7 +36,7 @@ pub struct Air {
 }
 
 impl Air {
-    /// Returns the air of a temperature \[degC\]; `None` unless it is finite and above absolute zero.
+    /// Air of a temperature \[degC\]; `None` unless it is finite and above absolute zero.
     ///
     /// ```
     /// let air = tyrewave::sound::Air::at(20.0).ok_or("no such air")?;
@@ -52,14 +52,14 @@ impl Air {
         })
     }
 
-    /// Returns the air as it is in a narrow gap, with viscosity and conduction of heat.
+    /// The same air as a model of narrow gaps needs it, with viscosity and heat conduction.
     pub(crate) fn in_gap(&self) -> GapAir {
         let kelvin = self.temperature + ICE_POINT;
         let viscosity = SUTHERLAND.0 * kelvin.powf(1.5) / (kelvin + SUTHERLAND.1) / self.density;
         GapAir { sound_speed: self.sound_speed, viscosity, prandtl: PRANDTL, heat_ratio: HEAT_RATIO }
     }
 
-    /// Returns the characteristic impedance rho c \[Pa s/m\].
+    /// Characteristic impedance rho c \[Pa s/m\].
     pub fn impedance(&self) -> f64 {
         self.density * self.sound_speed
     }
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn air_is_that_of_the_tables() {
-        // Tables of dry air at one atmosphere: -10, 0, 20 and 30 degC, to the last digit that they print.
+        // Tables of dry air at one atmosphere: -10, 0 and 20 degC, to the last digit that they print.
         for (temperature, speed, density, impedance) in
             [(-10.0, 325.2, 1.341, 436.1), (0.0, 331.3, 1.292, 428.0), (20.0, 343.2, 1.204, 413.3)]
         {

@@ -1,4 +1,4 @@
-//! A signal as it is in a band of frequencies: what stands in it and what is read from it is of that band alone.
+//! A signal restricted to a band of frequencies, for sound files and the levels that are read from them.
 //!
 //! The whole signal is transformed, multiplied and transformed back. Between the band's edges nothing changes; beyond
 //! them a raised cosine falls to zero over a tenth below and a fiftieth above, which rings for some periods there.
@@ -10,12 +10,12 @@ use realfft::RealFftPlanner;
 
 use crate::numeric::transform_length;
 
-/// Parts of the edges over which the response falls.
+/// Widths of the flanks, relative to the lower and the upper edge.
 const FALLS: [f64; 2] = [0.1, 0.02];
 /// Silence behind the signal, so that its end does not ring into its beginning \[s\].
 const SILENCE: f64 = 0.2;
 
-/// Returns the part of a signal, sampled at `rate` \[Hz\], between two frequencies \[Hz\].
+/// Part of a signal, sampled at `rate` \[Hz\], between two frequencies \[Hz\].
 pub(crate) fn band_pass(signal: &[f64], rate: f64, band: &Range<f64>) -> Vec<f64> {
     let length = transform_length(signal.len() + (SILENCE * rate) as usize);
     let mut planner = RealFftPlanner::new();
@@ -23,7 +23,7 @@ pub(crate) fn band_pass(signal: &[f64], rate: f64, band: &Range<f64>) -> Vec<f64
     let mut series = forward.make_input_vec();
     series[..signal.len()].copy_from_slice(signal);
     let mut lines = forward.make_output_vec();
-    // All are of the planned lengths, and the ends stay real.
+    // The only error is a wrong length; all have the planned length, and the first and the last bin stay real.
     let transformed = forward.process(&mut series, &mut lines);
     debug_assert!(transformed.is_ok());
     for (line, value) in lines.iter_mut().enumerate() {
@@ -56,7 +56,7 @@ mod tests {
             let tone: Vec<f64> = (0..60_000).map(|n| (TAU * frequency * f64::from(n) / rate).sin()).collect();
             let found = band_pass(&tone, rate, &band);
             assert_eq!(found.len(), tone.len());
-            // Away from the ends, where a tone that begins is no tone.
+            // Away from the ends, where the tone begins and ends.
             let error = (20_000..40_000).map(|n| (found[n] - left * tone[n]).abs()).fold(0.0, f64::max);
             assert!(error < 0.01, "{frequency} Hz: {error}");
         }

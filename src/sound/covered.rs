@@ -1,46 +1,46 @@
-//! The third octaves that an overall level is made of, and what those above them may add.
+//! Third octaves of an overall level, and an estimate of what those above them may add.
 //!
 //! A run ends at a highest frequency, a tyre's sound does not. With L_i the A-weighted levels of the last three bands,
-//! s = (L_3 - L_1)/2 their slope a band, and L = (L_1 + L_2 + L_3)/3 + s the last one's level on the line through them,
-//! what is missing up to 10 kHz is estimated by going on along it:
+//! s = (L_3 - L_1)/2 their slope per band, and L = (L_1 + L_2 + L_3)/3 + s the last one's level on the line through
+//! them, what is missing up to 10 kHz is estimated by extrapolating that line:
 //!
 //! ```text
 //! 10 lg(1 + sum_(k >= 1) 10^((L + k s)/10) / sum_i 10^(L_i/10))
 //! ```
 //!
-//! Where the last bands do not fall nothing bounds it, and where they end below 1 kHz the line says little of what a
-//! road excites above: a level over 500 Hz alone, 2.0 dB short of that up to 2 kHz, was told to miss 0.13. Below the
-//! first band the A-weighting leaves nothing.
+//! Where the last bands do not fall there is no bound, and where they end below 1 kHz the line says little about what a
+//! road excites above: for a level over 500 Hz alone, 2.0 dB below that up to 2 kHz, the estimate was 0.13 dB. Below
+//! the first band the A-weighting leaves nothing.
 
 use serde::{Deserialize, Serialize};
 
 use crate::response::{BandLevel, ThirdOctaveBand};
 
-/// An overall level is a lower bound where more than this is missing \[dB\].
+/// Estimate of the missing part above which an overall level is a lower bound \[dB\].
 const MATTERS: f64 = 0.5;
-/// Bands that the slope is taken from.
+/// Number of bands that define the slope.
 const LAST: usize = 3;
-/// Least last band whose slope is followed, 1 kHz: a level that ends below is a lower bound.
+/// Lowest last band whose slope is extrapolated, 1 kHz: a level that ends below is a lower bound.
 pub(super) const FOLLOWED: ThirdOctaveBand = ThirdOctaveBand(0);
-/// The band that sound is followed to: 10 kHz.
+/// Band up to which the line is extrapolated: 10 kHz.
 const HIGHEST: ThirdOctaveBand = ThirdOctaveBand(10);
 
-/// The bands of an overall level.
+/// Range of bands of an overall level.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct CoveredBands {
-    /// Nominal mid-frequency of the first one \[Hz\].
+    /// Nominal mid-frequency of the first band \[Hz\].
     pub lowest: f64,
-    /// Nominal mid-frequency of the last one \[Hz\].
+    /// Nominal mid-frequency of the last band \[Hz\].
     pub highest: f64,
-    /// Estimate of what the bands above would add \[dB(A)\]; absent where the last ones do not fall, and below 1 kHz.
+    /// Estimate of what the bands above would add \[dB(A)\]; `None` where the last ones do not fall, and below 1 kHz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missing: Option<f64>,
-    /// The level is a lower bound: more than half a decibel may be missing, or nothing is known of that.
+    /// True if the level is a lower bound: more than half a decibel may be missing, or there is no estimate.
     pub lower_bound: bool,
 }
 
 impl CoveredBands {
-    /// Finds the coverage of A-weighted bands, rising; `None` of none.
+    /// Coverage of A-weighted bands, which must rise; `None` for an empty list.
     pub(crate) fn of(a_weighted: &[BandLevel]) -> Option<Self> {
         let (first, last) = (a_weighted.first()?.band, a_weighted.last()?.band);
         let [lowest, highest] = [first, last].map(ThirdOctaveBand::nominal_frequency);
@@ -48,12 +48,12 @@ impl CoveredBands {
         Some(Self { lowest, highest, missing, lower_bound: missing.is_none_or(|missing| missing > MATTERS) })
     }
 
-    /// Returns `25 Hz - 2 kHz`.
+    /// The range in words, `25 Hz - 2 kHz`.
     pub(crate) fn text(&self) -> String {
         range(self.lowest, self.highest)
     }
 
-    /// Tells why the level is a lower bound, if it is.
+    /// Reason why the level is a lower bound, if it is.
     pub(crate) fn doubt(&self) -> Option<String> {
         self.lower_bound.then(|| match self.missing {
             Some(missing) => {
@@ -67,7 +67,7 @@ impl CoveredBands {
     }
 }
 
-/// Returns the bands between two nominal mid-frequencies \[Hz\] in words: `25 Hz - 2 kHz`.
+/// Range between two nominal mid-frequencies \[Hz\] in words: `25 Hz - 2 kHz`.
 pub(super) fn range(lowest: f64, highest: f64) -> String {
     let frequency = |hertz: f64| if hertz < 1000.0 { format!("{hertz} Hz") } else { format!("{} kHz", hertz / 1000.0) };
     format!("{} - {}", frequency(lowest), frequency(highest))
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use crate::sound::levels::{energetic_sum, mean_square};
 
-    /// Returns the bands from 25 Hz on of these levels.
+    /// Bands from 25 Hz on with these levels.
     fn bands(last: i32, level: impl Fn(i32) -> f64) -> Vec<BandLevel> {
         let band = |n: i32| {
             let level = level(n);
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn an_overall_level_says_its_bands_and_what_is_missing_above_them() {
-        // A noise that is as loud in every band up to 1 kHz, and falls by 3 dB a band above.
+        // A noise that is equally loud in every band up to 1 kHz, and falls by 3 dB a band above.
         let noise = |n: i32| 70.0 - 3.0 * f64::from(n.max(0));
         let exact = energetic_sum(bands(10, noise).iter().map(|band| band.level));
         for (last, text) in [(3, "25 Hz - 2 kHz"), (5, "25 Hz - 3.15 kHz")] {
@@ -130,7 +130,7 @@ mod tests {
         assert!((gentle.missing.unwrap() - exact).abs() < 1e-9, "{gentle:?} for {exact}");
         let steep = CoveredBands::of(&bands(0, |n| 70.0 - 0.4 * f64::from(n))).unwrap();
         assert!(steep.lower_bound && steep.doubt().unwrap().contains("slope of the last three bands"), "{steep:?}");
-        // However steep they fall, bands below 1 kHz bound nothing of those that a road excites above.
+        // However steep they fall, bands below 1 kHz give no bound for those that a road excites above.
         let low = CoveredBands::of(&bands(-3, |n| 70.0 - 5.0 * f64::from(n))).unwrap();
         assert!(
             low.lower_bound && low.missing.is_none() && low.doubt().unwrap().contains("ends below 1 kHz"),

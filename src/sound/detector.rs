@@ -1,4 +1,4 @@
-//! The level that a sound level meter shows against time (IEC 61672-1:2013, 3.8 and 5.8).
+//! Level of a sound level meter over time (IEC 61672-1:2013, 3.8 and 5.8).
 //!
 //! The squared pressure goes through an exponential average of time constant tau, 125 ms for F(ast) and 1 s for S(low):
 //!
@@ -13,17 +13,17 @@ use super::levels::level;
 use super::weighting::FrequencyWeighting;
 use super::weighting_filter::{RateError, WeightingFilter};
 
-/// How fast the average forgets.
+/// Time weighting of a sound level meter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TimeWeighting {
-    /// F, 125 ms: what pass-by levels are read with.
+    /// F, 125 ms: the weighting of pass-by levels.
     Fast,
-    /// S, 1 s.
+    /// S, 1 s: for slowly varying sound.
     Slow,
 }
 
 impl TimeWeighting {
-    /// Returns the time constant tau \[s\].
+    /// Time constant tau \[s\].
     pub fn time_constant(self) -> f64 {
         match self {
             Self::Fast => 0.125,
@@ -32,7 +32,7 @@ impl TimeWeighting {
     }
 }
 
-/// The average in the making.
+/// Running exponential average of the squared pressure, and its highest value.
 ///
 /// ```
 /// use tyrewave::sound::{Detector, TimeWeighting};
@@ -53,20 +53,20 @@ pub struct Detector {
 }
 
 impl Detector {
-    /// Makes a detector at a sampling rate \[Hz\], with silence before the first sample.
+    /// Detector at a sampling rate \[Hz\], with silence before the first sample.
     pub fn new(weighting: TimeWeighting, rate: f64) -> Self {
         let share = -(-1.0 / (rate * weighting.time_constant())).exp_m1();
         Self { share, mean_square: 0.0, highest: None, count: 0 }
     }
 
-    /// Returns the same, with a sound of that mean square \[Pa^2\] before the first sample: for a record that begins in
-    /// the midst of a noise. Without it the level of a steady noise is 0.6 dB low after 2 tau and 0.1 dB after 4.
+    /// The same, with a sound of that mean square \[Pa^2\] before the first sample: for a record that begins in the
+    /// midst of a noise. Without it the level of a steady noise is 0.6 dB low after 2 tau and 0.1 dB after 4.
     #[must_use]
     pub fn after(self, mean_square: f64) -> Self {
         Self { mean_square, ..self }
     }
 
-    /// Takes the next pressure \[Pa\], weighted by frequency already; gives the weighted mean square \[Pa^2\].
+    /// Takes the next pressure \[Pa\], already weighted by frequency; returns the averaged mean square \[Pa^2\].
     pub fn push(&mut self, pressure: f64) -> f64 {
         self.mean_square += self.share * (pressure * pressure - self.mean_square);
         if self.highest.is_none_or(|(_, highest)| self.mean_square > highest) {
@@ -76,24 +76,24 @@ impl Detector {
         self.mean_square
     }
 
-    /// Returns the level now \[dB re 20 uPa\].
+    /// Level after the last sample \[dB re 20 uPa\].
     pub fn level(&self) -> f64 {
         level(self.mean_square)
     }
 
-    /// Returns the highest level so far \[dB re 20 uPa\] and the sample that it was reached with; `None` before any.
+    /// Highest level so far \[dB re 20 uPa\], and the index of its sample before it; `None` before any sample.
     pub fn maximum(&self) -> Option<(usize, f64)> {
         self.highest.map(|(sample, mean_square)| (sample, level(mean_square)))
     }
 
-    /// Returns the level of a signal \[Pa\] after each sample \[dB re 20 uPa\].
+    /// Level after each sample of a signal \[Pa\] \[dB re 20 uPa\].
     pub fn levels(&mut self, signal: &[f64]) -> Vec<f64> {
         signal.iter().map(|&pressure| level(self.push(pressure))).collect()
     }
 }
 
-/// Returns the reading of a sound level meter after each sample of a pressure \[Pa\], both weightings applied \[dB re
-/// 20 uPa\]: L_AF for A and F. It hears nothing before.
+/// Reading of a sound level meter after each sample of a pressure \[Pa\], both weightings applied \[dB re 20 uPa\]:
+/// L_AF for A and F. The meter starts in silence.
 ///
 /// # Errors
 /// [`RateError`] for a sampling rate \[Hz\] without a weighting filter.
@@ -115,7 +115,7 @@ mod tests {
 
     const RATE: f64 = 48_000.0;
 
-    /// Returns the highest level of a 4 kHz burst of 1 Pa amplitude over the level of the same tone, lasting.
+    /// Highest level of a 4 kHz burst of 1 Pa amplitude, relative to the level of the same tone without end.
     fn burst_response(weighting: TimeWeighting, milliseconds: f64) -> f64 {
         let mut detector = Detector::new(weighting, RATE);
         let samples = (milliseconds * 1e-3 * RATE).round() as usize;
@@ -158,7 +158,7 @@ mod tests {
             for &(duration, reference, above, below) in table {
                 let error = burst_response(weighting, duration) - reference;
                 assert!((below..=above).contains(&error), "{weighting:?}, {duration} ms: {error} dB");
-                // The table's own formula, 10 lg(1 - exp(-T/tau)), rounded to tenths, and half a period of the tone.
+                // The table's formula, 10 lg(1 - exp(-T/tau)), rounded to tenths, and half a period of the tone.
                 assert!(error.abs() < 0.07, "{weighting:?}, {duration} ms: {error} dB");
             }
         }

@@ -1,9 +1,9 @@
-//! Frame of a tyre: places and sides.
+//! Frame of a tyre: positions and sides.
 
-/// Place \[m\]: x forward, y to the left, z up from the road below the axle's centre.
+/// Position \[m\]: x forward, y to the left, z up; the origin is on the road below the axle's centre.
 pub(crate) type Position = [f64; 3];
 
-/// A side of the tyre.
+/// Side of the tyre, seen in the direction of travel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Side {
     /// y > 0.
@@ -14,7 +14,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// Returns the sign of y: +1 to the left, -1 to the right.
+    /// Sign of y: +1 to the left, -1 to the right.
     pub fn sign(self) -> f64 {
         match self {
             Self::Left => 1.0,

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! exactly at every frequency of the samples. Finite distance: a plane wave from 1 to 2 gives sin(k d)/(k d) of its
-//! intensity, -0.4 dB at 3.15 kHz and -1 dB at 5 kHz with 16 mm, as a probe has it.
+//! intensity, -0.4 dB at 3.15 kHz and -1 dB at 5 kHz with the 16 mm of a probe.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -21,22 +21,22 @@ use crate::response::{BandLevel, PowerSpectrum, SpectrumAccumulator, SpectrumErr
 /// Reference intensity of levels \[W/m^2\] (ISO 1683).
 pub(crate) const REFERENCE_INTENSITY: f64 = 1e-12;
 
-/// Intensity in third octaves.
+/// Sound intensity in third octaves.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Intensity {
-    /// Bands: `mean_square` is the intensity \[W/m^2\], less than 0 where it comes the other way; `level` re 1 pW/m^2
-    /// \[dB\], minus infinity there.
+    /// Bands: `mean_square` is the intensity \[W/m^2\], negative where sound comes from the opposite direction; `level`
+    /// re 1 pW/m^2 \[dB\], minus infinity there.
     pub bands: Vec<BandLevel>,
-    /// The same, A-weighted.
+    /// The same bands, A-weighted.
     pub a_weighted: Vec<BandLevel>,
-    /// Level of the mean of both pressures re 20 uPa less that of the intensity, by band \[dB\]: what tells how much of
-    /// the field is no travelling wave.
+    /// Pressure-intensity index by band \[dB\]: level of the mean of both pressures re 20 uPa less that of the
+    /// intensity; large where the field is no travelling wave.
     pub index: Vec<f64>,
 }
 
 impl Intensity {
-    /// Finds the intensity from the first of two pressures \[Pa\] towards the second, `spacing` \[m\] apart, in the
-    /// bands that lie whole within `frequencies` \[Hz\]; the samples are vouched for up to `valid_to` \[Hz\].
+    /// Intensity from the first of two pressures \[Pa\] towards the second, `spacing` \[m\] apart, in the bands that
+    /// lie whole within `frequencies` \[Hz\]; the samples are valid up to `valid_to` \[Hz\].
     ///
     /// # Errors
     /// [`SpectrumError`].
@@ -87,15 +87,14 @@ impl Intensity {
         })
     }
 
-    /// Returns the A-weighted level of the bands that are vouched for, what comes the other way subtracted \[dB(A) re 1
-    /// pW/m^2\].
+    /// A-weighted level of the valid bands, sound from the opposite direction subtracted \[dB(A) re 1 pW/m^2\].
     pub(crate) fn level_a(&self) -> f64 {
         let sum: f64 = self.a_weighted.iter().filter(|band| band.valid).map(|band| band.mean_square).sum();
         outwards(10.0 * (sum / REFERENCE_INTENSITY).log10())
     }
 }
 
-/// Returns a level; minus infinity for the logarithm of what is negative.
+/// The level; minus infinity for the logarithm of a negative number.
 fn outwards(level: f64) -> f64 {
     if level.is_nan() { f64::NEG_INFINITY } else { level }
 }
@@ -107,8 +106,8 @@ mod tests {
 
     use super::*;
 
-    /// Returns the samples of a wave of white noise that travels along the pair of microphones, `factor` times as
-    /// strong back.
+    /// Samples of a wave of noise that travels along the pair of microphones, and one of `back` times its amplitude in
+    /// the opposite direction.
     fn wave(back: f64) -> [Vec<f64>; 2] {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let tones: Vec<[f64; 3]> = (0..600)
@@ -143,7 +142,8 @@ mod tests {
         let found = intensity(&signals);
         assert_eq!(found.bands.len(), 12, "400 Hz to 5 kHz");
         for (band, index) in found.bands.iter().zip(&found.index) {
-            // 20 uPa and 1 pW/m^2 belong together for rho c = 400 kg/(m^2 s); the pair sees sin(k d)/(k d).
+            // 20 uPa and 1 pW/m^2 belong together for rho c = 400 kg/(m^2 s); the pair measures sin(k d)/(k d) of the
+            // intensity.
             let kd = TAU * band.band.mid_frequency() * SPACING / 343.2;
             let expected = 10.0 * (1.204 * 343.2 / 400.0 * kd / kd.sin()).log10();
             assert!((index - expected).abs() < 0.1, "{:?}: {index} dB, {expected} expected", band.band);

@@ -1,7 +1,7 @@
 //! Levels of a sound pressure re 20 uPa: third octaves and overall, unweighted and A-weighted.
 //!
-//! The A-weighting is applied to the narrow bands before they are summed, so a band's A-weighted level is that of what
-//! is in it, not of its middle.
+//! The A-weighting is applied to the narrow bands before they are summed, so a band's A-weighted level is that of its
+//! content, and not its level weighted at its middle.
 
 use std::ops::Range;
 
@@ -12,19 +12,18 @@ use crate::response::{BandLevel, PowerSpectrum};
 /// Reference pressure p_0 of levels \[Pa\] (ISO 1683).
 pub const REFERENCE_PRESSURE: f64 = 20e-6;
 
-/// Returns 10 lg(mean square/p_0^2) \[dB re 20 uPa\] of a mean square \[Pa^2\]; minus infinity for silence.
+/// 10 lg(mean square/p_0^2) \[dB re 20 uPa\] of a mean square \[Pa^2\]; minus infinity for silence.
 pub fn level(mean_square: f64) -> f64 {
     10.0 * (mean_square / (REFERENCE_PRESSURE * REFERENCE_PRESSURE)).log10()
 }
 
-/// Returns the mean square of a level: [`level`] backwards.
+/// Mean square of a level \[Pa^2\]: the inverse of [`level`].
 pub fn mean_square(level: f64) -> f64 {
     REFERENCE_PRESSURE * REFERENCE_PRESSURE * 10.0_f64.powf(0.1 * level)
 }
 
-/// Returns the level of several sources that know nothing of each other \[dB\], such as the four tyres of a car, each
-/// at its own receiver position ([`crate::scene::Vehicle::seen_from_tyres`]): 10 lg sum 10^(L/10). Minus infinity for
-/// none.
+/// Level of several incoherent sources \[dB\], such as the four tyres of a car, each at its own receiver position
+/// ([`crate::scene::Vehicle::seen_from_tyres`]): 10 lg sum 10^(L/10). Minus infinity for none.
 ///
 /// ```
 /// use tyrewave::sound::energetic_sum;
@@ -35,7 +34,7 @@ pub fn energetic_sum(levels: impl IntoIterator<Item = f64>) -> f64 {
     10.0 * levels.into_iter().map(|level| 10.0_f64.powf(0.1 * level)).sum::<f64>().log10()
 }
 
-/// Returns the level of the mean of the mean squares \[dB\], over microphones or times; NaN for none.
+/// Level of the mean of the mean squares \[dB\], over microphones or times; NaN for none.
 pub fn energetic_mean(levels: impl IntoIterator<Item = f64>) -> f64 {
     let mut count = 0.0;
     let sum = energetic_sum(levels.into_iter().inspect(|_| count += 1.0));
@@ -49,15 +48,15 @@ pub struct SoundLevels {
     pub third_octaves: Vec<BandLevel>,
     /// The same bands, A-weighted.
     pub a_weighted: Vec<BandLevel>,
-    /// Overall level of the bands together \[dB\].
+    /// Overall level: sum of the bands \[dB\].
     pub overall: f64,
-    /// Overall A-weighted level \[dB(A)\].
+    /// Overall A-weighted level: sum of the A-weighted bands \[dB(A)\].
     pub overall_a: f64,
 }
 
 impl SoundLevels {
-    /// Makes the levels of a spectrum of pressures \[Pa^2\], over the bands that lie whole within `frequencies` \[Hz\]
-    /// and below the Nyquist frequency. The overall levels are those of these bands: what is shown adds up.
+    /// Levels of a spectrum of pressures \[Pa^2\], over the bands that lie whole within `frequencies` \[Hz\] and below
+    /// the Nyquist frequency. The overall levels are sums over these bands alone.
     pub fn of(spectrum: &PowerSpectrum, frequencies: Range<f64>) -> Self {
         let bands = |spectrum: &PowerSpectrum| -> Vec<BandLevel> {
             let all = spectrum.third_octaves(frequencies.start, REFERENCE_PRESSURE);
@@ -71,33 +70,33 @@ impl SoundLevels {
         Self { third_octaves, a_weighted, overall, overall_a }
     }
 
-    /// Returns the same bands; the overall levels are those of the bands that the signal's maker vouches for.
+    /// The same bands; the overall levels become sums over the valid bands alone.
     #[must_use]
     pub fn vouched(self) -> Self {
         let overall = |bands: &[BandLevel]| level_of(bands.iter().filter(|band| band.valid));
         Self { overall: overall(&self.third_octaves), overall_a: overall(&self.a_weighted), ..self }
     }
 
-    /// Returns the bands that the signal's maker vouches for; `None` of none.
+    /// Range of the valid bands; `None` if there is none.
     pub(crate) fn covered(&self) -> Option<CoveredBands> {
         let valid: Vec<BandLevel> = self.a_weighted.iter().copied().filter(|band| band.valid).collect();
         CoveredBands::of(&valid)
     }
 }
 
-/// Returns the level of several bands together \[dB\].
+/// Level of the sum of several bands \[dB\].
 fn level_of<'a>(bands: impl IntoIterator<Item = &'a BandLevel>) -> f64 {
     level(bands.into_iter().map(|band| band.mean_square).sum())
 }
 
-/// Returns the spectrum of a pressure from its one-sided power spectral density \[Pa^2/Hz\] at 0, df, 2 df, ... up to
-/// half of `rate` \[Hz\] at most: what a transfer function times a source spectrum gives. `None` for no value, a
-/// negative or undefined one, or a distance df that is not positive.
+/// Spectrum of a pressure from its one-sided power spectral density \[Pa^2/Hz\] at 0, df, 2 df, ... up to half of
+/// `rate` \[Hz\] at most, such as a transfer function times a source spectrum. `None` for no value, a negative or
+/// undefined one, or a distance df that is not positive.
 pub fn spectrum_of_density(density: &[f64], resolution: f64, rate: f64) -> Option<PowerSpectrum> {
     let nyquist = 0.5 * rate;
     let highest = density.len().checked_sub(1)? as f64 * resolution;
     let sound = resolution > 0.0 && highest <= nyquist * (1.0 + 1e-12) && density.iter().all(|value| *value >= 0.0);
-    // As in `PowerSpectrum`: a bin stands for (k -+ 1/2) df, cut at 0 and at the Nyquist frequency.
+    // As in `PowerSpectrum`: a bin covers (k -+ 1/2) df, cut at 0 and at the Nyquist frequency.
     let width = |bin: usize| {
         let middle = bin as f64 * resolution;
         (middle + 0.5 * resolution).min(nyquist) - (middle - 0.5 * resolution).max(0.0)
@@ -111,7 +110,7 @@ mod tests {
     use super::*;
     use crate::response::ThirdOctaveBand;
 
-    /// Returns the white noise of 1 Pa^2/Hz to 8 kHz.
+    /// White noise of 1 Pa^2/Hz up to 8 kHz.
     fn white() -> PowerSpectrum {
         spectrum_of_density(&[1.0; 8001], 1.0, 16e3).unwrap()
     }
@@ -124,7 +123,7 @@ mod tests {
         for (band, weighted) in levels.third_octaves.iter().zip(&levels.a_weighted) {
             let exact = 10.0 * (band.band.width() / 4e-10).log10();
             assert!((band.level - exact).abs() < 1e-9, "{:?}: {} dB, exactly {exact} dB", band.band, band.level);
-            // Across a band the weight bends little: its middle is right to 0.15 dB.
+            // Across a band the weight is nearly linear: its middle is right to 0.15 dB.
             let weight = FrequencyWeighting::A.decibels(band.band.mid_frequency());
             assert!((weighted.level - band.level - weight).abs() < 0.15, "{:?}", band.band);
         }

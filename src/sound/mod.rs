@@ -1,20 +1,20 @@
-//! Sound of a pressure: weighted levels, the microphones of the standards, a pass-by, a file to listen to.
+//! Acoustics of pressures at microphones: weighted levels, the microphones of the standards, a pass-by, sound files.
 //!
-//! Where the pressures come from is not known here: signals \[Pa\] and their spectra are given. In the order of the
-//! data's way:
+//! This module does not depend on the source of the pressures: signals \[Pa\] and their spectra are given. In the order
+//! of the data flow:
 //!
 //! - `air`: sound speed and density by temperature;
-//! - `frame`: places and sides of a tyre; `receivers`: where the standards put their microphones;
-//! - `power`: the surfaces around a source that its sound power is taken from; `point_source`: the power of the point
-//!   sources that models of traffic noise put in a tyre's place;
+//! - `frame`: positions and sides of a tyre; `receivers`: the microphones of the standards;
+//! - `power`: the measurement surfaces of the sound power; `point_source`: the power of the point sources by which
+//!   models of traffic noise represent a tyre;
 //! - `weighting`: the A-weighting by frequency, `weighting_filter`: as a filter of a signal;
-//! - `detector`: what a sound level meter shows against time;
-//! - `levels`: third octaves and overall levels; `covered`: the bands of these and what is missing above them;
-//!   `total`: sums that are compared over common bands; `speed_coefficient`: levels over a range of speeds;
-//!   `intensity`: by a pair of microphones;
-//! - `band_pass`: a signal in a band of frequencies; `resample`: at the rate of a sound file;
-//! - `pass_by`: what a microphone beside the road hears of a tyre that rolls by;
-//! - `wav`: sound files that know their calibration.
+//! - `detector`: level of a sound level meter over time;
+//! - `levels`: third octaves and overall levels; `covered`: the bands of these and what is missing above them; `total`:
+//!   sums that are compared over common bands; `speed_coefficient`: levels over a range of speeds; `intensity`: sound
+//!   intensity by a pair of microphones;
+//! - `band_pass`: a signal restricted to a band of frequencies; `resample`: at the rate of a sound file;
+//! - `pass_by`: pressure at a microphone beside the road as a tyre rolls by;
+//! - `wav`: sound files that contain their calibration.
 //!
 //! # Frame
 //! Origin on the road, below the axle's centre; x forward, in the direction of travel; y to the left; z up. Positions

@@ -2,40 +2,40 @@
 //!
 //! The points lie on a line parallel to the travel; the microphone takes the place of one after the other, from the
 //! front to the rear. With V the speed, c the sound speed, M = V/c, x(t) the microphone's place on the line when it
-//! hears at time t, h the line's distance from the tyre's axis of travel, and all of them seen from the origin of the
-//! frame:
+//! receives the sound of time t, h the line's distance from the tyre's axis of travel, and all of them seen from the
+//! origin of the frame:
 //!
-//! 1. What is heard at t left the origin at the emission time tau. The distance r it ran since and the Doppler factor
-//!    follow in closed form:
+//! 1. Sound received at t left the origin at the emission time tau. The distance r that it has travelled since and the
+//!    Doppler factor follow in closed form:
 //!
 //!    ```text
 //!    R = sqrt(x^2 + (1 - M^2) h^2),  r = (R + M x)/(1 - M^2),  tau = t - r/c,  cos = (x + M r)/r
 //!    D = 1/(1 - M cos) = dtau/dt,    r (1 - M cos) = R
 //!    ```
 //!
-//! 2. Each point's pressure p_i(t) loses its delay r_i/c and its decay: q_i(tau) = r_i p_i(tau + r_i/c). What is left
+//! 2. Each point's pressure p_i(t) loses its delay r_i/c and its decay: q_i(tau) = r_i p_i(tau + r_i/c). The rest
 //!    varies slowly from one point to the next.
 //! 3. The points about x are cross-faded by Lagrange's cubic through four of them: q(x, tau) = sum_i w_i(x) q_i(tau).
 //!    The signals are read between their samples by band-limited interpolation ([`super::resample`]).
-//! 4. The microphone hears D q(x, tau)/R: delay and decay restored.
+//! 4. The microphone receives D q(x, tau)/R: delay and decay restored.
 //!
 //! Why D/R and why the place at reception: the points' pressures are those of air at rest about a tyre at rest. Air
 //! that streams past with V is, to the first power of M, the same problem with the time t - M x/c and the pressure
 //! times 1 + M cos (K. Taylor 1978, *A transformation of the acoustic equation with implications for wind-tunnel and
 //! low-speed flight tests*, Proc. R. Soc. A 363), read where the microphone is in the moving frame. For a monopole at
 //! the origin, D q/R = q/(r (1 - M cos)^2) is the exact far field of a moving monopole (Morse and Ingard, *Theoretical
-//! Acoustics*, 11.2); without `amplification` it is q/r, the decay alone. The maker of the points'
-//! pressures owes the transformation's time at the source: motion of the tyre at x_s must be given the phase factor
-//! exp(i k M x_s) first. Without it parts of the tyre ahead of and behind each other interfere with a phase that is
-//! wrong by k M times their distance: 0.12 rad for 0.1 m at 1 kHz and 80 km/h.
+//! Acoustics*, 11.2); without `amplification` it is q/r, the decay alone. The points' pressures must already contain
+//! the transformation's time at the source: motion of the tyre at x_s needs the phase factor exp(i k M x_s). Without it
+//! parts of the tyre ahead of and behind each other interfere with a phase that is wrong by k M times their distance:
+//! 0.12 rad for 0.1 m at 1 kHz and 80 km/h.
 //!
-//! Measured at 110 km/h, with four monopoles about the contact patch against the closed form of moving ones: 1.6 % of
-//! their sizes at 2.5 kHz, 81 receivers over 20 m or more. Taking the points' places at emission instead is 21 % off,
-//! since directions then differ by M. For monopoles at the origin nothing differs from the closed form but its near
-//! field, V/(omega r).
+//! Measured at 110 km/h, with four monopoles about the contact patch against the closed form of moving ones: an error
+//! of 1.6 % of their sizes at 2.5 kHz, 81 receivers over 20 m or more. Taking the points' places at emission instead is
+//! 21 % off, since directions then differ by M. For monopoles at the origin the only difference from the closed form is
+//! its near field, V/(omega r).
 //!
-//! Each point is read for the short while that the microphone is near it, and they add up one by one: one point's
-//! excerpt is in memory at a time. Cost: 4 x 66 multiplications and additions a sample heard.
+//! Each point is needed only while the microphone is near it, and the points add up one by one: one point's excerpt is
+//! in memory at a time. Cost: 4 x 66 multiplications and additions per sample.
 
 use std::ops::Range;
 
@@ -45,22 +45,22 @@ use super::frame::Position;
 use super::resample::{half_width, weighted};
 use crate::numeric::lagrange::uniform_cubic;
 
-/// Points that are cross-faded at a time.
+/// Number of points that are cross-faded at a time.
 pub(crate) const STENCIL: usize = 4;
 
-/// Why there is no pass-by.
+/// Reason why there is no pass-by.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub(crate) enum PassByError {
     /// Fewer points than are cross-faded at a time.
     #[error("a pass-by needs at least {STENCIL} receivers along its line, not {given}")]
     TooFewReceivers {
-        /// Number given.
+        /// Number of points given.
         given: usize,
     },
     /// Points that are not evenly spaced on a line parallel to the travel, front first.
     #[error("receiver {receiver} is not in its place on an evenly spaced line from the front to the rear")]
     NotALine {
-        /// The first that is out of place.
+        /// Index of the first that is out of place.
         receiver: usize,
     },
     /// An invalid number.
@@ -68,15 +68,15 @@ pub(crate) enum PassByError {
     BadValue {
         /// Name of the quantity.
         quantity: &'static str,
-        /// Remedy.
+        /// Condition that it must fulfil.
         expected: &'static str,
-        /// The value given.
+        /// Value given.
         value: f64,
     },
-    /// An excerpt that is not what was asked for.
+    /// An excerpt of the wrong length.
     #[error("receiver {receiver} needs {needed} samples of its pressure, {given} are given")]
     ExcerptLength {
-        /// The receiver.
+        /// Index of the receiver.
         receiver: usize,
         /// Length of [`PassBy::needed`].
         needed: usize,
@@ -85,7 +85,7 @@ pub(crate) enum PassByError {
     },
 }
 
-/// Ingredients of a pass-by.
+/// Input of a pass-by.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Passage {
     /// Points in the tyre's frame \[m\], as [`super::CoastByLine::positions`] gives them.
@@ -96,17 +96,17 @@ pub(crate) struct Passage {
     pub sound_speed: f64,
     /// Sampling rate of the points' pressures \[Hz\].
     pub input_rate: f64,
-    /// Sampling rate of what is heard \[Hz\].
+    /// Sampling rate of the pressure at the microphone \[Hz\].
     pub output_rate: f64,
-    /// True if the level rises ahead of the tyre and falls behind it as that of a moving source does: by 40 lg D, +1.3
+    /// True if the level is raised ahead of the tyre and lowered behind it as that of a moving source: by 40 lg D, +1.3
     /// and -1.1 dB at +-10 m, 110 km/h.
     pub amplification: bool,
 }
 
-/// A pass-by, ready to be added up.
+/// A pass-by whose points are to be added.
 ///
-/// Time runs as in the points' pressures: their sample n is at n/input_rate. The first sample heard left the origin at
-/// time 0, when the microphone hears it at the first point; the last is heard at the last point.
+/// Time is that of the points' pressures: their sample n is at n/input_rate. The first sample at the microphone left
+/// the origin at time 0, and is received at the first point; the last is received at the last point.
 #[derive(Clone, Debug)]
 pub(crate) struct PassBy {
     passage: Passage,
@@ -118,7 +118,7 @@ pub(crate) struct PassBy {
     samples: usize,
 }
 
-/// One instant of what is heard.
+/// Values of one sample at the microphone.
 struct Instant {
     /// Emission time tau \[s\].
     emission: f64,
@@ -129,7 +129,7 @@ struct Instant {
 }
 
 impl PassBy {
-    /// Prepares a passage.
+    /// Checks a passage and computes its geometry.
     ///
     /// # Errors
     /// All of [`PassByError`] but the last.
@@ -167,31 +167,31 @@ impl PassBy {
         Ok(Self { spacing, aside: y.hypot(z), distances, samples, passage })
     }
 
-    /// Returns the number of samples heard.
+    /// Number of samples at the microphone.
     pub(crate) fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Tells where the microphone is in the tyre's frame when it hears a sample: its x \[m\]. The tyre is as far behind
-    /// (x > 0) or past (x < 0) the microphone.
+    /// Position x of the microphone in the tyre's frame at a sample \[m\]: that of the tyre behind (x > 0) or past (x <
+    /// 0) the microphone.
     pub(crate) fn place(&self, sample: usize) -> f64 {
         self.passage.receivers[0][0] - self.passage.speed * sample as f64 / self.passage.output_rate
     }
 
-    /// Returns when a sample is heard \[s\].
+    /// Time of a sample at the microphone \[s\].
     pub(crate) fn time(&self, sample: usize) -> f64 {
         self.path(self.place(0)).0 / self.passage.sound_speed + sample as f64 / self.passage.output_rate
     }
 
-    /// Returns the frequency heard over the one that left the tyre: D.
+    /// Doppler factor D: frequency at the microphone over that of the tyre.
     #[cfg(test)]
     pub(crate) fn doppler_ratio(&self, sample: usize) -> f64 {
         let (distance, shortened) = self.path(self.place(sample));
         distance / shortened
     }
 
-    /// Returns the numbers of the samples of a point's pressure that are needed. They may begin a little before 0,
-    /// where the line begins close by.
+    /// Indices of the samples of a point's pressure that are needed. They may begin a little before 0, where the line
+    /// begins close by.
     ///
     /// # Panics
     /// If there is no such receiver.
@@ -206,8 +206,8 @@ impl PassBy {
         first.floor() as i64..last.ceil() as i64 + 1
     }
 
-    /// Adds what is heard of one point to `heard`, which has a place for each of [`Self::samples`]. `excerpt` has the
-    /// samples [`Self::needed`] of its pressure \[Pa\].
+    /// Adds the contribution of one point to `heard`, the pressure at the microphone, of [`Self::samples`] samples.
+    /// `excerpt` has the samples [`Self::needed`] of the point's pressure \[Pa\].
     ///
     /// # Errors
     /// [`PassByError::ExcerptLength`].
@@ -234,10 +234,10 @@ impl PassBy {
         Ok(())
     }
 
-    /// Returns the whole pass-by \[Pa\]; `pressure` gives the samples of a point's pressure that are asked for.
+    /// The whole pass-by \[Pa\]; `pressure` gives the requested samples of a point's pressure.
     ///
     /// # Errors
-    /// [`PassByError::ExcerptLength`] if it gives another number.
+    /// [`PassByError::ExcerptLength`] if it gives another number of samples.
     pub(crate) fn synthesise(
         &self,
         mut pressure: impl FnMut(usize, Range<i64>) -> Vec<f64>,
@@ -249,16 +249,16 @@ impl PassBy {
         Ok(heard)
     }
 
-    /// Returns the sample with the highest of the levels heard, and the level, while the tyre is no farther than
-    /// `half_length` \[m\] before or past the microphone: the coast-by level of UN R117 with L_AF and 10 m. `None` for
-    /// none.
+    /// Highest of the levels at the microphone, and its sample before it, while the tyre is no farther than
+    /// `half_length` \[m\] before or past the microphone: the coast-by level of UN R117 with L_AF and 10 m. `None`
+    /// without such a sample.
     pub(crate) fn highest(&self, levels: &[f64], half_length: f64) -> Option<(usize, f64)> {
         let within = |sample: &usize| self.place(*sample).abs() <= half_length * (1.0 + 1e-12);
         let heard = (0..self.samples.min(levels.len())).filter(within).map(|sample| (sample, levels[sample]));
         heard.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Returns the distance r run since the emission, and R, of what is heard at x.
+    /// Distance r travelled since the emission, and R, of the sound received at x \[m\].
     fn path(&self, x: f64) -> (f64, f64) {
         let mach = self.passage.speed / self.passage.sound_speed;
         let rest = 1.0 - mach * mach;
@@ -277,7 +277,7 @@ impl PassBy {
         Instant { emission: self.time(sample) - distance / self.passage.sound_speed, gain, stencil: (first, fades) }
     }
 
-    /// Returns the samples heard that a point has a part in, one more at either end.
+    /// Samples to which a point contributes, and one more at either end.
     fn heard(&self, receiver: usize) -> Range<usize> {
         let count = self.distances.len();
         let from = if receiver < STENCIL { 0 } else { receiver - 2 };
@@ -287,13 +287,13 @@ impl PassBy {
         first..(sample(to).ceil() as usize + 1).min(self.samples)
     }
 
-    /// Returns the place of tau + r_i/c among the samples of a point's pressure.
+    /// Position of tau + r_i/c among the samples of a point's pressure.
     fn position(&self, receiver: usize, sample: usize) -> f64 {
         let delay = self.distances[receiver] / self.passage.sound_speed;
         (self.instant(sample).emission + delay) * self.passage.input_rate
     }
 
-    /// Returns the spacing of the coarser lattice over the input's.
+    /// Spacing of the coarser samples over that of the input's.
     fn ratio(&self) -> f64 {
         (self.passage.input_rate / self.passage.output_rate).max(1.0)
     }

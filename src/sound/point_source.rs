@@ -1,6 +1,6 @@
-//! Equivalent point source of a tyre on a hard road: the sound power that models of traffic noise give it.
+//! Equivalent point source of a tyre on a hard road: the sound power that models of traffic noise assign to it.
 //!
-//! A source of the power W at the height h is heard at a distance r_1 and, by its image in the road, at r_2. Models
+//! A source of the power W at the height h has the distance r_1 from a receiver, and its image in the road r_2. Models
 //! differ in how they count the road:
 //!
 //! ```text
@@ -11,8 +11,9 @@
 //! CNOSSOS-EU (Directive (EU) 2015/996, 2.2.1) has a source at 0.05 m that radiates evenly into the half space above
 //! the road, the first reflection included in its power. Nord2000 (Jonasson, SP Report 2006:12, as Harmonoise) has 80 %
 //! of the rolling noise of a car at 0.01 m and 20 % at 0.3 m; its power is that of the free field, and the reflection
-//! is a part of the way. C is the mean of cos(2 pi f (r_2 - r_1)/c) over a band of equal power by hertz. Close to the
-//! road r_1 = r_2 and C = 1: a level in Nord2000 is 10 lg 2 = 3.0 dB below that in CNOSSOS-EU, for the same pressure.
+//! is a part of the propagation. C is the mean of cos(2 pi f (r_2 - r_1)/c) over a band of equal power per hertz. Close
+//! to the road r_1 = r_2 and C = 1: a level in Nord2000 is 10 lg 2 = 3.0 dB below that in CNOSSOS-EU, for the same
+//! pressure.
 //!
 //! For a pressure that is a mean over positions k, with p_0 = 20 uPa and W_0 = 1 pW,
 //!
@@ -29,10 +30,10 @@ use super::power::REFERENCE_POWER;
 use crate::numeric::sinc;
 use crate::response::ThirdOctaveBand;
 
-/// Way in which a model of traffic noise counts the reflection by the road.
+/// Treatment of the reflection by the road in a model of traffic noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum RoadReflection {
-    /// Part of the power, which goes evenly into the half space.
+    /// Included in the power, which radiates evenly into the half space.
     InPower,
     /// Image of the source, which interferes with it.
     Image,
@@ -52,8 +53,8 @@ impl PointSources {
     /// Sources of Nord2000, vehicles of category 1.
     pub(crate) const NORD2000: Self = Self { sources: &[(0.01, 0.8), (0.3, 0.2)], road: RoadReflection::Image };
 
-    /// Returns the level of the sound power \[dB re 1 pW\] that leads to a level of the mean square over some positions
-    /// \[dB re 20 uPa\] in a band. The source is on the road at the frame's origin. NaN without a position.
+    /// Level of the sound power \[dB re 1 pW\] that causes a level of the mean square over some positions \[dB re 20
+    /// uPa\] in a band. The source is on the road at the frame's origin. NaN without a position.
     pub(crate) fn power_level(
         &self,
         level_there: f64,
@@ -66,7 +67,7 @@ impl PointSources {
         level_there - level(REFERENCE_POWER * air.impedance() * mean)
     }
 
-    /// Returns p^2/(rho c W) at a position \[1/m^2\], its mean over a band.
+    /// p^2/(rho c W) at a position \[1/m^2\], its mean over a band.
     fn spread(&self, band: ThirdOctaveBand, [x, y, z]: Position, air: &Air) -> f64 {
         let one = |&(height, share): &(f64, f64)| {
             let distance = |height: f64| x.hypot(y).hypot(z - height);
@@ -99,7 +100,7 @@ mod tests {
 
     #[test]
     fn monopoles_over_the_road_have_the_power_that_they_were_given() {
-        // The program's own monopole over a rigid road: power W in the free field, p^2 = 4 pi rho c W |G|^2.
+        // The program's monopole over a rigid road: power W in the free field, p^2 = 4 pi rho c W |G|^2.
         let positions = [[0.0, 7.5, 1.2], [4.0, 7.5, 1.2], [-9.0, 7.5, 1.2], [0.0, 1.0, 3.0]];
         let power = 2.5e-3;
         for band in (-16..=10).map(ThirdOctaveBand) {
@@ -128,7 +129,7 @@ mod tests {
         let found = PointSources::CNOSSOS_EU.power_level(level(1.0), band, &[position], &air());
         let exact = 10.0 * (TAU * 25.0 / air().impedance() / 1e-12).log10();
         assert!((found - exact).abs() < 1e-10, "{found} for {exact}");
-        // Far from the road's surface and at a low frequency, source and image are one.
+        // At a low frequency, and low over the road, source and image are in phase.
         let far = [0.0, 300.0, 1.0];
         let [half, free] = [PointSources::CNOSSOS_EU, PointSources::NORD2000]
             .map(|sources| sources.power_level(60.0, band, &[far], &air()));
@@ -143,7 +144,7 @@ mod tests {
         let detour = 7.5_f64.hypot(1.5) - 7.5_f64.hypot(0.9);
         let band = ThirdOctaveBand::containing(0.5 * air().sound_speed / detour).unwrap();
         let [low, cancelled] = [ThirdOctaveBand(-10), band].map(|band| high.spread(band, position, &air()));
-        // In the band the phase is off pi by 0.73 at most: 1 - cos is 0.25 there, and 2 where both are in phase.
+        // In the band the phase differs from pi by 0.73 at most: 1 - cos is 0.25 there, and 2 where both are in phase.
         assert!(low / cancelled > 7.0, "{low} and {cancelled}");
     }
 }

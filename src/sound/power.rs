@@ -1,7 +1,7 @@
 //! Sound power from the pressures on a hemisphere about the tyre, over the rigid road.
 //!
-//! W = Int p_rms^2/(rho c) dS: far from the source, several tyre diameters and wavelengths, where the sound runs
-//! outwards. [`Iso3744`] has the microphones of the standard, all of equal areas.
+//! W = Int p_rms^2/(rho c) dS, valid far from the source, at several tyre diameters and wavelengths, where the sound
+//! travels outwards. [`Iso3744`] has the microphones of the standard, all of equal areas.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use super::frame::Position;
 /// Reference power of levels \[W\] (ISO 1683).
 pub(crate) const REFERENCE_POWER: f64 = 1e-12;
 
-/// Returns the level of a sound power \[dB re 1 pW\].
+/// Level of a sound power \[W\] \[dB re 1 pW\].
 pub(crate) fn power_level(power: f64) -> f64 {
     10.0 * (power / REFERENCE_POWER).log10()
 }
@@ -19,7 +19,8 @@ pub(crate) fn power_level(power: f64) -> f64 {
 /// Microphones of ISO 3744:2010, annex B, on a hemisphere over one reflecting plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Iso3744 {
-    /// Table B.1, for any source: all heights differ, so that no interference of a tone with its image meets all.
+    /// Table B.1, for any source: all heights differ, so that no interference of a tone with its image affects all of
+    /// them.
     Tones,
     /// Table B.2, for sources without audible tones.
     Broadband,
@@ -49,7 +50,7 @@ const TONES: [Position; 20] = [
     [0.14, 0.04, 0.99],
 ];
 
-/// Table B.2.
+/// Table B.2, in the same form.
 const BROADBAND: [Position; 20] = [
     [-0.99, 0.0, 0.15],
     [0.50, -0.86, 0.15],
@@ -74,9 +75,8 @@ const BROADBAND: [Position; 20] = [
 ];
 
 impl Iso3744 {
-    /// Returns the ten key positions or, with the additional ones, all twenty, on a hemisphere of a radius \[m\] about
-    /// the origin. The tables are rounded to hundredths; the positions are moved onto the hemisphere along their
-    /// radius.
+    /// The ten key positions or, with the additional ones, all twenty, on a hemisphere of a radius \[m\] about the
+    /// origin. The tables are rounded to hundredths; the positions are moved onto the hemisphere along their radius.
     pub fn positions(self, radius: f64, additional: bool) -> Vec<Position> {
         let table = match self {
             Self::Tones => TONES,
@@ -89,8 +89,8 @@ impl Iso3744 {
         table[..if additional { 20 } else { 10 }].iter().map(onto_hemisphere).collect()
     }
 
-    /// Returns the sound power \[W\] from the mean squares \[Pa^2\] at the positions of a radius \[m\]: their mean
-    /// times the area, by the air's impedance. NaN without a position.
+    /// Sound power \[W\] from the mean squares \[Pa^2\] at the positions of a radius \[m\]: their mean times the area,
+    /// over the air's impedance. NaN without a position.
     pub fn power(mean_squares: &[f64], radius: f64, air: &Air) -> f64 {
         let mean = mean_squares.iter().sum::<f64>() / mean_squares.len() as f64;
         TAU * radius * radius * mean / air.impedance()
@@ -104,18 +104,18 @@ mod tests {
     use super::*;
     use crate::numeric::legendre;
 
-    /// A grid over a hemisphere about the origin: Gauss and Legendre's nodes in height, even steps around; exact for
-    /// whatever directivity it can follow.
+    /// A grid over a hemisphere about the origin: Gauss-Legendre nodes in height, even steps around; exact for
+    /// directivities that it resolves.
     #[derive(Clone, Debug, PartialEq)]
     struct Hemisphere {
         /// Positions \[m\], ring by ring from the top, each from straight ahead by the left.
         positions: Vec<Position>,
-        /// The area that each stands for \[m^2\].
+        /// Area of each position \[m^2\].
         areas: Vec<f64>,
     }
 
     impl Hemisphere {
-        /// Makes a grid of so many rings of so many positions on a radius \[m\].
+        /// Grid of `rings` rings of `around` positions each on a radius \[m\].
         fn new(radius: f64, rings: usize, around: usize) -> Self {
             let mut grid = Self { positions: Vec::new(), areas: Vec::new() };
             for [node, weight] in legendre::gauss(rings) {
@@ -131,7 +131,7 @@ mod tests {
             grid
         }
 
-        /// Returns the sound power \[W\] from the mean squares \[Pa^2\] at the positions.
+        /// Sound power \[W\] from the mean squares \[Pa^2\] at the positions.
         fn power(&self, mean_squares: &[f64], air: &Air) -> f64 {
             self.areas.iter().zip(mean_squares).map(|(area, square)| area * square).sum::<f64>() / air.impedance()
         }
@@ -145,7 +145,7 @@ mod tests {
                 // Three numbers rounded to hundredths.
                 assert!((length - 1.0).abs() < 0.015, "{position:?}: {length}");
             }
-            // Equal areas: the mean height of a hemisphere's surface is half of its radius, its middle on the axis.
+            // Equal areas: the mean height of a hemisphere's surface is half of its radius, its middle is on the axis.
             for positions in [&table[..10], &table[..]] {
                 let mean =
                     |part: usize| positions.iter().map(|position| position[part]).sum::<f64>() / positions.len() as f64;

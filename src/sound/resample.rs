@@ -1,12 +1,12 @@
-//! A pressure at the rate of a run, brought to the rate of a sound file.
+//! A pressure resampled from the rate of a run to that of a sound file.
 //!
 //! Band-limited interpolation by a Kaiser-windowed sinc ([`WindowedSinc`]): flat to 0.45 of the lower of both rates,
-//! 100 dB down from 0.55 of it on. Between 0.45 and 0.5, where a run has nothing left that it vouches for, a tone
-//! fades and its image above the old Nyquist frequency appears.
+//! 100 dB down from 0.55 of it on. Between 0.45 and 0.5, where a run is no longer valid, a tone fades and its image
+//! above the old Nyquist frequency appears.
 //!
-//! Measured from 5.8 to 48 kHz: a tone below 0.45 of the rate comes back with an error of at most 1.4e-5 of its
-//! amplitude (-97 dB), images included. Cost: 66 multiplications and additions a sample of the result, more by the
-//! ratio where the rate is lowered.
+//! Measured from 5.8 to 48 kHz: a tone below 0.45 of the rate has an error of at most 1.4e-5 of its amplitude (-97 dB),
+//! images included. Cost: 66 multiplications and additions per output sample, more by the ratio where the rate is
+//! lowered.
 
 use std::sync::LazyLock;
 
@@ -15,32 +15,32 @@ use crate::numeric::windowed_sinc::{Phases, WindowedSinc};
 /// Sampling rate of sound files \[Hz\].
 pub(crate) const FILE_RATE: f64 = 48_000.0;
 
-/// The interpolation kernel of signals.
+/// Interpolation kernel.
 static KERNEL: LazyLock<WindowedSinc> = LazyLock::new(|| WindowedSinc::new(0.45, 0.55, 100.0));
-/// Interpolation kernel for rates that are not lowered, as a table. Linear interpolation between its places is exact to
-/// 2e-7 of the peak.
+/// The kernel as a table, for rates that are not lowered. Linear interpolation between its entries is exact to 2e-7 of
+/// the peak.
 static PHASES: LazyLock<Phases<f64>> = LazyLock::new(|| Phases::new(&KERNEL, 2048, |weight| weight));
 
-/// Returns half the kernel's width in samples of the lower rate.
+/// Half the kernel's width in samples of the lower rate.
 pub(super) fn half_width() -> f64 {
     KERNEL.half_width()
 }
 
 /// Resamples a signal from `rate` to `new_rate` samples a second (both > 0), from the same first instant on and not
-/// beyond its last sample. Before its first and after its last sample the signal counts as 0: half the kernel's width,
-/// 33 samples of the lower rate, fades in and out there.
+/// beyond its last sample. Before its first and after its last sample the signal counts as 0: it fades in and out over
+/// half the kernel's width, 33 samples of the lower rate.
 pub(crate) fn resample(signal: &[f64], rate: f64, new_rate: f64) -> Vec<f64> {
     let Some(last) = signal.len().checked_sub(1) else {
         return Vec::new();
     };
     let step = rate / new_rate;
-    // The last sample is kept where it falls on the new lattice up to rounding.
+    // The last sample is kept where it falls on a new sample up to rounding.
     let count = (last as f64 / step + 1e-9).floor() as usize + 1;
     let mut weights = Vec::new();
     (0..count).map(|n| weighted(signal, 0, n as f64 * step, step, &mut weights)).collect()
 }
 
-/// Interpolates a signal at `position`, counted in samples, where the first sample of `signal` has the number `first`;
+/// Interpolates a signal at `position`, counted in samples, where the first sample of `signal` has the index `first`;
 /// outside its samples the signal is 0. `ratio` is the rate of the signal over the new rate.
 pub(super) fn weighted(signal: &[f64], first: i64, position: f64, ratio: f64, weights: &mut Vec<f64>) -> f64 {
     let from = if ratio > 1.0 {
@@ -55,8 +55,8 @@ pub(super) fn weighted(signal: &[f64], first: i64, position: f64, ratio: f64, we
     dot(&weights[skipped..], &signal[begin..])
 }
 
-/// Returns the sum of products over the shorter of both lengths, as eight sums side by side, so that no addition waits
-/// for the previous one.
+/// Sum of products over the shorter of both lengths, as eight parallel sums, so that no addition waits for the previous
+/// one.
 fn dot(weights: &[f64], signal: &[f64]) -> f64 {
     let count = weights.len().min(signal.len());
     let (by_eight, rest) = weights[..count].as_chunks::<8>();
@@ -83,7 +83,7 @@ mod tests {
         (0..samples).map(|n| (TAU * frequency * n as f64 / rate + 0.4).sin()).collect()
     }
 
-    /// Returns the largest difference from the exact tone, the ends of the kernel's width left out.
+    /// Largest difference from the exact tone, except within the kernel's width of the ends.
     fn error(frequency: f64, rate: f64, new_rate: f64) -> f64 {
         let samples = (2000.0 * (rate / new_rate).max(1.0)) as usize;
         let found = resample(&tone(frequency, rate, samples), rate, new_rate);

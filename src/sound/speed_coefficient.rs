@@ -1,4 +1,4 @@
-//! The level at a reference speed and its growth, as UN R117 (annex 3, section 4) takes them from a set of coast-bys.
+//! Level at a reference speed and its growth, as in UN R117 (annex 3, section 4) from a set of coast-bys.
 //!
 //! Least squares of L = L_ref + b lg(v/v_ref) over the speeds. With n levels L_i at x_i = lg(v_i/v_ref), s^2 = sum of
 //! the squared residuals over n - 2, S = sum (x_i - mean x)^2 and t the two-sided 95 % quantile of Student's
@@ -8,16 +8,16 @@
 //! b +- t s/sqrt(S),   L_ref +- t s sqrt(1/n + (mean x)^2/S)
 //! ```
 //!
-//! R117 asks for at least four speeds on either side of v_ref within +-10 km/h, v_ref 80 km/h for tyres of classes C1
-//! and C2, 70 km/h for C3; the regression itself takes any.
+//! R117 requires at least four speeds on either side of v_ref within +-10 km/h, v_ref 80 km/h for tyres of classes C1
+//! and C2, 70 km/h for C3; the regression itself accepts any.
 
 use crate::numeric::quantile_of_student;
 use crate::response::SpeedExponent;
 
-/// A level's growth with the speed.
+/// Growth of a level with the speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SpeedCoefficient {
-    /// The slope b, what it misses and over how many speeds.
+    /// Slope b, its residual, and the number of speeds.
     pub slope: SpeedExponent,
     /// Half the width of the 95 % interval of b \[dB per decade\]; `None` for two levels, which leave no residual.
     pub slope_interval: Option<f64>,
@@ -65,8 +65,8 @@ mod tests {
         let exact = SpeedCoefficient::fit([70.0, 74.0, 83.0, 90.0].map(|v| (v, line(v))), 80.0).unwrap();
         assert!((exact.slope.decibels_per_decade - 31.0).abs() < 1e-10 && (exact.reference_level - 70.5).abs() < 1e-12);
         assert!(exact.slope_interval.unwrap() < 1e-9 && exact.reference_interval.unwrap() < 1e-11);
-        // By hand: x = -1, 0, 1 and levels 0, 3, 0 have the mean 1, slope 0, residuals -1, 2, -1: s = sqrt(6), S = 2,
-        // t = 12.706.
+        // By hand: x = -1, 0, 1 and levels 0, 3, 0 have the mean 1, slope 0, residuals -1, 2, -1: s = sqrt(6), S = 2, t
+        // = 12.706.
         let bent = SpeedCoefficient::fit([(8.0, 0.0), (80.0, 3.0), (800.0, 0.0)], 80.0).unwrap();
         assert!(bent.slope.decibels_per_decade.abs() < 1e-12 && (bent.reference_level - 1.0).abs() < 1e-12);
         assert!((bent.slope_interval.unwrap() - 12.706 * 3.0_f64.sqrt()).abs() < 1e-3);
@@ -81,7 +81,7 @@ mod tests {
         for _ in 0..trials {
             let levels = (0..8).map(|run| {
                 let speed = 70.0 + 2.5 * f64::from(run);
-                // Twelve uniform numbers make a normal one of variance 1.
+                // The sum of twelve uniform numbers is nearly normal, of variance 1.
                 let normal = (0..12).map(|_| random.random_range(-0.5..0.5)).sum::<f64>();
                 (speed, 70.0 + 30.0 * (speed / 80.0).log10() + 0.4 * normal)
             });

@@ -1,8 +1,8 @@
-//! Level of several third octaves together, and over which bands several of them may be compared.
+//! Level of several third octaves together, and the bands over which several of them may be compared.
 //!
-//! Runs differ in the bands that they vouch for, and a sum over a few bands is lower than one over all, whatever the
-//! sound. Sums are therefore compared over the bands that all of them vouch for. No band can be taken out of a maximum
-//! over time: maxima of different bands are not compared at all.
+//! Runs differ in their valid bands, and a sum over a few bands is lower than one over all, whatever the sound. Sums
+//! are therefore compared over the bands that are valid in all of them. No band can be taken out of a maximum over
+//! time: maxima of different bands are not compared at all.
 
 use std::fmt;
 
@@ -12,85 +12,84 @@ use super::covered::{CoveredBands, FOLLOWED, range};
 use super::levels::energetic_sum;
 use crate::response::{BandLevel, ThirdOctaveBand};
 
-/// Level of several third octaves together, with the bands that it is made of.
+/// Level of several third octaves together, with its bands.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct TotalLevel {
-    /// Level of the bands that are vouched for \[dB\], or the maximum over time of what they make.
+    /// Level of the sum of the valid bands \[dB\], or the maximum over time of that sum.
     pub level: f64,
-    /// True of a maximum over time.
+    /// True for a maximum over time.
     pub is_maximum: bool,
-    /// All bands, rising, also those that are not vouched for; of a maximum those of the mean.
+    /// All bands, rising, also those that are not valid; for a maximum those of the mean.
     pub bands: Vec<BandLevel>,
-    /// How far off the level may be \[dB\], where that is known.
+    /// Error of the level \[dB\], where it is known.
     pub error: Option<f64>,
 }
 
 impl TotalLevel {
-    /// Makes the sum of the bands that are vouched for; `None` where there is none.
+    /// Sum of the valid bands; `None` where there is none.
     pub fn of(bands: Vec<BandLevel>) -> Option<Self> {
         let level = energetic_sum(bands.iter().filter(|band| band.valid).map(|band| band.level));
         let is_empty = !bands.iter().any(|band| band.valid);
         (!is_empty).then_some(Self { level, is_maximum: false, bands, error: None })
     }
 
-    /// Returns a maximum over time in the place of this mean over the same bands.
+    /// A maximum over time \[dB\] in place of this mean, over the same bands.
     #[must_use]
     pub fn at_most(self, level: f64) -> Self {
         Self { level, is_maximum: true, ..self }
     }
 
-    /// Returns the bands that are vouched for.
     fn valid(&self) -> impl Iterator<Item = &BandLevel> + Clone {
         self.bands.iter().filter(|band| band.valid)
     }
 
-    /// Returns the bands of the level, and what those above may add; `None` of none.
+    /// Range of the level's bands, and what those above may add; `None` without bands.
     pub(crate) fn covered(&self) -> Option<CoveredBands> {
         CoveredBands::of(&self.valid().copied().collect::<Vec<_>>())
     }
 
-    /// Tells whether the level is a lower bound: bands that matter may be missing.
+    /// True if the level is a lower bound: bands that matter may be missing.
     pub fn is_lower_bound(&self) -> bool {
         self.covered().is_none_or(|bands| bands.lower_bound)
     }
 
-    /// Returns the level in words, `at least 43.7 +- 0.2`, without its unit.
+    /// The level in words, `at least 43.7 +- 0.2`, without its unit.
     pub(crate) fn text(&self) -> String {
         let least = if self.is_lower_bound() { "at least " } else { "" };
         let error = self.error.map_or_else(String::new, |error| format!(" +- {error:.1}"));
         format!("{least}{:.1}{error}", self.level)
     }
 
-    /// Returns the bands of the level in words, `25 Hz - 2 kHz`.
+    /// The range of the level's bands in words, `25 Hz - 2 kHz`.
     pub(crate) fn range(&self) -> String {
         self.covered().map_or_else(String::new, |bands| bands.text())
     }
 
-    /// Returns the loudest of all bands.
+    /// Loudest of all bands, also of those that are not valid.
     fn loudest(&self) -> Option<ThirdOctaveBand> {
         self.bands.iter().max_by(|one, other| one.level.total_cmp(&other.level)).map(|band| band.band)
     }
 }
 
-/// Levels over the bands that all of several totals are vouched for in.
+/// Levels of several totals over the bands that are valid in all of them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Compared {
-    /// Their levels over these bands, in their order \[dB\].
+    /// Levels over these bands, in the order of the totals \[dB\].
     pub levels: Vec<f64>,
     /// First and last of the bands.
     pub bands: [ThirdOctaveBand; 2],
-    /// True if these are all bands of each.
+    /// True if these are all valid bands of each.
     pub all: bool,
-    /// True if they hold the loudest band of each: what is missing above is not what the level is made of.
+    /// True if they hold the loudest band of each, so that the missing bands do not determine the level.
     pub hold_loudest: bool,
 }
 
-/// Why totals cannot be compared.
+/// Reason why totals cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Apart {
-    /// No band is vouched for in all of them.
+    /// No band is valid in all of them.
     NoCommonBand,
-    /// A maximum over time of other bands is among them.
+    /// One of them is a maximum over time of other bands.
     Maximum,
 }
 
@@ -104,10 +103,7 @@ impl fmt::Display for Apart {
 }
 
 impl Compared {
-    /// Compares some totals.
-    ///
-    /// # Errors
-    /// [`Apart`].
+    /// Compares some totals; an error if they have no common band or are maxima of different bands.
     pub(crate) fn of(totals: &[&TotalLevel]) -> Result<Self, Apart> {
         let (first, others) = totals.split_first().ok_or(Apart::NoCommonBand)?;
         let has = |total: &TotalLevel, band: ThirdOctaveBand| total.valid().any(|other| other.band == band);
@@ -123,7 +119,7 @@ impl Compared {
                 Ok(energetic_sum(bands.map(|of| of.level)))
             }
         };
-        // Where it is the last one it may be on the way up, unless that is where tyres are loudest.
+        // Where the loudest is the last one, the spectrum may still rise, unless that is where tyres are loudest.
         let is_held = |total: &&TotalLevel| {
             let held = |loudest| common.contains(&loudest) && (loudest < highest || highest >= FOLLOWED);
             total.loudest().is_some_and(held)
@@ -136,32 +132,26 @@ impl Compared {
         })
     }
 
-    /// Compares totals whose growth is asked for: their common bands reach the loudest.
-    ///
-    /// # Errors
-    /// Why it is not known.
+    /// Compares totals for their growth with the speed; an error also where the common bands do not reach the loudest.
     pub(crate) fn for_growth(totals: &[&TotalLevel]) -> Result<Self, String> {
         let compared = Self::of(totals).map_err(|why| why.to_string())?;
         let unheld = || format!("the common bands, {}, do not reach the loudest", compared.range());
         if compared.hold_loudest { Ok(compared) } else { Err(unheld()) }
     }
 
-    /// Returns the difference of a total from a reference \[dB\], and the bands where these are not all of both.
-    ///
-    /// # Errors
-    /// [`Apart`].
+    /// Difference of a total from a reference \[dB\], and the common bands where these are not all bands of both.
     pub(crate) fn difference(found: &TotalLevel, reference: &TotalLevel) -> Result<(f64, Option<String>), Apart> {
         let compared = Self::of(&[found, reference])?;
         let bands = (!compared.all).then(|| compared.range());
         Ok((compared.levels[0] - compared.levels[1], bands))
     }
 
-    /// Returns the nominal mid-frequency of the highest of the bands \[Hz\].
+    /// Nominal mid-frequency of the highest of the bands \[Hz\].
     pub(crate) fn highest_hz(&self) -> f64 {
         self.bands[1].nominal_frequency()
     }
 
-    /// Returns the bands in words, `25 Hz - 80 Hz`.
+    /// The bands in words, `25 Hz - 80 Hz`.
     pub(crate) fn range(&self) -> String {
         let [lowest, highest] = self.bands.map(ThirdOctaveBand::nominal_frequency);
         range(lowest, highest)
@@ -172,7 +162,7 @@ impl Compared {
 mod tests {
     use super::*;
 
-    /// Makes the sum of bands from 25 Hz on that are vouched for up to one of them.
+    /// Sum of bands from 25 Hz on that are valid up to one of them.
     fn total(valid_to: i32, level: impl Fn(i32) -> f64) -> TotalLevel {
         let band = |n: i32| {
             let level = level(n);
@@ -181,7 +171,7 @@ mod tests {
         TotalLevel::of((-16..=4).map(band).collect()).unwrap()
     }
 
-    /// Returns a spectrum that is loudest at 800 Hz.
+    /// A spectrum that is loudest at 800 Hz.
     fn tyre(n: i32) -> f64 {
         60.0 - 3.0 * f64::from((n + 1).abs())
     }
@@ -220,7 +210,7 @@ mod tests {
             cut.bands.retain(|band| band.valid);
             assert_eq!(Compared::of(&[&cut, &cut]).unwrap().hold_loudest, held, "{last}");
         }
-        // Louder bands above, which are not vouched for.
+        // Louder bands above, which are not valid.
         assert!(!Compared::of(&[&total(0, rising)]).unwrap().hold_loudest);
         assert_eq!(Compared::of(&[]), Err(Apart::NoCommonBand));
     }

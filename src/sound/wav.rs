@@ -1,14 +1,14 @@
 //! Sound files: WAV, 24 bit or 32 bit floats, with their calibration.
 //!
-//! A player knows numbers from -1 to 1 only. What 1 is in pascals stands in the file itself, in a LIST chunk of kind
-//! INFO behind the samples (Microsoft and IBM, *Multimedia Programming Interface and Data Specifications 1.0*, 1991),
-//! which players show or skip:
+//! Players expect samples from -1 to 1. The pressure that corresponds to 1 is in the file itself, in a LIST chunk of
+//! kind INFO behind the samples (Microsoft and IBM, *Multimedia Programming Interface and Data Specifications 1.0*,
+//! 1991), which players show or skip:
 //!
 //! - `ISFT`: the program;
-//! - `ICMT`: `full scale = 2 Pa; ` and what the sound is. The number is written so that it is read back to the last
-//!   bit.
+//! - `ICMT`: `full scale = 2 Pa; ` and a description of the sound. The number is written so that it is read back to the
+//!   last bit.
 //!
-//! A sample s of a 24-bit file is s/2^23 of full scale; a float is a part of full scale as it is.
+//! A sample s of a 24-bit file is s/2^23 of full scale; a float is a fraction of full scale.
 
 use std::io::{self, Cursor};
 use std::path::Path;
@@ -18,47 +18,47 @@ use thiserror::Error;
 
 use crate::storage::PendingFile;
 
-/// How samples are kept.
+/// Format of the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum SampleFormat {
-    /// Whole numbers of 24 bits: read by every player; noise of rounding 146 dB below full scale.
+    /// Integers of 24 bits: read by every player; rounding noise 146 dB below full scale.
     #[default]
     Integer24,
     /// Floats of 32 bits: nothing is cut off above full scale.
     Float32,
 }
 
-/// Why there is no sound file.
+/// Error of a sound file.
 #[derive(Debug, Error)]
 pub enum WavError {
     /// No channel, more than a file can have, or channels of different lengths.
     #[error("a sound file needs one channel or several of the same length, not lengths {lengths:?}")]
     Channels {
-        /// Samples in each channel.
+        /// Number of samples of each channel.
         lengths: Vec<usize>,
     },
     /// A full scale that is not a positive pressure.
     #[error("full scale must be a positive pressure, not {full_scale} Pa")]
     FullScale {
-        /// The value given \[Pa\].
+        /// Value given \[Pa\].
         full_scale: f64,
     },
-    /// A pressure that is not finite, or too much for whole numbers.
+    /// A pressure that is not finite, or beyond full scale in integers.
     #[error("sample {sample} of channel {channel} is {pressure} Pa, full scale is {full_scale} Pa")]
     Overload {
-        /// The channel, from 0.
+        /// Index of the channel, from 0.
         channel: usize,
-        /// The sample, from 0.
+        /// Index of the sample, from 0.
         sample: usize,
-        /// Its pressure \[Pa\].
+        /// Pressure of the sample \[Pa\].
         pressure: f64,
-        /// Largest pressure of the format \[Pa\].
+        /// Full scale of the file \[Pa\].
         full_scale: f64,
     },
-    /// More than the 4 GiB that the format can count.
+    /// More than the 4 GiB that the format allows.
     #[error("a sound file cannot hold {bytes} bytes")]
     TooLong {
-        /// Size asked for.
+        /// Size of the file \[bytes\].
         bytes: u64,
     },
     /// Error of the encoder.
@@ -78,25 +78,25 @@ pub struct Recording {
     pub channels: Vec<Vec<f64>>,
     /// Pressure that is 1 in the file \[Pa\].
     pub full_scale: f64,
-    /// How samples are kept.
+    /// Format of the samples.
     pub format: SampleFormat,
-    /// Description of the sound, for people: ASCII, no line breaks.
+    /// Description of the sound for the comment of the file: ASCII, no line breaks.
     pub description: String,
 }
 
-/// Full scale of a whole number of 24 bits.
+/// Full scale as an integer of 24 bits.
 const SCALE_24: f64 = 8_388_608.0;
 
-/// Where `ICMT` begins.
+/// Begin of `ICMT`.
 const CALIBRATION: &str = "full scale = ";
 
-/// Returns the smallest of 1, 2, 5, 10, ... Pa (and their parts) that holds pressures up to a peak \[Pa\]: files of
-/// similar sounds get the same, and can be compared by ear. 1 Pa for silence.
+/// Smallest of 1, 2, 5, 10, ... Pa (and their decimal parts) that holds pressures up to a peak \[Pa\]: files of similar
+/// sounds get the same, and can be compared by ear. 1 Pa for silence.
 pub fn full_scale_for(peak: f64) -> f64 {
     if !(peak.is_finite() && peak > 0.0) {
         return 1.0;
     }
-    // Not quite up to the step: 24 bits hold no +1.
+    // Slightly above the peak: 24 bits cannot hold +1.
     let peak = peak * (1.0 + 1e-6);
     let power = peak.log10().floor() as i32;
     let decade = |power: i32| if power < 0 { 1.0 / 10.0_f64.powi(-power) } else { 10.0_f64.powi(power) };
@@ -105,7 +105,7 @@ pub fn full_scale_for(peak: f64) -> f64 {
 }
 
 impl Recording {
-    /// Returns the file's content.
+    /// Content of the file.
     ///
     /// # Errors
     /// [`WavError`], but not [`WavError::Write`].
@@ -124,7 +124,7 @@ impl Recording {
             SampleFormat::Float32 => (32, hound::SampleFormat::Float),
         };
         let information = information(full_scale, &self.description);
-        // Headers are smaller than the slack.
+        // 1024 bytes are more than all headers.
         let bytes = samples as u64 * u64::from(channels) * u64::from(bits_per_sample / 8) + information.len() as u64;
         if bytes > u64::from(u32::MAX - 1024) {
             return Err(WavError::TooLong { bytes });
@@ -168,16 +168,13 @@ impl Recording {
     }
 }
 
-/// Returns a file of [`Recording::to_bytes`] with another full scale, large enough for its peak \[Pa\]; `None` for a
-/// file that is none of these.
-///
-/// # Errors
-/// [`WavError`], but not [`WavError::Write`].
+/// A file of [`Recording::to_bytes`] with another full scale \[Pa\], which must be large enough for its peak; `None`
+/// for any other file.
 pub(crate) fn rescaled(file: &[u8], full_scale: f64) -> Option<Result<Vec<u8>, WavError>> {
     Some(Recording { full_scale, ..recording(file)? }.to_bytes())
 }
 
-/// Reads a file of [`Recording::to_bytes`] again; `None` for a file that is none of these.
+/// Reads a file of [`Recording::to_bytes`]; `None` for any other file.
 pub(crate) fn recording(file: &[u8]) -> Option<Recording> {
     let full_scale = full_scale_of(file)?;
     let comment = chunk(chunk(file.get(12..)?, b"LIST")?.strip_prefix(b"INFO")?, b"ICMT")?;
@@ -201,7 +198,7 @@ pub(crate) fn recording(file: &[u8]) -> Option<Recording> {
     Some(Recording { rate, channels, full_scale, format, description })
 }
 
-/// Returns the pressure that is 1 in a file \[Pa\], from its content; `None` without a calibration in the form of
+/// Pressure of full scale \[Pa\] from the content of a file; `None` without a calibration in the form of
 /// [`super::wav`].
 pub(crate) fn full_scale_of(file: &[u8]) -> Option<f64> {
     let list = chunk(file.get(12..)?, b"LIST")?;
@@ -210,7 +207,7 @@ pub(crate) fn full_scale_of(file: &[u8]) -> Option<f64> {
     text.strip_prefix(CALIBRATION)?.split(" Pa").next()?.parse().ok()
 }
 
-/// Returns the chunk LIST of kind INFO.
+/// Content of the LIST chunk of kind INFO.
 fn information(full_scale: f64, description: &str) -> Vec<u8> {
     let plain: String = description.chars().map(|c| if c.is_ascii() && !c.is_control() { c } else { '?' }).collect();
     let comment = format!("{CALIBRATION}{full_scale} Pa; {plain}");
@@ -223,9 +220,9 @@ fn information(full_scale: f64, description: &str) -> Vec<u8> {
     content
 }
 
-/// Returns the file with a chunk LIST at its end.
+/// The file with a LIST chunk at its end, and its size corrected.
 fn with_chunk(mut file: Vec<u8>, content: &[u8]) -> Vec<u8> {
-    // Chunks begin at even places.
+    // Chunks begin at even offsets.
     if file.len() % 2 == 1 {
         file.push(0);
     }
@@ -244,7 +241,7 @@ fn push_chunk(file: &mut Vec<u8>, name: &[u8; 4], content: &[u8]) {
     }
 }
 
-/// Returns the content of the first chunk of a name.
+/// Content of the first chunk of a name; `None` if there is none, or it is cut off.
 fn chunk<'a>(mut chunks: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {
     loop {
         let (head, rest) = chunks.split_first_chunk::<4>()?;
@@ -279,7 +276,7 @@ mod tests {
     #[test]
     fn a_file_is_read_back_with_its_pressures_and_its_calibration() {
         for (format, error) in [(SampleFormat::Integer24, 2.0 / SCALE_24), (SampleFormat::Float32, 2e-7)] {
-            // 333 samples of three bytes: an odd number, which needs filling before the calibration.
+            // 333 samples of three bytes: an odd number, which needs padding before the calibration.
             for channels in [1, 2] {
                 let recording = recording(format, channels, 333);
                 let bytes = recording.to_bytes().unwrap();

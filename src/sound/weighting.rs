@@ -7,24 +7,24 @@
 //! ```
 //!
 //! f_1 ... f_4 follow from the two cut-off frequencies 10^1.5 and 10^3.9 Hz of the C-weighting, 3 dB down, and the
-//! high-pass at 10^2.45 Hz (formulas E.2 to E.6); they are worked out here rather than copied. Z is 1 everywhere.
+//! high-pass at 10^2.45 Hz (formulas E.2 to E.6); they are computed here rather than copied. Z is 1 everywhere.
 
 use crate::response::PowerSpectrum;
 
-/// Frequency that every weighting passes with gain 1 \[Hz\].
+/// Frequency at which every weighting has the gain 1 \[Hz\].
 pub(crate) const REFERENCE_FREQUENCY: f64 = 1000.0;
 
-/// How a sound level meter weights frequencies.
+/// Frequency weighting of a sound level meter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FrequencyWeighting {
-    /// As the ear does for faint sounds.
+    /// A: the sensitivity of the ear for faint sounds.
     A,
-    /// All alike.
+    /// Z: flat, gain 1 at all frequencies.
     Z,
 }
 
 impl FrequencyWeighting {
-    /// Returns the gain at a frequency \[Hz\], by which amplitudes are multiplied; 1 at 1 kHz.
+    /// Gain at a frequency \[Hz\], the factor of amplitudes; 1 at 1 kHz.
     pub fn gain(self, frequency: f64) -> f64 {
         match self {
             Self::A => response(frequency) / response(REFERENCE_FREQUENCY),
@@ -32,22 +32,22 @@ impl FrequencyWeighting {
         }
     }
 
-    /// Returns the same \[dB\]; minus infinity for A at 0.
+    /// The same in decibels; minus infinity for A at 0 Hz.
     pub fn decibels(self, frequency: f64) -> f64 {
         20.0 * self.gain(frequency).log10()
     }
 
-    /// Returns the spectrum of the weighted signal: each bin's power times the squared gain at its frequency.
+    /// Spectrum of the weighted signal: each bin's power times the squared gain at its frequency.
     ///
-    /// A bin that is wide against its frequency takes the gain of its middle: with bins of 3 Hz and the steepest slope,
-    /// 24 dB per octave, that is 0.03 dB wrong at 50 Hz, where A takes 30 dB off.
+    /// A wide bin gets the gain of its middle: with bins of 3 Hz and the steepest slope, 24 dB per octave, that is an
+    /// error of 0.03 dB at 50 Hz, where A is -30 dB.
     pub fn of_spectrum(self, spectrum: &PowerSpectrum) -> PowerSpectrum {
         let bins = spectrum.power.iter().enumerate();
         let power = bins.map(|(bin, power)| power * self.gain(bin as f64 * spectrum.resolution).powi(2));
         PowerSpectrum { power: power.collect(), ..spectrum.clone() }
     }
 
-    /// Returns `A` or `Z`, as units and file names have it.
+    /// `A` or `Z`, as in units and file names.
     pub fn letter(self) -> char {
         match self {
             Self::A => 'A',
@@ -56,7 +56,7 @@ impl FrequencyWeighting {
     }
 }
 
-/// Returns the pole frequencies f_1 ... f_4 of the A-weighting \[Hz\]: formulas E.2 to E.6, with D^2 = 1/2.
+/// Pole frequencies f_1 ... f_4 of the A-weighting \[Hz\]: formulas E.2 to E.6, with D^2 = 1/2.
 pub(super) fn poles() -> [f64; 4] {
     let [reference, low, high] = [REFERENCE_FREQUENCY, 10.0_f64.powf(1.5), 10.0_f64.powf(3.9)].map(|f| f * f);
     let half = 0.5_f64.sqrt();
@@ -73,7 +73,7 @@ pub(super) fn poles() -> [f64; 4] {
     ]
 }
 
-/// Returns R(f).
+/// R(f) of the module's head.
 fn response(frequency: f64) -> f64 {
     let square = frequency * frequency;
     let [first, second, third, fourth] = poles().map(|pole| pole * pole);

@@ -1,20 +1,20 @@
 //! The A-weighting as a digital filter at any sampling rate.
 //!
-//! A bilinear transform bends the frequency axis: at 48 kHz it takes 16 kHz down by 6 dB too much. Instead:
+//! A bilinear transform warps the frequency axis: at 48 kHz it attenuates 16 kHz by 6 dB too much. Instead:
 //!
 //! 1. The four low poles (f_1 twice, f_2, f_3) and the four zeros at 0 are first-order high-passes y_n = x_n - x_(n-1)
-//!    + a y_(n-1) with the matched pole a = exp(-2 pi f_i/f_s): exact where they act.
-//! 2. What is left of the weighting, the low-pass at f_4 and the errors of 1. near the Nyquist frequency, is smooth. A
-//!    short FIR filter does it, of minimum phase, by frequency sampling: its log magnitude on a fine grid, the folded
+//!    + a y_(n-1) with the matched pole a = exp(-2 pi f_i/f_s): exact where they matter.
+//! 2. The remainder of the weighting, the low-pass at f_4 and the errors of 1. near the Nyquist frequency, is smooth.
+//!    It is a short FIR filter of minimum phase, by frequency sampling: its log magnitude on a fine grid, the folded
 //!    cepstrum, back (Oppenheim and Schafer, *Discrete-Time Signal Processing*, section 12.3; a grid of 4096 points and
 //!    32 taps).
 //! 3. The whole is scaled to gain 1 at 1 kHz.
 //!
 //! Measured against annex E of the standard at rates of 4 to 192 kHz, from 10 Hz on: 0.003 dB up to 0.4 f_s (or 20
-//! kHz), 0.008 dB up to 0.45 f_s; class 1 allows 0.7 to 3 dB. The kink that a spectrum has at the Nyquist frequency is
-//! all that is left: halving the taps makes it 4 times as large.
+//! kHz), 0.008 dB up to 0.45 f_s; class 1 allows 0.7 to 3 dB. The remaining error comes from the kink of the spectrum
+//! at the Nyquist frequency: half the taps make it 4 times as large.
 //!
-//! Cost: 36 multiplications and additions a sample.
+//! Cost: 36 multiplications and additions per sample.
 
 use std::f64::consts::{PI, TAU};
 
@@ -26,7 +26,7 @@ use super::weighting::{FrequencyWeighting, REFERENCE_FREQUENCY, poles};
 
 /// Lowest sampling rate \[Hz\]: 1 kHz, where the gain is 1, must lie well inside the band.
 pub(crate) const LOWEST_RATE: f64 = 4000.0;
-/// Highest sampling rate \[Hz\] that the error is stated for.
+/// Highest sampling rate for which the error is stated \[Hz\].
 pub(crate) const HIGHEST_RATE: f64 = 192_000.0;
 
 /// Taps of the FIR part.
@@ -34,30 +34,30 @@ const TAPS: usize = 32;
 /// Points of its frequency grid.
 const GRID: usize = 4096;
 
-/// A sampling rate that there is no filter for.
+/// A sampling rate for which there is no filter.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[error("a weighting filter needs a sampling rate from {LOWEST_RATE} to {HIGHEST_RATE} Hz, not {rate} Hz")]
 pub struct RateError {
-    /// The rate asked for \[Hz\].
+    /// Rate given \[Hz\].
     pub rate: f64,
 }
 
-/// A frequency weighting that takes a signal sample by sample.
+/// A frequency weighting that filters a signal sample by sample.
 #[derive(Clone, Debug)]
 pub struct WeightingFilter {
-    /// Poles of the high-passes; none for Z.
+    /// Poles of the high-passes; empty for Z.
     poles: Vec<f64>,
     /// Last input and output of each.
     states: Vec<[f64; 2]>,
     /// Impulse response of the FIR part; empty for Z.
     taps: Vec<f64>,
-    /// Its last inputs, a ring.
+    /// Its last inputs, a ring buffer.
     history: Vec<f64>,
     newest: usize,
 }
 
 impl WeightingFilter {
-    /// Makes a filter at a sampling rate \[Hz\], at rest.
+    /// Filter at a sampling rate \[Hz\], at rest.
     ///
     /// # Errors
     /// [`RateError`] outside 4 to 192 kHz, for Z too.
@@ -73,7 +73,7 @@ impl WeightingFilter {
         Ok(Self { poles, states, taps, history, newest: 0 })
     }
 
-    /// Returns the next weighted sample.
+    /// The next weighted sample.
     pub fn push(&mut self, sample: f64) -> f64 {
         let mut value = sample;
         for (pole, [input, output]) in self.poles.iter().zip(&mut self.states) {
@@ -89,13 +89,13 @@ impl WeightingFilter {
         self.taps.iter().zip(late.iter().chain(early)).map(|(tap, past)| tap * past).sum()
     }
 
-    /// Returns the whole signal, weighted.
+    /// Filters a whole signal, continuing from the last sample.
     pub fn apply(&mut self, signal: &[f64]) -> Vec<f64> {
         signal.iter().map(|&sample| self.push(sample)).collect()
     }
 }
 
-/// Returns the poles of the high-passes and taps of the A-weighting.
+/// Poles of the high-passes and taps of the A-weighting.
 fn design(rate: f64) -> (Vec<f64>, Vec<f64>) {
     let [first, second, third, _] = poles();
     let poles: Vec<f64> = [first, first, second, third].iter().map(|pole| (-TAU * pole / rate).exp()).collect();
@@ -107,7 +107,7 @@ fn design(rate: f64) -> (Vec<f64>, Vec<f64>) {
     let transform = FftPlanner::new().plan_fft_forward(GRID);
     let mut bins: Vec<Complex64> = (0..GRID)
         .map(|bin| {
-            // The zeros of weighting and high-passes cancel: a frequency near 0 stands for 0.
+            // The zeros of weighting and high-passes cancel: a frequency near 0 replaces 0.
             let frequency = (bin.min(GRID - bin) as f64).max(1e-3) * rate / GRID as f64;
             let missing = FrequencyWeighting::A.gain(frequency) / high_passes(frequency).sqrt();
             Complex64::from(missing.ln())
@@ -147,7 +147,7 @@ mod tests {
 
     const RATES: [f64; 11] = [4e3, 5.8e3, 8e3, 11_025.0, 16e3, 22_050.0, 32e3, 44_100.0, 48e3, 96e3, 192e3];
 
-    /// Returns the level of the filter's impulse response at a frequency: the filter as it runs, not its coefficients.
+    /// Level of the filter's impulse response at a frequency: the filter as it runs, not its coefficients.
     fn decibels(impulse_response: &[f64], frequency: f64, rate: f64) -> f64 {
         let turn = |n: usize| Complex64::cis(-TAU * frequency / rate * n as f64);
         let sum: Complex64 = impulse_response.iter().enumerate().map(|(n, &h)| turn(n) * h).sum();
@@ -156,7 +156,7 @@ mod tests {
 
     fn impulse_response(rate: f64) -> Vec<f64> {
         let mut filter = WeightingFilter::new(FrequencyWeighting::A, rate).unwrap();
-        // The slowest pole, 20.6 Hz, has died away by e^-32 after a quarter of a second.
+        // The slowest pole, 20.6 Hz, has decayed by e^-32 after a quarter of a second.
         let mut impulse = vec![0.0; (0.25 * rate) as usize];
         impulse[0] = 1.0;
         filter.apply(&impulse)

@@ -21,13 +21,13 @@ use crate::tyre::poles::{FitOptions, expected_fit, fit_unless_stopped};
 
 /// Tolerance of the models that are rolled with.
 const TOLERANCE: f64 = 1e-3;
-/// Resolution, and the steps before and while the load is found.
+/// Elements, and the numbers of steps of warm-up and of those that are timed.
 const PROBE: (usize, u64, u64) = (512, 400, 1500);
-/// Stages that the probes measure; the others do too little in them, or what they do depends on what is kept.
+/// Stages that the probes measure; the others do too little in them, or their work depends on what is cached.
 const MEASURED: [Stage; 7] =
     [Stage::Road, Stage::Slices, Stage::Axle, Stage::History, Stage::Transforms, Stage::Penetration, Stage::ActiveSet];
 
-/// Returns the costs measured before, or measures and keeps them now; a record that cannot be kept is no error.
+/// The costs measured before, or measured and kept now; a record that cannot be kept is no error.
 ///
 /// # Errors
 /// [`RunError::Interrupted`] once `stop` is set; any other is a defect of the probes.
@@ -65,14 +65,14 @@ fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     Ok(probes.costs())
 }
 
-/// Times of short runs together, all in s.
+/// Sums over the short runs, times in s.
 #[derive(Default)]
 struct Probes {
-    /// Time of the fit, relative to what was expected.
+    /// Time of the fit over the expected time.
     fit: f64,
-    /// Expected and taken by stage.
+    /// Expected and measured time by stage.
     stages: [[f64; 2]; Stage::ALL.len()],
-    /// Steps, and their time in no stage.
+    /// Number of steps, and their time outside all stages.
     steps: f64,
     rest: f64,
 }
@@ -101,7 +101,7 @@ impl Probes {
         for expected in stages {
             let [planned, taken] = &mut self.stages[expected.stage as usize];
             *planned += expected.seconds;
-            // A plan has a stage's parts with it.
+            // In a plan a stage includes its parts.
             *taken += meter.whole(expected.stage).spent.wall.as_secs_f64();
         }
         Ok(())
@@ -114,7 +114,7 @@ impl Probes {
         for (stage, [planned, taken]) in MEASURED.into_iter().zip(measured) {
             stages[stage as usize] = taken / planned;
         }
-        // What compliances and poles take is arithmetic as that of a fit.
+        // Compliances and poles are the same arithmetic as that of a fit.
         (stages[Stage::Fit as usize], stages[Stage::Influence as usize]) = (self.fit, self.fit);
         UnitCosts { stages, step: self.rest / self.steps, measured: true }
     }

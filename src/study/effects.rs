@@ -1,4 +1,4 @@
-//! Worth of each effect: the scene with one effect after the other switched, beside two bases.
+//! Contribution of each effect: the scene with one effect after the other switched, beside two bases.
 //!
 //! 1. the base without any effect that can be taken away, and the scene with all of them;
 //! 2. each effect alone added to the base, and alone taken away from all;
@@ -28,9 +28,8 @@ use crate::scene::{AirMotion, LoadedScene, Scene, SliceCoupling, Slices, Zone};
 use crate::sound::TotalLevel;
 use crate::study::trial::{Trial, Trials};
 
-/// Longest time rolled for each variant unless asked for \[s\].
 pub(crate) const LONGEST: f64 = 3.0;
-/// Motions of the air at the tread, and their names as doubts.
+/// Assumed motions of the air at the tread, and the names under which the uncertainty that they cause is listed.
 const AIRS: [(AirMotion, &str); 3] = [
     (AirMotion::Road, "air over the road"),
     (AirMotion::Axle, "air with the axle"),
@@ -40,7 +39,7 @@ const AIRS: [(AirMotion, &str); 3] = [
 /// Effect that can be taken away: a row of the plan's table.
 pub(crate) type Effect = &'static Row;
 
-/// Returns all of them; contact over cells, which is compared with slices as a whole, is the last.
+/// All effects that can be switched; contact over cells, which is compared with slices as a whole, is the last.
 pub(crate) fn effects() -> Vec<Effect> {
     let (cells, others): (Vec<_>, Vec<_>) = rows().filter(|row| row.switch.is_some()).partition(|row| is_cells(row));
     others.into_iter().chain(cells).collect()
@@ -54,15 +53,14 @@ fn is_cells(effect: Effect) -> bool {
     effect.short == "cells"
 }
 
-/// Switches an effect in a scene.
 fn set(effect: Effect, scene: &mut Scene, on: bool) {
     if let Some(switch) = effect.switch {
         switch(scene, on);
     }
 }
 
-/// Plans a scene of slices over cells instead, rolled for `duration` \[s\]; `None` of a scene of cells, and of one that
-/// cells cannot have.
+/// Plan of the same scene over cells instead of slices, rolled for `duration` \[s\]; `None` if the scene has cells
+/// already, or cannot have them.
 pub(crate) fn over_cells(loaded: &LoadedScene, duration: f64) -> Option<Plan> {
     let mut scene = loaded.scene.clone();
     let cells = effects().into_iter().find(|effect| is_cells(effect) && scene.contact.zone == Zone::Slices)?;
@@ -74,7 +72,7 @@ pub(crate) fn over_cells(loaded: &LoadedScene, duration: f64) -> Option<Plan> {
     Plan::of(&loaded).ok().map(Plan::with_kept_model)
 }
 
-/// Returns the reason why an effect is not looked at in a scene of slices, or of cells.
+/// Why an effect is not compared in a scene of slices, or of cells; `None` if it is.
 fn beside_cells(scene: &Scene, effect: Effect) -> Option<String> {
     let reason = match scene.contact.zone {
         Zone::Cells if !effect.of_cells => "cells are compared with slices alone",
@@ -84,39 +82,39 @@ fn beside_cells(scene: &Scene, effect: Effect) -> Option<String> {
     Some(reason.to_owned())
 }
 
-/// One effect.
+/// Contribution of one effect.
 #[derive(Clone)]
 pub(crate) struct Worth {
-    /// The effect.
+    /// The switched row of the plan's table.
     pub effect: Effect,
-    /// With it alone, and with all but it; or why the scene cannot have it, or cannot be without it.
+    /// Runs with it alone, and with all but it; or why the scene cannot have it, or cannot be without it.
     pub found: Result<[Trial; 2], String>,
 }
 
-/// All effects of a scene.
+/// Contributions of all effects of a scene.
 #[derive(Clone)]
 pub(crate) struct Comparison {
-    /// Without any effect that can be taken away; one without which the motion grows without bound stays.
+    /// Without any effect that can be taken away; an effect without which the motion grows without bound stays.
     pub base: Trial,
     /// With all that the scene can have.
     pub all: Trial,
-    /// Each of them.
+    /// Each effect with its two runs.
     pub effects: Vec<Worth>,
-    /// All, with half and twice the compliance of the local law, and with each other motion of the air where there are
-    /// receivers: how far the model itself is to be trusted.
+    /// All effects, with half and twice the compliance of the local law, and with each other motion of the air where
+    /// there are receivers: the uncertainty of the model itself.
     pub doubts: Vec<(String, Trial)>,
 }
 
-/// Forecasts of runs one after the other.
+/// Forecasts of runs that follow one another.
 struct Forecasts<'a> {
     costs: &'a UnitCosts,
     threads: usize,
-    /// Set-ups that an earlier run has made, by stage and time of all cores.
+    /// Set-ups that an earlier run has made: stage, and bits of their time.
     made: HashSet<(Stage, u64)>,
 }
 
 impl Forecasts<'_> {
-    /// Returns the wall time of the next run \[s\]; 0 of a scene that is refused.
+    /// Wall time of the next run \[s\]; 0 for a scene that is refused.
     fn next(&mut self, scene: &Scene) -> f64 {
         let planned = LoadedScene::from_scene(scene, "variant").and_then(|loaded| Plan::of(&loaded));
         let Ok(plan) = planned.map(Plan::with_kept_model) else { return 0.0 };
@@ -130,8 +128,8 @@ impl Forecasts<'_> {
     }
 }
 
-/// Returns the compares. `duration` \[s\] takes the place of the scene's; the time is forecast by costs of this machine
-/// and the present threads.
+/// Rolls a scene with its effects switched one by one. `duration` \[s\] replaces the scene's; the time is forecast from
+/// the costs of this machine and the present number of threads.
 ///
 /// # Errors
 /// Errors of any of the runs; [`RunError::Interrupted`].
@@ -155,7 +153,7 @@ pub(crate) fn compare(
             (effect, refusal)
         })
         .collect();
-    // An effect that is refused stays as the scene has it.
+    // A refused effect stays as the scene has it.
     let with = |chosen: &dyn Fn(Effect) -> bool| {
         let mut scene = scene.clone();
         for (effect, _) in possible.iter().filter(|(_, refusal)| refusal.is_none()) {
@@ -185,7 +183,7 @@ pub(crate) fn compare(
         compliances.chain(motions).collect()
     };
     let possible_only = || possible.iter().filter(|(_, refusal)| refusal.is_none()).map(|(effect, _)| *effect);
-    // In the order in which they are rolled; what stays in every run is not known yet.
+    // In the order in which they are rolled; which effects must stay in every run is not known yet.
     let mut planned = vec![("all".to_owned(), complete.clone())];
     let named = |way: Way, effect: Effect| format!("{} {}", way.sign(), effect.title);
     planned.extend(possible_only().map(|effect| (named(Way::TakenAway, effect), with(&|other| !same(other, effect)))));
@@ -205,7 +203,7 @@ pub(crate) fn compare(
         trials.roll(scene)
     };
     let all = roll("all", &complete)?;
-    // Each but one first: what the motion cannot be without is part of the base.
+    // The runs without one effect come first: an effect without which the motion is unstable becomes part of the base.
     let without: Vec<Result<Trial, String>> = possible
         .iter()
         .map(|(effect, refusal)| match refusal {
@@ -238,7 +236,7 @@ pub(crate) fn compare(
     Ok(Comparison { base, all, effects, doubts })
 }
 
-/// How an effect is switched.
+/// Direction of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Way {
     /// Alone, compared with none.
@@ -248,10 +246,10 @@ pub(crate) enum Way {
 }
 
 impl Way {
-    /// Both.
+    /// Both, in the order of the tables.
     pub(crate) const ALL: [Self; 2] = [Self::Added, Self::TakenAway];
 
-    /// Returns the way in words.
+    /// Heading of the table.
     pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Added => "each effect alone",
@@ -259,7 +257,7 @@ impl Way {
         }
     }
 
-    /// Returns the way in names of runs.
+    /// Prefix of the runs' names.
     pub(crate) const fn sign(self) -> char {
         match self {
             Self::Added => '+',
@@ -269,7 +267,7 @@ impl Way {
 }
 
 impl Comparison {
-    /// Returns the effects that the scene can have, each with its run and what that is compared with.
+    /// The effects that the scene can have, each with its run and the run that it is compared with.
     pub(crate) fn runs(&self, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
         let Self { base, all, effects, .. } = self;
         let run = |worth| match worth {
@@ -282,7 +280,7 @@ impl Comparison {
         effects.iter().filter_map(run).collect()
     }
 
-    /// Returns every run with its name and what it is compared with, in the order of the tables.
+    /// Every run with its name and the run that it is compared with, in the order of the tables.
     pub(crate) fn rolled(&self) -> Vec<(String, &Trial, Option<&Trial>)> {
         let Self { base, all, doubts, .. } = self;
         let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
@@ -295,7 +293,7 @@ impl Comparison {
         rolled
     }
 
-    /// Returns every run as a row of numbers.
+    /// Every run as a row of numbers.
     pub(crate) fn csv(&self) -> String {
         let level = |band: &BandLevel| format!("level_db_re_1n_{}hz", band.band.nominal_frequency());
         let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"];
@@ -313,7 +311,7 @@ impl Comparison {
             cells.extend(RollingResistance::cells(found.resistance()));
             cells.extend(found.levels.iter().map(|band| band.level.to_string()));
             let heard = found.heard();
-            // Empty in a silent run.
+            // Empty in a run without sound.
             cells.extend(receivers.iter().flat_map(|receiver| {
                 let rated = heard.iter().map(|(rated, _)| rated).find(|rated| rated.name == *receiver);
                 let level = rated.and_then(|rated| rated.level.as_ref());

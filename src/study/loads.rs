@@ -1,10 +1,10 @@
-//! A tyre under given loads on a smooth road: how far it gives way and how long its patch is, standing and rolling.
+//! A tyre under given loads on a smooth road: deflection and patch length, standing and rolling.
 //!
 //! 1. standing: static influence functions, contact at rest under each load;
 //! 2. rolling: a short run at the scene's speed for each load.
 //!
-//! Both with the elastic tread, whatever the scene's contact law: this is about the tyre. Lengths are whole elements
-//! where a step rolls a whole element.
+//! Both with the elastic tread, whatever the scene's contact law: the results are properties of the tyre. Lengths are
+//! whole elements where a step rolls a whole element.
 
 use std::sync::atomic::AtomicBool;
 
@@ -16,21 +16,20 @@ use crate::scene::{Axle, Contact, Effects, Road, Scene};
 use crate::study::trial::{SETTLING, Trials};
 use crate::tyre::influence::{Field, InfluenceSum};
 
-/// Time that a rolling patch is averaged over \[s\]: a good revolution at 80 km/h.
+/// Time over which a rolling patch is averaged \[s\]: somewhat more than a revolution at 80 km/h.
 const AVERAGED: f64 = 0.1;
-/// Largest indentation of the curve over that of the load.
+/// Largest indentation of a curve over that under the load.
 const BEYOND: f64 = 1.2;
 
-/// A tyre that stands on a smooth road.
 #[derive(Clone, Debug)]
 pub(crate) struct Standing {
-    /// Static influence of the element j further on \[m/N\].
+    /// Static influence at an element j further on \[m/N\].
     row: Vec<f64>,
     circumference: f64,
 }
 
 impl Standing {
-    /// Makes the standing tyre of a scene with the scene's elements; all settings of the scene must be decided.
+    /// The standing tyre of a scene, with its elements; no setting of the scene may be left open.
     pub(crate) fn new(scene: &Scene) -> Self {
         let Scene { tyre, rolling, numerics, .. } = scene;
         let time_step = tyre.circumference / (numerics.elements as f64 * numerics.substeps as f64 * rolling.speed());
@@ -42,7 +41,7 @@ impl Standing {
         StaticTyre { influence: &self.row, circumference: self.circumference }
     }
 
-    /// Computes the contact under a load \[N\].
+    /// Contact under a load \[N\].
     ///
     /// # Errors
     /// [`ContactError::LoadNotReached`], or of the search.
@@ -50,7 +49,7 @@ impl Standing {
         self.held_by(&Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE })
     }
 
-    /// Computes the contact under an axle that holds a height or a load.
+    /// Contact under an axle that holds a height or a load.
     ///
     /// # Errors
     /// As [`Self::under`].
@@ -58,7 +57,7 @@ impl Standing {
         self.tyre().under(axle)
     }
 
-    /// Computes the contact at `points` evenly spaced indentations, up to a little beyond that of a load \[N\].
+    /// Contacts at `points` evenly spaced indentations, up to [`BEYOND`] times that under a load \[N\].
     ///
     /// # Errors
     /// As [`Self::under`].
@@ -68,8 +67,7 @@ impl Standing {
     }
 }
 
-/// Computes the mean length of the contact patch under each load \[N\], rolling at the scene's speed on a smooth road
-/// \[m\].
+/// Mean length of the contact patch under each load \[N\], rolling at the scene's speed on a smooth road \[m\].
 ///
 /// # Errors
 /// Errors of any of the runs; [`RunError::Interrupted`].

@@ -1,18 +1,18 @@
 //! Many runs: what a single one cannot say.
 //!
 //! - [`accuracy`]: accuracy against time of every knob, and whether the presets keep what they state;
-//! - [`effects`]: what each effect is worth; [`rules`]: time rules side by side;
+//! - [`effects`]: contribution of each effect; [`rules`]: time rules side by side;
 //! - [`emission`]: a sweep's sound as models of traffic noise take it;
 //! - [`fit_tyre`]: a tyre identified from measured mobilities;
 //! - [`sweep`]: a scene at many speeds, loads and roads;
 //! - [`loads`]: a tyre under given loads, standing and rolling; [`rolling_waves`]: its waves and critical speeds as it
 //!   turns;
 //! - [`slices`]: slices of a road by both laws;
-//! - [`radiation`]: how a tyre radiates that stands on a road;
-//! - [`validation`]: a scene held against published values;
+//! - [`radiation`]: sound radiation of a tyre that stands on a road;
+//! - [`validation`]: a scene compared with published values;
 //! - [`calibration`]: what units of work cost on this machine, for forecasts.
 //!
-//! Comparisons roll by [`trial`], which holds runs against each other, too.
+//! Comparisons roll by [`trial`], which also compares runs with each other.
 
 pub(crate) mod accuracy;
 pub(crate) mod calibration;

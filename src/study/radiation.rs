@@ -1,9 +1,10 @@
-//! How a scene's tyre radiates: transfers from its tread to some receivers, the horn's amplification, directivity, and
-//! what it costs to know them.
+//! Sound radiation of a scene's tyre: transfer functions from its tread to some receivers, amplification by the horn,
+//! directivity, and the cost of computing them.
 //!
 //! Horn, transfers and directivity are for a small piece of the tread in front of the patch, in the middle of the tyre:
-//! by reciprocity what a receiver hears of it is what it would feel of a source at the receiver. Shares of waves and of
-//! the circumference are for the whole tread, as a force in the middle of the patch moves it while it rolls.
+//! by reciprocity the sound of its motion at a receiver equals the pressure at it due to a source at the receiver.
+//! Shares of waves and of the circumference are for the whole tread, as a force in the middle of the patch moves it
+//! while it rolls.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -21,7 +22,7 @@ use crate::sound::{Air, receivers};
 use crate::tyre::influence::mobility::frequencies;
 use crate::tyre::influence::{SurfaceWaves, Waves};
 
-/// How far in front of the patch's edge the piece of tread is \[m\].
+/// Distance of the piece of tread from the patch's edge, ahead of it \[m\].
 pub(crate) const AHEAD: f64 = 0.015;
 /// Radius and height of the circle of the directivity \[m\].
 pub(crate) const CIRCLE: [f64; 2] = [2.0, 0.3];
@@ -31,7 +32,7 @@ pub(crate) const LOWEST: f64 = 100.0;
 /// Frequencies of the directivity \[Hz\].
 pub(crate) const DIRECTIVITY: [f64; 3] = [500.0, 1000.0, 2000.0];
 
-/// Returns so many frequencies from [`LOWEST`] to the highest \[Hz\], and those of the directivity among them.
+/// `points` frequencies from [`LOWEST`] to the highest \[Hz\], and those of the directivity up to it.
 pub(crate) fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
     let mut asked = frequencies(LOWEST, highest, points);
     asked.extend(DIRECTIVITY.iter().filter(|&&frequency| frequency <= highest));
@@ -40,7 +41,7 @@ pub(crate) fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
     asked
 }
 
-/// Returns the receivers, by name.
+/// Names and positions of the receivers \[m\], for a tyre of the given width \[m\].
 pub(crate) fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
     let [front, _] = receivers::close_proximity(width, Side::Left);
     let height = receivers::COAST_BY_HEIGHT;
@@ -54,17 +55,17 @@ pub(crate) fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
 /// Findings at a frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct AtFrequency {
-    /// Frequency \[Hz\].
+    /// \[Hz\]
     pub frequency: f64,
     /// |G| from the piece of tread, by receiver \[1/m\].
     pub transfers: Vec<f64>,
-    /// Over what it is without the tyre, by receiver \[dB\].
+    /// |G| over that without the tyre, by receiver \[dB\].
     pub horn: Vec<f64>,
     /// Shares of the pressure by the tread's motion under a unit force in the middle of the patch, by receiver.
     pub shares: Vec<PressureShares>,
-    /// |G| round the circle \[1/m\], from straight ahead by the left.
+    /// |G| around the circle \[1/m\], from straight ahead counted towards the left.
     pub circle: Vec<f64>,
-    /// Unknowns of a block.
+    /// Number of unknowns of a block.
     pub unknowns: usize,
     /// Reciprocal condition number, the worst of the blocks.
     pub reciprocal_condition: f64,
@@ -74,7 +75,7 @@ pub(crate) struct AtFrequency {
     pub factor_operations: f64,
 }
 
-/// A tyre that stands on a road.
+/// A tyre that stands on a road, as a radiating body.
 #[derive(Clone, Debug)]
 pub(crate) struct Radiator {
     body: Body,
@@ -90,8 +91,7 @@ pub(crate) struct Radiator {
 }
 
 impl Radiator {
-    /// Returns the tyre of a planned scene whose patch at rest is so long \[m\]; `None` if the scene's air does not
-    /// exist.
+    /// The tyre of a planned scene with a patch of length `at_rest` \[m\]; `None` if the scene's air does not exist.
     ///
     /// # Errors
     /// A body that cannot be.
@@ -126,27 +126,27 @@ impl Radiator {
         Ok(Air::at(radiation.temperature).map(radiator))
     }
 
-    /// Returns the length of the patch \[m\].
+    /// Length of the patch \[m\].
     pub(crate) fn patch_length(&self) -> f64 {
         2.0 * self.body.half_patch()
     }
 
-    /// Returns the width over the shoulders \[m\].
+    /// Width over the shoulders \[m\].
     pub(crate) fn width(&self) -> f64 {
         self.width
     }
 
-    /// Tells whether shoulders and sides are heard.
+    /// Whether shoulders and sides radiate.
     pub(crate) fn hears_sides(&self) -> bool {
         self.flank.is_some()
     }
 
-    /// Returns the length of sound in the air at a frequency \[m\].
+    /// Wavelength of sound in air at a frequency \[Hz\], in m.
     pub(crate) fn wavelength(&self, frequency: f64) -> f64 {
         self.air.sound_speed / frequency
     }
 
-    /// Returns the expected cost at a frequency \[Hz\].
+    /// Expected cost at a frequency \[Hz\].
     ///
     /// # Errors
     /// As [`Cost::expected`].
@@ -155,7 +155,7 @@ impl Radiator {
         Cost::expected(&self.body, wavenumber, wavenumber, &self.resolution, &Block::EVEN_ACROSS)
     }
 
-    /// Returns the rolling tyre, up to half of its sampling rate.
+    /// Pressure model of the rolling tyre, up to half of its sampling rate.
     fn model(&self) -> PressureModel {
         PressureModel {
             layout: self.layout,
@@ -171,7 +171,7 @@ impl Radiator {
         }
     }
 
-    /// Computes everything at each frequency \[Hz\]; `done` is told after each.
+    /// Computes everything at each frequency \[Hz\]; `done` is called after each.
     ///
     /// # Errors
     /// As [`TransferProblem::solve`]; [`RadiationError::Interrupted`] once `stop` is set.

@@ -1,7 +1,7 @@
-//! Waves round a tyre that turns, beside those of the standing one, and its critical speeds.
+//! Waves around a rotating tyre, beside those of the standing one, and its critical speeds.
 //!
-//! Rotation parts the two waves of n periods: that against the rotation is the faster one. A force that stands beside
-//! the axle runs round the tyre against its rotation with the speed V, at n V/L for n periods: where this line meets a
+//! Rotation splits the two waves of n periods: the one against the rotation is the faster. A force that stands below
+//! the axle runs around the tyre against its rotation with the speed V, at n V/L for n periods: where this line meets a
 //! wave against the rotation, the tyre rolls into its own wave.
 
 use crate::plan::Decisions;
@@ -11,19 +11,19 @@ use crate::tyre::modes::{Modes, ModesError, Motion, modes};
 use crate::tyre::poles::Direction;
 use crate::tyre::slowest_wave::{SlowestWave, slowest_wave_below};
 
-/// Highest speed at which the belt's waves are looked for \[m/s\].
+/// Highest speed up to which the belt's waves are looked for \[m/s\].
 pub(crate) const HIGHEST: f64 = 200.0;
 
-/// Lowest radial modes of n periods and of the lowest lateral number \[Hz\], where there are any.
+/// Lowest radial modes of n periods and of the lowest lateral number \[Hz\], where they exist.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RollingWave {
-    /// Periods round the tyre.
+    /// Number of periods around the circumference.
     pub n: usize,
-    /// Frequency on the tyre that does not rotate.
+    /// Frequency on the tyre that does not rotate \[Hz\].
     pub standing: Option<f64>,
-    /// Frequency of the wave that runs with the rotation.
+    /// Frequency of the wave that runs with the rotation \[Hz\].
     pub forwards: Option<f64>,
-    /// Frequency of the wave that runs against the rotation.
+    /// Frequency of the wave that runs against the rotation \[Hz\].
     pub backwards: Option<f64>,
 }
 
@@ -32,23 +32,22 @@ pub(crate) struct RollingWave {
 pub(crate) struct RollingWaves {
     /// Rolling speed \[m/s\].
     pub speed: f64,
-    /// Growth of the radius \[m\].
+    /// Growth of the radius by rotation \[m\].
     pub growth: f64,
     /// Waves by n, from 0 on.
     pub waves: Vec<RollingWave>,
-    /// Slowest wave of the belt on the rolling tyre, which rotates; `None` if no wave is slower than [`HIGHEST`] and
-    /// the limit.
+    /// Slowest wave of the belt on the rotating tyre; `None` if no wave is slower than [`HIGHEST`] and the limit.
     pub belt: Option<SlowestWave>,
     /// Slowest wave of the belt on the tyre that does not rotate; `None` if none is slower than [`HIGHEST`].
     pub belt_held: Option<SlowestWave>,
-    /// Wave of the tread's surface.
+    /// Wave of the tread's surface, if it has one.
     pub tread: Option<TreadWave>,
     /// Speed up to which the rotating tyre is stable \[m/s\].
     pub limit: Option<f64>,
 }
 
-/// Finds the waves n = 0..=`largest_n` up to a frequency \[Hz\], and the critical speeds of a scene's tyre, which turns
-/// unless it is flat.
+/// Finds the waves n = 0..=`largest_n` up to a frequency \[Hz\], and the critical speeds of a scene's tyre, which
+/// rotates unless it is flat.
 ///
 /// # Errors
 /// As [`modes`].
@@ -76,7 +75,7 @@ pub(crate) fn rolling_waves(scene: &Scene, largest_n: usize, highest: f64) -> Re
     })
 }
 
-/// Returns the frequency of the lowest radial mode of n periods, of the given direction where modes have one \[Hz\].
+/// Frequency of the lowest radial mode of n periods \[Hz\], of the given direction where modes have one.
 fn lowest(modes: &Modes, n: usize, direction: Option<Direction>) -> Option<f64> {
     let mut of_wave = modes.confirmed.iter().filter(|mode| mode.n == n && mode.motion == Motion::Radial);
     of_wave.find(|mode| mode.direction.is_none() || mode.direction == direction).map(|mode| mode.frequency())
@@ -95,7 +94,7 @@ mod tests {
             let mut scene = Scene::from_str(text, "scene").unwrap().scene;
             scene.rolling.speed_kmh = speed;
             let found = rolling_waves(&scene, 6, 400.0).unwrap();
-            // Turns a second.
+            // Revolutions per second.
             let turns = found.speed / scene.tyre.circumference;
             for wave in &found.waves[1..] {
                 let RollingWave { n, standing, forwards, backwards } = *wave;
@@ -106,7 +105,7 @@ mod tests {
                     assert!((found / ring - 1.0).abs() < 0.03, "{speed} km/h, n = {n}: {found} Hz, ring {ring} Hz");
                 }
             }
-            // No wave of the turning belt is slower than the tyre is stable.
+            // No wave of the rotating belt is slower than its stability limit.
             assert_eq!(found.belt, None, "{found:?}");
             assert!(found.belt_held.is_some_and(|wave| (wave.speed - slowest).abs() < 1.0), "{found:?}");
         }

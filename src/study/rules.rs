@@ -16,13 +16,13 @@ use crate::study::trial::{Common, Trials};
 /// Properties of a rule for a scene's tyre and time step.
 #[derive(Clone, Debug)]
 pub(crate) struct RuleReport {
-    /// The rule.
+    /// The compared rule.
     pub rule: TimeRule,
-    /// Diagnosis of its inverse.
+    /// Diagnosis of the inverse.
     pub stability: Stability,
 }
 
-/// Returns the diagnosis of every rule at the scene's time step.
+/// Diagnosis of every rule at the scene's time step.
 ///
 /// # Errors
 /// A fit that was refused, or stopped by `stop`.
@@ -44,7 +44,7 @@ pub(crate) fn compare(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Vec<Rul
 /// One run of a comparison.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct WorkPoint {
-    /// The rule.
+    /// Rule of the run.
     pub rule: TimeRule,
     /// Steps per element.
     pub substeps: usize,
@@ -54,25 +54,25 @@ pub(crate) struct WorkPoint {
     pub multiply_adds: u64,
     /// Linear solves.
     pub solves: u64,
-    /// Wall time in history and search.
+    /// Wall time of history, transforms and search.
     pub wall: Duration,
 }
 
-/// A comparison.
+/// Work and precision of several rules.
 #[derive(Clone, Debug)]
 pub(crate) struct WorkPrecision {
-    /// Runs, by rule and substeps.
+    /// Runs, by rule and then by substeps.
     pub points: Vec<WorkPoint>,
-    /// How far the two references (`sdirk2` and `bdf2` at `finest` substeps) are apart: what an error below this says
-    /// nothing about.
+    /// Difference of the two references (`sdirk2` and `bdf2` at `finest` substeps), relative as [`WorkPoint::error`]:
+    /// smaller errors say nothing.
     pub doubt: f64,
     /// Time compared \[s\].
     pub time: f64,
 }
 
 /// Rolls the scene at a fixed height with each rule and number of substeps and compares the forces up to `highest`
-/// \[Hz\] with those at `finest` substeps, over `duration` \[s\]. The history is modal throughout. `stop` is looked at
-/// in a run, and while a tyre is fitted.
+/// \[Hz\] with those at `finest` substeps, over `duration` \[s\]. The history is modal throughout. `stop` is polled
+/// during runs and fits.
 ///
 /// # Errors
 /// Errors of a run.
@@ -102,7 +102,7 @@ pub(crate) fn work_precision(
     Ok(WorkPrecision { points, doubt: other.difference(&reference).force, time: duration })
 }
 
-/// Returns the force up to a frequency, and what it cost.
+/// Force up to `highest` \[Hz\], and its cost; the point's error is still 0.
 fn rolled(
     trials: &mut Trials<'_>,
     scene: &Scene,

@@ -11,9 +11,9 @@ use crate::run::road::{in_scene, road_limits};
 use crate::run::slices::slice_builder;
 use crate::scene::{LoadedScene, Slices};
 
-/// Indentation levels that are looked at, as shares of the slice's depth.
+/// Indentations that are looked at, relative to the slice's depth.
 const LEVELS: [f64; 4] = [0.25, 0.5, 1.0, 1.5];
-/// The laws side by side.
+/// The compared laws, with their names.
 pub(crate) const LAWS: [(Slices, &str); 2] = [(Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
 
 /// The spread of S over the road at one penetration, by both laws.
@@ -33,36 +33,36 @@ pub(crate) struct Spread {
     pub quantiles: [Option<LevelStatistics>; 2],
 }
 
-/// Heights of some slices of a road, and where they are.
+/// Heights of consecutive slices of a road.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample {
     /// Elements and their cells.
     pub lattice: Lattice,
     /// Number of the first element.
     pub first: i64,
-    /// Heights, slice by slice \[m\].
+    /// Heights \[m\], slice by slice.
     pub heights: Vec<f64>,
 }
 
-/// The first slice of a sample, looked at along its highest line of cells.
+/// The first slice of a sample, along its highest line of cells.
 #[derive(Clone, Debug)]
 pub(crate) struct SliceView {
-    /// Places across the tyre \[m\].
+    /// Positions across the tyre \[m\].
     pub across: Vec<f64>,
-    /// Heights there \[m\].
+    /// Heights at these positions \[m\].
     pub heights: Vec<f64>,
-    /// The slice's highest point \[m\].
+    /// Highest point of the slice \[m\].
     pub peak: f64,
-    /// Indentations past it that are looked at \[m\].
+    /// Indentations past the highest point that are looked at \[m\].
     pub levels: [f64; 4],
-    /// Pressures under them on an elastic half-space over its modulus E*.
+    /// Pressures at each indentation on an elastic half-space, over its modulus E*.
     pub pressures: Vec<Vec<f64>>,
-    /// Its curves by both laws.
+    /// Stiffness curves by both laws.
     pub curves: [StiffnessCurve; 2],
 }
 
 impl Sample {
-    /// Reads so many slices from the road coordinate `at` \[m\] on; fewer where the road ends.
+    /// Reads `slices` slices from the road coordinate `at` \[m\] on; fewer where the road ends.
     ///
     /// # Errors
     /// Errors of the road.
@@ -82,7 +82,7 @@ impl Sample {
         read().map_err(|error| in_scene(loaded, error))
     }
 
-    /// Returns the curves of all slices by both laws, to a tolerance \[m\].
+    /// Curves of all slices by both laws, to a tolerance \[m\].
     ///
     /// # Errors
     /// [`SliceError`].
@@ -91,7 +91,7 @@ impl Sample {
         Ok([build(LAWS[0].0)?, build(LAWS[1].0)?])
     }
 
-    /// Returns the depth of every point under its slice's highest one \[m\], slice by slice.
+    /// Depth of every point below its slice's highest one \[m\], slice by slice.
     pub(crate) fn depths(&self) -> Vec<f64> {
         self.heights
             .chunks(self.lattice.cells())
@@ -102,7 +102,7 @@ impl Sample {
             .collect()
     }
 
-    /// Returns the first slice, given its curves; `None` of one that is flat across.
+    /// View of the first slice, given its curves; `None` if it is flat across.
     ///
     /// # Errors
     /// [`SliceError`].
@@ -110,7 +110,7 @@ impl Sample {
         let lattice = self.lattice;
         let slice = &self.heights[..lattice.cells()];
         let peak = curves[0].peak;
-        // The line that touches first: the levels count from its own peak, too.
+        // The line that touches first: the levels count from its peak.
         let highest = slice.iter().position(|&height| height >= peak).unwrap_or(0) / lattice.columns;
         let line = |values: &[f64]| values[highest * lattice.columns..][..lattice.columns].to_vec();
         let heights = line(slice);
@@ -133,9 +133,9 @@ impl Sample {
     }
 }
 
-/// Returns the spread over some slices, each by both laws, whose depths are given \[m\]; none over flat ones.
+/// Spread over some slices, from their curves by both laws and their depths \[m\]; empty for flat ones.
 pub(crate) fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<Spread> {
-    // Penetrations at fractions of the road's mean depth: where the laws can differ.
+    // Penetrations at multiples of the road's mean depth: there the laws can differ.
     let typical = 2.0 * depths.iter().sum::<f64>() / depths.len() as f64;
     if typical <= 0.0 {
         return Vec::new();

@@ -1,9 +1,9 @@
-//! Short runs side by side: variants of a scene are rolled one after the other ([`Trials`]) and held against each other
-//! ([`Trial`], [`Common`], [`Difference`]).
+//! Short runs side by side: variants of a scene are rolled one after the other ([`Trials`]) and compared ([`Trial`],
+//! [`Common`], [`Difference`]).
 //!
-//! Runs may differ in their time steps. Both forces are brought to common instants by the same low-pass kernel, flat up
-//! to the upper edge of the highest band and 80 dB down from 1.25 times that on; levels and differences are those of
-//! what is left.
+//! Runs may differ in their time steps. Both forces are resampled to common instants by the same low-pass kernel, flat
+//! up to the upper edge of the highest band and 80 dB down from 1.25 times that on; levels and differences are those of
+//! the resampled forces.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -24,61 +24,61 @@ use crate::run::{Results, Setup, Simulation};
 use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;
 
-/// Steps between two looks at the flag and the progress bar.
+/// Steps between two checks of the flag, with an update of the progress.
 const LOOK_EVERY: u64 = 256;
-/// Ramp and settling of an axle that is held at a height, left out of a comparison \[s\]: the default tyre's modes lose
-/// 40 dB in it.
+/// Ramp and settling of an axle that is held at a height, left out of a comparison \[s\]: the default tyre's modes
+/// decay by 40 dB in it.
 pub(crate) const SETTLING: f64 = 0.2;
-/// Unit of the progress: rolled time in this \[s\].
+/// Unit of the progress \[s\] of simulated time.
 pub(crate) const UNIT: f64 = 1e-3;
-/// Lowest band of a trial's own levels \[Hz\].
+/// Lowest band of a trial's levels \[Hz\].
 const LOWEST_FREQUENCY: f64 = 20.0;
 /// Lowest band that is compared \[Hz\].
 pub(crate) const LOWEST_BAND: f64 = 100.0;
-/// Pass band and stop band of the kernel, in cycles per instant.
+/// End of the kernel's pass band and begin of its stop band, in cycles per instant.
 const PASS: f64 = 0.4;
 const STOP: f64 = 0.5;
-/// Its attenuation \[dB\].
+/// Attenuation of the kernel's stop band \[dB\].
 const ATTENUATION: f64 = 80.0;
-/// Segments of the spectra \[s\].
+/// Length of the segments of the spectra \[s\].
 const SEGMENT: f64 = 0.5;
 
 /// One run of a comparison.
 #[derive(Clone, Debug)]
 pub(crate) struct Trial {
-    /// Its plan.
+    /// Plan of the variant.
     pub plan: Plan,
-    /// Its time rule.
+    /// Time rule of the march.
     pub rule: TimeRule,
-    /// Total force of every step, warm-up included \[N\].
+    /// Total force at every step, warm-up included \[N\].
     pub force: Vec<f64>,
     /// Indentation of the rigid tyre at the last step \[m\].
     pub indentation: f64,
-    /// Findings and cost.
+    /// Means, meter and sound of the run.
     pub results: Results,
-    /// Third-octave levels of the contact force from 20 Hz on; none of a run that is too short for a spectrum.
+    /// Third-octave levels of the contact force from 20 Hz on; empty for a run that is too short for a spectrum.
     pub levels: Vec<BandLevel>,
     /// Wall time of the steps \[s\].
     pub seconds: f64,
 }
 
 impl Trial {
-    /// Returns the mean force after the warm-up \[N\].
+    /// Mean force after the warm-up \[N\]; 0 if the run did not get that far.
     pub(crate) fn mean_force(&self) -> f64 {
         self.results.mean_force.unwrap_or_default()
     }
 
-    /// Returns the mean length of the patch after the warm-up \[m\].
+    /// Mean length of the patch after the warm-up \[m\]; 0 if the run did not get that far.
     pub(crate) fn contact_length(&self) -> f64 {
         self.results.mean_contact_length.unwrap_or_default()
     }
 
-    /// Returns the rolling resistance after the warm-up \[N\], that by slip included; 0 where the tread law has none.
+    /// Rolling resistance after the warm-up \[N\], including that by slip; 0 where the tread law has none.
     pub(crate) fn rolling_resistance(&self) -> f64 {
         self.resistance().map_or(0.0, |resistance| resistance.force)
     }
 
-    /// Returns the rolling resistance by hysteresis and slip; `None` where the tread law has none.
+    /// Rolling resistance by hysteresis and slip; `None` where the tread law has none.
     pub(crate) fn resistance(&self) -> Option<RollingResistance> {
         let by_hysteresis = self.results.rolling_resistance?;
         let Some(friction) = self.results.friction else { return Some(by_hysteresis) };
@@ -90,14 +90,14 @@ impl Trial {
         })
     }
 
-    /// Returns the A-weighted levels at the receivers, by which runs are compared, and third octaves.
+    /// A-weighted levels at the receivers, by which runs are compared, and third octaves.
     pub(crate) fn heard(&self) -> Vec<(RatedLevel, SoundLevels)> {
         let receivers = self.results.sound.iter().flat_map(|sound| sound.rated.iter().zip(&sound.receivers));
         let levels = |heard: &ReceiverSpectrum| SoundLevels::of(&heard.spectrum, LOWEST_FREQUENCY..f64::INFINITY);
         receivers.map(|(rated, heard)| (rated.clone(), levels(heard))).collect()
     }
 
-    /// Returns the planned memory on the present threads, without the process itself \[bytes\].
+    /// Planned memory on the present threads, without the process itself \[bytes\].
     pub(crate) fn memory(&self) -> f64 {
         self.plan.amounts().memory_on(rayon::current_num_threads())
     }
@@ -105,40 +105,40 @@ impl Trial {
 
 /// Rolls one variant after the other.
 pub(crate) struct Trials<'a> {
-    /// True if receivers hear the runs.
+    /// True if the runs compute the sound at the receivers.
     heard: bool,
     stop: &'a AtomicBool,
     progress: &'a mut dyn Progress,
-    /// Time rolled, or that runs so far were expected to take \[s\].
+    /// Simulated time, or expected wall time of the runs so far \[s\].
     done: f64,
-    /// The run that goes on, where the share of all work is told.
+    /// The present run, if progress is reported as a share of all work.
     shared: Option<Shared>,
 }
 
 /// A run as a share of all work.
 struct Shared {
-    /// Time that all runs are expected to take \[s\].
+    /// Wall time that all runs are expected to take \[s\].
     all: f64,
-    /// Name of the run.
     name: String,
-    /// Time that it is expected to take \[s\].
+    /// Wall time that it is expected to take \[s\].
     seconds: f64,
 }
 
 impl<'a> Trials<'a> {
-    /// Begins about `time` \[s\] to be rolled in all.
+    /// Runs of about `time` \[s\] of simulated time in all.
     pub(crate) fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         progress.march(0, (time / UNIT) as u64, UNIT);
         Self { heard: false, stop, progress, done: 0.0, shared: None }
     }
 
-    /// Begins runs that are expected to take about `all` \[s\]: their share of it is told, see [`Self::announce`].
+    /// Runs that are expected to take about `all` \[s\] of wall time: progress is their share of it, see
+    /// [`Self::announce`].
     pub(crate) fn shared(all: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         let shared = Shared { all, name: String::new(), seconds: 0.0 };
         Self { heard: false, stop, progress, done: 0.0, shared: Some(shared) }
     }
 
-    /// Tells what is rolled next, or prepared for it, and the time that it is expected to take \[s\].
+    /// Announces what is rolled or prepared next, and the wall time that it is expected to take \[s\].
     pub(crate) fn announce(&mut self, name: &str, seconds: f64) {
         if let Some(shared) = &mut self.shared {
             (shared.name, shared.seconds) = (name.to_owned(), seconds);
@@ -146,7 +146,7 @@ impl<'a> Trials<'a> {
         }
     }
 
-    /// Tells how far all runs are: of the present one that part, and so much time rolled \[s\].
+    /// Reports progress: the `part` of the present run that is done, and its simulated time so far \[s\].
     fn tell(&mut self, part: f64, rolled: f64) {
         match &self.shared {
             None => self.progress.step(((self.done + rolled) / UNIT) as u64),
@@ -157,27 +157,24 @@ impl<'a> Trials<'a> {
         }
     }
 
-    /// Returns the same, and the receivers of a scene hear its runs.
+    /// The same, with the sound at the receivers.
     #[must_use]
     pub(crate) fn heard(self) -> Self {
         Self { heard: true, ..self }
     }
 
-    /// Returns the flag that ends a run.
+    /// Flag that ends a run.
     pub(crate) fn stop(&self) -> &'a AtomicBool {
         self.stop
     }
 
-    /// Ends the work once it is to stop.
-    ///
-    /// # Errors
-    /// [`RunError::Interrupted`].
+    /// Fails once the flag is set: [`RunError::Interrupted`].
     pub(crate) fn look(&self) -> Result<(), RunError> {
         if self.stop.load(Ordering::Relaxed) { Err(RunError::Interrupted { kept: None }) } else { Ok(()) }
     }
 
-    /// Rolls a variant to its end. The road is made on another thread where there is one: the march is on its own all
-    /// the same.
+    /// Rolls a variant to its end. The road is made on another thread where there is one; the march has its thread to
+    /// itself either way.
     ///
     /// # Errors
     /// Errors of the plan and of the run; [`RunError::Interrupted`].
@@ -186,8 +183,8 @@ impl<'a> Trials<'a> {
         self.march(scene, (plan, run), &mut |_| {})
     }
 
-    /// Rolls a variant as [`Self::roll`] does, with an observer of the caller's own; returns it as the last step has
-    /// left it.
+    /// Rolls a variant as [`Self::roll`] does, with an additional observer; returns that in its state after the last
+    /// step.
     ///
     /// # Errors
     /// As [`Self::roll`], and those of the observer.
@@ -206,7 +203,6 @@ impl<'a> Trials<'a> {
         Ok((trial, observer))
     }
 
-    /// Plans and prepares a variant.
     fn begin(&self, scene: &Scene) -> Result<(Plan, Simulation), RunError> {
         let loaded = LoadedScene::from_scene(scene, "variant")?;
         let plan = Plan::of(&loaded)?.with_kept_model();
@@ -218,7 +214,7 @@ impl<'a> Trials<'a> {
         Ok((plan, run))
     }
 
-    /// Rolls a variant that is prepared to its end, and has a look at it there.
+    /// Rolls a prepared variant to its end, where `look` sees it.
     fn march(
         &mut self,
         scene: &Scene,
@@ -247,9 +243,9 @@ impl<'a> Trials<'a> {
         Ok(Trial { plan, rule: scene.numerics.time_rule, force, indentation, results, levels, seconds })
     }
 
-    /// Returns the scene for a comparison of its forces over `duration` \[s\]: its axle held where it carries the load
-    /// at the scene's own settings, found by rolling the warm-up; no outputs; nothing that would be chosen anew for
-    /// other settings.
+    /// The scene for a comparison of its forces over `duration` \[s\]: its axle held where it carries the load at the
+    /// scene's settings, found by rolling the warm-up; without outputs; with nothing left open that would be chosen
+    /// anew for other settings.
     ///
     /// # Errors
     /// As [`Self::roll`].
@@ -280,13 +276,13 @@ impl<'a> Trials<'a> {
         Ok(held)
     }
 
-    /// Ends the watch.
+    /// Ends the progress.
     pub(crate) fn finish(self) {
         self.progress.finish();
     }
 }
 
-/// Compared quantities of a run.
+/// Quantities of a run that are compared.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Common {
     /// Distance of the instants \[s\].
@@ -303,47 +299,47 @@ pub(crate) struct Common {
     pub rolling_resistance: f64,
 }
 
-/// How far a run is from another.
+/// Difference of a run from another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Difference {
-    /// Largest difference of a third-octave level \[dB\].
+    /// Largest magnitude of the difference of a third-octave level \[dB\].
     pub worst: f64,
     /// Nominal mid-frequency of its band \[Hz\].
     pub worst_band: f64,
     /// Root mean square of the differences of all bands \[dB\].
     pub rms: f64,
-    /// Root mean square of the force's difference, relative to that of the other's variation.
+    /// Root mean square of the force's difference over that of the other force's variation about its mean.
     pub force: f64,
-    /// Difference of the mean force, relative.
+    /// Relative difference of the mean force.
     pub mean_force: f64,
-    /// Difference of the patch's length, relative.
+    /// Relative difference of the patch's length.
     pub contact_length: f64,
-    /// Difference of the rolling resistance, relative; 0 where the other has none.
+    /// Relative difference of the rolling resistance; 0 where the other has none.
     pub rolling_resistance: f64,
 }
 
-/// Returns the band that holds a frequency.
+/// Band that contains a frequency \[Hz\].
 fn band(frequency: f64) -> ThirdOctaveBand {
     ThirdOctaveBand::containing(frequency).unwrap_or(ThirdOctaveBand(0))
 }
 
-/// Returns the upper edge of the band that holds a frequency \[Hz\].
+/// Upper edge of the band that contains a frequency \[Hz\].
 pub(crate) fn upper_edge(highest: f64) -> f64 {
     band(highest).upper_edge()
 }
 
-/// Returns the lowest sampling frequency \[Hz\] that holds what is compared up to the band of `highest` \[Hz\].
+/// Lowest sampling frequency that contains all that is compared up to the band of `highest` \[Hz\], in Hz.
 pub(crate) fn least_rate(highest: f64) -> f64 {
     2.0 * STOP / PASS * band(highest).upper_edge()
 }
 
 impl Common {
-    /// Takes the quantities of a run up to the band that holds `highest` \[Hz\], within a stretch of time \[s\] that is
-    /// the same for all.
+    /// Quantities of a run up to the band that contains `highest` \[Hz\], within a stretch of time \[s\] that is the
+    /// same for all runs.
     pub(crate) fn of(trial: &Trial, within: Range<f64>, highest: f64) -> Self {
         let spacing = PASS / band(highest).upper_edge();
         let force = resampled(&trial.force, trial.plan.time_step, trial.rule.force_lead(), spacing, within);
-        // Too short for a spectrum: no levels.
+        // A run too short for a spectrum has no levels.
         let spectrum = PowerSpectrum::of(&force, spacing, Some(SEGMENT)).ok();
         let spectrum =
             spectrum.map(|spectrum| spectrum.without(|f| trial.rule.mean_response(TAU * f * trial.plan.time_step)));
@@ -354,7 +350,7 @@ impl Common {
         Self { spacing, force, levels, mean_force, contact_length, rolling_resistance: trial.rolling_resistance() }
     }
 
-    /// Tells how far this is from another of the same instants.
+    /// Difference from another run with the same instants.
     pub(crate) fn difference(&self, other: &Self) -> Difference {
         let (mut worst, mut worst_band, mut squares, mut count) = (0.0_f64, 0.0, 0.0, 0.0);
         for (level, change) in level_changes(&self.levels, &other.levels).filter(|(_, change)| change.is_finite()) {
@@ -377,8 +373,8 @@ impl Common {
     }
 }
 
-/// Returns the change of the level of each band of `reference` \[dB\], valid where both levels are; NaN where one of
-/// them is silent or not there.
+/// Change of the level of each band of `reference` \[dB\]: valid if both levels are, NaN if one of them is silent or
+/// missing.
 pub(crate) fn level_changes<'a>(
     found: &'a [BandLevel],
     reference: &'a [BandLevel],
@@ -391,7 +387,7 @@ pub(crate) fn level_changes<'a>(
     })
 }
 
-/// Returns the root mean square of a - b, both less their means, relative to that of b less its mean.
+/// Root mean square of a - b, both about their means, relative to that of b about its mean.
 fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     let count = a.len().min(b.len());
     let (a, b) = (&a[..count], &b[..count]);
@@ -402,14 +398,14 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     if error > 0.0 { (error / variation).sqrt() } else { 0.0 }
 }
 
-/// Returns a force whose sample l belongs to the time (l - lag) dt, low-passed, at instants `spacing` apart \[s\]: as
-/// many as have all of the kernel within a stretch of time.
+/// Resamples a force whose sample l belongs to the time (l - lag) dt: low-passed, at instants `spacing` apart \[s\], as
+/// many as have the whole kernel within the stretch `within` \[s\].
 fn resampled(force: &[f64], time_step: f64, lag: f64, spacing: f64, within: Range<f64>) -> Vec<f64> {
     let kernel = WindowedSinc::new(PASS, STOP, ATTENUATION);
     // Two instants more than the kernel: a record ends up to a step and a half before its stretch does.
     let reach = (kernel.half_width() + 2.0) * spacing;
     let count = ((within.end - within.start - 2.0 * reach) / spacing).max(0.0) as usize;
-    // A run with fewer samples than instants shows what it has.
+    // A run with fewer samples than instants is interpolated without the low-pass.
     let ratio = (spacing / time_step).max(1.0);
     let mut weights = Vec::new();
     let mut value = |index: usize| {
@@ -432,7 +428,6 @@ mod tests {
     use crate::scene::PLATE;
     use crate::test_models::{edit, scene};
 
-    /// Total forces of the steps that are observed.
     #[derive(Clone, Default)]
     struct Forces(Vec<f64>);
 
@@ -454,7 +449,7 @@ mod tests {
         assert_eq!(trials.roll(&scene).unwrap().force, trial.force);
     }
 
-    /// Returns two tones in the pass band and one beyond the stop band, sampled with a step.
+    /// Two tones in the pass band and one beyond the stop band, sampled with a step.
     fn sampled(time_step: f64, lag: f64, amplitude: f64) -> Vec<f64> {
         let value = |t: f64| {
             300.0
@@ -488,8 +483,7 @@ mod tests {
     fn differences_are_those_of_tones() {
         let (louder, reference) = (common(1.3e-4, 0.0, 20.0), common(1e-4, 0.0, 10.0));
         let found = louder.difference(&reference);
-        // One tone doubled: 6.02 dB in its band; 10^2/2 of (10^2 + 5^2)/2. Bands that hold no tone hold what leaks into
-        // them.
+        // One tone doubled: 6.02 dB in its band; 10^2/2 of (10^2 + 5^2)/2. Bands without a tone contain leakage.
         let level = |of: &Common, frequency: f64| {
             of.levels.iter().find(|band| (band.band.nominal_frequency() - frequency).abs() < 1e-9).unwrap().level
         };

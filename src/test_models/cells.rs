@@ -18,8 +18,8 @@ const STRIP_WIDTH: f64 = 0.111;
 /// Shear modulus of the tread \[Pa\], its Poisson's ratio and its density \[kg/m^3\].
 const TREAD: [f64; 3] = [3.7e6, 0.49, 1000.0];
 
-/// Returns the influence between the cells of a window, `elements` round the tyre, within one time step \[s\]: the
-/// tread is so deep that all waves take it for a half-space.
+/// Influence between the cells of a window, `elements` round the tyre, within one time step \[s\]; the tread is so deep
+/// that it acts on all waves as a half-space.
 pub fn instant_cells(columns: usize, across: usize, elements: usize, time_step: f64) -> CellInfluence {
     let [shear, poisson, density] = TREAD;
     let mut tyre = plate_tyre();
@@ -36,7 +36,7 @@ pub fn instant_cells(columns: usize, across: usize, elements: usize, time_step: 
     CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, rate).instant(rate, columns)
 }
 
-/// Returns the same of a tyre that turns, made up: waves of even part E have the odd part `skew` sin(k dx) E.
+/// [`instant_cells`] of a made-up tyre that turns: waves of even part E have the odd part `skew` sin(k dx) E.
 #[cfg(test)]
 pub(crate) fn turning_cells(
     columns: usize,
@@ -48,7 +48,7 @@ pub(crate) fn turning_cells(
     let CellInfluence { mut toeplitz, mut hankel, .. } = instant_cells(columns + 1, across, elements, time_step);
     let odd = |each: usize, values: &mut Vec<f64>| -> Vec<f64> {
         let value = |place: usize| values[place];
-        // sin(k dx) is the difference of two neighbours, at distance 0 of the same.
+        // sin(k dx) is the difference of two neighbours; at distance 0 they are the same.
         let at = |place: usize| if place < each { 0.0 } else { value(place + each) - value(place - each) };
         let odd = (0..columns * each).map(|place| 0.5 * skew * at(place)).collect();
         values.truncate(columns * each);
@@ -63,12 +63,12 @@ pub(crate) fn turning_cells(
 
 /// A road of random waves under a round tyre.
 pub struct RoughRoad {
-    /// Wavenumbers along and across, amplitude, phase.
+    /// Wavenumbers along and across \[rad/m\], amplitude \[m\], phase \[rad\].
     waves: Vec<[f64; 4]>,
 }
 
 impl RoughRoad {
-    /// Returns the waves from 4 mm to 0.1 m, 0.3 mm rms.
+    /// 300 waves of lengths from 4 mm to 0.1 m in random directions, 0.3 mm rms in all; the same for the same seed.
     pub fn new(seed: u64) -> Self {
         const WAVES: usize = 300;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -84,8 +84,8 @@ impl RoughRoad {
         Self { waves }
     }
 
-    /// Returns the required displacements of a window that has moved on by so many columns; about a quarter of the
-    /// cells touch.
+    /// Required displacements \[m\] of a window that has moved on by `moved` columns, column by column; about a quarter
+    /// of the cells touch.
     pub fn required(&self, columns: usize, across: usize, elements: usize, moved: usize) -> Vec<f64> {
         let (dx, dy) = (CIRCUMFERENCE / elements as f64, STRIP_WIDTH / across as f64);
         let reach = 0.5 * columns as f64;

@@ -1,7 +1,7 @@
 //! Tyres, roads and scenes of unit tests, integration tests and benchmarks.
 //!
-//! A scene to test with is the shipped one of the flat tyre, or one of that tyre, as text, with some keys changed. A
-//! change that finds nothing to change panics: else a test would lose what it is about, unseen, when the shipped scene
+//! A test's scene is the shipped one of the flat tyre, or a scene of that tyre given as text, with some keys changed. A
+//! change that finds nothing to change panics: otherwise a test would silently lose its subject when the shipped scene
 //! changes.
 
 pub(crate) mod cells;
@@ -17,7 +17,7 @@ use crate::scene::{LoadedScene, PLATE, Scene, Tyre};
 
 /// The flat tyre's circumference \[m\].
 pub const CIRCUMFERENCE: f64 = 1.95;
-/// Its contact width \[m\].
+/// The flat tyre's contact width \[m\].
 #[cfg(test)]
 pub(crate) const CONTACT_WIDTH: f64 = 0.12;
 
@@ -28,37 +28,37 @@ pub(crate) const CHIP_SEAL: &str = "roads/captif_aylesbury_station_10.dat";
 #[cfg(test)]
 pub(crate) const COBBLES: &str = "roads/belgian_block.crg";
 
-/// Returns the path of a file of `tests/reference`: values of others and measured roads.
+/// Path of a file of `tests/reference`: published values and measured roads.
 #[cfg(test)]
 pub(crate) fn reference(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name)
 }
 
-/// Returns the text as a scene.
+/// Scene read from TOML text.
 ///
 /// # Panics
 ///
-/// If it is none.
+/// If the text is not a valid scene.
 pub fn scene(text: &str) -> LoadedScene {
     Scene::from_str(text, "scene.toml").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)))
 }
 
-/// Returns the shipped scene of the flat tyre.
+/// The shipped scene of the flat tyre.
 pub fn plate_scene() -> Scene {
     scene(PLATE).scene
 }
 
-/// Returns the flat tyre.
+/// The flat tyre, of [`CIRCUMFERENCE`] and 0.12 m contact width.
 pub fn plate_tyre() -> Tyre {
     plate_scene().tyre
 }
 
-/// Returns the flat tyre with a wider strip.
+/// The flat tyre with a strip 0.15 m wide.
 pub fn wide_tyre() -> Tyre {
     Tyre { contact_width: 0.15, ..plate_tyre() }
 }
 
-/// Returns the same with layers of one density and a tread of the given loss factor.
+/// [`wide_tyre`] with layers of one density and a tread of the given loss factor.
 #[cfg(test)]
 pub(crate) fn tyre(loss_factor: f64) -> Tyre {
     let mut tyre = wide_tyre();
@@ -67,8 +67,8 @@ pub(crate) fn tyre(loss_factor: f64) -> Tyre {
     tyre
 }
 
-/// Returns a scene of the flat tyre: the keys of the tables of road and rolling, further ones of the numerics, and
-/// further tables. The sums are short: 4 lateral terms, 2 aliases.
+/// Text of a scene of the flat tyre: the keys of the tables of road and rolling, further keys of the numerics, and
+/// further tables. The sums are short for speed: 4 lateral terms, 2 aliases.
 pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, more: &str) -> String {
     format!(
         "{}\n[road]\n{road}\n[rolling]\n{rolling}\n[numerics]\nelements = {elements}\nlateral_terms = 4\n\
@@ -83,20 +83,20 @@ pub(crate) fn implausible(text: &str) -> String {
     format!("allow_implausible = true\n{text}")
 }
 
-/// Restores all terms of the sums in a text of [`scene_text`].
+/// Restores the default number of terms of the sums in a text of [`scene_text`].
 #[cfg(test)]
 pub(crate) fn with_all_terms(text: &str) -> String {
     without(text, &["numerics.lateral_terms", "numerics.wavenumber_aliases"])
 }
 
-/// Returns the tables `[tyre]` and `[[tyre.layers]]` of the shipped scene.
+/// The tables `[tyre]` and `[[tyre.layers]]` of the shipped scene, as TOML.
 fn tyre_tables() -> String {
     let mut tables = table(PLATE);
     tables.retain(|name, _| name == "tyre");
     tables.to_string()
 }
 
-/// Returns the keys of a road from a grid with the run's own lattice, which is used without change.
+/// Keys of a road from a grid whose lattice is that of the run, so that it is used without resampling.
 #[cfg(test)]
 pub(crate) fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
     format!(
@@ -155,7 +155,7 @@ pub(crate) fn with_road(text: &str, keys: &str) -> String {
     changed(text, "road", |inside, road| inside.insert(road.to_owned(), table(keys).into()).is_some())
 }
 
-/// Replaces the tyre of a scene's text by the car tyre with springs in place of sidewalls, the default of earlier
+/// Replaces the tyre of a scene's text by the car tyre with springs instead of sidewalls, the default of earlier
 /// versions.
 ///
 /// # Panics
@@ -180,8 +180,8 @@ pub(crate) fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
     })
 }
 
-/// Changes the table that holds the last key of a path, and returns the new text; `change` returns false if it found
-/// nothing to change.
+/// Text after a change of the table that holds the last key of a path; `change` returns false if it found nothing to
+/// change.
 fn changed(text: &str, path: &str, change: impl FnOnce(&mut Table, &str) -> bool) -> String {
     let mut scene = Value::Table(table(text));
     let (way, key) = path.rsplit_once('.').unwrap_or(("", path));

@@ -1,5 +1,5 @@
 //! The first-order hold: exact modes under a force that is linear between the steps. Its inverse is unstable for a
-//! tyre, and every run refuses it: it shows what a rule that is exact for the modes comes to.
+//! tyre, and every run refuses it: it shows what a rule that is exact for the modes would give.
 
 use num_complex::Complex64;
 
@@ -16,7 +16,7 @@ pub(crate) struct FirstOrderHold {
 }
 
 impl FirstOrderHold {
-    /// Computes the step for z = lambda dt, Re z < 0.
+    /// Step for z = lambda dt, Re z < 0.
     pub(crate) fn new(z: Complex64) -> Self {
         let decay = Complex64::new(z.re.max(-300.0), z.im).exp();
         let (first, second) = if z.norm() < 0.5 {

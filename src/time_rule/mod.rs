@@ -6,10 +6,11 @@
 //! *Numer. Math.* 119, 1). For a stiffly accurate rule they are the roots of zeta R(mu) = 1, R being the stability
 //! function.
 //!
-//! Everything that differs from rule to rule stands here.
+//! Everything that differs from rule to rule stands here:
 //!
 //! - this file: the rules, their times, weights, symbols and errors;
 //! - `runge_kutta`: the tableaux;
+//! - `rates`: the rates of a rule at one zeta;
 //! - `hold`: the step of the first-order hold;
 //! - `recursion`: one pole under a rule, step by step.
 
@@ -64,21 +65,22 @@ pub enum TimeRule {
     /// Singly diagonally implicit Runge-Kutta rule of two stages, order 2 (Alexander 1977).
     #[default]
     Sdirk2,
-    /// The same with three stages, order 3 (Alexander 1977, *SIAM J. Numer. Anal.* 14, 1006).
+    /// Singly diagonally implicit Runge-Kutta rule of three stages, order 3 (Alexander 1977, *SIAM J. Numer. Anal.*
+    /// 14, 1006).
     Sdirk3,
     /// Exact modes under a force that is linear between the steps.
     FirstOrderHold,
 }
 
-/// The nodes of multistep rules: the end of the step.
+/// Nodes of multistep rules: the end of the step.
 const END: &[f64] = &[1.0];
 
 impl TimeRule {
-    /// All rules.
+    /// All rules, in the order of the variants.
     pub const ALL: [Self; 6] =
         [Self::Bdf1, Self::Bdf2, Self::Trapezoidal, Self::Sdirk2, Self::Sdirk3, Self::FirstOrderHold];
 
-    /// Returns the rule's name in a scene.
+    /// Name in a scene.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Bdf1 => "bdf1",
@@ -90,7 +92,6 @@ impl TimeRule {
         }
     }
 
-    /// Returns the Runge-Kutta rule, for those that are one.
     pub(crate) const fn runge_kutta(self) -> Option<RungeKutta> {
         match self {
             Self::Sdirk2 => Some(SDIRK2),
@@ -99,7 +100,7 @@ impl TimeRule {
         }
     }
 
-    /// Returns the times at which a step solves for the contact, in steps after the step's beginning.
+    /// Times at which a step solves for the contact, in steps from the step's beginning.
     pub const fn nodes(self) -> &'static [f64] {
         match self.runge_kutta() {
             Some(rule) => rule.nodes,
@@ -107,18 +108,18 @@ impl TimeRule {
         }
     }
 
-    /// Tells how often a step solves for the contact.
+    /// Number of times that a step solves for the contact.
     pub const fn stages(self) -> usize {
         self.nodes().len()
     }
 
-    /// Tells how long before a step's end its force acts, in steps: the mean force of a Runge-Kutta step acts in its
-    /// middle.
+    /// Time by which a step's force acts before the step's end, in steps: the mean force of a Runge-Kutta step acts in
+    /// its middle.
     pub(crate) const fn force_lead(self) -> f64 {
         if self.runge_kutta().is_some() { 0.5 } else { 0.0 }
     }
 
-    /// Returns the weights of the stages' forces in the step's mean force, see [`Self::nodes`].
+    /// Weights of the stages' forces in the step's mean force, see [`Self::nodes`]; zeros past the stages.
     pub const fn weights(self) -> [f64; 3] {
         match self.runge_kutta() {
             Some(rule) => rule.weights(),
@@ -126,30 +127,30 @@ impl TimeRule {
         }
     }
 
-    /// Returns the share that the mean force of a step, sum_i b_i F_i, keeps of a force that swings by w dt in a step:
-    /// |sum_i b_i exp(i w dt c_i)|. 1 for rules that solve once, at the step's end.
+    /// Fraction that the mean force of a step, sum_i b_i F_i, keeps of a harmonic force that advances by w
+    /// dt = `angle` in a step: |sum_i b_i exp(i w dt c_i)|. 1 for rules that solve once, at the step's end.
     pub fn mean_response(self, angle: f64) -> f64 {
         let parts = self.nodes().iter().zip(self.weights());
         parts.map(|(&node, weight)| Complex64::from_polar(1.0, angle * node) * weight).sum::<Complex64>().norm()
     }
 
-    /// Tells multistep quadratures, whose weights serve one real sum over past steps.
+    /// True for quadratures whose weights serve one real sum over past steps.
     pub(crate) const fn is_multistep(self) -> bool {
         matches!(self, Self::Bdf1 | Self::Bdf2 | Self::Trapezoidal)
     }
 
-    /// Tells convolution quadratures. The first-order hold is none: its modes are exact, and its inverse is unstable
-    /// for a tyre.
+    /// True for convolution quadratures. The first-order hold is none: its modes are exact, and its inverse is
+    /// unstable for a tyre.
     pub(crate) const fn is_quadrature(self) -> bool {
         !matches!(self, Self::FirstOrderHold)
     }
 
-    /// Tells rules whose force rings at half the sampling frequency without decay, whatever the tyre.
+    /// True for rules whose force rings at half the sampling frequency without decay, whatever the tyre.
     pub(crate) const fn is_marginal(self) -> bool {
         matches!(self, Self::Trapezoidal)
     }
 
-    /// Returns mu(zeta) of the quadrature: the values at which H(mu/dt) is taken. None for the first-order hold.
+    /// mu(zeta) of the quadrature: the values at which H(mu/dt) is taken. `None` for the first-order hold.
     pub(crate) fn rates(self, zeta: Complex64) -> Option<Rates> {
         let one = |value| Some(Rates { values: [value, Complex64::ZERO, Complex64::ZERO], count: 1 });
         match self {
@@ -162,8 +163,8 @@ impl TimeRule {
         }
     }
 
-    /// Returns Delta(zeta) of a quadrature, as many rows and columns as there are stages: H(Delta/dt) relates the
-    /// forces at a step's stages to the displacements there.
+    /// Delta(zeta) of a quadrature, as many rows and columns as there are stages, zeros beyond: H(Delta/dt) relates
+    /// the forces at a step's stages to the displacements there.
     pub fn symbol_matrix(self, zeta: Complex64) -> [[Complex64; 3]; 3] {
         match self.runge_kutta() {
             Some(rule) => rule.symbol(zeta),
@@ -175,15 +176,15 @@ impl TimeRule {
         }
     }
 
-    /// Returns delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the `Self::rates`, of the
-    /// first-order hold the exact one.
+    /// delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the `Self::rates`, of the first-order hold
+    /// the exact -ln zeta.
     pub fn symbol(self, zeta: Complex64) -> Complex64 {
         self.rates(zeta).map_or_else(|| -zeta.ln(), |rates| rates.all()[0])
     }
 
-    /// Returns the largest |delta| that the rule should be resolved for: the value at the sampling frequency for the
-    /// backward differences; the trapezoidal symbol is unbounded and is resolved to four times as much; largest rate on
-    /// the unit circle for the Runge-Kutta rules.
+    /// Largest |delta| for which the rule should be resolved: the value at half the sampling frequency for the
+    /// backward differences; the trapezoidal symbol is unbounded and is resolved to four times as much; largest rate
+    /// on the unit circle for the Runge-Kutta rules.
     pub(crate) const fn resolved_symbol(self) -> f64 {
         match self {
             Self::Bdf1 => 2.0,
@@ -193,13 +194,14 @@ impl TimeRule {
         }
     }
 
-    /// Tells rules whose steps dissipate with friction, whatever sticks and slips (algebraically stable, of one stage).
+    /// True for rules whose steps dissipate with friction, whatever sticks and slips (algebraically stable, of one
+    /// stage).
     pub(crate) const fn is_stable_with_friction(self) -> bool {
         matches!(self, Self::Bdf1 | Self::Bdf2)
     }
 
-    /// Returns the coefficients of a backward difference: rate times the time step from the values now and one and two
-    /// steps ago.
+    /// Coefficients of a backward difference: rate times the time step from the values now and one and two steps ago.
+    /// Second order for every rule but `bdf1`.
     pub(crate) const fn backward_difference(self) -> [f64; 3] {
         match self {
             Self::Bdf1 => [1.0, -1.0, 0.0],
@@ -207,8 +209,8 @@ impl TimeRule {
         }
     }
 
-    /// Returns the s = delta(0)/dt \[1/s\] at which a tyre's response to a force is that within the force's own
-    /// instant; `None` for the first-order hold.
+    /// s = delta(0)/dt \[1/s\] at which a tyre's response to a force is that within the force's step (or stage);
+    /// `None` for the first-order hold.
     pub(crate) fn first_rate(self, time_step: f64) -> Option<f64> {
         match self.runge_kutta() {
             Some(rule) => Some(1.0 / (rule.gamma * time_step)),
@@ -216,8 +218,8 @@ impl TimeRule {
         }
     }
 
-    /// Returns the work \[J\] of a force \[N\] in a step of a rule of one stage, by the rule's own rate: its values now
-    /// and a step ago, and the displacements \[m\] now and one and two steps ago.
+    /// Work \[J\] of a force \[N\] in a step of a rule of one stage, by the rate of the rule: forces now and a step
+    /// ago, displacements \[m\] now and one and two steps ago.
     pub(crate) fn work_of_step(self, [force, old_force]: [f64; 2], [now, one, two]: [f64; 3]) -> f64 {
         match self {
             Self::Bdf1 => force * (now - one),
@@ -226,8 +228,8 @@ impl TimeRule {
         }
     }
 
-    /// Returns the rate that stands for s = i w at w dt = `angle`, relative to i w dt: 1 is exact; 1 + p - i d has the
-    /// relative error p in phase (frequency) and the damping d.
+    /// Rate that stands for s = i w at w dt = `angle`, relative to i w dt: 1 is exact; 1 + p - i d has the relative
+    /// error p in phase (frequency) and the damping d. Of several rates the one nearest to i w dt.
     pub fn relative_rate(self, angle: f64) -> Complex64 {
         let exact = Complex64::new(0.0, angle);
         let Some(rates) = self.rates((-exact).exp()) else { return Complex64::ONE };
@@ -235,7 +237,7 @@ impl TimeRule {
         nearest.map_or(Complex64::ONE, |rate| rate / exact)
     }
 
-    /// Returns the largest w dt up to which phase and damping stay within `bound` together, pi at most.
+    /// Largest w dt up to which phase and damping stay within `bound` together, pi at most; found on 2000 points.
     pub fn largest_angle(self, bound: f64) -> f64 {
         const POINTS: u32 = 2000;
         let angle = |k: u32| PI * f64::from(k) / f64::from(POINTS);

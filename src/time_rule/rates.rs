@@ -10,7 +10,7 @@ pub(crate) struct Rates {
 }
 
 impl Rates {
-    /// Returns mu, one per stage.
+    /// mu, one per stage.
     pub(crate) fn all(&self) -> &[Complex64] {
         &self.values[..self.count]
     }

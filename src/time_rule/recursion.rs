@@ -1,4 +1,4 @@
-//! One pole under a time rule: the recursion that convolution quadrature is for H_n(s) = R/(s - lambda).
+//! One pole under a time rule: the recursion to which convolution quadrature reduces for H_n(s) = R/(s - lambda).
 //!
 //! With b = R a for a' = lambda a + F, and with g, w depending on pole, rule and time step only:
 //!
@@ -15,17 +15,17 @@
 //! of w.
 //!
 //! A step is one linear map of b, whatever its stages: b at its end is R b + sum of W_i F_i, and u_old at the instant
-//! of stage i, as if the step had no forces, Re(A_i b). R, W_i and A_i follow from g and w; that is what a block of
-//! steps is gone through with, [`Recursion`]. What the forces do within their step has the table's own form,
-//! [`impulse_response`].
+//! of stage i, as if the step had no forces, Re(A_i b). R, W_i and A_i follow from g and w; [`Recursion`] goes through
+//! blocks of steps with them. What the forces of a step do within the step and later, instant by instant, is the table
+//! itself: [`TimeRule::impulse_response`].
 //!
 //! Forces of a wavenumber are complex: their real and imaginary parts drive two real systems with the same
 //! conjugate-symmetric poles, so that a pair is stored once and u = 2 Re b. An *instant* is a time at which forces are
 //! solved for: a step, or a stage of a Runge-Kutta rule.
 //!
-//! With rotation, H_n = E_n + i O_n, the odd part O_n has the same poles and residues of its own: R' = q R. Its
-//! displacements are Re(q b) over the states of E_n, [`Recursion::foretell_both`], and go from one system to the other:
-//! Re u = E Re F - O Im F, Im u = E Im F + O Re F.
+//! With rotation, H_n = E_n + i O_n, the odd part O_n has the same poles and other residues: R' = q R. Its
+//! displacements are Re(q b) over the states of E_n, [`Recursion::foretell_both`], and go from one system to the
+//! other: Re u = E Re F - O Im F, Im u = E Im F + O Re F.
 
 #![expect(clippy::needless_range_loop, reason = "an iterator over vectors costs a call wherever it is not inlined")]
 
@@ -36,12 +36,12 @@ use super::TimeRule;
 use super::hold::FirstOrderHold;
 use crate::numeric::Element;
 
-/// Stages of a rule at most.
+/// Most stages of any rule.
 pub(crate) const MOST_STAGES: usize = 3;
 /// Part of b_(l-2) that bdf2 takes from b_(l-1).
 const BEFORE_LAST: f64 = 0.25;
 
-/// A number of every lane, complex or, of real poles, the one real part.
+/// One number per lane: real and imaginary part, or of real poles the real part alone.
 pub(crate) type Number<E, S, const PARTS: usize> = [<E as Element>::Vector<S>; PARTS];
 
 /// g and w of vectors of poles.
@@ -56,13 +56,13 @@ pub(crate) struct Poles<E: Element, S: Simd, const PARTS: usize> {
 /// State of vectors of poles driven by one real force.
 #[derive(Clone, Copy)]
 pub(crate) struct State<E: Element, S: Simd, const PARTS: usize> {
-    /// b at the end of the last step.
+    /// b at the end of the last step; of the trapezoidal rule see [`Trapezoidal`].
     pub end: Number<E, S, PARTS>,
     /// b at its beginning, for a rule that [looks back](Recursion::LOOKS_BACK).
     pub before: Number<E, S, PARTS>,
 }
 
-/// Maps of a pole over a step.
+/// Maps of a pole over a step, see the module.
 #[derive(Clone, Copy)]
 pub(crate) struct StepMaps<E: Element, S: Simd, const PARTS: usize> {
     /// R.
@@ -74,34 +74,34 @@ pub(crate) struct StepMaps<E: Element, S: Simd, const PARTS: usize> {
 }
 
 impl<E: Element, S: Simd, const PARTS: usize> StepMaps<E, S, PARTS> {
-    /// Makes the maps of a rule of one stage.
     #[inline(always)]
     fn of_one(Poles { g, w }: Poles<E, S, PARTS>) -> Self {
         Self { whole: g, inputs: [w; MOST_STAGES], outputs: [g; MOST_STAGES] }
     }
 }
 
-/// A value for every instant of a step.
+/// One value per instant of a step.
 pub(crate) type Instants<E, S> = [<E as Element>::Vector<S>; MOST_STAGES];
 
 /// How a rule goes from one step to the next.
 pub(crate) trait Recursion: Copy + Send + Sync {
     /// Instants of a step, [`MOST_STAGES`] at most.
     const STAGES: usize;
-    /// Need of b of two steps.
+    /// Whether the recursion needs b of two steps.
     const LOOKS_BACK: bool = false;
 
-    /// Makes the maps of a step from g and w.
+    /// Maps of a step from g and w.
     fn maps<E: Element, S: Simd, const P: usize>(self, simd: S, poles: Poles<E, S, P>) -> StepMaps<E, S, P>;
 
-    /// Goes through a step without forces; gives Re b at its instants.
+    /// Advances the state by a step without forces; returns Re b at its instants.
     fn foretell<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
         state: &mut State<E, S, P>,
     ) -> Instants<E, S>;
 
-    /// Returns a of an odd part at every instant, from q: on the state that [`Self::foretell_both`] takes it from.
+    /// Factors of an odd part at every instant, from q: its displacement is the real part of their product with the
+    /// state at which [`Self::foretell_both`] takes it.
     #[inline(always)]
     fn odd_outputs<E: Element, S: Simd, const P: usize>(
         _: S,
@@ -111,7 +111,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
         [q; MOST_STAGES]
     }
 
-    /// Foretells as [`Self::foretell`], but gives Re b, then Re(q b).
+    /// As [`Self::foretell`], but returns Re b, then Re(q b).
     #[inline(always)]
     fn foretell_both<E: Element, S: Simd, const P: usize>(
         simd: S,
@@ -123,7 +123,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
         [even, [real_part::<E, _, _>(simd, odd[0], state.end); MOST_STAGES]]
     }
 
-    /// Goes through so many steps without forces.
+    /// Advances both states by `steps` steps without forces.
     #[inline(always)]
     fn skip<E: Element, S: Simd, const P: usize>(
         simd: S,
@@ -138,7 +138,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
         }
     }
 
-    /// Takes in the forces of a step.
+    /// Advances the state by a step with forces.
     #[inline(always)]
     fn take_in<E: Element, S: Simd, const P: usize>(
         simd: S,
@@ -153,8 +153,8 @@ pub(crate) trait Recursion: Copy + Send + Sync {
     }
 }
 
-/// Returns g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing
-/// to inline it.
+/// g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing to
+/// inline it.
 #[inline(always)]
 fn times<E: Element, S: Simd, const PARTS: usize>(
     simd: S,
@@ -172,7 +172,6 @@ fn times<E: Element, S: Simd, const PARTS: usize>(
     product
 }
 
-/// Returns Re(g x).
 #[inline(always)]
 fn real_part<E: Element, S: Simd, const PARTS: usize>(
     simd: S,
@@ -183,7 +182,7 @@ fn real_part<E: Element, S: Simd, const PARTS: usize>(
     if PARTS == 2 { E::negate_mul_add(simd, g[PARTS - 1], x[PARTS - 1], product) } else { product }
 }
 
-/// Adds factor x to y.
+/// y += factor x.
 #[inline(always)]
 fn add<E: Element, S: Simd, const PARTS: usize>(
     simd: S,
@@ -223,14 +222,14 @@ impl Recursion for Bdf2 {
     }
 }
 
-/// b_l = g b_(l-1) + w (F_l + F_(l-1)). Its state is b at the coming instant without that instant's force.
+/// b_l = g b_(l-1) + w (F_l + F_(l-1)). Its state is b at the coming instant without the force of that instant.
 #[derive(Clone, Copy)]
 pub(crate) struct Trapezoidal;
 
 impl Recursion for Trapezoidal {
     const STAGES: usize = 1;
 
-    /// Returns the state is g b_l + w F_l: it takes in (g + 1) w F.
+    /// The state is g b_l + w F_l: a force adds (g + 1) w F to it.
     #[inline(always)]
     fn maps<E: Element, S: Simd, const P: usize>(
         self,
@@ -264,8 +263,8 @@ impl Recursion for Trapezoidal {
     }
 }
 
-/// b_i = g base_i + w F_i, base_i a sum of b at the step's beginning and of the stages before; with one stage
-/// b_l = g b_(l-1) + w F_l.
+/// b_i = g base_i + w F_i, base_i a sum of b at the step's beginning and of the stages before; with one stage b_l = g
+/// b_(l-1) + w F_l. Holds the coefficients of the bases.
 #[derive(Clone, Copy)]
 pub(crate) struct Stages<const COUNT: usize>(pub [[f64; 3]; 3]);
 
@@ -276,8 +275,8 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     fn maps<E: Element, S: Simd, const P: usize>(self, simd: S, poles: Poles<E, S, P>) -> StepMaps<E, S, P> {
         let mut outputs = [poles.g; MOST_STAGES];
         let mut inputs = [poles.w; MOST_STAGES];
+        // 1. A_i = g base_i for b = 1 at the step's beginning.
         for stage in 1..COUNT {
-            // g times the base that the step's beginning alone gives.
             let mut base = [E::splat(simd, E::rounded(0.0)); P];
             base[0] = E::splat(simd, E::rounded(self.0[stage][0]));
             let (earlier, later) = outputs.split_at_mut(stage);
@@ -286,8 +285,8 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
             }
             later[0] = times::<E, _, _>(simd, poles.g, base);
         }
+        // 2. W_i: b at the last stage after a unit force at stage i, w there, g base in the stages after it.
         for (force, input) in inputs.iter_mut().enumerate().take(COUNT) {
-            // b of the stages after a unit force at one: w there, g base after it.
             let mut stages = [poles.w; MOST_STAGES];
             for stage in force + 1..COUNT {
                 let mut base = [E::splat(simd, E::rounded(0.0)); P];
@@ -317,7 +316,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
         displaced
     }
 
-    /// Returns q A of the stages on the step's beginning; q on its end.
+    /// q A of the stages, for the step's beginning; q for its end.
     #[inline(always)]
     fn odd_outputs<E: Element, S: Simd, const P: usize>(
         simd: S,
@@ -347,7 +346,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
         [even, displaced]
     }
 
-    /// Applies R to the power of the steps, by squares, to both states.
+    /// Applies R^`steps`, by repeated squaring.
     #[inline(always)]
     fn skip<E: Element, S: Simd, const P: usize>(
         simd: S,
@@ -370,7 +369,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
 
 /// Maps of one pole over a step: b at its end is `whole` b + sum of `inputs` F, u_old at its instants Re(`outputs` b).
 pub(crate) struct StepMap {
-    /// R.
+    /// R: b at the step's end per b at its beginning.
     pub whole: Complex64,
     /// W by instant.
     pub inputs: [Complex64; MOST_STAGES],
@@ -398,12 +397,11 @@ pub(crate) trait WithRecursion {
     /// Result of the work.
     type Output;
 
-    /// Does the work with a recursion.
     fn with<R: Recursion>(self, recursion: R) -> Self::Output;
 }
 
 impl TimeRule {
-    /// Returns g and w of a pole; w carries the factor 2 of a pair if the residue does.
+    /// g and w of a pole; w carries the factor 2 of a pair if the residue does.
     pub(crate) fn coefficients(self, pole: Complex64, residue: Complex64, time_step: f64) -> (Complex64, Complex64) {
         let z = pole * time_step;
         let implicit = |delta: f64| {
@@ -432,8 +430,7 @@ impl TimeRule {
         }
     }
 
-    /// Returns the maps of a pole of unit residue over a step; `None` for a rule whose state is another than b at the
-    /// step's end.
+    /// Maps of a pole of unit residue over a step; `None` for a rule whose state is not b at the step's end.
     pub(crate) fn step_map(self, pole: Complex64, time_step: f64) -> Option<StepMap> {
         if matches!(self, Self::Bdf2 | Self::Trapezoidal) {
             return None;
@@ -442,7 +439,7 @@ impl TimeRule {
         Some(self.with_recursion(OfPole(g, w)))
     }
 
-    /// Does the work with the rule's recursion. A new rule must be named here: none falls to the stages of another.
+    /// Does the work with the rule's recursion. Every rule is named: a new one does not fall to the stages of another.
     pub(crate) fn with_recursion<W: WithRecursion>(self, work: W) -> W::Output {
         match self {
             Self::Sdirk2 => work.with(Stages::<2>(self.bases())),
@@ -453,22 +450,22 @@ impl TimeRule {
         }
     }
 
-    /// Returns the base values of the stages; a rule of one stage has the step's beginning.
+    /// Coefficients of the stages' bases, see [`super::RungeKutta::bases`]; a rule of one stage has the step's
+    /// beginning.
     fn bases(self) -> [[f64; 3]; 3] {
         self.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases())
     }
 
-    /// Tells rules that need b of two steps.
     pub(crate) const fn looks_back(self) -> bool {
         matches!(self, Self::Bdf2)
     }
 
-    /// Returns c of a rule of one stage, b_l = g (b_(l-1) - c b_(l-2)) + w F_l.
+    /// c of a rule of one stage, b_l = g (b_(l-1) - c b_(l-2)) + w F_l.
     pub(crate) const fn before_last(self) -> f64 {
         if self.looks_back() { BEFORE_LAST } else { 0.0 }
     }
 
-    /// Returns the products that passing over so many steps takes, of two states: step by step, or by squares of R.
+    /// Number of products for passing over so many steps, for two states: step by step, or by squares of R.
     pub(crate) fn products_of_skip(self, steps: usize) -> usize {
         match self {
             Self::Bdf2 | Self::Trapezoidal => 2 * steps,
@@ -476,8 +473,8 @@ impl TimeRule {
         }
     }
 
-    /// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at a
-    /// stage of a step: the table's rules, instant by instant.
+    /// Adds to `response[p - 1]` the displacement of a pole of coefficients g and w, p instants after a unit force at
+    /// a stage of a step: the module's table, instant by instant.
     pub(crate) fn impulse_response(self, [g, w]: [Complex64; 2], stage: usize, response: &mut [f64]) {
         let stages = self.stages();
         let bases = self.bases();

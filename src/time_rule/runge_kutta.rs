@@ -37,20 +37,20 @@ pub(super) const SDIRK3: RungeKutta = RungeKutta {
 };
 
 impl RungeKutta {
-    /// Returns b, which is the last row of A: the rule is stiffly accurate.
+    /// b, the last row of A: the rule is stiffly accurate.
     pub(crate) const fn weights(&self) -> [f64; 3] {
         let [a21, a31, a32] = self.below;
         if self.nodes.len() == 2 { [a21, self.gamma, 0.0] } else { [a31, a32, self.gamma] }
     }
 
-    /// Returns A, as many rows and columns of it as there are stages.
+    /// A; rows and columns past the stages are not used.
     pub(crate) const fn matrix(&self) -> [[f64; 3]; 3] {
         let [a21, a31, a32] = self.below;
         [[self.gamma, 0.0, 0.0], [a21, self.gamma, 0.0], [a31, a32, self.gamma]]
     }
 
-    /// Returns Delta(zeta) = (A + zeta/(1 - zeta) 1 b^T)^-1, by the identity of Sherman and Morrison; A's last row is
-    /// b, so that b^T A^-1 picks the last stage.
+    /// Delta(zeta) = (A + zeta/(1 - zeta) 1 b^T)^-1, by the Sherman-Morrison identity; A's last row is b, so that b^T
+    /// A^-1 picks the last stage.
     pub(super) fn symbol(&self, zeta: Complex64) -> [[Complex64; 3]; 3] {
         let stages = self.nodes.len();
         let inverse = self.inverse();
@@ -65,7 +65,7 @@ impl RungeKutta {
         symbol
     }
 
-    /// Returns A^-1, lower triangular as A is.
+    /// A^-1, lower triangular as A is.
     fn inverse(&self) -> [[f64; 3]; 3] {
         let mut inverse = [[0.0; 3]; 3];
         for (row, a) in self.matrix().iter().enumerate().take(self.nodes.len()) {
@@ -80,8 +80,8 @@ impl RungeKutta {
         inverse
     }
 
-    /// Returns (1 - z A)^-1: what becomes of the stages of a' = lambda a, z = lambda dt. It is lower triangular as A
-    /// is.
+    /// (1 - z A)^-1, lower triangular as A is: for a' = lambda a with z = lambda dt, its row sums are the values at
+    /// the stages.
     pub(crate) fn resolvent(&self, z: Complex64) -> [[Complex64; 3]; 3] {
         let diagonal = (1.0 - self.gamma * z).inv();
         let mut inverse = [[Complex64::ZERO; 3]; 3];
@@ -97,15 +97,15 @@ impl RungeKutta {
         inverse
     }
 
-    /// Returns the base values of the stages as sums of the values at the step's beginning and of the earlier stages:
-    /// row i gives base_i = p_0 b_0 + p_1 b_1 + p_2 b_2, with k_j = (b_j - base_j)/(gamma dt).
+    /// Coefficients of the stages' bases in the values at the step's beginning and at the earlier stages: row i gives
+    /// base_i = p_0 b_0 + p_1 b_1 + p_2 b_2, with k_j = (b_j - base_j)/(gamma dt).
     pub(crate) fn bases(&self) -> [[f64; 3]; 3] {
         let [a21, a31, a32] = self.below.map(|a| a / self.gamma);
         [[1.0, 0.0, 0.0], [1.0 - a21, a21, 0.0], [1.0 - a31 - a32 * (1.0 - a21), a31 - a32 * a21, a32]]
     }
 
-    /// Returns the coefficients of (1 - gamma mu)^s - zeta P(mu), constant first: the stability function is P(mu)/(1 -
-    /// gamma mu)^s.
+    /// Coefficients of (1 - gamma mu)^s - zeta P(mu), constant first, and s: the stability function is
+    /// P(mu)/(1 - gamma mu)^s.
     fn characteristic(&self, zeta: Complex64) -> ([Complex64; 4], usize) {
         let g = self.gamma;
         let (p, d) = if self.nodes.len() == 2 {
@@ -116,7 +116,7 @@ impl RungeKutta {
         (std::array::from_fn(|k| Complex64::new(d[k], 0.0) - zeta * p[k]), self.nodes.len())
     }
 
-    /// Returns mu of zeta R(mu) = 1: Durand-Kerner iteration.
+    /// Roots mu of zeta R(mu) = 1 by Durand-Kerner iteration, in no certain order.
     pub(super) fn rates(&self, zeta: Complex64) -> Rates {
         let (coefficients, degree) = self.characteristic(zeta);
         let value = |x: Complex64| {

@@ -1,17 +1,18 @@
-//! Critical speeds of a tyre beside that of its slowest wave ([`super::slowest_wave`]).
+//! Critical speeds of a tyre other than that of its slowest wave ([`super::slowest_wave`]).
 //!
-//! **Limit of stability.** In the tyre's own frame rotation takes Om^2 M from the stiffness of its motion along the
-//! circumference and outwards, and gives tension. What is left, the amended stiffness, is to be positive definite: the
+//! **Limit of stability.** In the frame of the tyre, rotation takes Om^2 M from the stiffness of its motion along the
+//! circumference and outwards, and gives tension. The remainder, the amended stiffness, must be positive definite: the
 //! tyre is then passive, since Coriolis forces do no work. Waves of two and more periods gain by rotation; of one
 //! period, a rigid motion of the belt against its foundation, the stiffness falls by m'' Om^2. Past the speed at which
 //! it vanishes the damping, which turns with the tyre, feeds the motion on a rigid axle. Searched for at s = 0, where
 //! rubber has relaxed: C(n, m, 0), the inverse of that stiffness, is positive definite below the limit and not beyond.
 //!
-//! **Waves of the tread.** A pattern of n periods that stands still beside the axle is a motion of the tread at s = i n
-//! Om. Waves about as short as the tread is thick are those of its surface (Rayleigh's). Above their speed Re C_zz(n,
-//! m, i n Om) < 0: contact has no steady form that depends on the road under it alone. Steps in time stay well-posed.
+//! **Waves of the tread.** A pattern of n periods that stands still beside the axle is a motion of the tread at s = i
+//! n Om. Waves about as short as the tread is thick are those of its surface (Rayleigh waves). Above their speed Re
+//! C_zz(n, m, i n Om) < 0: contact has no steady form that depends on the road under it alone. Time steps stay
+//! well-posed.
 //!
-//! Cost: some ten compliances for a speed, and as many for each halving.
+//! Cost: some ten compliances for each speed tried, once per halving.
 
 use num_complex::Complex64;
 
@@ -20,18 +21,19 @@ use super::layers::compliance::{Matrix3, Stack};
 use super::layers::curved::{CurvedStack, STEP};
 use crate::scene::Tyre;
 
-/// Most periods round the tyre that are looked at.
+/// Most periods round the tyre that are tested.
 const WAVES: i64 = 6;
-/// Lateral numbers that are looked at.
+/// Number of lateral numbers that are tested.
 const LATERAL: usize = 2;
-/// Thickness of the tread over the length of the waves of its surface, times 2 pi.
+/// 2 pi times the tread's thickness over the length of its surface wave.
 const TREAD_WAVE: f64 = 5.0;
-/// Halvings of the interval in which a speed lies.
+/// Bisections of the interval of speeds.
 const HALVINGS: usize = 20;
-/// Highest speed that is looked at \[m/s\].
+/// Highest speed that is tested \[m/s\].
 const HIGHEST: f64 = 1000.0;
 
-/// Returns the highest speed of stable rolling \[m/s\], where it lies below a speed \[m/s\]; `None` for a flat tyre.
+/// Highest speed of stable rolling \[m/s\] if it lies below `speed` \[m/s\], to 1e-6 of that; `None` if not, and for a
+/// flat tyre.
 pub(crate) fn limit_below(tyre: &Tyre, speed: f64) -> Option<f64> {
     if !tyre.curvature || is_stable(tyre, speed) {
         return None;
@@ -48,26 +50,27 @@ pub(crate) fn limit_below(tyre: &Tyre, speed: f64) -> Option<f64> {
     Some(stable)
 }
 
-/// Returns the highest speed of stable rolling \[m/s\], if it is below 1000 m/s.
+/// Highest speed of stable rolling \[m/s\], if it is below 1000 m/s.
 pub(crate) fn limit(tyre: &Tyre) -> Option<f64> {
     limit_below(tyre, HIGHEST)
 }
 
-/// A wave of the tread's surface.
+/// Surface wave of the tread that stands still under the axle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TreadWave {
-    /// Length \[m\].
+    /// Wavelength \[m\].
     pub length: f64,
-    /// Speed of the tyre at which it stands still under the axle \[m/s\].
+    /// Speed of the tyre \[m/s\] from which the wave stands still under the axle.
     pub speed: f64,
 }
 
-/// Returns the wave of the tread's surface of some 16 mm, of a tyre that turns as it rolls, or does not; `None` if it
-/// is faster than 1000 m/s.
+/// Surface wave of some 1.3 tread thicknesses (16 mm), of a tyre that turns as it rolls (`turns`) or does not; `None`
+/// if it is faster than 1000 m/s.
 pub(crate) fn tread_wave(tyre: &Tyre, turns: bool) -> Option<TreadWave> {
     let thickness = tyre.layers.last()?.thickness;
     let n = (TREAD_WAVE * tyre.radius() / thickness).round().max(1.0);
     let follows = |speed: f64| steady_compliance(tyre, n as i64, speed, turns) > 0.0;
+    // The speed is bracketed by doubling, then bisected.
     let (mut slower, mut faster) = (0.0, 1.0);
     while follows(faster) {
         (slower, faster) = (faster, 2.0 * faster);
@@ -86,7 +89,7 @@ pub(crate) fn tread_wave(tyre: &Tyre, turns: bool) -> Option<TreadWave> {
     Some(TreadWave { length: tyre.circumference / n, speed: slower })
 }
 
-/// Returns the re C_zz(n, m, i n Om) of a pattern that stands still beside the axle \[m/Pa\].
+/// Re C_zz(n, m, i n Om) of a pattern that stands still beside the axle \[m/Pa\], m the lowest lateral number.
 fn steady_compliance(tyre: &Tyre, n: i64, speed: f64, turns: bool) -> f64 {
     let (angular_velocity, waves) = (speed / tyre.radius(), Waves::new(tyre));
     let (m, s) = (waves.first_lateral_number(), Complex64::new(0.0, n as f64 * angular_velocity));
@@ -97,14 +100,14 @@ fn steady_compliance(tyre: &Tyre, n: i64, speed: f64, turns: bool) -> f64 {
     CurvedStack::new(&Tyre { angular_velocity: turning, ..tyre.clone() }).compliance(n, m, s, STEP).0[2][2].re
 }
 
-/// Tells whether the amended stiffness is positive definite at a speed \[m/s\].
+/// True if the amended stiffness is positive definite at a speed \[m/s\].
 fn is_stable(tyre: &Tyre, speed: f64) -> bool {
     let stack = CurvedStack::new(&Tyre { angular_velocity: speed / tyre.radius(), ..tyre.clone() });
     let mut lateral = Waves::new(tyre).lateral_numbers().take(LATERAL);
     lateral.all(|m| (1..=WAVES).all(|n| is_positive(&stack.compliance(n, m, Complex64::ZERO, STEP).0)))
 }
 
-/// Tells whether a Hermitian matrix is positive definite: by its leading minors.
+/// Whether a Hermitian matrix is positive definite, by its leading minors.
 fn is_positive([[a, b, c], [_, d, e], [.., f]]: &Matrix3) -> bool {
     let (a, d, f) = (a.re, d.re, f.re);
     let plane = a * d - b.norm_sqr();

@@ -1,4 +1,4 @@
-//! Modes: how waves of n periods round the tyre and of the lateral number m ring freely.
+//! Modes: free vibrations of waves of n periods round the tyre and of the lateral number m.
 //!
 //! A mode is a pole of the wave's compliance C(n, m, s). It rings at |Im s|/2 pi with the damping -Re s/|s|. For each
 //! wave and each diagonal entry C_jj:
@@ -8,15 +8,16 @@
 //! 3. the secant method on 1/C_jj moves each of them to a pole of C itself. All laws but the hysteretic one are
 //!    analytic off the negative real axis, so C can be followed to the left of the imaginary axis;
 //! 4. the residue of C, the difference of C on both sides of the pole, is the product of the mode's shape with itself:
-//!    what moves, radially, round the tyre or across it, names the mode, and a pole that several entries share is
-//!    listed once.
+//!    the largest motion, radially, round the tyre or across it, names the mode, and a pole that several entries share
+//!    is listed once.
 //!
-//! With rotation, the waves n and -n differ, and each is looked for: C(-n, m, s) is sampled on the upper half of
-//! the plane, too.
+//! With rotation, the waves n and -n differ, and both are analysed: C(-n, m, s) is sampled on the upper half of the
+//! plane, too.
 //!
-//! A pole of step 2 that step 3 does not confirm, and that the samples feel, is reported as [`Modes::unconfirmed`].
+//! A pole of step 2 that step 3 does not confirm, and that contributes to the samples, is reported as
+//! [`Modes::unconfirmed`].
 //!
-//! Cost: samples times waves evaluations of C for all tractions, and about 10 a mode.
+//! Cost: samples times waves evaluations of C for all tractions, and about 10 for each mode.
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
@@ -34,40 +35,40 @@ use crate::numeric::rational::RationalError;
 use crate::numeric::rational::aaa::approximate;
 use crate::scene::Tyre;
 
-/// Samples up to the highest frequency.
+/// Number of samples up to the highest frequency.
 const SAMPLES: usize = 200;
-/// Samples go on beyond it, so that a mode near the end has them on both sides.
+/// Samples go on beyond it by this factor, so that a mode near the end has them on both sides.
 const BEYOND: f64 = 1.25;
-/// Error of the approximation relative to the largest sample. Far below what a start needs: weak modes are then seen,
+/// Error of the approximation relative to the largest sample. Far below what a start needs: weak modes are then found,
 /// too.
 const TOLERANCE: f64 = 1e-10;
-/// Most support points; ten modes of lossy layers need some twenty, sidewalls have modes of their own.
+/// Most support points; ten modes of lossy layers need some twenty, and sidewalls have modes, too.
 const MOST_POINTS: usize = 40;
 const MOST_ON_SIDEWALLS: usize = 80;
-/// Support points that must halve the error: where they do not, the compliance is known no better, and further poles
-/// are those of its rounding.
+/// Support points within which the error must halve: where it does not, the compliance is no more exact, and further
+/// poles are those of its rounding.
 const PATIENCE: usize = 8;
-/// Above this damping nothing rings: it loses 97 % of its amplitude in a period.
+/// Damping above which nothing rings: it loses 97 % of its amplitude in a period.
 const LARGEST_DAMPING: f64 = 0.5;
-/// Part of the largest sample above which a pole is felt.
+/// Part of the largest sample above which a pole counts.
 const FELT: f64 = 1e-5;
-/// The secant method: iterations, last step, and how far it may go from its start, relative to |s|.
+/// The secant method: iterations, last step, and largest distance from its start, relative to |s|.
 const ITERATIONS: usize = 40;
 const LAST_STEP: f64 = 1e-12;
 const LONGEST_WAY: f64 = 0.05;
 /// Distance from a pole at which its residue is read, relative to |s|.
 const BESIDE: f64 = 1e-4;
-/// Share of radial motion from which a mode is called radial. A quarter: a ring that moves as a whole, n = 1, moves as
-/// much round itself as along its radius.
+/// Fraction of radial motion from which on a mode is called radial. A quarter: a ring that moves as a whole, n = 1,
+/// moves as much round itself as along its radius.
 const RADIAL: f64 = 0.25;
 /// Poles closer than this, relative to |s|, are the same.
 const SAME: f64 = 1e-7;
 
-/// Motion of a mode.
+/// Prevailing motion of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Motion {
-    /// Along the radius, at least by a quarter: what a road excites and what radiates.
+    /// Along the radius, at least by a quarter: excited by roads, and radiating.
     Radial,
     /// Hardly along the radius, and most round the tyre: torsion for n = 0.
     Circumferential,
@@ -76,7 +77,6 @@ pub(crate) enum Motion {
 }
 
 impl Motion {
-    /// Returns the motion in a word.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Radial => "radial",
@@ -91,34 +91,34 @@ impl Motion {
 pub(crate) struct Mode {
     /// Periods round the tyre.
     pub n: usize,
-    /// Direction, of a tyre that turns; `None` at rest and of n = 0, where both are the same.
+    /// Direction of the wave, of a tyre that turns; `None` at rest and for n = 0, where both are the same.
     pub(crate) direction: Option<Direction>,
     /// Lateral number.
     pub m: usize,
-    /// How the tread's surface moves.
+    /// Prevailing motion of the tread's surface.
     pub motion: Motion,
     /// The pole, Im > 0 \[1/s\].
     pub pole: Complex64,
-    /// Circumferential, lateral and radial motion of the tread's surface: squared, of a sum of 1.
+    /// Squared circumferential, lateral and radial motion of the tread's surface; their sum is 1.
     pub shares: [f64; 3],
-    /// Compliance that it adds at resonance, of the three directions together \[m/Pa\].
+    /// Contribution to the compliance at resonance, of the three directions together \[m/Pa\].
     pub peak: f64,
 }
 
 impl Mode {
-    /// Returns n of exp(i n theta' + s t), theta' rising with the elements, against the rotation: negative of a wave
-    /// that runs against it.
+    /// n of exp(i n theta' + s t), theta' rising with the elements, opposite to the rotation: negative of a wave that
+    /// runs against the rotation.
     #[cfg(test)]
     pub(crate) fn signed_n(&self) -> i64 {
         signed(self.n, self.direction)
     }
 
-    /// Returns the frequency |Im s|/2 pi \[Hz\].
+    /// |Im s|/2 pi \[Hz\].
     pub(crate) fn frequency(&self) -> f64 {
         frequency(self.pole)
     }
 
-    /// Returns the damping -Re s/|s|, of the critical one.
+    /// Damping ratio -Re s/|s|.
     pub(crate) fn damping(&self) -> f64 {
         damping(self.pole)
     }
@@ -132,18 +132,18 @@ fn damping(pole: Complex64) -> f64 {
     -pole.re / pole.norm()
 }
 
-/// The modes of a tyre.
+/// Modes of a tyre.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Modes {
-    /// By n, of a tyre that turns with the rotation first, then m, then frequency.
+    /// By n, of a tyre that turns by direction, then m, then frequency.
     pub confirmed: Vec<Mode>,
-    /// Poles of an approximation, as (n, m, pole), that were not found again in C itself.
+    /// Poles of an approximation, as (n, m, pole), that were not found in C itself.
     pub unconfirmed: Vec<(usize, usize, Complex64)>,
-    /// Evaluations of the compliance.
+    /// Evaluations of the compliance used.
     pub evaluations: u64,
 }
 
-/// Why the modes of a wave cannot be found.
+/// A wave whose modes cannot be found.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("modes of the wave n = {n}, m = {m}: {source}")]
 pub(crate) struct ModesError {
@@ -155,11 +155,9 @@ pub(crate) struct ModesError {
     pub(crate) source: RationalError,
 }
 
-/// Returns the modes up to the frequency `highest` \[Hz\] of a tyre's waves n = 0..=`largest_n`, each with so many
-/// lateral numbers, the lowest that a centred load excites.
-///
-/// # Errors
-/// As [`modes_of`].
+/// Modes up to the frequency `highest` \[Hz\] of a tyre's waves n = 0..=`largest_n`, each with so many lateral
+/// numbers,
+/// the lowest that a centred load excites. An error for a compliance that is not finite, of the first such wave.
 pub(crate) fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
     let kernel = Kernel::new(tyre, BEYOND * TAU * highest, TOLERANCE);
     let lateral = Waves::new(tyre).lateral_numbers().take(lateral_count);
@@ -184,22 +182,18 @@ struct WaveOf {
 }
 
 impl WaveOf {
-    /// Returns n of exp(i n theta' + s t), theta' rising with the elements.
+    /// n of exp(i n theta' + s t), theta' rising with the elements.
     fn signed(self) -> i64 {
         signed(self.n, self.direction)
     }
 }
 
-/// Returns n with the sign of a direction.
 fn signed(n: usize, direction: Option<Direction>) -> i64 {
     if direction == Some(Direction::Backwards) { -(n as i64) } else { n as i64 }
 }
 
-/// Returns the modes up to the frequency `highest` \[Hz\] of waves (n, m) with a compliance C(n, m, s): displacement
-/// per traction, order circumferential, lateral, radial, C(conj s) = conj C(s).
-///
-/// # Errors
-/// [`ModesError`] for a compliance that is not finite, of the first such wave.
+/// Modes up to the frequency `highest` \[Hz\] of waves (n, m) with a compliance C(n, m, s): displacement per traction,
+/// order circumferential, lateral, radial, C(conj s) = conj C(s).
 #[cfg(test)]
 pub(crate) fn modes_of(
     waves: &[(usize, usize)],
@@ -230,8 +224,8 @@ fn found(
     Ok(all)
 }
 
-/// Returns |C_zz| of the waves n = 0..=`largest_n` with the lowest lateral number \[m/Pa\]: one row for each frequency
-/// \[Hz\], one column for each n; with it the lateral number.
+/// Lateral number of the lowest wave, and |C_zz| \[m/Pa\] of the waves n = 0..=`largest_n` with it: one row per
+/// frequency \[Hz\], one column per n.
 pub(crate) fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
     let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
     let kernel = Kernel::new(tyre, TAU * top, TOLERANCE);
@@ -243,7 +237,7 @@ pub(crate) fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f6
     (m, in_parallel::map(frequencies, row))
 }
 
-/// Where C is sampled: at z + shift, z on the imaginary axis.
+/// Line on which C is sampled: z + shift, z on the imaginary axis.
 struct Line {
     points: Vec<Complex64>,
     shift: f64,
@@ -252,7 +246,7 @@ struct Line {
 }
 
 impl Line {
-    /// Returns the evenly spaced; as far right of the axis as the points are apart, so that no pole lies closer.
+    /// Evenly spaced points; as far right of the axis as the points are apart, so that no pole lies closer.
     fn up_to(highest: f64, most_points: usize) -> Self {
         let shift = TAU * highest / SAMPLES as f64;
         let count = (BEYOND * SAMPLES as f64) as usize;
@@ -260,8 +254,8 @@ impl Line {
         Self { points, shift, highest, most_points }
     }
 
-    /// Returns the poles of an approximation to a function's values on the line that ring within the band; with each
-    /// whether the values feel it.
+    /// Poles of an approximation to a function's values on the line that ring within the band, each with whether it
+    /// contributes to the values.
     fn poles(&self, values: &[Complex64]) -> Result<Vec<(Complex64, bool)>, RationalError> {
         let model = approximate(&self.points, values, TOLERANCE, [self.most_points, PATIENCE])?;
         let largest = values.iter().fold(0.0_f64, |a, value| a.max(value.norm()));
@@ -275,18 +269,18 @@ impl Line {
     }
 }
 
-/// Returns the residue of a simple pole: what is regular there has the same value on both sides.
+/// Residue of a simple pole: the regular part has the same value on both sides and cancels.
 fn residue(f: impl Fn(Complex64) -> Complex64, pole: Complex64) -> Complex64 {
     let beside = BESIDE * pole.norm();
     (f(pole + beside) - f(pole - beside)) * (0.5 * beside)
 }
 
-/// Returns the pole of f near a start, by the secant method on 1/f.
+/// Pole of f near a start, by the secant method on 1/f; `None` where it does not converge nearby.
 fn polished(f: impl Fn(Complex64) -> Complex64, start: Complex64) -> Option<Complex64> {
     let (mut before, mut s) = (start * (1.0 + BESIDE), start);
     let (mut inverse_before, mut inverse) = (f(before).inv(), f(s).inv());
     for _ in 0..ITERATIONS {
-        // On the pole itself 1/f is 0, or not a number where f has overflowed.
+        // At the pole itself 1/f is 0, or NaN where f has overflowed.
         let step = if inverse.norm() > 0.0 { inverse * (s - before) / (inverse - inverse_before) } else { 0.0.into() };
         (before, inverse_before) = (s, inverse);
         s -= step;
@@ -301,7 +295,6 @@ fn polished(f: impl Fn(Complex64) -> Complex64, start: Complex64) -> Option<Comp
     None
 }
 
-/// One wave.
 struct Wave<F> {
     of: WaveOf,
     compliance: F,
@@ -315,6 +308,7 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
             evaluations.set(evaluations.get() + 1);
             (self.compliance)(s)
         };
+        // Step 1 of the head, then steps 2 to 4 for each diagonal entry.
         let sampled: Vec<Matrix3> = line.points.iter().map(|&z| compliance(z + line.shift)).collect();
         let mut modes = Modes::default();
         let mut doubtful = Vec::new();
@@ -343,8 +337,8 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
         Ok(modes)
     }
 
-    /// Returns the mode of a pole that was found in the entry jj. Its residue is v_i w_j, so that v_i w_i is R_ij
-    /// R_ji/R_jj: of another mode that happens to have the same pole nothing enters.
+    /// Mode of a pole that was found in the entry jj. Its residue is v_i w_j, so that v_i w_i is R_ij R_ji/R_jj:
+    /// another mode that happens to have the same pole does not enter.
     fn mode(&self, pole: Complex64, entry: usize, compliance: impl Fn(Complex64) -> Matrix3) -> Mode {
         let beside = BESIDE * pole.norm();
         let (right, left) = (compliance(pole + beside), compliance(pole - beside));
@@ -355,7 +349,7 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
         let parts: [f64; 3] = std::array::from_fn(part);
         let sum: f64 = parts.iter().sum();
         let shares = parts.map(|part| part / sum);
-        // Its residue is half of the difference times the distance.
+        // The residue is half of the difference times the distance.
         let peak = 0.5 * beside * sum / pole.re.abs();
         let [circumferential, lateral, radial] = shares;
         let motion = if radial >= RADIAL {

@@ -13,7 +13,7 @@ fn of(compliance: impl Fn(Complex64) -> Matrix3 + Sync) -> Modes {
     modes_of(&[(2, 1)], 500.0, |_, _, s| compliance(s)).unwrap()
 }
 
-/// Returns a mass on a spring and a damper with the pole p; of mass 1.
+/// Response of a mass of 1 on a spring and a damper with the pole p.
 fn oscillator(pole: Complex64, s: Complex64) -> Complex64 {
     ((s - pole) * (s - pole.conj())).inv()
 }

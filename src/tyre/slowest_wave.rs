@@ -2,15 +2,15 @@
 //!
 //! A force that stands still beside the axle of a tyre that rolls at V is to the tread a wave of n periods at the
 //! frequency n V/R. The tread moves with the force as long as Re C_zz(n, m, i n V/R) > 0, and against it from the
-//! wave's resonance on, where V is the speed of the free wave. Above the slowest one waves stand behind the patch, the
-//! mean force no longer grows with the indentation for sure, and the motion may grow without bound.
+//! wave's resonance on, where V is the speed of the free wave. Above the slowest one, waves stand behind the patch,
+//! the mean force need not grow with the indentation any more, and the motion may grow without bound.
 //!
-//! A tyre that turns does so at the speed V that is looked at, and a pattern that stands beside the axle has s = i n
-//! Om: of its two waves of n periods the one that runs against the rotation, with elements counted against it.
+//! A tyre that turns does so at the speed V that is tested, and a pattern that stands beside the axle has s = i n Om:
+//! of its two waves of n periods the one that runs against the rotation, with elements counted against it.
 //!
-//! Waves shorter than 2 pi times the layers' thickness are left out: those are of the tread alone, whose own shear
-//! waves are as slow, but die out within a wavelength. (Default tyre at 250 km/h with the tension that its rolling
-//! adds: Re C_zz < 0 from n = 57 on, and a run that is steady.)
+//! Waves shorter than 2 pi times the layers' thickness are left out: those are of the tread alone, whose shear waves
+//! are as slow, but die out within a wavelength. (Default tyre at 250 km/h with the tension that its rolling adds: Re
+//! C_zz < 0 from n = 57 on, and a run that is steady.)
 //!
 //! Cost: one evaluation of C_zz for each n, and ten times as many where a wave is slower than V.
 
@@ -21,11 +21,11 @@ use super::influence::kernel::Kernel;
 use crate::numeric::in_parallel;
 use crate::scene::Tyre;
 
-/// Thickness of the layers over the wavelength, times 2 pi, up to which waves are those of the belt.
+/// 2 pi times the layers' thickness over the wavelength, up to which waves are those of the belt.
 const HIGHEST: f64 = 1.0;
-/// Tolerance of the compliances.
+/// Relative tolerance of the compliances.
 const TOLERANCE: f64 = 1e-3;
-/// Halvings of the interval in which the slowest wave's speed lies.
+/// Bisections of the interval of speeds.
 const HALVINGS: usize = 10;
 
 /// A free wave round the tyre.
@@ -33,17 +33,19 @@ const HALVINGS: usize = 10;
 pub(crate) struct SlowestWave {
     /// Periods round the tyre.
     pub n: usize,
-    /// Speed \[m/s\].
+    /// Phase speed \[m/s\].
     pub speed: f64,
 }
 
-/// Returns the slowest wave of a tyre as it rolls, where it is slower than a speed \[m/s\].
+/// The slowest wave of a tyre as it rolls, where it is slower than `speed` \[m/s\]; its speed is bisected to 1e-3 of
+/// that.
 pub(crate) fn slowest_wave_below(tyre: &Tyre, speed: f64) -> Option<SlowestWave> {
     let highest = (HIGHEST * tyre.radius() / tyre.thickness()).clamp(1.0, 1000.0) as usize;
     let waves: Vec<usize> = (1..=highest).collect();
     let m = Waves::new(tyre).first_lateral_number();
     let kernel = |tyre: &Tyre| Kernel::new(tyre, highest as f64 * speed / tyre.radius(), TOLERANCE);
     let still = (!tyre.turns()).then(|| kernel(tyre));
+    // The longest wave that is slower than a speed.
     let outrun = |speed: f64| {
         let rate = speed / tyre.radius();
         let direction = if tyre.angular_velocity < 0.0 { -1 } else { 1 };

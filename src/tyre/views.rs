@@ -1,9 +1,9 @@
-//! Views of influence functions: magnitude over wavenumber and frequency, g over distance and time,
-//! causality, and the static influence beside the half-space's.
+//! Views of influence functions: magnitude over wavenumber and frequency, g over distance and time, causality, and the
+//! static influence compared with the half-space's.
 //!
-//! - [`magnitudes`]: |H_n(i w)| with the poles at hand in [`RationalModel::modes`];
+//! - [`magnitudes`]: |H_n(i w)|; its poles are in [`RationalModel::modes`];
 //! - [`impulse_responses`]: g_j(t) = sum over n = -N/2 ... N/2 - 1 of exp(2 pi i n j/N) sum_r R_r exp(lambda_r t):
-//!   exact for the model, no transform, nothing wraps round. Of a tyre that turns cosines of E_n, less sines of O_n;
+//!   exact for the model, without a transform or wrap-around. Of a tyre that turns cosines of E_n, less sines of O_n;
 //! - [`causality`]: convolution weights at negative lags from the exact sums, causal law or not, by the circle method;
 //! - [`static_ratios`]: G_j/G_0 at rest, and for a half-space of the tread's material (Boussinesq, mean over
 //!   rectangles).
@@ -19,8 +19,8 @@ use super::poles::{Direction, RationalModel};
 use crate::numeric::in_parallel;
 use crate::scene::TimeRule;
 
-/// Returns |H_n(2 pi i f)| \[m/N\], of a tyre that turns for the waves of one direction: one row for each wavenumber,
-/// one column for each frequency \[Hz\]. `None` for a field that the model does not have.
+/// |H_n(2 pi i f)| \[m/N\], of a tyre that turns for the waves of one direction: one row per wavenumber, one column
+/// per frequency \[Hz\]. `None` for a field that the model does not have.
 pub(crate) fn magnitudes(
     model: &RationalModel,
     field: Field,
@@ -36,34 +36,35 @@ pub(crate) fn magnitudes(
     in_parallel::map(wavenumbers, row).into_iter().collect()
 }
 
-/// Returns the driving-point mobility of one element, s sum over n = -N/2 ... N/2 - 1 of Ht_n(s), from a value for each
+/// Driving-point mobility of one element, s sum over n = -N/2 ... N/2 - 1 of Ht_n(s), from a value for each
 /// n = 0..=N/2 \[m/(N s)\].
 pub(crate) fn element_mobility(elements: usize, s: Complex64, value: impl Fn(usize) -> Complex64) -> Complex64 {
     s * (0..=elements / 2).map(|n| value(n) * multiplicity(n, elements)).sum::<Complex64>()
 }
 
-/// Tells how often the wavenumber n occurs among -N/2 ... N/2 - 1.
+/// Number of times that the wavenumber n occurs among -N/2 ... N/2 - 1, up to its sign.
 fn multiplicity(n: usize, elements: usize) -> f64 {
     if n == 0 || 2 * n == elements { 1.0 } else { 2.0 }
 }
 
-/// Returns the phase of the wave n at a distance \[elements\].
+/// Phase of the wave n at a distance \[elements\].
 fn phase(n: usize, distance: usize, elements: usize) -> f64 {
     2.0 * PI * ((n * distance) % elements) as f64 / elements as f64
 }
 
-/// Returns the share of the waves +-n at a distance \[elements\].
+/// Factor of E_n at a distance \[elements\] in the sum over n and -n.
 fn weight(n: usize, distance: usize, elements: usize) -> f64 {
     multiplicity(n, elements) * phase(n, distance, elements).cos()
 }
 
-/// Returns the same of their odd parts.
+/// Factor of O_n, in the same sum.
 fn odd_weight(n: usize, distance: usize, elements: usize) -> f64 {
     -multiplicity(n, elements) * phase(n, distance, elements).sin()
 }
 
-/// Returns g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], N - j towards smaller
-/// elements, one column for each time t >= 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
+/// g_j(t) \[m/(N s)\] of a unit force impulse: one row per distance j \[elements\], N - j towards smaller elements,
+/// one column per time t >= 0 \[s\]. A constant of the model (an impulse at t = 0) is left out. `None` for a field
+/// that the model does not have.
 pub(crate) fn impulse_responses(
     model: &RationalModel,
     field: Field,
@@ -98,29 +99,30 @@ pub(crate) fn impulse_responses(
     Some(distances.iter().map(row).collect())
 }
 
-/// Convolution weights round t = 0 of the driven element itself.
+/// Convolution weights about t = 0 of an element on itself.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Causality {
     /// Largest |w_p| of a negative lag over the largest of all.
     pub precursor: f64,
-    /// Share of sum w_p^2 that lies before t = 0.
+    /// Fraction of sum w_p^2 that lies before t = 0.
     pub energy_before: f64,
-    /// For n = 0..=N/2: square root of that share for H_n alone, with H_-n where that differs. A function whose Laurent
-    /// coefficients of negative index vanish has an imaginary part that is the Hilbert transform of its real part on
-    /// the contour: this is the Kramers-Kronig residual there.
+    /// For n = 0..=N/2: square root of that fraction for H_n alone, with H_-n where that differs. A function whose
+    /// Laurent coefficients of negative index vanish has an imaginary part that is the Hilbert transform of its real
+    /// part on the contour: this is the Kramers-Kronig residual there.
     pub kramers_kronig: Vec<f64>,
 }
 
-/// Returns the weights at negative and positive lags from the exact sums, for any law.
+/// Weights at negative and positive lags from the exact sums, for any law.
 ///
-/// On the circle |zeta| = rho the transform of length K gives rho^-q w_-q + rho^(K-q) w_(K-q) in place K - q: for q <
-/// K/2 what wraps round is below rho^K of the weights.
+/// On the circle |zeta| = rho the transform of length K gives rho^-q w_-q + rho^(K-q) w_(K-q) at index K - q: for
+/// q < K/2 what wraps round is below rho^K of the weights.
 pub(crate) fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize) -> Causality {
     let contour = Contour::new(rule, time_step, lags);
     let length = contour.circle.length;
     let at: Vec<_> = contour.points.iter().map(|&s| sum.at(s)).collect();
     let elements = sum.projection().elements;
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
+    // 1. Weights of each wavenumber, negative lags first.
     let rows = in_parallel::made(elements / 2 + 1, |n| {
         let mut faces = Vec::with_capacity(at.len());
         sum.faces(n, &at, Field::Surface, &mut faces);
@@ -141,6 +143,7 @@ pub(crate) fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags
         let odd = if sum.turns() { signal(faces.iter().map(|face| face.odd[0]).collect()) } else { Vec::new() };
         [signal(faces.iter().map(|face| face.driven).collect()), odd]
     });
+    // 2. Their squares before t = 0, and those of the sum over all wavenumbers.
     let square = |part: &[f64]| part.iter().map(|w| w * w).sum::<f64>();
     let before = |weights: &[f64]| square(&weights[..weights.len() / 2]);
     // Squares of E and O add up to the mean of H_n's and H_-n's.
@@ -159,18 +162,19 @@ pub(crate) fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags
     }
 }
 
-/// Static influence with distance.
+/// Static influence at a distance, relative to that of an element on itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StaticRatio {
     /// Distance j \[elements\].
     pub distance: usize,
     /// G_j/G_0 of the tyre at rest.
     pub tyre: f64,
-    /// The same for an elastic half-space: no modulus, no thickness, geometry only.
+    /// That of an elastic half-space: no modulus, no thickness, geometry only.
     pub half_space: f64,
 }
 
-/// Returns G_j/G_0 at rest for j = 0..=`most`, `element` long and `contact_width` wide \[m\].
+/// G_j/G_0 at rest for j = 0..=`most`, elements `element` long and `contact_width` wide \[m\]; `None` for a field that
+/// the model does not have.
 pub(crate) fn static_ratios(
     model: &RationalModel,
     field: Field,
@@ -189,8 +193,8 @@ pub(crate) fn static_ratios(
     Some((0..=most).map(ratio).collect())
 }
 
-/// Returns the mean of 1/r between the points of two equal rectangles, `length` by `width`, whose centres lie
-/// `distance` apart along the length \[1/m\]: the fourth difference of the function with f_xxyy = 1/r.
+/// Mean of 1/r between the points of two equal rectangles, `length` by `width` \[m\], whose centres are `distance`
+/// apart along the length \[1/m\]: the fourth difference of the function with f_xxyy = 1/r.
 pub(crate) fn mean_inverse_distance(distance: f64, length: f64, width: f64) -> f64 {
     let f = |x: f64, y: f64| {
         let r = x.hypot(y);
@@ -274,8 +278,8 @@ mod tests {
         let mut least = f64::INFINITY;
         for (row, j) in found.iter().zip(distances) {
             for (value, t) in row.iter().zip(times) {
-                // All waves n = -8..8 one by one: n > 0 has the pole of its own direction, and the other one's
-                // conjugate.
+                // All waves n = -8..8 one by one: n > 0 has the pole of its direction, and the conjugate of the other
+                // one's.
                 let of = |n: i64| {
                     let mode = turning_ring::mode(elements, n.unsigned_abs() as usize, turning);
                     let ring = |direction| mode.residue(direction) * (mode.pole(direction) * t).exp();

@@ -1,4 +1,4 @@
-//! Limit of the paper's equation 4 as the time step falls, beside the local law.
+//! Limit of the paper's equation 4 as the time step decreases, beside the local law.
 
 use crate::run::RunError;
 use crate::scene::{Scene, SliceCoupling};
@@ -13,26 +13,26 @@ use super::statement::{Statement, Verdict};
 const COUPLINGS: [(SliceCoupling, &str); 3] =
     [(SliceCoupling::Local, "local law"), (SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
 
-/// A coupling with ever smaller steps.
+/// Convergence of one coupling with the time step.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Refined {
-    /// The coupling.
+    /// Name of the coupling.
     pub name: &'static str,
-    /// Differences between successive halvings of the step: root mean square of the force's difference, relative to
-    /// that of its variation.
+    /// Differences between successive halvings of the step: root mean square of the force's difference over that of the
+    /// force's variation.
     pub differences: Vec<f64>,
-    /// Largest difference of a third octave \[dB\].
+    /// Largest difference of a third octave between successive halvings \[dB\].
     pub levels: Vec<f64>,
-    /// Order of the last halving: lg2 of the ratio of the last two differences; 0 where there is no limit.
+    /// Order of the last halving: lg2 of the ratio of the last two differences; 0 where that is not defined.
     pub order: f64,
     /// Mean force with each step \[N\].
     pub mean_force: Vec<f64>,
 }
 
-/// All couplings.
+/// Convergence of all couplings.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Equation4 {
-    /// Elements round the tyre.
+    /// Elements around the tyre.
     pub elements: usize,
     /// Time steps \[s\], each half of the one before.
     pub steps: Vec<f64>,
@@ -41,8 +41,8 @@ pub(super) struct Equation4 {
 }
 
 impl Equation4 {
-    /// Rolls a scene, its axle held, with 1, 2, 4, ... steps an element, so many halvings; the search of the explicit
-    /// coupling with the longest steps is told, too.
+    /// Rolls a scene, its axle held, with 1, 2, 4, ... steps per element, `halvings` times; also returns the search of
+    /// the explicit coupling with the longest steps.
     ///
     /// # Errors
     /// Errors of the runs.
@@ -81,7 +81,6 @@ impl Equation4 {
         Ok((Self { elements: held.numerics.elements, steps, couplings }, search))
     }
 
-    /// Returns the paper's statement on it.
     pub(super) fn statement(&self) -> Statement {
         let words = |refined: &Refined| {
             let [first, .., last] = refined.differences.as_slice() else { return refined.name.to_owned() };
@@ -99,7 +98,7 @@ impl Equation4 {
     }
 }
 
-/// Returns the order between the last two differences; 0 of fewer.
+/// Order from the last two differences; 0 for fewer, or if one of them vanishes.
 fn order(differences: &[f64]) -> f64 {
     match differences {
         [.., coarse, fine] if *fine > 0.0 && *coarse > 0.0 => (coarse / fine).log2(),
@@ -107,7 +106,7 @@ fn order(differences: &[f64]) -> f64 {
     }
 }
 
-/// Tells whether every sequence of differences converges.
+/// Whether every sequence of differences converges.
 fn judge(all: &[&[f64]]) -> Verdict {
     let converges = |differences: &&[f64]| match differences {
         [.., coarse, fine] => Richardson::new(*coarse, *fine).converges,

@@ -1,9 +1,8 @@
-//! Share of the influence functions in the time: by sums, and by poles.
+//! Share of the influence functions in the computing time: by sums, and by poles.
 //!
-//! Sums of two kinds: as the paper has them, without aliases and with lateral waves as short as the shortest round the
-//! tyre; and to the accuracy of the poles. H_n(s) for n = 0..=N/2 at all points of the contour of a memory as long as
-//! the scene's are far too many to wait for: a sample of them is summed and timed, evenly spread over both, and stands
-//! for all.
+//! Sums of two kinds: as in the paper, without aliases and with lateral waves as short as the shortest around the tyre;
+//! and to the accuracy of the poles. H_n(s) for n = 0..=N/2 at all points of the contour of a memory as long as the
+//! scene's are far too many: a sample of them, evenly spread over both, is summed and timed, and extrapolated.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -21,33 +20,33 @@ use serde::Serialize;
 
 use super::statement::{Statement, Verdict};
 
-/// Shares between these are about half: too close to call from one measurement of the time.
+/// Shares in this range are too close to a half for one measurement of the time.
 const ABOUT_HALF: [f64; 2] = [0.4, 0.6];
-/// The golden ratio's part beyond 1: its multiples are spread evenly over 0 to 1.
+/// Fractional part of the golden ratio: its multiples modulo 1 are spread evenly.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// Time of the influence functions, beside a run.
+/// Time of the influence functions, beside that of a run.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct InfluenceShare {
-    /// Values Ht_n(s) that there are.
+    /// Number of values H_n(s) in all.
     pub values: f64,
-    /// Those of them that were summed.
+    /// Number of values that were summed.
     pub sampled: usize,
     /// Summed as the paper does.
     pub plain: Sums,
     /// Summed to the accuracy of the poles.
     pub exact: Sums,
-    /// The fit of poles that takes their place.
+    /// The fit of poles that replaces the sums.
     pub fit: FitCost,
-    /// Time of taking the kept poles from the user's cache, as every later run does \[s\].
+    /// Time of reading the poles from the user's cache, as every later run does \[s\].
     pub kept: f64,
-    /// Time of rolling the scene from its start to its end \[s\], extrapolated.
+    /// Wall time of rolling the scene from start to end \[s\], extrapolated.
     pub march: f64,
-    /// Time that is rolled then \[s\].
+    /// Simulated time of that \[s\].
     pub rolled: f64,
 }
 
-/// All sums of a kind, extrapolated from a sample.
+/// Cost of all sums of a kind, extrapolated from a sample.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Sums {
     /// Evaluations of the compliance.
@@ -57,9 +56,9 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Returns a sample of (n, s), of which all are so many times as many.
+    /// Sums a sample of (n, s); all values are `times` as many.
     fn of(sum: &InfluenceSum, sample: &[(usize, Complex64)], times: f64) -> Self {
-        // Moduli at an s serve all n: they are not what is timed.
+        // The moduli at an s serve all n: their time is not measured.
         let at: Vec<SumAt> = sum.at_all(&sample.iter().map(|(_, s)| *s).collect::<Vec<_>>());
         let begin = Instant::now();
         let of = |index: usize| sum.value(sample[index].0, &at[index], Field::Surface).evaluations;
@@ -69,8 +68,8 @@ impl Sums {
 }
 
 impl InfluenceShare {
-    /// Measures the shares of a scene that is rolled for so long \[s\], each second of it taking so much time \[s\]; so
-    /// many of the sums are timed.
+    /// Measures the shares of a scene that is rolled for `rolled` \[s\], each second of it taking `march` \[s\];
+    /// `samples` of the sums are timed.
     ///
     /// # Errors
     /// A fit that was refused, or stopped by `stop`.
@@ -87,7 +86,7 @@ impl InfluenceShare {
         let begin = Instant::now();
         fetch(tyre, &plan.fit, stop).map_err(|error| refused(&loaded, error, "another tolerance"))?;
         let kept = begin.elapsed().as_secs_f64();
-        // As the paper's, the weights are of a multistep rule.
+        // As in the paper, the weights are those of a multistep rule.
         let contour = Contour::new(TimeRule::Bdf2, plan.time_step, (scene.numerics.memory / plan.time_step) as usize);
         let projection = Projection::new(tyre, scene.numerics.elements);
         let largest = contour.points.iter().fold(0.0_f64, |largest, s| largest.max(s.norm()));
@@ -119,12 +118,11 @@ impl InfluenceShare {
         })
     }
 
-    /// Returns the influence functions' shares of the time: by plain sums, and by poles that have to be fitted.
+    /// Shares of the influence functions in the total time: by plain sums, and by poles that have to be fitted.
     pub(super) fn shares(&self) -> [f64; 2] {
         [self.plain.seconds, self.fit.seconds].map(|influence| influence / (influence + self.march))
     }
 
-    /// Returns the paper's statements on it.
     pub(super) fn statements(&self) -> [Statement; 2] {
         let [sums, poles] = self.shares();
         let paper = "they are the most time-consuming step";

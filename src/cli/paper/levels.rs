@@ -4,7 +4,8 @@ use crate::response::{BandLevel, ThirdOctaveBand};
 use crate::study::trial::{LOWEST_BAND, level_changes};
 use serde::Serialize;
 
-/// Levels that differ by less are the same \[dB\]: what the accuracy `standard` states, and about what is heard.
+/// Levels that differ by less count as equal \[dB\]: the error that the accuracy `standard` states, and about the
+/// smallest audible difference.
 pub(super) const INSIGNIFICANT: f64 = 1.0;
 
 /// Change of a level in a band.
@@ -16,8 +17,8 @@ pub(super) struct Change {
     pub change: f64,
 }
 
-/// Returns the changes from a reference, from 100 Hz up to the band that holds a frequency \[Hz\]; bands that are
-/// silent in one of them are left out.
+/// Changes from a reference, from 100 Hz up to the band that contains `highest` \[Hz\]; bands that are silent in one of
+/// them are left out.
 pub(super) fn changes(found: &[BandLevel], reference: &[BandLevel], highest: f64) -> Vec<Change> {
     let highest = ThirdOctaveBand::containing(highest).map_or(highest, ThirdOctaveBand::upper_edge);
     let within = |level: &BandLevel| (LOWEST_BAND..=highest).contains(&level.band.nominal_frequency());
@@ -27,12 +28,12 @@ pub(super) fn changes(found: &[BandLevel], reference: &[BandLevel], highest: f64
         .collect()
 }
 
-/// Returns the mean of the changes \[dB\]; NaN without one.
+/// Mean of the changes \[dB\]; NaN without any.
 pub(super) fn mean(changes: &[Change]) -> f64 {
     changes.iter().map(|change| change.change).sum::<f64>() / changes.len() as f64
 }
 
-/// Returns the largest of the changes by a measure.
+/// The change with the largest value of `measure`; NaN without any.
 pub(super) fn largest(changes: &[Change], measure: fn(f64) -> f64) -> Change {
     let none = Change { frequency: f64::NAN, change: f64::NAN };
     changes.iter().copied().max_by(|a, b| measure(a.change).total_cmp(&measure(b.change))).unwrap_or(none)

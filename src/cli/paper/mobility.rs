@@ -7,19 +7,19 @@ use serde::Serialize;
 
 use super::statement::{Statement, Verdict};
 
-/// Sides of the patches \[m\], each smaller than the one before.
+/// Sides of the patches \[m\], falling.
 const PATCHES: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
-/// Frequencies looked at \[Hz\].
+/// Range of frequencies \[Hz\].
 const BAND: [f64; 2] = [50.0, 3000.0];
-/// From here on the mobility of a small patch is a spring's \[Hz\].
+/// Above this frequency the mobility of a small patch is a spring's \[Hz\].
 const SPRING_FROM: f64 = 1000.0;
-/// Resonances of the tyre may hide the patch at this share of the frequencies.
+/// Share of the frequencies at which resonances of the tyre may hide the influence of the patch.
 const HIDDEN: f64 = 0.1;
 
-/// Mobilities, and how they grow.
+/// Mobilities, and their growth as the patch shrinks.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct MobilityFigure {
-    /// The mobilities.
+    /// Values by frequency and patch.
     #[serde(skip)]
     pub mobility: Mobility,
     /// Sides of the square patches \[m\].
@@ -30,18 +30,18 @@ pub(super) struct MobilityFigure {
     pub levels: Vec<Vec<f64>>,
     /// Smallest rise from a patch to the next smaller one \[dB\].
     pub smallest_rise: f64,
-    /// The frequency of it \[Hz\].
+    /// Frequency of the smallest rise \[Hz\].
     pub smallest_rise_at: f64,
-    /// Share of the frequencies at which it rises from each patch to the next.
+    /// Share of the frequencies at which the level rises from each patch to the next.
     pub rising: f64,
-    /// Mean rise over all frequencies for half the side \[dB\].
+    /// Mean rise over all frequencies per halving of the side \[dB\].
     pub mean_rise_per_halving: f64,
-    /// The smallest patch: exponent of frequency from 1 kHz on.
+    /// Exponent of frequency of the smallest patch's mobility, from 1 kHz on.
     pub exponent: f64,
 }
 
 impl MobilityFigure {
-    /// Finds the mobility of a tyre at so many frequencies.
+    /// Mobility of a tyre at `points` frequencies.
     pub(super) fn of(tyre: &Tyre, points: u32) -> Self {
         let frequencies = frequencies(BAND[0], BAND[1], points);
         let mobility = driving_point(tyre, &PATCHES, &frequencies);
@@ -75,7 +75,6 @@ impl MobilityFigure {
         }
     }
 
-    /// Returns the paper's statements on it.
     pub(super) fn statements(&self) -> [Statement; 2] {
         [
             Statement {

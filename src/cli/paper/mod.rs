@@ -1,6 +1,6 @@
 //! `tyrewave paper`: the figures and statements of the paper that the model is from, computed again.
 //!
-//! `recompute` finds all of it, each figure and each subject in a file of its own; `page` and `pictures` show it.
+//! `recompute` computes all of it, each figure and each subject in a separate file; `page` and `pictures` show it.
 
 mod equation_4;
 mod influence;

@@ -11,7 +11,7 @@ use super::recompute::Paper;
 use super::search::Solves;
 use super::statement::{Statement, Verdict};
 
-/// Tabulates the paper's statements beside the findings.
+/// Table of the paper's statements beside the findings.
 pub(super) fn statement_table(statements: &[Statement]) -> Table {
     let rows = statements.iter().map(|of| {
         let statement = format!("{}: {}", of.place, of.subject);
@@ -20,7 +20,7 @@ pub(super) fn statement_table(statements: &[Statement]) -> Table {
     words(["statement", "paper", "found", "verdict"], rows)
 }
 
-/// Tells which settings all of it was computed with.
+/// Settings of the computation, in words.
 pub(super) fn settings(paper: &Paper, scene: &Scene) -> String {
     let of = &paper.options;
     format!(
@@ -38,7 +38,7 @@ pub(super) fn settings(paper: &Paper, scene: &Scene) -> String {
     )
 }
 
-/// Returns the halvings of the step, coupling by coupling.
+/// Changes by halving the step, coupling by coupling.
 fn halving_table(paper: &Paper) -> Table {
     let of = &paper.equation_4;
     let steps = of.steps.iter().take(of.steps.len().saturating_sub(1));
@@ -51,7 +51,7 @@ fn halving_table(paper: &Paper) -> Table {
     aligned(header, rows)
 }
 
-/// Makes a table of the changes of the levels by laws of tread and slices.
+/// Changes of the levels by laws of tread and slices.
 fn law_table(paper: &Paper) -> Table {
     let [_, bedding, uncoupled] = &paper.tread_laws.laws;
     let cell = |changes: &[Change], frequency: f64| {
@@ -71,7 +71,7 @@ fn law_table(paper: &Paper) -> Table {
     aligned(["Hz", "bedding [dB]", "uncoupled [dB]", "half-space slices [dB]", "the same, equation 4 [dB]"], rows)
 }
 
-/// Returns the instants by solves.
+/// Numbers of instants by number of solves.
 fn solves_table(paper: &Paper) -> Table {
     let of = &paper.search;
     let most = of.local.histogram.keys().chain(of.equation_4.histogram.keys()).max().copied().unwrap_or(0);
@@ -82,7 +82,7 @@ fn solves_table(paper: &Paper) -> Table {
     aligned(["solves", "instants, local law", "instants, equation 4"], rows)
 }
 
-/// Returns one HTML page of all of it; needs a browser and nothing else.
+/// HTML page of everything, self-contained.
 pub(super) fn page(paper: &Paper, scene: &Scene, pictures: &[Picture]) -> String {
     let mut places: Vec<&str> = Vec::new();
     for of in &paper.statements {
@@ -132,7 +132,7 @@ pub(super) fn page(paper: &Paper, scene: &Scene, pictures: &[Picture]) -> String
     document("The paper, computed again", &content)
 }
 
-/// Tells how many statements hold.
+/// Numbers of statements by verdict, in words.
 pub(super) fn tally(statements: &[Statement]) -> String {
     let count = |verdict| statements.iter().filter(|of| of.verdict == verdict).count();
     format!(

@@ -8,19 +8,19 @@ use serde::Serialize;
 
 use super::statement::{Statement, Verdict};
 
-/// The last part of the run that is kept \[s\].
+/// Length of the last part of the run that is kept \[s\].
 const SHOWN: f64 = 0.04;
 
 /// Forces of the elements in the window at the run's last steps.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct PatchForces {
-    /// Times \[s\].
+    /// Time of each step \[s\].
     #[serde(skip)]
     pub time: Vec<f64>,
-    /// First element of the window at each.
+    /// First element of the window at each step.
     #[serde(skip)]
     pub first_element: Vec<i64>,
-    /// Forces \[N\]: \[steps, window\].
+    /// Forces \[N\], \[steps, window\].
     #[serde(skip)]
     pub force: Array2<f64>,
     /// Length of an element \[m\].
@@ -29,9 +29,9 @@ pub(super) struct PatchForces {
     pub speed: f64,
     /// Road coordinate under the axle at t = 0 \[m\].
     pub start: f64,
-    /// Steps kept.
+    /// Number of steps kept.
     pub steps: usize,
-    /// Smallest force of an element \[N\]: none pulls.
+    /// Smallest force of an element \[N\]: not negative.
     pub smallest: f64,
     /// Largest force of an element \[N\].
     pub largest: f64,
@@ -46,7 +46,7 @@ pub(super) struct PatchForces {
 /// Recorder of the forces of a run's last steps.
 #[derive(Clone, Debug)]
 pub(super) struct Recorder {
-    /// Steps of the run, and their length \[s\].
+    /// Number of steps of the run, and their length \[s\].
     steps: u64,
     time_step: f64,
     time: Vec<f64>,
@@ -57,14 +57,13 @@ pub(super) struct Recorder {
 }
 
 impl Recorder {
-    /// Begins before the first step of a planned run.
     pub(super) fn new(plan: &Plan) -> Self {
         let Plan { steps, time_step, .. } = *plan;
         let (time, first_element, force) = (Vec::new(), Vec::new(), Vec::new());
         Self { steps, time_step, time, first_element, force, columns: 0, start: 0.0 }
     }
 
-    /// Returns the kept forces.
+    /// Forces of the kept steps, and their means.
     pub(super) fn finish(self, plan: &Plan) -> PatchForces {
         let steps = self.time.len();
         let (mut carried, mut inside) = (0_usize, 0_usize);
@@ -106,7 +105,6 @@ impl Observer for Recorder {
 }
 
 impl PatchForces {
-    /// Returns the paper's statement on it.
     pub(super) fn statement(&self) -> Statement {
         Statement {
             place: "figure 5",

@@ -14,20 +14,20 @@ use super::recompute::Paper;
 use super::search::SearchFigure;
 use super::tread_laws::TreadLaws;
 
-/// A picture and what it shows.
+/// A picture and its caption.
 #[derive(Clone, Debug)]
 pub(super) struct Picture {
     /// Its place in the paper, as statements have it.
     pub place: &'static str,
     /// Name of its file.
     pub file: &'static str,
-    /// Subject of the picture.
+    /// What it shows.
     pub caption: String,
-    /// The picture.
+    /// Drawing, as SVG.
     pub svg: String,
 }
 
-/// Returns all pictures, in the paper's order.
+/// All pictures, in the paper's order.
 ///
 /// # Errors
 /// [`PlotError`].
@@ -119,7 +119,7 @@ fn solves(of: &SearchFigure) -> Result<String, PlotError> {
     plot.to_svg()
 }
 
-/// Returns the differences over the coarser of the two steps.
+/// Draws the differences over the coarser of the two steps.
 fn equation_4(of: &Equation4) -> Result<String, PlotError> {
     let series: Vec<Series<'_>> = of
         .couplings

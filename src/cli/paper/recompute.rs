@@ -1,7 +1,7 @@
 //! The paper that the model is from (K. Larsson, *Numerical modelling of the tyre/road contact*, Chalmers): its figures
-//! 2 to 6 and what it says on performance, each computed again and held against what it says.
+//! 2 to 6 and its statements on performance, each recomputed and compared.
 //!
-//! 1. what rolls nothing: mobilities, the road;
+//! 1. everything without rolling: mobilities, the road;
 //! 2. one run with the scene's laws, kept for the patch's forces, the spectra and the search; the other laws of tread
 //!    and slices beside it;
 //! 3. equation 4 and the local law with ever smaller time steps, the axle held;
@@ -26,16 +26,16 @@ use super::slice::SliceFigure;
 use super::statement::Statement;
 use super::tread_laws::TreadLaws;
 
-/// How much is computed.
+/// Extent of the computation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct PaperOptions {
     /// Elements round the tyre of the runs that are drawn.
     pub elements: usize,
-    /// Time rolled for each of them after the warm-up \[s\].
+    /// Simulated time of each of them after the warm-up \[s\].
     pub duration: f64,
     /// Elements of the runs whose steps are halved.
     pub coarse_elements: usize,
-    /// Time rolled for each of those \[s\].
+    /// Simulated time of each of those \[s\].
     pub coarse_duration: f64,
     /// How often their steps are halved.
     pub halvings: u32,
@@ -50,7 +50,7 @@ pub(super) struct PaperOptions {
 }
 
 impl Default for PaperOptions {
-    /// Returns options that take a minute or less on two cores.
+    /// Options that take a minute or less on two cores.
     fn default() -> Self {
         Self {
             elements: 512,
@@ -66,10 +66,10 @@ impl Default for PaperOptions {
     }
 }
 
-/// All that was found.
+/// All figures and statements.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Paper {
-    /// How much was computed.
+    /// Extent of the computation.
     pub options: PaperOptions,
     /// Figure 2.
     pub mobility: MobilityFigure,
@@ -87,11 +87,11 @@ pub(super) struct Paper {
     pub equation_4: Equation4,
     /// Share of the influence functions.
     pub influence: InfluenceShare,
-    /// Everything beside what the paper says.
+    /// Every statement of the paper beside the finding.
     pub statements: Vec<Statement>,
 }
 
-/// Computes the paper's figures and statements for a scene's tyre and road.
+/// Recomputes the paper's figures and statements for a scene's tyre and road.
 ///
 /// # Errors
 /// Errors of the road and of any of the runs; [`RunError::Interrupted`].
@@ -157,7 +157,7 @@ pub(super) fn recompute(
     })
 }
 
-/// Returns the scene of the runs that are drawn: forces alone.
+/// Scene of the runs that are drawn, without outputs of vibration.
 fn drawn(scene: &Scene, options: &PaperOptions) -> Scene {
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();

@@ -24,7 +24,7 @@ pub(super) struct RoadFigure {
 }
 
 impl RoadFigure {
-    /// Draws the scene's road.
+    /// Describes the scene's road.
     ///
     /// # Errors
     /// Errors of the road.
@@ -40,7 +40,6 @@ impl RoadFigure {
         })
     }
 
-    /// Returns the paper's statement on it.
     pub(super) fn statement(&self) -> Statement {
         let depth = self
             .mean_profile_depth

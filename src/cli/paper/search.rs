@@ -1,4 +1,4 @@
-//! The search for the points in contact: how many solves a step takes, and whether one is ever given up.
+//! The search for the points in contact: solves per step, and whether it is ever given up.
 
 use std::collections::BTreeMap;
 
@@ -8,25 +8,25 @@ use serde::Serialize;
 
 use super::statement::{Statement, Verdict};
 
-/// Share of instants that may take more solves than the paper says.
+/// Share of instants that may take more solves than the paper states.
 const RARE: f64 = 0.01;
-/// Relative residual up to which the contact conditions hold.
+/// Largest relative residual at which the contact conditions count as satisfied.
 const SOLVED: f64 = 1e-6;
 
 /// Work of the search of a run.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Solves {
-    /// Instants by the solves that they took.
+    /// Number of instants by number of solves.
     pub histogram: BTreeMap<u32, u64>,
-    /// Share of those in contact that took one solve.
+    /// Share of the instants in contact that took one solve.
     pub one: f64,
-    /// Two or three.
+    /// Share that took two or three solves.
     pub two_or_three: f64,
-    /// More.
+    /// Share that took more.
     pub more: f64,
     /// Instants in which the least-index fallback took over.
     pub fallbacks: u64,
-    /// How far the contact conditions are missed, at worst, relative to the largest force and displacement.
+    /// Largest residuals of the contact conditions, relative to the largest force and displacement.
     pub residuals: Residuals,
 }
 
@@ -40,7 +40,6 @@ pub(super) struct SearchFigure {
 }
 
 impl Solves {
-    /// Counts the work of a run.
     pub(super) fn of(trial: &Trial) -> Self {
         Self::new(trial.results.search.solves_per_step(), trial.results.search.fallbacks, trial.results.residuals)
     }
@@ -63,7 +62,6 @@ impl Solves {
 }
 
 impl SearchFigure {
-    /// Returns the paper's statements on it.
     pub(super) fn statements(&self) -> [Statement; 2] {
         let Self { local, equation_4 } = self;
         let fallbacks = local.fallbacks + equation_4.fallbacks;
@@ -93,7 +91,7 @@ fn takes_few(more: f64) -> Verdict {
     Verdict::of(more < RARE)
 }
 
-/// Tells whether searches are given up as the paper says: where conditions are missed.
+/// Whether searches are given up as the paper says: then the contact conditions are violated.
 fn is_given_up(worst: f64) -> Verdict {
     Verdict::of(worst > SOLVED)
 }

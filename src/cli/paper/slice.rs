@@ -1,4 +1,4 @@
-//! Figure 4: a slice of the road and its stiffness function by both laws, and what the law is worth in the force.
+//! Figure 4: a slice of the road and its stiffness function by both laws, and the effect of the law on the force.
 
 use crate::run::RunError;
 use crate::scene::{LoadedScene, Scene, SliceCoupling};
@@ -11,23 +11,23 @@ use super::statement::{Statement, Verdict};
 
 /// Road coordinate of the slice \[m\].
 const PLACE: f64 = 0.5;
-/// The slice, the spread over the road, and levels of the force by both laws.
+/// The slice, the spread over the road, and the change of the force between the laws.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct SliceFigure {
-    /// The slice; none of a flat road.
+    /// View of the slice; `None` for a flat road.
     #[serde(skip)]
     pub view: Option<SliceView>,
-    /// Slices of the spread.
+    /// Number of slices of the spread.
     pub slices: usize,
     /// Spread of S over the road by both laws.
     pub spread: Vec<Spread>,
-    /// From springs to a half-space under the slices of the scene's local law.
+    /// Change from springs to a half-space under the slices, with the scene's local law.
     pub local: Changed,
-    /// The same under those of the paper's equation 4.
+    /// The same with the paper's equation 4.
     pub equation_4: Changed,
 }
 
-/// Change of the force with a half-space under the slices in place of springs.
+/// Change of the force by a half-space under the slices instead of springs.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Changed {
     /// Mean force with springs, and with the half-space \[N\].
@@ -54,7 +54,7 @@ impl Changed {
 }
 
 impl SliceFigure {
-    /// Compares so many slices of a scene's road, and its force; `springs` is the scene, rolled.
+    /// Compares `slices` slices of a scene's road, and its force; `springs` is the run of the scene.
     ///
     /// # Errors
     /// Errors of the road and of the runs.
@@ -81,7 +81,6 @@ impl SliceFigure {
         })
     }
 
-    /// Returns the paper's statement on it.
     pub(super) fn statement(&self) -> Statement {
         Statement {
             place: "figure 4",
@@ -104,7 +103,7 @@ impl SliceFigure {
         }
     }
 
-    /// Returns the lightest and the deepest penetration of the spread.
+    /// Smallest and largest penetration of the spread.
     fn ends(&self) -> Option<[&Spread; 2]> {
         Some([self.spread.first()?, self.spread.last()?])
     }

@@ -2,20 +2,19 @@
 
 use serde::Serialize;
 
-/// True if what was found is what the paper says.
+/// Comparison of a finding with the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Verdict {
-    /// It is.
+    /// The finding is what the paper says.
     Agrees,
-    /// It is not.
+    /// The finding contradicts the paper.
     Disagrees,
-    /// The paper has no numbers to hold it against.
+    /// The paper has no numbers to compare with.
     NotComparable,
 }
 
 impl Verdict {
-    /// Returns the verdict in words.
     pub(super) const fn words(self) -> &'static str {
         match self {
             Self::Agrees => "agrees",
@@ -24,7 +23,6 @@ impl Verdict {
         }
     }
 
-    /// Returns the verdict on a question.
     pub(super) const fn of(agrees: bool) -> Self {
         if agrees { Self::Agrees } else { Self::Disagrees }
     }
@@ -33,22 +31,22 @@ impl Verdict {
 /// One statement of the paper, or one of its figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Statement {
-    /// Where it stands: `figure 2`, `equation 4`.
+    /// Place in the paper: `figure 2`, `equation 4`.
     pub place: &'static str,
     /// Subject of the statement.
     pub subject: &'static str,
-    /// Statement of the paper.
+    /// What the paper says.
     pub paper: &'static str,
     /// Finding, with its numbers.
     pub found: String,
-    /// True if that is the same.
+    /// Whether the two agree.
     pub verdict: Verdict,
     /// Criterion of agreement; or the reason why nothing can be compared.
     pub why: String,
 }
 
 impl Statement {
-    /// Returns the verdict with its criterion, which reads the same way round whatever the verdict is.
+    /// Verdict with its criterion, worded the same for either verdict.
     pub(super) fn judgement(&self) -> String {
         let Self { verdict, why, .. } = self;
         match verdict {

@@ -25,17 +25,17 @@ const TINY: PaperOptions = PaperOptions {
     sums: 4,
 };
 
-/// Few cells: slices on a half-space take the most of them.
+/// Few cells: slices on a half-space take most of the time.
 const CONTACT: &str = "[contact]\ncells_across = 6";
 
 fn small() -> LoadedScene {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.2\nduration = 0.6\naxle = { load = 3400 }";
-    // Histories by short sums: the only fits are those that are timed.
+    // Histories by short sums: no fits but those that are timed.
     let numerics = "substeps = 2\npole_tolerance = 2e-3\nmemory = 0.02";
     scene(&scene_text(48, "kind = \"made\"\nseed = 2", rolling, numerics, CONTACT))
 }
 
-/// Checks that no number is missing: JSON has null in its place.
+/// Checks that no number is missing: JSON has null for NaN and infinity.
 fn assert_finite(value: &Value, path: &str) {
     match value {
         Value::Null => panic!("{path} is not finite"),
@@ -58,12 +58,12 @@ fn every_figure_and_statement_is_there_with_a_verdict_and_finite_numbers() {
         assert!(!of.paper.is_empty() && !of.why.is_empty(), "{of:?}");
         assert!(of.found.contains(|letter: char| letter.is_ascii_digit()) && !of.found.contains("NaN"), "{of:?}");
         assert!(!of.found.contains("inf"), "{of:?}");
-        // What is a picture in the paper; times may be too close to call.
+        // Figures that are pictures in the paper; times may be too close to call.
         let pictured = ["figure 3", "figure 5"].contains(&of.place);
         assert!(of.place == "performance" || (of.verdict == Verdict::NotComparable) == pictured, "{of:?}");
     }
     assert_finite(&serde_json::json!(paper), "paper");
-    // What a tiny scene knows for sure, too.
+    // Results that hold for a tiny scene, too.
     assert!(paper.patch_forces.smallest.abs() < f64::MIN_POSITIVE && paper.patch_forces.steps > 10);
     assert!(paper.patch_forces.length > 0.03 && paper.patch_forces.length < 0.3, "{:?}", paper.patch_forces.length);
     assert!(paper.influence.exact.evaluations > paper.influence.plain.evaluations && paper.influence.kept > 0.0);

@@ -9,17 +9,17 @@ use serde::Serialize;
 use super::levels::{Change, INSIGNIFICANT, changes, largest, mean};
 use super::statement::{Statement, Verdict};
 
-/// Where the paper finds most: the contact resonance \[Hz\].
+/// Frequency at which the paper finds the largest effect: the contact resonance \[Hz\].
 const RESONANCE: f64 = 800.0;
-/// The largest change counts as there within this factor in frequency: two third octaves.
+/// The largest change counts as being there within this factor in frequency: two third octaves.
 const NEAR: f64 = 1.6;
-/// Least tolerance of the poles of the carcass under a bedding: they reach 1.2e-3 with 512 elements.
+/// Finest tolerance of the poles of the carcass under a bedding: with 512 elements they reach 1.2e-3.
 const BEDDING_POLES: f64 = 2e-3;
 
-/// A tread law beside the elastic one.
+/// A tread law compared with the elastic one.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct TreadLaw {
-    /// The law.
+    /// Name of the law.
     pub name: &'static str,
     /// Mean force \[N\].
     pub mean_force: f64,
@@ -37,12 +37,12 @@ pub(super) struct TreadLaws {
     pub laws: [TreadLaw; 3],
     /// Mean change by the bedding \[dB\].
     pub mean_of_bedding: f64,
-    /// The band in which the bedding is most above the elastic tread.
+    /// The band in which the bedding exceeds the elastic tread most.
     pub most: Change,
 }
 
 impl TreadLaws {
-    /// Returns the laws beside the elastic tread, which was rolled already.
+    /// Rolls the other laws beside the elastic tread, whose run is given.
     ///
     /// # Errors
     /// Errors of the runs.
@@ -71,7 +71,6 @@ impl TreadLaws {
         Ok(Self { mean_of_bedding: mean(of_bedding), most: largest(of_bedding, |change| change), laws })
     }
 
-    /// Returns the paper's statements on it.
     pub(super) fn statements(&self) -> [Statement; 2] {
         let above = self.laws[1].changes.iter().filter(|change| change.change > 0.0).count();
         let uncoupled = largest(&self.laws[2].changes, f64::abs);

@@ -15,7 +15,7 @@ pub struct LoadControl {
     window: u64,
     from: f64,
     to: f64,
-    /// Step at which the way from `from` to `to` begins, and its length.
+    /// Step at which the change from `from` to `to` begins, and its length in steps.
     turn: (u64, u64),
     sum: f64,
     count: u64,
@@ -29,10 +29,11 @@ const CORRECTIONS: u64 = 3;
 const RAMP: [u64; 2] = [3, 20];
 
 impl LoadControl {
-    /// Part of the warm-up between two corrections.
+    /// Part of the warm-up between two corrections, a fraction.
     pub(crate) const WINDOW: f64 = (1.0 - RAMP[0] as f64 / RAMP[1] as f64) / (CORRECTIONS + 1) as f64;
 
-    /// Returns the control for a warm-up of so many steps, starting from the static solution.
+    /// Control for a warm-up of `warm_up` steps towards a mean force of `load` \[N\], starting from the static
+    /// solution.
     pub fn new(load: f64, start: StaticContact, warm_up: u64) -> Self {
         let ramp = warm_up * RAMP[0] / RAMP[1];
         Self {
@@ -49,12 +50,11 @@ impl LoadControl {
         }
     }
 
-    /// Returns the number of steps of the first ramp.
     pub(super) fn ramp(&self) -> u64 {
         self.ramp
     }
 
-    /// Tells where the present ramp ends \[m\].
+    /// Indentation at the end of the present ramp \[m\].
     pub(super) fn target(&self) -> f64 {
         self.to
     }

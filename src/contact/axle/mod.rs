@@ -2,7 +2,7 @@
 //!
 //! The static solution (s -> 0, smooth road) gives the start value; the height rises to it along a ramp. With a load,
 //! the height is then corrected three times within the warm-up by (load - mean force)/stiffness and stays fixed
-//! afterwards: what is left is reported as found, not hidden. An axle that has a mass moves on.
+//! afterwards: the remaining error is reported as found, not hidden. An axle that has a mass moves on.
 
 mod load_control;
 mod moving;
@@ -32,12 +32,12 @@ pub enum AxleHeight {
 }
 
 impl AxleHeight {
-    /// Returns the indentation at a step \[m\].
+    /// Indentation at a step \[m\].
     pub fn indentation(&self, step: u64) -> f64 {
         self.between(step as f64)
     }
 
-    /// Returns the indentation at a time in steps \[m\]; before t = 0 as at t = 0.
+    /// Indentation at a time in steps \[m\]; before t = 0 as at t = 0.
     pub fn between(&self, steps: f64) -> f64 {
         let steps = steps.max(0.0);
         match self {
@@ -53,7 +53,7 @@ impl AxleHeight {
         }
     }
 
-    /// Takes note of the force at a step.
+    /// Records the force of a step \[N\]: it corrects a loaded axle and moves one that has a mass.
     pub fn observe(&mut self, step: u64, force: f64) {
         match self {
             Self::Fixed { .. } => {}
@@ -62,7 +62,7 @@ impl AxleHeight {
         }
     }
 
-    /// Goes on as an axle held in the same way did.
+    /// Takes over the state of an axle held in the same way.
     ///
     /// # Errors
     /// [`StateError`].

@@ -18,10 +18,10 @@
 //! z_(l+1) = z_l + dt v_(l+1/2):
 //! ```
 //!
-//! second order, no damping of its own, one force a step, which is that of the step: z_l stands at the time at which it
+//! second order, no numerical damping, one force a step, which is that of the step: z_l stands at the time at which it
 //! acts. A multistep rule's acts at the step's end, the mean force of a Runge-Kutta rule in its middle; between these
-//! times z goes on with the velocity there, v + dt/2 times the last acceleration, and jumps by no more than dt^2/4 of a
-//! change of acceleration.
+//! times z goes on with the velocity there, v + dt/2 times the last acceleration, and jumps by no more than dt^2/4 of
+//! a change of acceleration.
 //!
 //! It is stable for w dt < 2, w^2 = (K0 + k)/m with the stiffness K0 of the contact within a step. That is the
 //! stiffness G0 gives, up to seven times as much for the fastest motions that a time rule knows; [`SprungMass::rate`]
@@ -49,7 +49,7 @@ pub struct SprungMass {
 }
 
 impl SprungMass {
-    /// Returns that of an axle; `None` of one without a mass.
+    /// Sprung mass of an axle; `None` for one without a mass.
     pub(crate) fn of(axle: &Axle) -> Option<Self> {
         match *axle {
             Axle::Mass { load, mass, stiffness, damping, .. } => Some(Self { load, mass, stiffness, damping }),
@@ -57,19 +57,19 @@ impl SprungMass {
         }
     }
 
-    /// Returns w dt with the spring and a contact of that stiffness \[N/m\], or c dt/m if that is more.
+    /// w dt with the spring and a contact of the given stiffness \[N/m\], or c dt/m if that is larger.
     pub fn rate(&self, contact_stiffness: f64, time_step: f64) -> f64 {
         let swinging = ((contact_stiffness + self.stiffness) / self.mass).sqrt();
         swinging.max(self.damping / self.mass) * time_step
     }
 
-    /// Returns the least mass \[kg\] with a rate of at most [`LARGEST_RATE`].
+    /// Least mass \[kg\] with a rate of at most [`LARGEST_RATE`].
     pub(crate) fn least_mass(&self, contact_stiffness: f64, time_step: f64) -> f64 {
         let step = time_step / LARGEST_RATE;
         ((contact_stiffness + self.stiffness) * step * step).max(self.damping * step)
     }
 
-    /// Returns the force for a change of the spring's rest, with a tyre of that stiffness: K k/(K + k) \[N/m\].
+    /// Force per change of the spring's rest, with a tyre of the given stiffness: K k/(K + k) \[N/m\].
     pub(crate) fn rest_stiffness(&self, tyre_stiffness: f64) -> f64 {
         tyre_stiffness * self.stiffness / (tyre_stiffness + self.stiffness)
     }
@@ -86,7 +86,7 @@ pub struct MovingAxle {
     lead: f64,
     /// Step whose force is the first that moves the axle.
     free: u64,
-    /// Step whose force is waited for.
+    /// Step whose force is awaited.
     next: u64,
     /// z at the time at which that force acts \[m\].
     height: f64,
@@ -96,14 +96,14 @@ pub struct MovingAxle {
 }
 
 impl MovingAxle {
-    /// Makes an axle at rest, about to follow the ramp of `rest`; `lead` is how long before a step's end its force
-    /// acts, in steps.
+    /// Axle at rest, about to follow the ramp of `rest`; `lead` is how long before a step's end its force acts, in
+    /// steps.
     pub fn new(sprung: SprungMass, rest: LoadControl, time_step: f64, lead: f64) -> Self {
         let (free, height) = (rest.ramp(), rest.target());
         Self { sprung, rest, time_step, lead, free, next: free, height, velocity: 0.0, acceleration: 0.0 }
     }
 
-    /// Returns z at a time in steps, not before that of the force before \[m\].
+    /// z at a time in steps, not before that of the previous force \[m\].
     pub fn between(&self, steps: f64) -> f64 {
         if steps <= self.free as f64 {
             return self.rest.indentation(steps.max(0.0));
@@ -147,7 +147,7 @@ mod tests {
     const LOAD: f64 = 3000.0;
     const MASS: f64 = 30.0;
 
-    /// Makes an axle that is set free after the steps of its ramp, `off` \[m\] below the height at which a spring of
+    /// Axle that is set free after the steps of its ramp, `off` \[m\] below the height at which a spring of
     /// [`STIFFNESS`] carries the load.
     fn axle(stiffness: f64, damping: f64, off: f64, warm_up: u64, time_step: f64, lead: f64) -> MovingAxle {
         let sprung = SprungMass { load: LOAD, mass: MASS, stiffness, damping };
@@ -157,8 +157,8 @@ mod tests {
         MovingAxle::new(sprung, LoadControl::new(LOAD, start, warm_up), time_step, lead)
     }
 
-    /// Returns the heights over the load's at the times of the forces, on a linear spring; the force is the mean over
-    /// the step where it acts in its middle.
+    /// Heights over the load's at the times of the forces \[m\], on a linear spring; the force is the mean over the
+    /// step where it acts in its middle.
     fn swing(mut axle: MovingAxle, steps: u64) -> Vec<f64> {
         let mut heights = Vec::new();
         for step in 0..steps {

@@ -33,7 +33,6 @@ pub(super) struct AlongRing<R> {
 }
 
 impl<R: Element> AlongRing<R> {
-    /// Plans transforms of a ring of so many cells.
     pub(super) fn new(ring: usize) -> Self {
         let arch = Arch::new();
         let width = lanes::<R>(arch);
@@ -41,30 +40,30 @@ impl<R: Element> AlongRing<R> {
         Self { arch, width, transform: Transform::new(ring), arrays: [room(), room()] }
     }
 
-    /// Returns the rows of a field that has room for so many: whole vectors of pairs.
+    /// Rows of a field with room for `rows`: whole vectors of pairs.
     pub(super) fn height(&self, rows: usize) -> usize {
         2 * rows.div_ceil(2).next_multiple_of(self.width)
     }
 
-    /// Brings rows, column by column from place `first` of the ring on, to their waves.
+    /// Transforms rows, stored column by column from place `first` of the ring on, to their waves.
     pub(super) fn forward(&mut self, first: usize, rows: &[Row], field: &[R], spectrum: &mut [Complex<R>]) {
         let (arch, height) = (self.arch, self.height(rows.len()));
         arch.dispatch(Forward { along: self, first, rows, field, height, spectrum });
     }
 
-    /// Brings waves to rows, likewise; of a wave that is its own mirror the real part counts.
+    /// Transforms waves to rows, likewise; of a wave that is its own mirror only the real part counts.
     pub(super) fn inverse(&mut self, first: usize, rows: &[Row], spectrum: &[Complex<R>], field: &mut [R]) {
         let (arch, height) = (self.arch, self.height(rows.len()));
         arch.dispatch(Inverse { along: self, first, rows, spectrum, field, height });
     }
 }
 
-/// Returns the room for a sequence of pairs, or for the waves of both rows.
+/// Numbers in a sequence of pairs, or in the waves of both rows.
 const fn numbers(ring: usize, width: usize) -> usize {
     4 * (ring / 2 + 1) * width
 }
 
-/// Returns the rows of a vector of pairs that there are: lane, place in the pair, row.
+/// Rows that exist in a vector of pairs: lane, place in the pair, row.
 fn pairs_of(
     rows: &[Row],
     block: Range<usize>,
@@ -74,7 +73,6 @@ fn pairs_of(
     both.filter_map(|(lane, which, row)| Some((lane, which, *rows.get(row)?)))
 }
 
-/// From rows to waves.
 struct Forward<'a, R> {
     along: &'a mut AlongRing<R>,
     first: usize,
@@ -94,12 +92,14 @@ impl<R: Element> WithSimd for Forward<'_, R> {
         let [one, other] = arrays.each_mut().map(|array| array.part(0, numbers(ring, width)));
         let half = R::splat(simd, R::rounded(0.5));
         for block in (0..pairs).step_by(width) {
+            // 1. Pairs of rows, one to a lane, to their places on the ring.
             one.fill(R::default());
             let sequence = waves::<R, S>(one);
             for (column, values) in field.chunks_exact(height).enumerate() {
                 sequence[(first + column) % ring] =
                     [R::load(simd, &values[block..]), R::load(simd, &values[pairs + block..])];
             }
+            // 2. Spectrum X, and A_n and B_n from X_n and X_-n.
             let [result, parted] = transform.run(simd, one, other);
             let own = pairs_of(rows, block..block + width, pairs);
             let end = own.clone().map(|(.., row)| row.first + row.count).max().unwrap_or(0);
@@ -111,6 +111,7 @@ impl<R: Element> WithSimd for Forward<'_, R> {
                     [R::mul(simd, half, R::add(simd, im, mirror_im)), R::mul(simd, half, R::sub(simd, mirror_re, re))],
                 ];
             }
+            // 3. From the lanes to the waves of each row.
             for (lane, which, row) in own {
                 let out = spectrum[row.start..row.start + row.count].iter_mut();
                 for (out, wave) in out.zip(parted[4 * width * row.first..].chunks_exact(4 * width)) {
@@ -121,7 +122,6 @@ impl<R: Element> WithSimd for Forward<'_, R> {
     }
 }
 
-/// From waves to rows.
 struct Inverse<'a, R> {
     along: &'a mut AlongRing<R>,
     first: usize,
@@ -140,6 +140,7 @@ impl<R: Element> WithSimd for Inverse<'_, R> {
         let (width, ring, pairs) = (*width, transform.length(), height / 2);
         let [one, other] = arrays.each_mut().map(|array| array.part(0, numbers(ring, width)));
         for block in (0..pairs).step_by(width) {
+            // 1. Waves of each row to the lanes.
             let own = pairs_of(rows, block..block + width, pairs);
             let end = own.clone().map(|(.., row)| row.first + row.count).max().unwrap_or(0);
             other[..4 * width * end].fill(R::default());
@@ -153,7 +154,8 @@ impl<R: Element> WithSimd for Inverse<'_, R> {
                 }
             }
             one.fill(R::default());
-            // Real and imaginary parts are exchanged, before and after: the transform then goes the other way.
+            // 2. X_n = A_n + i B_n and X_-n. Real and imaginary parts are exchanged, before and after: the transform
+            //    is then the inverse one.
             let (sequence, parts) = (waves::<R, S>(one), waves::<R, S>(other).as_chunks::<2>().0);
             for (n, [[a_re, a_im], [b_re, b_im]]) in parts.iter().copied().enumerate().take(end) {
                 sequence[n] = [R::add(simd, a_im, b_re), R::sub(simd, a_re, b_im)];
@@ -161,6 +163,7 @@ impl<R: Element> WithSimd for Inverse<'_, R> {
             }
             let [result, _] = transform.run(simd, one, other);
             let result = &*waves::<R, S>(result);
+            // 3. From places on the ring to the columns.
             for (column, values) in field.chunks_exact_mut(height).enumerate() {
                 let [im, re] = result[(first + column) % ring];
                 R::store(simd, &mut values[block..], re);

@@ -1,35 +1,35 @@
-//! Part of a preconditioner that blocks have, which yield beside the free field.
+//! Contribution to a preconditioner of blocks, which yield beside the free field.
 //!
-//! With W the middle of the inverse of the free field's T, U_ib = 1 on part b of a block, and K what forces on parts
-//! yield, Woodbury's formula has for (T + U K U^T)^-1 on a set A of cells
+//! With W the middle of the inverse of the free field's T, U_ib = 1 on part b of a block, and K how far parts yield
+//! under forces on them, Woodbury's formula gives for (T + U K U^T)^-1 on a set A of cells
 //!
 //! ```text
 //! W - W U C U^T W,   C = (K^-1 + S)^-1,   S = U^T W U on A.
 //! ```
 //!
 //! U^T W is taken as U^T R, R the diagonal of W's sums over the active cells of the same block, and S as s = U^T R U:
-//! what one block does to another is left out, and what parts of a rib yield differs little from one to the next. So
-//! one product with W does, W (1 - U C U^T R). It is not symmetric; directions are conjugate by their own residuals.
-//! Then C = s^-1/2 (1 - (1 + B)^-1) s^-1/2 with the band matrix B = s^1/2 K s^1/2 of a rib, and K/(1 + K s) of a block.
+//! the influence of one block on another is left out, and how far parts of a rib yield differs little from one to the
+//! next. So one product with W does, W (1 - U C U^T R). It is not symmetric; directions are made conjugate by their
+//! residuals. Then C = s^-1/2 (1 - (1 + B)^-1) s^-1/2 with the band matrix B = s^1/2 K s^1/2 of a rib, and K/(1 +
+//! K s) of a block.
 
 use super::blocks::BlockTerm;
 use super::filter::Filter;
 
-/// Least s, as a part of W for one cell.
+/// Least s, in parts of W for one cell.
 const LEAST: f64 = 1e-3;
 
-/// Part of the preconditioner that blocks have.
 #[derive(Default)]
 pub(super) struct BlockShares {
-    /// Part of each cell, 0 for none, and the block of each part, 0 for that of none.
+    /// Part of each cell, 0 for none, and the block of each part, 0 for part 0.
     of_cell: Vec<u32>,
     blocks: Vec<u32>,
     /// R of each cell, 0 off A.
     rows: Vec<f32>,
-    /// Sums over the active cells of parts, and how many they have.
+    /// Sums over the active cells of parts, and the number of these.
     sums: Vec<f64>,
     active: Vec<u32>,
-    /// C of blocks by number of the part, 0 of what is none.
+    /// C of blocks by number of the part; 0 for parts of ribs and part 0.
     factors: Vec<f64>,
     ribs: Ribs,
     /// C U^T R r.
@@ -57,7 +57,8 @@ impl Ribs {
         self.band.clear();
     }
 
-    /// Adds a rib of parts (number, s), `length` of which yield together with such weights by place.
+    /// Adds a rib of parts (number, s), `length` of which yield together with weights by place; `first` is the number
+    /// of the rib's first part.
     fn add(&mut self, parts: impl Iterator<Item = (usize, f64)>, first: usize, length: usize, weights: &[f64]) {
         let (begin, from) = (self.rows.len(), self.band.len());
         self.rows.extend(parts.map(|(part, s)| (part as u32, s.sqrt())));
@@ -80,7 +81,7 @@ impl Ribs {
         self.shapes.push([rows.len(), length]);
     }
 
-    /// Computes C times sums by part, of the parts of ribs.
+    /// Writes C times sums for the parts of ribs.
     fn apply(&mut self, sums: &[f64], yields: &mut [f64]) {
         let Self { shapes, rows, band, solution } = self;
         let (mut rows, mut band) = (rows.as_slice(), band.as_slice());
@@ -114,6 +115,7 @@ impl BlockShares {
         let Self { of_cell, blocks, rows, sums, active, factors, ribs, .. } = self;
         let Filter { across, radius, stencil, .. } = filter;
         let (across, radius, columns) = (*across, *radius, residual.len() / *across);
+        // 1. Part of each cell and block of each part.
         of_cell.clear();
         of_cell.extend_from_slice(term.looked_at(residual.len()));
         blocks.clear();
@@ -121,6 +123,7 @@ impl BlockShares {
         for (block, (numbers, ..)) in (1..).zip(term.spans()) {
             blocks.extend(numbers.map(|_| block));
         }
+        // 2. R and s: sums of W's stencil over the active cells of the same block.
         rows.clear();
         rows.resize(residual.len(), 0.0);
         sums.clear();
@@ -142,6 +145,7 @@ impl BlockShares {
             }
             sums[part as usize] += f64::from(rows[cell]);
         }
+        // 3. C: a number for each block, a band matrix for each rib.
         factors.clear();
         factors.resize(blocks.len(), 0.0);
         ribs.clear();
@@ -159,7 +163,7 @@ impl BlockShares {
         }
     }
 
-    /// Returns r - U C U^T R r on A: W times that is the preconditioned residual.
+    /// r - U C U^T R r on A: W times that is the preconditioned residual.
     pub(super) fn taken_off(&mut self, residual: &[f32]) -> &[f32] {
         let Self { of_cell, rows, sums, factors, yields, ribs, left, .. } = self;
         sums.fill(0.0);

@@ -1,4 +1,4 @@
-//! Blocks of the tread, each pressed by its mean pressure beside what the layers yield:
+//! Blocks of the tread, each pressed in by its mean pressure, in addition to the yielding of the layers:
 //!
 //! ```text
 //! u_i += (c_b/A_b) sum of the forces on the cells of i's block.
@@ -20,27 +20,27 @@ pub struct BlockTerm {
     window: BlockWindow,
     /// c_b/(m A_b) of all places of averaging, A_b the area there \[m/N\].
     per_force: Vec<f64>,
-    /// Those in the window, block by block.
+    /// Those in the window, block by block \[m/N\].
     weights: Vec<f64>,
-    /// By number of a part: force, then displacement.
+    /// By number of a part: force \[N\], then displacement \[m\].
     parts: Vec<f64>,
     /// By place of averaging, of one block.
     places: Vec<f64>,
-    /// First cell of the part of the window that is looked at.
+    /// First cell of the part of the window that is considered.
     start: usize,
     /// Bound of the norm \[m/N\].
     norm: f64,
 }
 
 impl BlockTerm {
-    /// Makes the term of cells of a face \[m^2\], `across` to a column, in a window of so many cells.
+    /// Term of cells with an area `face` \[m^2\], `across` to a column, in a window of `window` cells.
     pub(crate) fn new(blocks: &Blocks, face: f64, across: usize, window: usize) -> Self {
         let share = |block: &Block| {
             let share = block.compliance / (f64::from(block.length) * face);
             std::iter::repeat_n(share, block.places() as usize)
         };
         let shares = blocks.blocks.iter().flat_map(share);
-        // A place that no cell of a rib is at yields nothing.
+        // A place of a rib without cells does not yield.
         let per_force = shares.zip(blocks.averaged(&blocks.cells));
         let norms = blocks.blocks.iter().map(|block| block.compliance / face);
         let mut term = Self {
@@ -56,14 +56,13 @@ impl BlockTerm {
         term
     }
 
-    /// Goes to the window that begins with an element.
+    /// Moves to the window that begins with an element.
     pub(super) fn place(&mut self, first_element: i64) {
         if self.window.place(first_element) {
             self.take_weights();
         }
     }
 
-    /// Takes the weights of the blocks in the window.
     fn take_weights(&mut self) {
         let Self { window, per_force, weights, parts, .. } = self;
         parts.clear();
@@ -73,29 +72,29 @@ impl BlockTerm {
         weights.extend(places.map(|place| per_force[place]));
     }
 
-    /// Looks at a part of the window that begins with a cell.
+    /// Restricts the term to the part of the window that begins with cell `start`.
     pub(super) fn look_at(&mut self, start: usize) {
         self.start = start;
     }
 
-    /// Returns a bound of the norm.
+    /// Bound of the norm \[m/N\].
     pub(super) fn norm(&self) -> f64 {
         self.norm
     }
 
-    /// Returns the cells of so many that are looked at: all of the window, whatever part was looked at, or that part.
+    /// Cells of the window that `count` forces stand for: all if there are as many, otherwise the part considered.
     fn range(&self, count: usize) -> Range<usize> {
         let start = if count == self.window.cells().len() { 0 } else { self.start };
         start..start + count
     }
 
-    /// Returns the number of the part of each of so many cells that are looked at, 0 for none.
+    /// Number of the part of each of `count` cells, 0 for none.
     pub(super) fn looked_at(&self, count: usize) -> &[u32] {
         &self.window.cells()[self.range(count)]
     }
 
-    /// Returns the blocks in the window: numbers of their parts, from 1 on, how many parts yield together, and
-    /// c_b/(m A_b) by place \[m/N\].
+    /// Blocks in the window: numbers of their parts, from 1 on, how many parts yield together, and c_b/(m A_b) by
+    /// place \[m/N\].
     pub(super) fn spans(&self) -> impl Iterator<Item = (Range<usize>, usize, &[f64])> {
         let mut weights = self.weights.as_slice();
         self.window.spans().iter().map(move |span| {
@@ -105,7 +104,7 @@ impl BlockTerm {
         })
     }
 
-    /// Makes displacements of the forces on parts.
+    /// Turns forces on parts into displacements, in place.
     fn answer(&mut self) {
         let Self { window, weights, parts, places, .. } = self;
         let mut weights = weights.as_slice();
@@ -124,7 +123,7 @@ impl BlockTerm {
         }
     }
 
-    /// Adds what forces do to a part of the window, or to all of it.
+    /// Adds the displacements by forces on the part considered, or on the whole window.
     pub(super) fn add<R: Element>(&mut self, forces: &[R], out: &mut [R]) {
         let range = self.range(forces.len());
         self.parts.fill(0.0);
@@ -137,7 +136,7 @@ impl BlockTerm {
         }
     }
 
-    /// Adds what one force does to the part of the window that is looked at.
+    /// Adds the displacements by one force, over the part of the window that is considered.
     pub(super) fn add_one(&mut self, cell: usize, force: f32, out: &mut [f32]) {
         let range = self.range(out.len());
         let part = self.window.cells()[range.start + cell] as usize;
@@ -149,7 +148,7 @@ impl BlockTerm {
         }
     }
 
-    /// Returns what a force on one cell of the window does to another \[m/N\].
+    /// Displacement of one cell of the window per force on another \[m/N\].
     pub(super) fn entry(&self, a: usize, b: usize) -> f64 {
         let [a, b] = [a, b].map(|cell| self.window.cells()[cell] as usize);
         for (numbers, length, weights) in self.spans() {
@@ -161,7 +160,6 @@ impl BlockTerm {
         0.0
     }
 
-    /// Returns the work of a product over so many cells.
     pub(super) fn work(cells: usize) -> Work {
         Work { multiply_adds: 2 * cells as u64, bytes: 24 * cells as u64 }
     }

@@ -42,7 +42,7 @@ pub struct DirectPastState {
 }
 
 impl DirectPast {
-    /// Makes a past at rest, over so many lags, lag 0 counted.
+    /// Past at rest, over `lags` lags, lag 0 included.
     pub fn new(
         sums: &CellSums,
         rows: &[CellRow],
@@ -57,14 +57,14 @@ impl DirectPast {
         Self { transform, stages, lags, weights, odd, forces, step: 0, sum: vec![Complex64::ZERO; waves] }
     }
 
-    /// Returns the work of a step.
+    /// Work of a step.
     pub fn work(&self) -> Work {
         let products = (self.weights.len() + self.odd.len()) as u64;
         Work { multiply_adds: 2 * products, bytes: 8 * 3 * products }
     }
 
-    /// Adds what the past displaces at a stage of the step \[m\]; the stages of a step in their order, the forces of
-    /// each known before the next.
+    /// Adds the displacements by past forces at a stage of the step \[m\]; stages are taken in their order, the forces
+    /// of each pushed before the next.
     pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
         let Self { transform, stages, lags, weights, odd, forces, step, sum } = self;
         let (stages, waves) = (*stages, sum.len());
@@ -101,12 +101,12 @@ impl DirectPast {
         self.step += usize::from(stage + 1 == self.stages);
     }
 
-    /// Takes the state down.
+    /// State between two steps.
     pub fn save(&self) -> DirectPastState {
         DirectPastState { step: self.step, forces: self.forces.clone() }
     }
 
-    /// Goes on from the state of an equal past.
+    /// Continues from the state of an equal past.
     ///
     /// # Errors
     /// [`StateError`].
@@ -120,7 +120,7 @@ impl DirectPast {
     }
 }
 
-/// Returns W_p of the even and, of a tyre that turns, of the odd parts of all waves, p = 0..lags.
+/// W_p of the even and, for a tyre that turns, of the odd parts of all waves, p = 0..`lags` \[m/N\].
 fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, lags: usize) -> [Vec<f64>; 2] {
     let stages = rule.stages();
     let circle = Circle::new(lags);
@@ -162,7 +162,7 @@ fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, la
     [even.concat(), odd.concat()]
 }
 
-/// Returns f(M) from M's eigenvalues and f there: sum_i f_i prod_(k != i) (M - mu_k)/(mu_i - mu_k).
+/// f(M) from M's eigenvalues and f at these: sum_i f_i prod_(k != i) (M - mu_k)/(mu_i - mu_k).
 fn matrix_function(
     matrix: [[Complex64; 3]; 3],
     eigenvalues: &[Complex64],

@@ -1,16 +1,16 @@
 //! Fewer poles for the part of the past that the pass foretells.
 //!
-//! The pass over the poles hands on what forces displace later than a block; what they do earlier is summed with the
-//! exact first weights. Most of a wave's poles are there for its highest frequencies, which are over by then. So, for
-//! a fixed time step and for each wave:
-//! 1. what every pole displaces after the block, by instant of the force and of the displacement, is sampled on the
-//!    unit circle relative to max(|H|, 0.003 max |H|), the measure of the fit;
+//! The pass over the poles hands on the displacements by forces later than a block; the earlier ones are summed with
+//! the exact first weights. Most of a wave's poles are there for its highest frequencies, which have decayed by then.
+//! So, for a fixed time step and for each wave:
+//! 1. the displacements by every pole after the block, by instant of the force and of the displacement, are sampled on
+//!    the unit circle relative to max(|H|, 0.003 max |H|), the measure of the fit;
 //! 2. poles are taken one by one (orthogonal matching pursuit: Pati, Rezaiifar & Krishnaprasad 1993, Proc. 27th
-//!    Asilomar Conf., 40), each time the one that explains most of what is left, pairs as a whole;
-//! 3. once what is left is small, residues of those taken are fitted, and they are all if the largest error is within
-//!    the tolerance at every sample.
+//!    Asilomar Conf., 40), each time the one that explains most of the remainder, pairs as a whole;
+//! 3. once the remainder is small, residues of those taken are fitted, and they are enough if the largest error is
+//!    within the tolerance at every sample.
 //!
-//! Poles stay where they are: what is stable stays stable.
+//! Poles stay where they are: stable ones stay stable.
 
 use std::f64::consts::PI;
 
@@ -19,15 +19,15 @@ use num_complex::Complex64;
 use crate::time_rule::TimeRule;
 use crate::tyre::poles::Modes;
 
-/// Samples between the lowest frequency and the highest, beside those at the poles' own.
+/// Samples between the lowest frequency and the highest, in addition to those at the poles' frequencies.
 const SAMPLES: usize = 16;
 /// Lowest frequency in parts of the highest.
 const LOWEST: f64 = 1e-4;
 /// Part of |H|'s maximum below which an error is not relative to |H|.
 const FLOOR: f64 = 3e-3;
-/// Part of the tolerance that the root mean square of the errors has to be below before the largest is looked at.
+/// Part of the tolerance that the root mean square of the errors has to be below before the largest is examined.
 const ROOT_MEAN_SQUARE: f64 = 0.5;
-/// Part of a column's square below which what is left of it is rounding.
+/// Part of a column's square below which its remainder is rounding.
 const DEPENDENT: f64 = 1e-12;
 
 /// Poles and residues of a wave.
@@ -40,7 +40,6 @@ pub(super) struct FewerPoles {
 }
 
 impl FewerPoles {
-    /// Borrows them as those of a model.
     pub(super) fn modes(&self) -> Modes<'_> {
         let Self { poles, residues, odd, pairs } = self;
         Modes { poles, residues, odd, pairs: *pairs, constant: 0.0 }
@@ -56,8 +55,8 @@ struct Columns {
 }
 
 impl Columns {
-    /// Computes displacements after so many steps, relative to |H|; `None` for a rule whose steps are no maps of one
-    /// state.
+    /// Displacements by forces of more than `passed` steps ago, relative to |H|; `None` for a rule whose steps are no
+    /// maps of one state.
     fn new(modes: &Modes<'_>, rule: TimeRule, time_step: f64, passed: usize) -> Option<Self> {
         let maps: Option<Vec<_>> = modes.poles.iter().map(|&pole| rule.step_map(pole, time_step)).collect();
         let maps = maps?;
@@ -96,7 +95,7 @@ impl Columns {
         Some(Self { places, values })
     }
 
-    /// Returns the scalar products of all columns: real numbers in rows of the unknowns.
+    /// Scalar products of all columns: real numbers in rows of the unknowns.
     fn products(&self, unknowns: usize) -> Vec<Vec<f64>> {
         let mut products = vec![vec![0.0; unknowns]; unknowns];
         for row in &self.values {
@@ -109,7 +108,7 @@ impl Columns {
         products
     }
 
-    /// Returns the largest error at a sample of some unknowns' values less those of others.
+    /// Largest error at a sample for a difference of the unknowns' values.
     fn largest(&self, difference: &[f64]) -> f64 {
         let error = |row: &Vec<Complex64>| {
             row.iter().zip(difference).fold(Complex64::ZERO, |sum, (value, part)| sum + part * value).norm()
@@ -118,8 +117,8 @@ impl Columns {
     }
 }
 
-/// Returns the poles that foretell a wave's displacements by forces of more than `passed` steps ago to within
-/// `tolerance`; `None` where none can be left out, or where the rule is one of two steps.
+/// Poles that foretell a wave's displacements by forces of more than `passed` steps ago to within `tolerance`; `None`
+/// where none can be left out, or for a two-step rule.
 pub(super) fn fewer_poles(
     modes: &Modes<'_>,
     rule: TimeRule,
@@ -176,7 +175,7 @@ struct Left {
     squares: Vec<f64>,
     /// Scalar products of columns and targets.
     targets: Vec<Vec<f64>>,
-    /// Square of what is left of the targets.
+    /// Square of the remainder of the targets.
     square: f64,
 }
 
@@ -189,7 +188,7 @@ impl Left {
         Self { products: products.to_vec(), squares, targets: right, square }
     }
 
-    /// Returns the pole that explains most of what is left.
+    /// Pole that explains most of the remainder; `None` where none explains any.
     fn best(&self, places: &[Vec<usize>], taken: &[usize]) -> Option<usize> {
         let gain = |places: &[usize]| -> f64 {
             let explained = |target: &Vec<f64>| match *places {
@@ -213,7 +212,7 @@ impl Left {
         best.filter(|(_, gain)| *gain > 0.0).map(|(pole, _)| pole)
     }
 
-    /// Takes an unknown: what it explains is taken off the others and the targets.
+    /// Takes an unknown: its contribution is removed from the others and the targets.
     fn take(&mut self, place: usize) {
         let row = self.products[place].clone();
         let pivot = row[place];
@@ -233,7 +232,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Returns the values of some unknowns that come closest to a target, zero elsewhere: Cholesky's factorisation.
+/// Values of the unknowns at `places` that come closest to a target, zero elsewhere: Cholesky's factorisation.
 fn fit(products: &[Vec<f64>], places: &[usize], target: &[f64]) -> Vec<f64> {
     let size = places.len();
     let mut factor = vec![vec![0.0; size]; size];
@@ -263,7 +262,7 @@ mod tests {
     const TIME_STEP: f64 = 1e-4;
     const PASSED: usize = 4;
 
-    /// Returns the displacements at the instants from the fifth step after a force at a stage on.
+    /// Displacements at the instants up to the fifth step after a force at a stage, and from there on.
     fn late(modes: &Modes<'_>, residues: &[Complex64], rule: TimeRule, stage: usize) -> [Vec<f64>; 2] {
         let mut response = vec![0.0; 400 * rule.stages()];
         for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {
@@ -300,7 +299,8 @@ mod tests {
                     let [_, late] = late(&found, other, rule, stage);
                     let scale: f64 = early.iter().chain(&exact).map(|u| u.abs()).sum();
                     let missed: f64 = exact.iter().zip(&late).map(|(a, b)| (a - b).abs()).sum();
-                    // Even and odd parts are held against the even one; a sum of errors is more than any wave of them.
+                    // Even and odd parts are compared with the even one; a sum of errors is more than any wave of
+                    // them.
                     assert!(missed < 40.0 * tolerance * scale, "{rule:?}, {tolerance:e}: {:e}", missed / scale);
                 }
             }

@@ -1,4 +1,5 @@
-//! Product of a field of cells with a small even stencil: what is near a cell in an inverse, as preconditioners take.
+//! Product of a field of cells with a small even stencil: the neighbourhood of a cell in an inverse, for
+//! preconditioners.
 
 use std::ops::AddAssign;
 
@@ -26,7 +27,7 @@ pub(crate) struct Filter<R> {
 }
 
 impl<R: Element + AddAssign> Filter<R> {
-    /// Makes room for fields of so many columns, and cells across, with W by distance along and across,
+    /// Filter for fields of at most `columns` columns of `across` cells, with W by distance along and across,
     /// (radius + 1)^2.
     pub(crate) fn new([columns, across]: [usize; 2], radius: usize, stencil: Vec<R>) -> Self {
         let stride = across.next_multiple_of(TOGETHER * R::MOST_LANES) + 2 * radius;
@@ -35,7 +36,7 @@ impl<R: Element + AddAssign> Filter<R> {
         Self { arch: Arch::new(), across, radius, stencil, stride, edged, lines }
     }
 
-    /// Computes W times a field of whole columns.
+    /// W times a field of whole columns, which may be fewer than those of [`Self::new`].
     pub(crate) fn apply(&mut self, field: &[R], out: &mut [R]) {
         let Self { arch, across, radius, stencil, stride, edged, lines } = self;
         let (across, radius, stride) = (*across, *radius, *stride);
@@ -43,13 +44,12 @@ impl<R: Element + AddAssign> Filter<R> {
         for (line, row) in inner.zip(field.chunks_exact(across)) {
             line[radius..radius + across].copy_from_slice(row);
         }
-        // What a longer field has left there.
+        // What a longer field has left there is cleared.
         edged[(radius + field.len() / across) * stride..][..radius * stride].fill(R::default());
         arch.dispatch(Stencil { radius, weights: stencil, stride, across, edged, lines, out });
     }
 }
 
-/// One product.
 struct Stencil<'a, R> {
     radius: usize,
     weights: &'a [R],

@@ -2,8 +2,7 @@
 //!
 //! Cells are pressed on the road as it is at a place of the run, without a past, by the compliance at the rate s = V/a
 //! of a passage through half the patch: rubber that rolls is that stiff, and layers hardly move by their mass.
-//!
-//! Cells that lie deeper than the least depth round the tyre of their place across are those of grooves across. These
+//! Cells that lie deeper than the least depth round the tyre at their place across are those of grooves across. These
 //! open and close within 0.2 ms: they do not stand still while they sound, and count as closed.
 
 use super::blocks::BlockTerm;
@@ -19,7 +18,7 @@ use crate::tyre::tread_pattern::blocks::Blocks;
 
 /// Places of a run at which gaps are found.
 pub(crate) const PLACES: usize = 8;
-/// How exactly a load is met.
+/// Relative tolerance of the load.
 const LOAD_TOLERANCE: f64 = 1e-3;
 /// Most indentations that are tried for it.
 const TRIED: usize = 40;
@@ -40,7 +39,7 @@ pub(crate) struct GapMap {
 }
 
 impl GapMap {
-    /// Returns the height at a place from the contact's centre, x ahead and y to the left; `None` beyond the map \[m\].
+    /// Height \[m\] at a place from the contact's centre, x ahead and y to the left; `None` beyond the map.
     pub(crate) fn height(&self, x: f64, y: f64) -> Option<f64> {
         let cell = |from: f64, size: f64, count: usize| {
             ((from / size).floor() as i64).try_into().ok().filter(|cell: &usize| *cell < count)
@@ -50,12 +49,12 @@ impl GapMap {
         Some(self.heights[column * self.across + place])
     }
 
-    /// Returns the ends of the cells across \[m\].
+    /// Ends of the cells across, from the middle \[m\].
     pub(crate) fn ends(&self) -> impl Iterator<Item = f64> {
         (0..=self.across).map(|end| self.beside[0] + end as f64 * self.beside[1])
     }
 
-    /// Returns the part of the cells within so much of the contact's centre \[m\] that is closed.
+    /// Part of the cells within `half_length` \[m\] of the contact's centre along that is closed.
     pub(crate) fn closed(&self, half_length: f64) -> f64 {
         let middle = |column: usize| self.along[0] + (column as f64 + 0.5) * self.along[1];
         let columns = self.heights.chunks_exact(self.across).enumerate();
@@ -80,8 +79,7 @@ pub(crate) struct StandingCells {
 }
 
 impl StandingCells {
-    /// Makes cells in a window that reaches so far from the contact's centre \[m\], by the compliance at a rate
-    /// \[1/s\].
+    /// Cells in a window that reaches so far from the contact's centre \[m\], with the compliance at a rate \[1/s\].
     pub(crate) fn new(sums: &CellSums, tread: TreadSurface, blocks: Option<&Blocks>, rate: f64, reach: f64) -> Self {
         let grid = sums.grid();
         let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
@@ -100,13 +98,14 @@ impl StandingCells {
         Self { tread, least, geometry, search, pitch, required: zeros(), forces: zeros(), displacement: zeros() }
     }
 
-    /// Returns the elements of the window where the axle stands over one.
+    /// Elements of the window where the axle stands over the element `under`.
     pub(crate) fn elements(&self, under: i64) -> std::ops::Range<i64> {
         let first = under + self.geometry.first_element(0);
         first..first + self.geometry.columns as i64
     }
 
-    /// Presses the cells on the road's heights under the window, cell by cell, the axle over the middle of an element.
+    /// Presses the cells on the road's heights \[m\] under the window, cell by cell, the axle over the middle of an
+    /// element, at an indentation \[m\]; returns the total force \[N\].
     fn pressed(&mut self, under: i64, heights: &[f64], indentation: f64) -> f64 {
         let (first, across) = (self.geometry.first_element(0), self.tread.across());
         let columns = self.required.chunks_exact_mut(across).zip(heights.chunks_exact(across));
@@ -120,7 +119,7 @@ impl StandingCells {
         self.forces.iter().sum()
     }
 
-    /// Returns the gap under an axle over an element of the road, whose heights under the window are given.
+    /// Gap under an axle over an element of the road, whose heights under the window are given.
     ///
     /// # Errors
     /// [`ContactError::LoadNotReached`].
@@ -133,6 +132,7 @@ impl StandingCells {
     ) -> Result<GapMap, ContactError> {
         let mut indentation = at_rest.indentation;
         let mut force = self.pressed(under, heights, indentation);
+        // 1. Indentation that carries the load.
         if let Axle::Load { load, .. } | Axle::Mass { load, .. } = *axle {
             let mut stiffness = at_rest.stiffness;
             let mut tried = 1;
@@ -148,12 +148,14 @@ impl StandingCells {
                 (indentation, force, tried) = (indentation + step, next, tried + 1);
             }
         }
+        // 2. Heights of the gap: 0 where cells touch, u - d elsewhere.
         self.search.cells_mut().displacement(&self.forces, &mut self.displacement);
         let across = self.tread.across();
         let mut heights = self.displacement.clone();
         heights.iter_mut().zip(&self.required).zip(&self.forces).for_each(|((u, d), force)| {
             *u = if *force > 0.0 { 0.0 } else { (*u - d).max(0.0) };
         });
+        // 3. Grooves across count as closed.
         for (element, heights) in self.elements(under).zip(heights.chunks_exact_mut(across)) {
             let row = heights.iter_mut().zip(self.tread.row(element)).zip(&self.least);
             row.filter(|((_, depth), least)| depth > least).for_each(|((height, _), _)| *height = 0.0);

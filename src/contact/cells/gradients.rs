@@ -4,13 +4,13 @@
 //!
 //! 1. Working set A: F > 0 or u < d. Stop when |u - d| over F > 0 and d - u elsewhere are below the goal.
 //! 2. Residual r = d - u on A; preconditioned residual z = (W r) on A, W a small stencil: the middle of the inverse of
-//!    the free field's T. Where blocks yield it takes them in (`block_shares`).
-//! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)), but nowhere negative where F = 0:
-//!    it forgets by itself when A changes.
-//! 4. F += alpha t, alpha = r.t/(t.G t), and u += alpha G t; forces below 0 are cut, which u is told of too.
+//!    the free field's T. Where blocks yield it takes these into account (`block_shares`).
+//! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)), but nowhere negative where F = 0: it
+//!    restarts by itself when A changes.
+//! 4. F += alpha t, alpha = r.t/(t.G t), and u += alpha G t; forces below 0 are cut, which u is corrected for.
 //!
 //! Forces stay in double precision; products and all that is made of u - d are in single precision, since they are
-//! begun anew from an exact u - d before the digits are used up.
+//! restarted from an exact u - d before the digits are used up.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -30,14 +30,14 @@ pub(super) struct Progress {
     pub products: u64,
     /// Forces that were cut.
     pub cuts: u64,
-    /// How far the conditions are missed, as far as single precision can tell \[m\].
+    /// How far the conditions are missed, as far as single precision can resolve \[m\].
     pub left: f32,
 }
 
-/// The method's room; whole vectors of cells, zeros behind the last one.
+/// Scratch of the method; whole vectors of cells, zeros behind the last one.
 pub(super) struct Gradients {
     arch: Arch,
-    /// Cells of the part of the window that is looked at.
+    /// Cells of the part of the window that is considered.
     count: usize,
     filter: Filter<f32>,
     /// u - d.
@@ -62,8 +62,8 @@ pub(super) struct Gradients {
     blocks: Option<Box<BlockShares>>,
 }
 
-/// A pass over all cells, compiled for the processor's instructions; loops over whole vectors' numbers side by side, so
-/// that no sum waits for the other.
+/// A pass over all cells, compiled for the processor's instructions; loops go over the numbers of whole vectors side
+/// by side, so that no sum waits for another.
 enum Pass {
     /// r on A; how far the conditions are missed.
     Residual,
@@ -73,7 +73,7 @@ enum Pass {
     Direct(f32),
     /// t.G t.
     Curvature,
-    /// A step along t of such a length; how many forces were cut.
+    /// A step along t of this length; how many forces were cut.
     Advance(f32),
 }
 
@@ -89,7 +89,7 @@ impl WithSimd for Dispatched<'_> {
     fn with_simd<S: Simd>(self, _: S) -> [f32; 2] {
         let Gradients { count, miss, forces, residual, preconditioned, previous, direction, response, cut, .. } =
             self.gradients;
-        // What is behind is of longer parts.
+        // Entries behind belong to longer parts.
         let room = 0..count.next_multiple_of(LANES);
         let miss = miss[room.clone()].as_chunks_mut::<LANES>().0;
         let forces = forces[room.clone()].as_chunks_mut::<LANES>().0;
@@ -128,7 +128,7 @@ impl WithSimd for Dispatched<'_> {
                 for ((r, forces), (z, t)) in r.iter().zip(forces).zip(z.iter().zip(t)) {
                     for lane in 0..LANES {
                         let next = if r[lane].abs() > 0.0 { z[lane] + beta * t[lane] } else { 0.0 };
-                        // A cell that is to begin to push is not pulled: that would be cut off again and again.
+                        // A cell that is about to touch is not pulled: that would be cut off again and again.
                         t[lane] = if (forces[lane] > 0.0) | (next > 0.0) { next } else { 0.0 };
                         first[lane] += r[lane] * t[lane];
                     }
@@ -162,7 +162,6 @@ impl WithSimd for Dispatched<'_> {
 }
 
 impl Gradients {
-    /// Makes room for a window, with a stencil that reaches so far.
     pub(super) fn new(cells: &InstantCells, radius: usize) -> Self {
         let room = cells.cells().next_multiple_of(LANES);
         let zeros = || vec![0.0; room];
@@ -183,7 +182,7 @@ impl Gradients {
         }
     }
 
-    /// Begins with forces of which u - d is not known on a part of the window: u to single precision.
+    /// Begins with forces whose u - d is not known on a part of the window: u to single precision.
     pub(super) fn look(&mut self, cells: &mut InstantCells, required: &[f64], forces: &[f64]) {
         self.hold(forces.len());
         self.cut.iter_mut().zip(forces).for_each(|(single, force)| *single = *force as f32);
@@ -193,8 +192,8 @@ impl Gradients {
         }
     }
 
-    /// Goes on from an exact u on a part of the window: in the last direction, where the part is that of before, or
-    /// `anew`.
+    /// Continues from an exact u on a part of the window: in the last direction, where the part is the previous one,
+    /// or `anew`.
     pub(super) fn go_on(&mut self, required: &[f64], displacement: &[f64], anew: bool) {
         if anew {
             self.hold(required.len());
@@ -204,14 +203,14 @@ impl Gradients {
         }
     }
 
-    /// Tells u to single precision, of the forces that the last run has found.
+    /// u to single precision, of the forces that the last run has found.
     pub(super) fn displacement(&self, required: &[f64], out: &mut [f64]) {
         for ((u, &miss), d) in out.iter_mut().zip(&self.miss).zip(required) {
             *u = d + f64::from(miss);
         }
     }
 
-    /// Makes room for so many cells, with zeros behind them, and forgets the last direction.
+    /// Takes a part of `count` cells, with zeros behind them, and forgets the last direction.
     fn hold(&mut self, count: usize) {
         let behind = count..count.next_multiple_of(LANES);
         (self.count, self.last) = (count, 0.0);
@@ -272,14 +271,14 @@ impl Gradients {
         progress
     }
 
-    /// Computes z, off A, too.
+    /// Computes z, also off A.
     fn precondition(&mut self, count: usize) {
         let (residual, z) = (&self.residual[..count], &mut self.preconditioned[..count]);
         let left = self.blocks.as_mut().map_or(residual, |blocks| blocks.taken_off(residual));
         self.filter.apply(left, z);
     }
 
-    /// Tells u of the cuts: a few one by one, many by a product.
+    /// Corrects u for the cuts: a few one by one, many by a product.
     fn take_back(&mut self, cells: &mut InstantCells, count: usize, cuts: u64, progress: &mut Progress) {
         /// Cuts that take the time of a product.
         const MANY: u64 = 24;

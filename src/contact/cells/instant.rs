@@ -15,36 +15,35 @@ use crate::counters::Work;
 use crate::numeric::{Element, transform_length};
 use crate::tyre::influence::CellInfluence;
 
-/// G of the cells of a window.
+/// G of the cells of a window \[m/N\].
 pub struct InstantCells {
     influence: CellInfluence,
     arch: Arch,
-    /// Products.
     product: CellProduct<f64>,
     /// Products with the symmetric part; `None` at rest, where it is all.
     symmetric: Option<Box<CellProduct<f64>>>,
-    /// Blocks of the tread that yield by themselves, where it has some.
+    /// Blocks of the tread that yield by themselves, if there are any.
     blocks: Option<Box<BlockTerm>>,
     /// Products in single precision, of windows as long as this one and of shorter ones, the longest first.
     single: Vec<CellProduct<f32>>,
     /// Work of all products so far.
     work: Work,
-    /// Most that a unit force lowers a cell so many columns away, whichever it is.
+    /// Most by which a unit force lowers a cell so many columns away, at any place across \[m/N\].
     lowered: Vec<f64>,
-    /// For cells at and behind a force's column, with i >= i'; of a tyre that turns then for those before it.
+    /// For cells with i >= i', the column of the force; of a tyre that turns then for those with i < i'.
     tables: Vec<SingleTables>,
 }
 
 /// Influences to single precision.
 struct SingleTables {
-    /// T from distance 1 - across to across - 1 across.
+    /// T for distances across from 1 - across to across - 1.
     mirrored: Vec<f32>,
     /// H.
     images: Vec<f32>,
 }
 
 impl SingleTables {
-    /// Prepares an even part alone, or with an odd part times a sign.
+    /// Tables of the even part alone, or with an odd part times a sign.
     fn new(influence: &CellInfluence, sign: f64) -> Self {
         let CellInfluence { across, toeplitz, hankel, odd, .. } = influence;
         let [mut toeplitz, mut hankel] = [toeplitz, hankel].map(|even| Cow::Borrowed(even.as_slice()));
@@ -64,13 +63,14 @@ impl SingleTables {
     }
 }
 
-/// Returns the lengths of a window's parts, each a tenth shorter than the one before, that transforms like.
+/// Lengths of a window's parts, each about a tenth shorter than the previous one, that transforms are fast for; down
+/// to a quarter of the window.
 fn lengths(columns: usize) -> impl Iterator<Item = usize> {
     let shorter = |length: usize| (1..=9 * length / 10).rev().find(|part| transform_length(2 * part) == 2 * part);
     std::iter::successors(Some(columns), move |length| shorter(*length).filter(|part| 4 * part >= columns))
 }
 
-/// Returns the most that a unit force lowers a cell by distance along.
+/// Most by which a unit force lowers a cell by distance along \[m/N\].
 fn lowered(CellInfluence { columns, across, toeplitz, hankel, odd }: &CellInfluence) -> Vec<f64> {
     let most =
         |values: &[f64], size: fn(f64) -> f64| values.iter().fold(f64::NEG_INFINITY, |most, &v| most.max(size(v)));
@@ -86,7 +86,7 @@ fn lowered(CellInfluence { columns, across, toeplitz, hankel, odd }: &CellInflue
 }
 
 impl InstantCells {
-    /// Makes the product with an influence, for its window.
+    /// Products with an influence, for its window.
     pub fn new(influence: CellInfluence) -> Self {
         let CellInfluence { columns, across, toeplitz, hankel, odd } = &influence;
         let signs: &[f64] = if odd.is_some() { &[1.0, -1.0] } else { &[1.0] };
@@ -104,53 +104,52 @@ impl InstantCells {
         }
     }
 
-    /// Adds blocks that yield by themselves.
+    /// Adds blocks of the tread that yield by themselves.
     #[must_use]
     pub fn with_blocks(mut self, blocks: Option<BlockTerm>) -> Self {
         self.blocks = blocks.map(Box::new);
         self
     }
 
-    /// Goes to the window that begins with an element of the tyre: its blocks are material.
+    /// Moves to the window that begins with an element of the tyre: its blocks are material.
     pub fn place(&mut self, first_element: i64) {
         if let Some(blocks) = &mut self.blocks {
             blocks.place(first_element);
         }
     }
 
-    /// Looks at a part of the window that begins with a cell: products in single precision are those there.
+    /// Restricts products in single precision to a part of the window that begins with a cell.
     pub(super) fn look_at(&mut self, start: usize) {
         if let Some(blocks) = &mut self.blocks {
             blocks.look_at(start);
         }
     }
 
-    /// Returns the blocks that yield by themselves.
     pub(super) fn blocks(&self) -> Option<&BlockTerm> {
         self.blocks.as_deref()
     }
 
-    /// Returns the cells along.
+    /// Cells along.
     pub fn columns(&self) -> usize {
         self.influence.columns
     }
 
-    /// Returns the cells across.
+    /// Cells across.
     pub fn across(&self) -> usize {
         self.influence.across
     }
 
-    /// Returns the cells of the window.
+    /// Cells of the window.
     pub fn cells(&self) -> usize {
         self.columns() * self.across()
     }
 
-    /// Tells whether G is not symmetric.
+    /// Whether G is not symmetric, as for a tyre that turns.
     pub fn turns(&self) -> bool {
         self.symmetric.is_some()
     }
 
-    /// Returns G between two cells: what a force on `b` does to `a`.
+    /// G between two cells: displacement of `a` per force on `b` \[m/N\].
     pub fn entry(&self, a: usize, b: usize) -> f64 {
         let across = self.across();
         let along = (a / across).abs_diff(b / across);
@@ -164,19 +163,19 @@ impl InstantCells {
         even + sign * (odd.toeplitz[free] + odd.hankel[image])
     }
 
-    /// Returns T, row-major.
+    /// T \[m/N\], row-major.
     pub fn free_field(&self) -> &[f64] {
         &self.influence.toeplitz
     }
 
-    /// Computes u = G F.
+    /// u = G F.
     pub fn displacement(&mut self, forces: &[f64], out: &mut [f64]) {
         self.work += self.product.work();
         self.product.displacement(forces, out);
         self.yield_in_blocks(forces, out);
     }
 
-    /// Adds what blocks yield by themselves.
+    /// Adds the displacements by which blocks yield.
     fn yield_in_blocks<R: Element>(&mut self, forces: &[R], out: &mut [R]) {
         if let Some(blocks) = &mut self.blocks {
             self.work += BlockTerm::work(forces.len());
@@ -184,7 +183,7 @@ impl InstantCells {
         }
     }
 
-    /// Computes u = G F with the symmetric part of G.
+    /// u = G F with the symmetric part of G.
     pub fn symmetric_displacement(&mut self, forces: &[f64], out: &mut [f64]) {
         let product = self.symmetric.as_deref_mut().unwrap_or(&mut self.product);
         self.work += product.work();
@@ -192,12 +191,12 @@ impl InstantCells {
         self.yield_in_blocks(forces, out);
     }
 
-    /// Returns the least length of a part of the window that products in single precision are taken for, at least this.
+    /// Least length of a part of the window, in columns, that holds `columns` and has products in single precision.
     pub fn part(&self, columns: usize) -> usize {
         self.single.iter().map(CellProduct::columns).rfind(|part| *part >= columns).unwrap_or(self.columns())
     }
 
-    /// Computes u = G F to single precision, on a part of the window of one of these lengths.
+    /// u = G F to single precision, on a part of the window of one of the lengths of [`Self::part`].
     pub fn single_displacement(&mut self, forces: &[f32], out: &mut [f32]) {
         let columns = forces.len() / self.across();
         if let Some(product) = self.single.iter_mut().find(|product| product.columns() == columns) {
@@ -207,12 +206,12 @@ impl InstantCells {
         self.yield_in_blocks(forces, out);
     }
 
-    /// Returns the most that forces of so much by column lower a cell of a column.
+    /// Bound by which forces, given by column, lower a cell of a column \[m\].
     pub fn lowering(&self, column: usize, forces: impl Iterator<Item = (usize, f64)>) -> f64 {
         forces.map(|(other, force)| self.lowered[column.abs_diff(other)] * force).sum()
     }
 
-    /// Adds to u what one force does, to single precision, on the first cells of the window.
+    /// Adds the displacements by one force to u, to single precision, on the first cells of the window.
     pub fn add_single_force(&mut self, cell: usize, force: f32, out: &mut [f32]) {
         let cells = out.len() as u64;
         // Both tables, and what is added to.
@@ -223,28 +222,26 @@ impl InstantCells {
         }
     }
 
-    /// Returns the work of all products so far.
+    /// Work of all products so far.
     pub fn work(&self) -> Work {
         self.work
     }
 
-    /// Goes on from the work of others.
     pub(super) fn set_work(&mut self, work: Work) {
         self.work = work;
     }
 
-    /// Returns a bound of the norm of the symmetric part of G.
+    /// Bound of the norm of the symmetric part of G \[m/N\].
     pub fn norm_bound(&self) -> f64 {
         self.product.norm_bound() + self.blocks.as_ref().map_or(0.0, |blocks| blocks.norm())
     }
 
-    /// Returns the middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
+    /// Middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across \[N/m\].
     pub fn inverse_stencil(&self, radius: usize) -> Vec<f32> {
         self.product.inverse_stencil(radius)
     }
 }
 
-/// Displacements by one force.
 struct OneForce<'a> {
     cells: &'a InstantCells,
     cell: usize,

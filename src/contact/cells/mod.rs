@@ -1,11 +1,11 @@
 //! Contact over the whole zone in three dimensions: cells (i, j) of a window, i along, j across.
 //!
-//! - [`instant`]: what the forces on the cells displace at the same instant;
-//! - [`blocks`]: what blocks of the tread yield by themselves;
+//! - [`instant`]: displacements by the forces on the cells at the same instant;
+//! - [`blocks`]: how blocks of the tread yield by themselves;
 //! - [`search`]: which cells touch, and with which forces.
 //!
 //! - [`wave_transform`]: between cells and waves;
-//! - [`past`]: what past forces displace, by poles, most of it found behind the march (`waves`, `short_ring`);
+//! - [`past`]: displacements by past forces, by poles, most of it found behind the march (`waves`, `short_ring`);
 //!   [`direct`]: as sums, the reference;
 //! - [`resting`]: contact at rest; [`gaps`]: gaps under a tyre that stands on a road;
 //! - [`zone`]: one instant, from the past to the forces.
@@ -13,9 +13,9 @@
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
 //!
 //! A void in the tread is a cell that lies deeper than the others, and has all that they have. Tangential tractions
-//! stand beside the normal ones as arrays of the same shape: waves are lists of (n, m) and weight whatever component of
-//! C they are asked for, a [`WavePast`](past::WavePast) is a component's, and poles shared by several have one more
-//! list of residues, as those of slices have.
+//! stand beside the normal ones as arrays of the same shape: waves are lists of (n, m) and weight whatever component
+//! of C is asked for, a [`WavePast`](past::WavePast) belongs to one component, and poles shared by several have one
+//! more list of residues, as those of slices have.
 
 mod along_ring;
 mod block_shares;

@@ -3,14 +3,14 @@
 //! Poles and states of all waves do not fit into a processor's nearest memory. They are gone through once in a *block*
 //! of [`STEPS`] steps, a part of them at each instant, and another thread, if there is one, does so while the march
 //! searches for the forces of that instant (module `waves`):
-//! 1. forces of the block before are taken in, and the displacement at every instant of the next block is foretold as
-//!    if no more forces came;
-//! 2. what the block before and the earlier instants of its own add to the coming instant is summed for each wave, with
-//!    the first weights of the same recursion.
+//! 1. forces of the previous block are taken in, and the displacement at every instant of the next block is foretold
+//!    as if no more forces came;
+//! 2. the contributions of the previous block and of the earlier instants of the current one to the coming instant are
+//!    summed for each wave, with the first weights of the same recursion.
 //!
-//! The march adds what the last instant's forces do, which is all that it has to wait for, and goes from waves to cells
-//! and back, both without it where waves are short (module `short_ring`). By linearity that is the recursion itself but
-//! for rounding, and nothing depends on who did what.
+//! The march adds the displacements by the last instant's forces, which is all that it has to wait for, and goes from
+//! waves to cells and back, both without it where waves are short (module `short_ring`). By linearity that is the
+//! recursion itself but for rounding, and nothing depends on which thread did what.
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -30,7 +30,7 @@ use crate::tyre::poles::cells::CellModel;
 /// Steps of a block.
 pub(crate) const STEPS: usize = 4;
 
-/// A ring that sees all of the window, as the march sees it.
+/// A ring that sees all of the window, on the march's side.
 struct Ring<N: WaveNumber> {
     transform: WaveTransform<N>,
     /// Forces \[N\] of the last instant by wave.
@@ -41,7 +41,7 @@ struct Ring<N: WaveNumber> {
 
 /// Waves of all rings and their past, in single or double precision.
 pub struct WavePast<N: WaveNumber = f64> {
-    /// Ring by ring; `None`: a short one, which is behind the march but for what the last forces do.
+    /// Ring by ring; `None`: a short one, which is behind the march except for the last forces' displacements.
     rings: Vec<Option<Ring<N>>>,
     /// Effect of the last forces on all short rings.
     next: Option<NextInstant<N>>,
@@ -49,7 +49,7 @@ pub struct WavePast<N: WaveNumber = f64> {
     stages: usize,
     /// Number of the coming instant in its block.
     instant: usize,
-    /// True if there is an instant before it.
+    /// True if there is a previous instant.
     begun: bool,
     instants: usize,
     /// Work of a block.
@@ -66,7 +66,6 @@ pub struct WavePastState<N> {
     seen: Option<(i64, Vec<f64>)>,
 }
 
-/// State of a ring.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct RingState<N> {
     latest: Vec<Complex<N>>,
@@ -81,8 +80,8 @@ struct RingState<N> {
     slow_poles: Vec<Vec<f64>>,
 }
 
-/// Returns the influence of the forces of each stage at the next instant, of a ring that is so many times shorter than
-/// the tyre, between cells of a window of so many columns.
+/// Influence of the forces of each stage at the next instant, of a ring that is `part` times shorter than the tyre,
+/// between cells of a window of `columns` columns.
 pub fn first_influences(
     grid: &CellGrid,
     [part, columns]: [usize; 2],
@@ -96,12 +95,12 @@ pub fn first_influences(
 }
 
 impl<N: WaveNumber> WavePast<N> {
-    /// Makes a past at rest.
+    /// Past at rest, in blocks of the default length.
     pub fn new<'m>(parts: impl IntoIterator<Item = RingParts<'m, N>>, rule: TimeRule, time_step: f64) -> Self {
         Self::with_blocks(parts, rule, time_step, STEPS)
     }
 
-    /// Makes a past as [`Self::new`], in blocks of so many steps.
+    /// Past as that of [`Self::new`], in blocks of `steps` steps.
     pub fn with_blocks<'m>(
         parts: impl IntoIterator<Item = RingParts<'m, N>>,
         rule: TimeRule,
@@ -138,8 +137,8 @@ impl<N: WaveNumber> WavePast<N> {
         Self { rings, next, behind, stages, instant: 0, begun: false, instants: steps * stages, work }
     }
 
-    /// Adds what the past displaces at the coming instant \[m\] on the window that begins with `first_element`; the
-    /// forces of every instant are to be known before the next.
+    /// Adds the displacements by past forces at the coming instant \[m\] on the window that begins with
+    /// `first_element`; the forces of every instant have to be pushed before the next.
     pub fn add_displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
         let mut waves = self.behind.take();
         waves.report(meter);
@@ -172,7 +171,7 @@ impl<N: WaveNumber> WavePast<N> {
         }
     }
 
-    /// Takes the forces of the instant \[N\]; tells whether there is room for all of them.
+    /// Takes the forces of the instant \[N\]; returns whether there is room for all of them.
     pub fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
         for Ring { transform, forces: of_waves, .. } in self.rings.iter_mut().flatten() {
             transform.forward(first_element, forces, of_waves);
@@ -183,7 +182,7 @@ impl<N: WaveNumber> WavePast<N> {
         has_room
     }
 
-    /// Takes the state down; the same for any number of threads.
+    /// State, the same for any number of threads.
     pub fn save(&self) -> WavePastState<N> {
         let waves = self.behind.take();
         let kept = |seen: &Seen| (seen.first, seen.cells.clone());
@@ -203,7 +202,7 @@ impl<N: WaveNumber> WavePast<N> {
         WavePastState { instant: self.instant, begun: self.begun, rings, seen }
     }
 
-    /// Goes on from the state of an equal past.
+    /// Continues from the state of an equal past.
     ///
     /// # Errors
     /// [`StateError`].

@@ -1,17 +1,17 @@
 //! Products with T\[|i-i'|\]\[|j-j'|\] + H\[|i-i'|\]\[j+j'\] through Fourier transforms.
 //!
-//! Along, P >= columns: T and H are even and the forces real, so the odd frequencies pi (2 m + 1/2)/P of a transform of
-//! length 2 P say everything. With them nothing wraps round, and one complex transform of length P of
-//! x_n exp(-i pi n/(2 P)) gives them all. Across, Q >= across: those waves are complex, and all 2 Q frequencies are
+//! Along, P >= columns: T and H are even and the forces real, so the odd frequencies pi (2 m + 1/2)/P of a transform
+//! of length 2 P hold all the information. With them nothing wraps round, and one complex transform of length P of x_n
+//! exp(-i pi n/(2 P)) gives them all. Across, Q >= across: those waves are complex, and all 2 Q frequencies are
 //! needed, the even ones by a transform of x_j, the odd ones by one of x_j exp(-i pi j/Q). There T is a product with a
-//! real number, H one with the wave of the opposite frequency: sum over j' of H\[j + j'\] F_j' has the transform
-//! H(k) F(-k).
+//! real number, H one with the wave of the opposite frequency: sum over j' of H\[j + j'\] F_j' has the transform H(k)
+//! F(-k).
 //!
 //! With rotation, both have a part that is odd along. Its transform is imaginary along: T(k) and H(k) become T +
 //! i T' and H + i H', and a product takes no more transforms.
 //!
 //! Lanes hold cells across while the transforms run along, and waves along while they run across, so that no transform
-//! moves anything between lanes; blocks of one vector's width are turned in between.
+//! moves anything between lanes; blocks of one vector's width are transposed in between.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ use crate::tyre::influence::CellInfluence;
 /// Most numbers of a vector.
 const MOST: usize = 16;
 
-/// G in the waves of a window, with room for a product.
+/// G in the waves of a window, with scratch for a product.
 pub(crate) struct CellProduct<R> {
     columns: usize,
     across: usize,
@@ -50,23 +50,23 @@ pub(crate) struct CellProduct<R> {
     scratch: [Aligned<R>; 2],
     /// Transform of T, frequencies across to each wave along.
     free_field: Vec<f64>,
-    /// A bound of the norm.
+    /// Bound of the norm of the part that is even along.
     norm_bound: f64,
 }
 
 impl<R: Element> CellProduct<R> {
-    /// Makes G from T, columns x across, and H, columns x (2 across - 1).
+    /// G from T, columns x across, and H, columns x (2 across - 1).
     pub(crate) fn new(columns: usize, across: usize, toeplitz: &[f64], hankel: &[f64]) -> Self {
         Self::with_odd(columns, across, [toeplitz, hankel], None)
     }
 
-    /// Returns the whole of an influence on the first columns of its window, what is odd along with it.
+    /// The whole of an influence on the first `columns` columns of its window, including its part that is odd along.
     pub(crate) fn whole(columns: usize, influence: &CellInfluence) -> Self {
         let odd = influence.odd.as_ref().map(|odd| [&*odd.toeplitz, &*odd.hankel]);
         Self::with_odd(columns, influence.across, [&influence.toeplitz, &influence.hankel], odd)
     }
 
-    /// Returns T and H, and their parts that are odd along.
+    /// G from T and H, and their parts that are odd along.
     fn with_odd(columns: usize, across: usize, [toeplitz, hankel]: [&[f64]; 2], odd: Option<[&[f64]; 2]>) -> Self {
         let half_length = |cells: usize, reach: usize| transform_length(cells + reach.min(cells)) / 2;
         let [reach_along, reach_across] = reach(across, [toeplitz, hankel], odd);
@@ -93,6 +93,7 @@ impl<R: Element> CellProduct<R> {
             free_field: Vec::with_capacity(2 * p * q),
             norm_bound: 0.0,
         };
+        // 1. Parts that are even along, and the bound of the norm.
         let folded = 2 * across - 1;
         let even_waves = |each: usize, values| along_waves(columns, p, each, values, even_factor);
         let waves = even_waves(across, toeplitz).zip(even_waves(folded, hankel));
@@ -114,6 +115,7 @@ impl<R: Element> CellProduct<R> {
                 h_out[(2 * place + 1) * width + lane] = R::rounded(im * scale);
             }
         }
+        // 2. Parts that are odd along: T' beside T, and H + i H' in place of H.
         let (Some([toeplitz, odd_hankel]), Some(odd_out)) = (odd, &mut this.toeplitz_odd) else { return this };
         let odd_waves = |each: usize, values| along_waves(columns, p, each, values, odd_factor);
         let waves = odd_waves(across, toeplitz).zip(odd_waves(folded, odd_hankel)).zip(even_waves(folded, hankel));
@@ -132,12 +134,11 @@ impl<R: Element> CellProduct<R> {
         this
     }
 
-    /// Returns the cells along.
     pub(crate) fn columns(&self) -> usize {
         self.columns
     }
 
-    /// Returns the work of a product: the transforms, and the products with those of T and H.
+    /// Work of a product: the transforms, and the products with those of T and H.
     pub(crate) fn work(&self) -> Work {
         let (p, q) = (self.along.length(), self.crosswise.length());
         let transforms =
@@ -149,14 +150,14 @@ impl<R: Element> CellProduct<R> {
         Work { multiply_adds: transforms as u64 + symbols as u64, bytes: (numbers * size_of::<R>()) as u64 }
     }
 
-    /// Returns a bound of the norm of G.
+    /// Bound of the norm of the part of G that is even along.
     pub(crate) fn norm_bound(&self) -> f64 {
         self.norm_bound
     }
 
-    /// Returns the middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
+    /// Middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
     pub(crate) fn inverse_stencil(&self, radius: usize) -> Vec<f32> {
-        /// Part of the norm below which no wave of T is taken to be.
+        /// Floor of the waves of T, as a part of the norm.
         const FLOOR: f64 = 1e-3;
         let (p, q) = (self.along.length(), self.crosswise.length());
         let mut stencil = vec![0.0; (radius + 1) * (radius + 1)];
@@ -174,14 +175,14 @@ impl<R: Element> CellProduct<R> {
         stencil.into_iter().map(|value| value as f32).collect()
     }
 
-    /// Computes out = G F.
+    /// out = G F.
     pub(crate) fn displacement(&mut self, forces: &[R], out: &mut [R]) {
         let arch = self.arch;
         arch.dispatch(Multiply { product: self, forces, out });
     }
 }
 
-/// Returns the largest distances along and across at which T is not 0; all of them count where there is H.
+/// Largest distances along and across at which T is not 0; all count where there is an H.
 fn reach(across: usize, [toeplitz, hankel]: [&[f64]; 2], odd: Option<[&[f64]; 2]>) -> [usize; 2] {
     let is_some = |values: &[f64]| values.iter().any(|value| value.abs() > 0.0);
     let parts = || [toeplitz].into_iter().chain(odd.map(|[toeplitz, _]| toeplitz));
@@ -198,7 +199,7 @@ fn reach(across: usize, [toeplitz, hankel]: [&[f64]; 2], odd: Option<[&[f64]; 2]
     [along, crosswise]
 }
 
-/// Returns the values at distances 0, 1, ... along, so many to each, as waves at the frequencies pi (2 m + 1/2)/p;
+/// Values at distances 0, 1, ... along, `each` at every distance, as waves at the frequencies pi (2 m + 1/2)/p;
 /// `factor` is that of a distance and its exp(-i phase).
 fn along_waves(
     columns: usize,
@@ -217,17 +218,17 @@ fn along_waves(
     })
 }
 
-/// Returns the factor of a part that is the same at a distance and its opposite.
+/// Factor of a part that is the same at a distance and its opposite.
 fn even_factor(distance: usize, [cosine, _]: [f64; 2]) -> f64 {
     if distance == 0 { 1.0 } else { 2.0 * cosine }
 }
 
-/// Returns the factor, over i, of a part that changes its sign at the opposite distance.
+/// Factor, over i, of a part that changes its sign at the opposite distance.
 fn odd_factor(_: usize, [_, minus_sine]: [f64; 2]) -> f64 {
     2.0 * minus_sine
 }
 
-/// Returns a frequency across of what is even there; `cosines` with minus their sines.
+/// Wave at a frequency across of values that are even across; `cosines` with minus their sines.
 fn across_even(cosines: &[[f64; 2]], values: &[f64], frequency: usize) -> f64 {
     let mut sum = values[0];
     for (j, value) in values.iter().enumerate().skip(1) {
@@ -236,7 +237,7 @@ fn across_even(cosines: &[[f64; 2]], values: &[f64], frequency: usize) -> f64 {
     sum
 }
 
-/// Returns the same of values from 0 on.
+/// Wave at a frequency across of values that begin at place 0 and are not mirrored.
 fn across_folded(cosines: &[[f64; 2]], values: &[f64], frequency: usize) -> [f64; 2] {
     let [mut re, mut im] = [0.0; 2];
     for (j, value) in values.iter().enumerate() {
@@ -247,20 +248,19 @@ fn across_folded(cosines: &[[f64; 2]], values: &[f64], frequency: usize) -> [f64
     [re, im]
 }
 
-/// One product.
 struct Multiply<'a, R> {
     product: &'a mut CellProduct<R>,
     forces: &'a [R],
     out: &'a mut [R],
 }
 
-/// Exchanges real and imaginary parts, before and after a transform the other way.
+/// Exchanges real and imaginary parts, before and after an inverse transform.
 #[inline(always)]
 fn swapped<R: Element, S: Simd>([re, im]: Wave<R, S>) -> Wave<R, S> {
     [im, re]
 }
 
-/// Exchanges rows and numbers: `from` holds blocks of `rows` x 2 x `width` numbers, and number l of row r of block b
+/// Transposes rows and numbers: `from` holds blocks of `rows` x 2 x `width` numbers, and number l of row r of block b
 /// becomes number r mod width of row b width + l of block r / width of `to`, whose blocks have `to_rows` rows.
 #[inline(always)]
 fn turn<R: Element, const WIDTH: usize>(from: &[R], rows: usize, to: &mut [R], to_rows: usize) {
@@ -270,7 +270,7 @@ fn turn<R: Element, const WIDTH: usize>(from: &[R], rows: usize, to: &mut [R], t
         for (r, from) in from.chunks_exact(2 * WIDTH).enumerate() {
             let to = &mut to[2 * (r * to_rows + b * WIDTH)..][..2 * WIDTH];
             for part in 0..2 {
-                // A copy of the block: the compiler turns it in registers.
+                // A copy of the block: the compiler transposes it in registers.
                 let block: [[R; WIDTH]; WIDTH] = std::array::from_fn(|c| from[2 * c + part]);
                 for l in 0..WIDTH {
                     to[2 * l + part] = std::array::from_fn(|c| block[c][l]);
@@ -306,6 +306,7 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
         let (first, second) = (first.part(0, numbers), second.part(0, numbers));
         let zero = R::splat(simd, R::default());
         let spectrum = this.spectrum.part(0, 2 * p_padded * padded);
+        // 1. Transforms along of the forces, cells across in the lanes.
         for (block, spectrum) in spectrum.chunks_exact_mut(2 * p_padded * width).enumerate() {
             let j = block * width;
             if j >= across {
@@ -322,7 +323,7 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             }
             from[columns.min(p)..p].fill([zero; 2]);
             for ((row, &[re, im]), from) in far.chunks_exact(across).zip(&this.shift_along).zip(&mut *from) {
-                // A quarter of a turn further on.
+                // A quarter of a turn further on: times -i.
                 let force = R::load(simd, &row[j..]);
                 *from = [
                     R::mul_add(simd, R::splat(simd, im), force, from[0]),
@@ -340,6 +341,7 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             Some(odd) => R::vectors::<S>(odd.part(0, 2 * q * p_padded)),
             None => &[],
         };
+        // 2. Transforms across, products with T and H, and back; waves along in the lanes.
         let symbols = toeplitz.chunks_exact(2 * q).zip(hankel.chunks_exact(2 * q));
         for (block, (turned, (toeplitz, hankel))) in
             turned.chunks_exact_mut(2 * padded * width).zip(symbols).enumerate()
@@ -364,7 +366,7 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             respond::<R, S>(simd, &mut waves(result)[..q], symbol(q..2 * q), q - 1);
             let [result, other] = this.crosswise.run(simd, result, other);
             let (odd, even) = (waves::<R, S>(result), waves::<R, S>(other));
-            // The even ones in the room that is left, the odd ones' result kept among the cells.
+            // The even ones in the remaining room, the odd ones' result kept among the cells.
             even[..near.len()].copy_from_slice(near);
             even[near.len()..q].fill([zero; 2]);
             for (even, &cell) in even.iter_mut().zip(&*far) {
@@ -385,6 +387,7 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
         }
         turn_by(width, turned, padded, spectrum, p_padded);
 
+        // 3. Back along.
         for (block, spectrum) in spectrum.chunks_exact_mut(2 * p_padded * width).enumerate() {
             let j = block * width;
             if j >= across {
@@ -413,7 +416,7 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
     }
 }
 
-/// The transforms at frequencies across.
+/// T and H at frequencies across.
 struct Symbol<'a, R: Element, S: Simd> {
     toeplitz: &'a [R::Vector<S>],
     hankel: &'a [Wave<R, S>],
@@ -421,7 +424,7 @@ struct Symbol<'a, R: Element, S: Simd> {
     odd: Option<&'a [R::Vector<S>]>,
 }
 
-/// Returns T F + H F', real and imaginary parts changed.
+/// T F + H F', real and imaginary parts exchanged.
 #[inline(always)]
 fn answer<R: Element, S: Simd>(
     simd: S,
@@ -434,8 +437,8 @@ fn answer<R: Element, S: Simd>(
     [R::mul_add(simd, toeplitz, own[1], im), R::mul_add(simd, toeplitz, own[0], re)]
 }
 
-/// Computes U(k) = T(k) F(k) + H(k) F(-k), with real and imaginary parts changed for the way back; -k is at `mirror` -
-/// m.
+/// U(k) = T(k) F(k) + H(k) F(-k), in place, with real and imaginary parts exchanged for the inverse transform; -k is
+/// at `mirror` - m.
 #[inline(always)]
 fn respond<R: Element, S: Simd>(
     simd: S,
@@ -462,7 +465,7 @@ fn respond<R: Element, S: Simd>(
     }
 }
 
-/// Adds i T' F, real and imaginary parts changed.
+/// Adds i T' F, real and imaginary parts exchanged.
 #[inline(always)]
 fn with_odd<R: Element, S: Simd>(simd: S, [im, re]: Wave<R, S>, own: Wave<R, S>, odd: R::Vector<S>) -> Wave<R, S> {
     [R::mul_add(simd, odd, own[0], im), R::mul_add(simd, R::neg(simd, odd), own[1], re)]

@@ -8,10 +8,9 @@
 
 use super::instant::InstantCells;
 
-/// Steps without a smaller worst miss, after which rounding is taken to have the last word.
+/// Steps without a smaller worst miss, after which rounding is taken to limit it.
 const PATIENCE: u64 = 1000;
 
-/// The method's room.
 pub(super) struct Proportioning {
     gradient: Vec<f64>,
     direction: Vec<f64>,
@@ -31,7 +30,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |sum: f64, (a, b)| a.mul_add(*b, sum))
 }
 
-/// Where the forces stand.
 #[derive(Default)]
 struct Standing {
     /// The worst miss.
@@ -45,7 +43,6 @@ struct Standing {
 }
 
 impl Proportioning {
-    /// Makes room for so many cells.
     pub(super) fn new(cells: usize) -> Self {
         let zeros = || vec![0.0; cells];
         Self { gradient: zeros(), direction: zeros(), response: zeros() }
@@ -66,7 +63,7 @@ impl Proportioning {
         standing
     }
 
-    /// Returns the forces for `required` d, which is finite, to within `goal`.
+    /// Forces for `required` d, which has to be finite, to within `goal` \[m\] or what rounding allows.
     pub(super) fn run(
         &mut self,
         cells: &mut InstantCells,
@@ -77,7 +74,7 @@ impl Proportioning {
         let step = cells.norm_bound().recip();
         let mut done = Proportioned::default();
         let (mut least, mut patience) = (f64::INFINITY, PATIENCE);
-        // None: u and the direction are to be begun anew.
+        // None: u and the direction are to be restarted.
         let mut last: Option<f64> = None;
         loop {
             if last.is_none() {
@@ -92,7 +89,7 @@ impl Proportioning {
                 patience -= 1;
             }
             if worst <= goal || patience == 0 {
-                // What conjugate gradients have summed up counts only after a look at the real thing.
+                // What conjugate gradients have summed up counts only after u = G F is evaluated anew.
                 if last.is_none() || patience == 0 {
                     return done;
                 }

@@ -11,12 +11,12 @@ use crate::scene::Axle;
 use crate::tyre::influence::CellSums;
 use crate::tyre::tread_pattern::blocks::Blocks;
 
-/// How exactly a load is met.
+/// Relative tolerance of the load.
 const LOAD_TOLERANCE: f64 = 1e-6;
 /// How far cells may be from where they are required to be, relative to the indentation.
 const TOLERANCE: f64 = 1e-9;
-/// Depth that the first window is made for, in radii: to sum what cells feel of each other takes longer than to search
-/// a window that is larger than it had to be, and few tyres stand deeper.
+/// Depth that the first window is made for, in radii: summing the influence between cells takes longer than searching
+/// a window that is larger than necessary, and few tyres stand deeper.
 const FIRST_DEPTH: f64 = 0.08;
 
 /// Cells at rest, in a window that grows with their indentation.
@@ -38,13 +38,12 @@ struct Window {
 }
 
 impl RestingCells {
-    /// Makes the resting contact of a tyre's cells.
     pub(crate) fn new(sums: CellSums, tread: TreadSurface, blocks: Option<Blocks>) -> Self {
         let window = Window::new(&sums, blocks.as_ref(), FIRST_DEPTH * radius(&sums));
         Self { sums, tread, blocks, window }
     }
 
-    /// Returns the contact that an axle has on a smooth road.
+    /// Contact under an axle on a smooth road.
     ///
     /// # Errors
     /// [`ContactError::LoadNotReached`].
@@ -58,7 +57,7 @@ impl RestingCells {
         }
     }
 
-    /// Returns the contact, and the forces by cell, column by column, at an indentation \[m\].
+    /// Contact, and forces by cell, column by column \[N\], at an indentation \[m\].
     pub(crate) fn pressed(&mut self, indentation: f64) -> (StaticContact, &[f64]) {
         let Self { sums, tread, blocks, window } = self;
         if indentation > window.deepest {

@@ -1,5 +1,5 @@
-//! Waves of one ring: at each instant a part of the pass over all poles, and the sum of what all but the last forces do
-//! at the next instant.
+//! Waves of one ring: at each instant a part of the pass over all poles, and the sum of the displacements by all but
+//! the last forces at the next instant.
 //!
 //! With rotation, u_n = E_n F_n + i O_n F_n, n >= 0, with E and O as operators in time: real, over the same poles.
 
@@ -32,15 +32,16 @@ pub struct RingParts<'m, N: WaveNumber = f64> {
     pub model: &'m CellModel,
     /// From cells to waves and back.
     pub transform: WaveTransform<N>,
-    /// Influence of each stage's forces at the next instant between the cells that the transform sees, a part of the
-    /// window, by [`first_influences`](super::past::first_influences); `None`: it sees all of the window.
+    /// Influence of each stage's forces at the next instant between the cells that the transform covers, a part of the
+    /// window, by [`first_influences`](super::past::first_influences); `None`: it covers all of the window.
     pub next_instant: Option<Vec<CellInfluence>>,
     /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never. On a ring
-    /// shorter than the tyre the window comes back to where it was, and what creeps back slowly would still be there.
+    /// shorter than the tyre the window comes back to where it was, and slowly recovering deformation would still be
+    /// there.
     pub forgotten_after: Option<usize>,
     /// Steps in which the window moves on by an element.
     pub substeps: usize,
-    /// Tolerance to which fewer poles may foretell what forces displace later than a block, relative to each wave's
+    /// Tolerance to which fewer poles may foretell displacements by forces older than a block, relative to each wave's
     /// influence; `None`: none is left out.
     pub fewer_poles: Option<f64>,
 }
@@ -78,7 +79,7 @@ pub(super) struct RingWaves<N> {
 }
 
 impl<N: WaveNumber> RingWaves<N> {
-    /// Makes waves at rest, for blocks of so many steps. A short ring leaves what the last forces do to others.
+    /// Waves at rest, for blocks of `steps` steps. A short ring leaves the displacements by the last forces to others.
     pub(super) fn new(parts: &RingParts<'_, N>, rule: TimeRule, time_step: f64, steps: usize) -> Self {
         let RingParts { model, transform, substeps, fewer_poles: fewer, .. } = parts;
         let (waves, stages) = (model.len(), rule.stages());
@@ -95,7 +96,7 @@ impl<N: WaveNumber> RingWaves<N> {
         let (mut groups, mut precise) = (Vec::new(), Vec::new());
         for first in (0..waves).step_by(N::MOST_LANES) {
             let modes = group_of(first, N::MOST_LANES);
-            // What rests on the road moves through the tyre with the window.
+            // A deformation at rest on the road moves through the tyre with the window.
             let rates = angles[first..].iter().map(|angle| angle / (*substeps as f64 * time_step));
             let mut of_waves = modes.clone().zip(rates);
             if N::EPSILON > f64::EPSILON && of_waves.any(|(modes, rate)| is_slow(&modes, time_step, rate, allowed)) {
@@ -120,7 +121,7 @@ impl<N: WaveNumber> RingWaves<N> {
         let mut work = Work::default();
         groups.iter().for_each(|group| work += group.work());
         precise.iter().for_each(|group| work += group.work());
-        // Every instant sees the block before and half of the others of its own.
+        // Every instant sums the previous block and half of the others of its block.
         let summed: usize = turning.iter().map(|&turns| tile::<N>() * kinds(turns)).sum();
         let of_instant = 3 * instants - if parts.next_instant.is_some() { 3 } else { 1 };
         let products = (instants * of_instant * summed) as u64;
@@ -144,12 +145,10 @@ impl<N: WaveNumber> RingWaves<N> {
         }
     }
 
-    /// Returns the work of a block.
     pub(super) fn work(&self) -> Work {
         self.work
     }
 
-    /// Takes the forces of an instant of the block.
     pub(super) fn take_forces(&mut self, instant: usize, forces: &[Complex<N>]) {
         let (size, instants) = (tile::<N>(), self.instants);
         let place = slot(instants + instant, instants, self.turned);
@@ -167,13 +166,13 @@ impl<N: WaveNumber> RingWaves<N> {
         self.turned = !self.turned;
     }
 
-    /// Completes the displacements at an instant of the block by those of the last forces.
+    /// Completes the displacements at an instant of the block by those due to the last forces.
     pub(super) fn finish(&mut self, instant: usize) {
         let now = self.instants + instant;
         self.add_forces(now, now - 1..now, false);
     }
 
-    /// Gives the displacements at the coming instant as far as they are known.
+    /// Writes the displacements at the coming instant as far as they are known.
     pub(super) fn displacement(&self, displacement: &mut [Complex<N>]) {
         let size = tile::<N>();
         for (sums, out) in self.sums.chunks_exact(4 * size).zip(displacement.chunks_mut(size)) {
@@ -184,8 +183,8 @@ impl<N: WaveNumber> RingWaves<N> {
         }
     }
 
-    /// Adds what the forces of earlier instants do now, and where both are wanted at the next instant, all counted from
-    /// the block before.
+    /// Adds the displacements by the forces of earlier instants at `now`, and with `both` at the next instant; all are
+    /// counted from the beginning of the previous block.
     fn add_forces(&mut self, now: usize, earlier: Range<usize>, both: bool) {
         let Self { within, turning, forces, sums, instants, stages, turned, arch, .. } = self;
         let (instants, stages, turned) = (*instants, *stages, *turned);
@@ -199,6 +198,7 @@ impl<N: WaveNumber> RingWaves<N> {
         let of_tile = 2 * instants * size;
         let old = remembered.get_mut(*earliest).map_or(&mut [][..], Vec::as_mut_slice);
         let mut block = Block { arch: *arch, recursion, instants, turned, forces, old, foretold };
+        // 1. Share of the groups that the pass takes at this instant.
         let share = |groups: usize| instant * groups / instants..(instant + 1) * groups / instants;
         let (own, slow) = (share(groups.len()), share(precise.len()));
         groups[own].iter_mut().for_each(|group| block.pass(group));
@@ -206,6 +206,7 @@ impl<N: WaveNumber> RingWaves<N> {
         if instant + 1 == instants && !remembered.is_empty() {
             *earliest = (*earliest + 1) % remembered.len();
         }
+        // 2. Displacements at the next instant, of two instants at once where a block has an even number of them.
         let now = instants + instant + 1;
         if instant % 2 == 1 || instants % 2 == 1 {
             let both = instants.is_multiple_of(2);
@@ -215,7 +216,7 @@ impl<N: WaveNumber> RingWaves<N> {
                     sum.copy_from_slice(&foretold[2 * size * place..][..2 * size]);
                 }
             }
-            // The pass has taken in the block before; the next one is told without it.
+            // The pass has taken in the previous block; the next one is foretold without it.
             let first = if instant + 1 == instants { instants } else { 0 };
             self.add_forces(now, first..now - 1, both);
         } else {
@@ -226,49 +227,46 @@ impl<N: WaveNumber> RingWaves<N> {
         }
     }
 
-    /// Returns the fields that evolve.
+    /// Fields that evolve: sums, forces, foretold displacements.
     pub(super) fn fields(&self) -> [&Vec<N>; 3] {
         [&self.sums, &self.forces, &self.foretold]
     }
 
-    /// Returns the same as [`Self::fields`], to be changed.
     pub(super) fn fields_mut(&mut self) -> [&mut Vec<N>; 3] {
         [&mut self.sums, &mut self.forces, &mut self.foretold]
     }
 
-    /// Returns the states of all poles.
+    /// States of the poles, without those of [`Self::precise_states`].
     pub(super) fn states(&self) -> impl Iterator<Item = &[N]> {
         self.groups.iter().flat_map(WavenumberGroup::states)
     }
 
-    /// Returns the same as [`Self::states`], to be changed.
     pub(super) fn states_mut(&mut self) -> impl Iterator<Item = &mut [N]> {
         self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
     }
 
-    /// Returns the states of the slow poles.
+    /// States of the slow poles.
     pub(super) fn precise_states(&self) -> impl Iterator<Item = &[f64]> {
         self.precise.iter().flat_map(WavenumberGroup::states)
     }
 
-    /// Returns the same as [`Self::precise_states`], to be changed.
     pub(super) fn precise_states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         self.precise.iter_mut().flat_map(WavenumberGroup::states_mut)
     }
 }
 
-/// Returns the waves of a tile.
+/// Number of waves in a tile.
 const fn tile<N: Element>() -> usize {
     TOGETHER * N::MOST_LANES
 }
 
-/// Returns the waves of a tile, of so many in all.
+/// Waves of a tile, `waves` being their number in all.
 fn waves_of<N: Element>(number: usize, waves: usize) -> Range<usize> {
     let first = number * tile::<N>();
     first..waves.min(first + tile::<N>())
 }
 
-/// Returns the place of an instant of two blocks, counted from the first of the block before.
+/// Place of an instant of two blocks, counted from the first of the previous block.
 const fn slot(number: usize, instants: usize, turned: bool) -> usize {
     if turned { (number + instants) % (2 * instants) } else { number }
 }
@@ -281,7 +279,7 @@ struct Block<'a, N, R> {
     turned: bool,
     /// Forces of the last block and of this one.
     forces: &'a [N],
-    /// Those that are forgotten, group by group; those of the last block take their place.
+    /// Forces that are forgotten, group by group; those of the last block take their place.
     old: &'a mut [f32],
     /// Displacements in this block and in the coming one.
     foretold: &'a mut [N],
@@ -339,19 +337,20 @@ fn copy<A: Copy, B: Copy>(from: &[A], to: &mut [B], number: impl Fn(A) -> B) {
     }
 }
 
-/// Part of a wave's displacement by what rests on the road that rounding its poles to single precision may be, where
-/// none is left out.
+/// Part of a wave's displacement by a force at rest on the road that rounding its poles to single precision may make,
+/// where no poles are left out.
 const ROUNDED: f64 = 2e-6;
 /// The same in parts of the tolerance to which some are left out.
 const ROUNDED_OF_TOLERANCE: f64 = 0.1;
 
-/// Returns the part of a wave's displacement that rounding its poles may be, of poles to within a tolerance.
+/// Part of a wave's displacement that rounding its poles may make, for poles to within a tolerance.
 pub(in crate::contact) fn allowed_rounding(tolerance: Option<f64>) -> f64 {
     tolerance.map_or(ROUNDED, |tolerance| ROUNDED.max(ROUNDED_OF_TOLERANCE * tolerance))
 }
 
-/// Tells waves whose poles single precision would move too far: of a pole that decays by d a step it changes the
-/// displacement by its rounding over |d + i phi|, phi the phase by which what rests on the road goes on in a step.
+/// Whether single precision would move a wave's poles too far: for a pole that decays by d a step it changes the
+/// displacement by its rounding over |d + i phi|, phi the phase by which a force at rest on the road moves on in a
+/// step; `rate` is that phase over the time step \[rad/s\].
 pub(in crate::contact) fn is_slow(modes: &Modes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {
     let s = Complex64::new(0.0, rate);
     let mut moved = 0.0;
@@ -365,12 +364,12 @@ pub(in crate::contact) fn is_slow(modes: &Modes<'_>, time_step: f64, rate: f64, 
     moved > allowed * modes.evaluate(s).norm()
 }
 
-/// Returns the kinds of a tile's parts: even ones alone, or odd ones too.
+/// Number of kinds of a tile's parts: even ones alone, or odd ones too.
 const fn kinds(turns: bool) -> usize {
     if turns { 2 } else { 1 }
 }
 
-/// Returns the response of all waves an instant after a force, stage by stage \[m/N\].
+/// Response of all waves an instant after a force, stage by stage \[m/N\].
 pub(super) fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64) -> Vec<WaveValues> {
     let mut all = vec![WaveValues { even: Vec::new(), odd: Vec::new() }; rule.stages()];
     let mut responses = vec![0.0; rule.stages()];
@@ -387,8 +386,8 @@ pub(super) fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64)
     all
 }
 
-/// Returns the response of all waves one, two, ... instants after a force at a stage, as they are summed; see
-/// [`RingWaves`].
+/// Response of all waves one, two, ... instants after a force at a stage \[m/N\], in the order in which it is summed;
+/// see [`RingWaves`].
 fn responses<N: Element>(
     model: &CellModel,
     rule: TimeRule,
@@ -418,7 +417,7 @@ fn responses<N: Element>(
     within
 }
 
-/// Adds what forces do: weight times force, and i times odd weight times force.
+/// Adds the displacements by forces: weight times force, and i times odd weight times force.
 struct Weighted<'a, N> {
     sums: &'a mut [N],
     within: &'a [N],
@@ -442,7 +441,7 @@ impl<N: Element> WithSimd for Weighted<'_, N> {
 }
 
 impl<N: Element> Weighted<'_, N> {
-    /// Adds to the sums of so many instants.
+    /// Adds to the sums of `INSTANTS` instants.
     #[inline(always)]
     fn add<S: Simd, const INSTANTS: usize>(mut self, simd: S) {
         let of_field = tile::<N>() / N::lanes::<S>();
@@ -467,7 +466,7 @@ impl<N: Element> Weighted<'_, N> {
         }
     }
 
-    /// Adds to a tile what so many forces do from `first` on.
+    /// Adds the displacements by `FORCES` forces from `first` on to a tile.
     #[inline(always)]
     fn add_forces<S: Simd, const INSTANTS: usize, const FORCES: usize, const TURNS: bool>(
         &self,

@@ -7,9 +7,9 @@
 //! 2. u = G F in double precision, everywhere; the end, if the conditions are met, else again from there, on a longer
 //!    part if they are missed beyond it;
 //!    Where the tolerance is at least [`SINGLE`], single precision is exact enough: the end is where 1. ends, if a
-//!    bound of what all forces may lower the cells beyond the part keeps these off the road. u = G F is looked at
-//!    where the part is another than that of the instant before, some columns later;
-//! 3. where that does not at least halve what is missing, not even in a direction begun anew, proportioning in double
+//!    bound of the lowering by all forces keeps the cells beyond the part off the road. u = G F is evaluated where the
+//!    part is not that of the previous instant, some columns later;
+//! 3. where that does not at least halve the error, not even in a restarted direction, proportioning in double
 //!    precision takes over (module `proportioning`), which always ends. Uses are counted.
 //!
 //! With rotation, G = G_s + G_a with a small skew part, |F.G_a F'| <= (max |Im H|/Re H) |F| |F'| in the norm of G_s.
@@ -68,20 +68,20 @@ pub struct CellSearchState {
     displacement: Vec<f64>,
 }
 
-/// Cells that are looked at side by side.
+/// Cells that are processed side by side.
 const LANES: usize = 8;
-/// Tolerance from which on all of a search is in single precision, its looks at u = G F too.
+/// Tolerance from which on all of a search is in single precision, u = G F included.
 pub(crate) const SINGLE: f64 = 1e-6;
-/// Part of such a tolerance that is gone for: rounding has the rest.
+/// Part of such a tolerance that is aimed at: the rest is for rounding.
 const SINGLE_BELOW: f64 = 0.7;
-/// Columns on either side of the cells that may touch for which u is found, too. The next of them touch first.
+/// Columns on either side of the cells that may touch for which u is found, too. They are the next to touch.
 pub(crate) const MARGIN: usize = 4;
-/// Digits that single precision is trusted with at a time.
+/// Relative error to which single precision is trusted at a time.
 const DIGITS: f64 = 1e-5;
-/// Part of the tolerance that single precision goes for.
+/// Part of the tolerance that single precision aims at.
 const BELOW: f64 = 0.3;
-/// Most iterations at a time, some four times what is common: where cells take turns in touching and not touching, an
-/// exact look ends it.
+/// Most iterations at a time, some four times the usual number: where cells alternate between touching and not
+/// touching, an exact u = G F ends it.
 const MOST_ITERATIONS: u64 = 40;
 /// Cells on either side that the preconditioner reaches.
 const RADIUS: usize = 3;
@@ -90,7 +90,7 @@ const MOST_SWEEPS: usize = 40;
 /// Stand-in for -infinity where differences are taken.
 const NOWHERE: f64 = -1e30;
 
-/// The search with its scratch; only its counters evolve.
+/// The search with its scratch; only counters, and what the next search begins with, evolve.
 pub struct CellSearch {
     cells: InstantCells,
     tolerance: f64,
@@ -113,7 +113,7 @@ pub struct CellSearch {
 }
 
 impl CellSearch {
-    /// Returns a search over the cells of a window. `tolerance` is how far u may be from d, relative to the largest d.
+    /// Search over the cells of a window. `tolerance` is how far u may be from d, relative to the largest d.
     pub fn new(cells: InstantCells, tolerance: f64) -> Self {
         let zeros = || vec![0.0; cells.cells()];
         let single = || vec![0.0; if tolerance < SINGLE { 0 } else { cells.cells() }];
@@ -139,38 +139,38 @@ impl CellSearch {
         self.tolerance = tolerance;
     }
 
-    /// Returns G.
+    /// G of the window.
     pub fn cells(&self) -> &InstantCells {
         &self.cells
     }
 
-    /// Returns G, to take products with.
+    /// G of the window, to take products with.
     pub fn cells_mut(&mut self) -> &mut InstantCells {
         &mut self.cells
     }
 
-    /// Returns u = G F of the last solution, where cells touch and [`MARGIN`] columns on either side at least; where it
-    /// is not looked for it is 0.
+    /// u = G F of the last solution \[m\], where cells touch and on at least [`MARGIN`] columns on either side; 0
+    /// where it is not computed.
     pub fn displacement(&self) -> &[f64] {
         &self.displacement
     }
 
-    /// Tells whether the last search has ended without the forces; at rest none does.
+    /// Whether the last search has ended without the forces; at rest none does.
     pub fn is_unsettled(&self) -> bool {
         self.is_unsettled
     }
 
-    /// Returns the work counts so far.
+    /// Work counts so far.
     pub fn counts(&self) -> CellCounts {
         CellCounts { work: self.cells.work(), ..self.counts }
     }
 
-    /// Takes down what the next search begins with beside the forces.
+    /// What the next search begins with in addition to the forces.
     pub fn save(&self) -> CellSearchState {
         CellSearchState { counts: self.counts(), found: self.found.clone(), displacement: self.displacement.clone() }
     }
 
-    /// Goes on from the state of an equal search.
+    /// Continues from the state of an equal search.
     ///
     /// # Errors
     /// [`StateError`].
@@ -185,8 +185,8 @@ impl CellSearch {
         Ok(())
     }
 
-    /// Goes on after the window has moved by so many cells: the last solution, which has moved with it and has lost no
-    /// force, is the next guess, and what it displaces need not be found again.
+    /// Continues after the window has moved by `cells` cells: the last solution, which has moved with it and has lost
+    /// no force, is the next guess, and its displacements need not be found again.
     pub fn go_on(&mut self, cells: usize) {
         if cells > 0 {
             self.displacement.copy_within(cells.., 0);
@@ -195,12 +195,11 @@ impl CellSearch {
         self.known = moved(self.found.start)..moved(self.found.end);
     }
 
-    /// Tells whether all is done in single precision.
     fn is_single(&self) -> bool {
         self.tolerance >= SINGLE
     }
 
-    /// Computes u = G F, in double precision unless the tolerance allows single.
+    /// u = G F, in double precision unless the tolerance allows single.
     fn look(&mut self, forces: &[f64]) {
         if !self.is_single() {
             self.cells.displacement(forces, &mut self.displacement);
@@ -212,11 +211,11 @@ impl CellSearch {
         self.displacement.iter_mut().zip(displacement).for_each(|(u, single)| *u = f64::from(*single));
     }
 
-    /// Returns u = G F, and how far the conditions are missed.
+    /// Computes u = G F; returns how far the conditions are missed.
     fn displace(&mut self, forces: &[f64], largest: f64) -> CellResiduals {
         self.counts.products += 1;
         self.look(forces);
-        // Side by side and without branches, which every other cell would take the other way.
+        // Lane by lane and without branches, which would be mispredicted at every other cell.
         let [mut below, mut held] = [[0.0_f64; LANES]; 2];
         let larger = |a: f64, b: f64| if b > a { b } else { a };
         self.found = 0..forces.len();
@@ -232,8 +231,9 @@ impl CellSearch {
         CellResiduals { tension: 0.0, penetration: worst(below), complementarity: worst(held) }
     }
 
-    /// Finds the forces for the `required` displacements d; -infinity marks a cell that cannot touch. `forces` comes in
-    /// as the guess. A d that is no number gives residuals that are none, and no forces.
+    /// Finds the forces \[N\] for the `required` displacements d \[m\]; -infinity marks a cell that cannot touch.
+    /// `forces` comes in as the guess. A d that is NaN or +infinity gives NaN residuals and no
+    /// forces.
     pub fn solve(&mut self, required: &[f64], forces: &mut [f64]) -> CellResiduals {
         self.counts.solves += 1;
         self.is_unsettled = false;
@@ -266,7 +266,7 @@ impl CellSearch {
         if is_kept && known.start <= part.start && part.end <= known.end {
             self.gradients.go_on(&self.required[part.clone()], &self.displacement[part.clone()], true);
         } else {
-            // The first look need not be exact.
+            // The first u need not be exact.
             self.gradients.look(&mut self.cells, &self.required[part.clone()], &forces[part.clone()]);
             self.counts.single_products += 1;
         }
@@ -274,6 +274,7 @@ impl CellSearch {
         let first_goal = if self.is_single() { least } else { DIGITS };
         let (mut missing, mut goal, mut is_fresh) = (f64::INFINITY, first_goal, true);
         loop {
+            // 1. Projected conjugate gradients on the part.
             let goal_now = (goal * largest) as f32;
             let done = self.gradients.run(&mut self.cells, &mut forces[part.clone()], goal_now, self.most);
             self.counts.iterations += done.iterations;
@@ -282,6 +283,7 @@ impl CellSearch {
             if self.is_single() && done.left <= goal_now && self.is_clear_beyond(&part, forces) {
                 return self.end_on(part, f64::from(done.left) / largest);
             }
+            // 2. u = G F everywhere; a longer part where the conditions are missed beyond it.
             let residuals = self.displace(forces, largest);
             let left = residuals.penetration.max(residuals.complementarity);
             if left <= self.tolerance {
@@ -295,6 +297,7 @@ impl CellSearch {
                 part = self.part(&(needed.start.min(part.start / across)..needed.end.max(part.end / across)));
                 self.cells.look_at(part.start);
             }
+            // 3. Too slow even in a fresh direction: the method that always ends.
             let is_slow = left > 0.5 * missing;
             if is_same && is_slow && is_fresh || left.is_nan() {
                 return self.prove(forces, largest);
@@ -307,7 +310,7 @@ impl CellSearch {
         }
     }
 
-    /// Ends a search on a part of the window, conditions missed by so much at most.
+    /// Ends a search on a part of the window, the conditions being missed by at most `missed`.
     fn end_on(&mut self, part: Range<usize>, missed: f64) -> CellResiduals {
         self.displacement[..part.start].fill(0.0);
         self.displacement[part.end..].fill(0.0);
@@ -316,7 +319,7 @@ impl CellSearch {
         CellResiduals { tension: 0.0, penetration: missed, complementarity: missed }
     }
 
-    /// Tells whether no cell beyond a part of the window can touch, whatever forces within it do there.
+    /// Whether no cell beyond a part of the window can touch, whatever displacements the forces within it cause there.
     fn is_clear_beyond(&mut self, part: &Range<usize>, forces: &[f64]) -> bool {
         let Self { cells, required, of_columns, .. } = self;
         let across = cells.across();
@@ -330,7 +333,7 @@ impl CellSearch {
         })
     }
 
-    /// Returns the columns with cells that belong, and so many more at either end.
+    /// Columns with cells that belong, and `margin` more at either end.
     fn columns_of(&self, belongs: impl Fn(usize) -> bool, margin: usize) -> Range<usize> {
         let (across, mut cells) = (self.cells.across(), 0..self.required.len());
         match (cells.clone().find(|&cell| belongs(cell)), cells.rfind(|&cell| belongs(cell))) {
@@ -341,15 +344,15 @@ impl CellSearch {
         }
     }
 
-    /// Tells whether a part of the window is one that there are products for, and holds some columns.
+    /// Whether a part of the window is of a length that there are products for, and holds some columns.
     fn holds(&self, part: &Range<usize>, columns: &Range<usize>) -> bool {
         let (across, length) = (self.cells.across(), part.len() / self.cells.across());
         let is_held = part.start <= columns.start * across && columns.end * across <= part.end;
         (is_held || columns.is_empty()) && self.cells.part(length) == length
     }
 
-    /// Returns the cells of a part of the window, as long as there are products for, that holds some columns: in its
-    /// middle, or, in single precision, at its beginning, since the tyre rolls on.
+    /// Cells of a part of the window, of a length that there are products for, that holds some columns: in its middle,
+    /// or, in single precision, at its beginning, since the tyre rolls on.
     fn part(&self, needed: &Range<usize>) -> Range<usize> {
         let (across, columns) = (self.cells.across(), self.cells.columns());
         let length = self.cells.part(needed.len());
@@ -358,7 +361,6 @@ impl CellSearch {
         start * across..(start + length) * across
     }
 
-    /// Solves by the method that always ends.
     fn prove(&mut self, forces: &mut [f64], largest: f64) -> CellResiduals {
         self.counts.fallbacks += 1;
         if forces.iter().any(|force| !force.is_finite()) {
@@ -374,7 +376,7 @@ impl CellSearch {
         self.displace(forces, largest)
     }
 
-    /// Returns the same for a G that is not symmetric: its skew part lags behind.
+    /// As [`Self::prove`] for a G that is not symmetric: its skew part is taken from the previous sweep.
     fn prove_by_sweeps(&mut self, forces: &mut [f64], largest: f64) -> CellResiduals {
         let mut lagged = vec![0.0; forces.len()];
         for _ in 0..MOST_SWEEPS {
@@ -399,7 +401,7 @@ impl CellSearch {
     }
 }
 
-/// Returns the largest of some required displacements.
+/// Largest of some required displacements, at least [`NOWHERE`].
 fn largest(required: &[f64]) -> f64 {
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let mut lanes = [NOWHERE; LANES];

@@ -27,7 +27,7 @@ fn search_of(columns: usize, across: usize, tolerance: f64, turns: bool) -> Cell
     CellSearch::new(InstantCells::new(influence.clone()), tolerance)
 }
 
-/// Finds forces by least-index pivoting with dense solutions.
+/// Forces by least-index pivoting with dense solutions.
 fn dense(cells: &InstantCells, required: &[f64]) -> Vec<f64> {
     let count = cells.cells();
     let mut active: Vec<bool> = required.iter().map(|d| *d > 0.0).collect();
@@ -172,12 +172,12 @@ fn rough_roads_roll_through(turns: bool) {
         }
         touching = forces.iter().filter(|force| **force > 0.0).count();
     }
-    // The skew part tells.
+    // The skew part makes a difference.
     let mut symmetric = search(columns, across, 1e-9);
     let mut other = forces.clone();
     symmetric.solve(&road.required(columns, across, 1024, INSTANTS as usize), &mut other);
     assert_eq!(difference(&other, &forces) > 1e-3 * largest(&forces), turns);
-    // The guess does not tell in the solution.
+    // The guess makes none.
     let mut other = vec![0.0; columns * across];
     anew.most = 0;
     anew.solve(&road.required(columns, across, 1024, INSTANTS as usize), &mut other);
@@ -280,7 +280,7 @@ fn a_coarse_tolerance_is_met_in_single_precision_in_half_of_the_iterations() {
             let required = road.required(columns, across, 1024, step);
             let residuals = search.solve(&required, &mut forces);
             assert!(residuals.penetration.max(residuals.complementarity) <= tolerance, "{step}: {residuals:?}");
-            // Looked at anew, in double precision: u of the forces, and the conditions that they are said to meet.
+            // Computed anew, in double precision: u of the forces, and the conditions that they are reported to meet.
             let mut u = vec![0.0; forces.len()];
             search.cells_mut().displacement(&forces, &mut u);
             let found = search.found.clone();
@@ -306,6 +306,6 @@ fn a_coarse_tolerance_is_met_in_single_precision_in_half_of_the_iterations() {
     println!("forces {error:.1e}");
     assert!(error > 1e-9 && error < 1e-4, "{error:e}");
     assert!(2 * counts.iterations < fine.iterations && counts.fallbacks == 0);
-    // No look at all of the window, but for few.
+    // Products over all of the window are few.
     assert!(counts.products < 3 && fine.products > 45, "{} {}", counts.products, fine.products);
 }

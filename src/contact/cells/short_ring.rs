@@ -1,8 +1,8 @@
 //! Waves of a ring shorter than the tyre, between cells and waves behind the march.
 //!
 //! Short waves are damped out within a few elements, so they are seen from a part of the window that goes with the
-//! contact. What the last forces do, all that the march has to wait for, it takes from a product between cells
-//! ([`NextInstant`]); what earlier forces do is brought to cells behind it ([`ShortRing`]).
+//! contact. The displacements by the last forces, all that the march has to wait for, come from a product between
+//! cells ([`NextInstant`]); those by earlier forces are brought to cells behind the march ([`ShortRing`]).
 
 use num_complex::Complex;
 
@@ -14,7 +14,7 @@ use crate::numeric::Element;
 use crate::storage::state::{StateError, fill};
 use crate::tyre::influence::CellInfluence;
 
-/// Numbers of cells seen from an element on.
+/// Values of cells from an element on.
 pub(super) struct Seen {
     /// Element that they begin with.
     pub first: i64,
@@ -23,40 +23,36 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// Makes so many zeros.
     pub(super) fn new(cells: usize) -> Self {
         Self { first: 0, cells: vec![0.0; cells] }
     }
 
-    /// Takes over as many.
+    /// Takes over another of the same length.
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.first = other.first;
         self.cells.copy_from_slice(&other.cells);
     }
 
-    /// Goes on from as many, with the element that they begin with.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Takes over values of the same number, with the element that they begin with.
     pub(super) fn restore(&mut self, (first, cells): &(i64, Vec<f64>)) -> Result<(), StateError> {
         self.first = *first;
         fill(&mut self.cells, cells)
     }
 
-    /// Adds them to the cells of a window that begins with `first_element`.
+    /// Adds the values to the cells of a window that begins with `first_element`.
     pub(super) fn add_to(&self, first_element: i64, across: usize, out: &mut [f64]) {
         add_moved(&self.cells, first_element.saturating_sub(self.first).saturating_mul(across as i64), out);
     }
 }
 
-/// Returns what begins at the same place of a row and of another one that begins so many places later.
+/// Overlap of a row and another one that begins `later` places later: both from the same place on.
 pub(crate) fn aligned<'a, N, M>(row: &'a [N], later: i64, other: &'a mut [M]) -> (&'a [N], &'a mut [M]) {
     let skipped = |places: i64, of: usize| usize::try_from(places).unwrap_or(0).min(of);
     let (first, skipped) = (skipped(later.saturating_neg(), other.len()), skipped(later, row.len()));
     (&row[skipped..], &mut other[first..])
 }
 
-/// Adds numbers to others that begin so many places later.
+/// Adds numbers to others that begin `later` places later.
 fn add_moved<N: Element>(numbers: &[N], later: i64, out: &mut [f64]) {
     let (numbers, out) = aligned(numbers, later, out);
     out.iter_mut().zip(numbers).for_each(|(out, number)| *out += number.double());
@@ -71,7 +67,7 @@ pub(crate) struct Placed {
 }
 
 impl Placed {
-    /// Places as many columns as are `seen` about those that are touched, in the middle without any.
+    /// Places the `seen` columns about those that are touched, in the middle if none is.
     pub(crate) fn about<F>(
         forces: &[F],
         across: usize,
@@ -99,7 +95,7 @@ pub(super) struct NextInstant<N> {
 }
 
 impl<N: WaveNumber> NextInstant<N> {
-    /// Plans the displacements by the influence of each stage's forces, of windows as long as the part.
+    /// Plans displacements by the influence of each stage's forces, of windows as long as the part.
     pub(super) fn new(influences: &[CellInfluence]) -> Self {
         let (columns, across) = influences.first().map_or((0, 0), |first| (first.columns, first.across));
         let products = influences.iter().map(|influence| CellProduct::whole(columns, influence)).collect();
@@ -107,19 +103,18 @@ impl<N: WaveNumber> NextInstant<N> {
         Self { across, products, forces: zeros(), displacement: zeros(), last: Seen::new(columns * across) }
     }
 
-    /// Returns the cells across.
     pub(super) fn across(&self) -> usize {
         self.across
     }
 
-    /// Returns the work of a step.
+    /// Work of a step.
     pub(super) fn work(&self) -> Work {
         let mut work = Work::default();
         self.products.iter().for_each(|product| work += product.work());
         work
     }
 
-    /// Takes the forces of the window that begins with `first_element`, contact in the middle of what is seen; tells
+    /// Takes the forces of the window that begins with `first_element`, contact in the middle of the part; returns
     /// whether there is room for all of them.
     pub(super) fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
         let Self { across, last, .. } = self;
@@ -130,7 +125,8 @@ impl<N: WaveNumber> NextInstant<N> {
         about.has_room
     }
 
-    /// Adds what the forces of a stage displace at the next instant to the window that begins with `first_element`.
+    /// Adds the displacements by the forces of a stage at the next instant to the window that begins with
+    /// `first_element`.
     pub(super) fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
         let Self { across, products, forces, displacement, last } = self;
         forces.iter_mut().zip(&last.cells).for_each(|(own, force)| *own = N::rounded(*force));
@@ -150,20 +146,19 @@ pub(super) struct ShortRing<N: WaveNumber> {
 }
 
 impl<N: WaveNumber> ShortRing<N> {
-    /// Makes a ring at rest.
     pub(super) fn new(transform: WaveTransform<N>) -> Self {
         let seen = || Seen::new(transform.cells());
         let spectrum = vec![Complex::new(N::default(), N::default()); transform.waves()];
         Self { last: seen(), field: seen(), spectrum, transform }
     }
 
-    /// Takes the forces of the last instant, of such a number in its block, to their waves.
+    /// Transforms the forces of the last instant, the number of which in its block is `instant`, to their waves.
     pub(super) fn take_forces(&mut self, instant: usize, waves: &mut RingWaves<N>) {
         self.transform.forward(self.last.first, &self.last.cells, &mut self.spectrum);
         waves.take_forces(instant, &self.spectrum);
     }
 
-    /// Brings what waves displace at the coming instant to the cells about the last forces.
+    /// Brings the displacements of waves at the coming instant to the cells about the last forces.
     pub(super) fn find_field(&mut self, waves: &RingWaves<N>) {
         waves.displacement(&mut self.spectrum);
         self.field.first = self.last.first;

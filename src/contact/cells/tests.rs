@@ -31,13 +31,13 @@ fn sums(tyre: &Tyre, truncation: CellTruncation, rule: TimeRule) -> CellSums {
 
 const FINITE: CellTruncation = CellTruncation { lateral_terms: Some(6), aliases: Some(0) };
 
-/// Returns the force of a cell of the ring, which no rule knows.
+/// Force of a cell of the ring \[N\], arbitrary.
 fn force(instant: usize, element: i64, j: usize) -> f64 {
     let drive = ((7 * instant + j) as f64 + 3.1 * (element * element) as f64).sin();
     drive.max(0.0)
 }
 
-/// Returns u = sum over waves of the definition in the frequency domain, for forces exp(s t) on one cell.
+/// u = sum over waves by definition in the frequency domain, for forces exp(s t) on one cell.
 fn response(tyre: &Tyre, s: Complex64, distance: i64, [j, other]: [usize; 2], last_m: usize) -> Complex64 {
     let stack = crate::tyre::layers::Stack::new(tyre).at(s);
     let (length, pitch) = (tyre.circumference / ELEMENTS as f64, tyre.contact_width / ACROSS as f64);
@@ -159,7 +159,7 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
     let band = |part, fades_in, fades_out, folded| WaveBand { part, fades_in, fades_out, folded };
     let bands = [band(1, None, longer, false), band(4, longer, shorter, false), band(4, shorter, None, true)];
     let (whole, parts) = ([fitted(WaveBand::WHOLE)], bands.map(fitted));
-    // The window goes round the short ring three times. What it left there creeps back for as long; elements in the
+    // The window goes round the short ring three times. Deformation left there recovers as slowly; elements in the
     // window are remembered for as long as they stay in it.
     let remembered = elements / 4 - seen - 20;
     for (forgotten_after, bound) in [(Some(remembered), 1e-4), (None, 1e-3)] {
@@ -253,7 +253,7 @@ fn the_past_in_single_precision_and_by_fewer_poles_is_the_past() {
     println!("fewer poles {by_poles:.1e}, single precision {by_rounding:.1e}, both {by_both:.1e}");
     assert!(by_poles > 1e-9 && by_poles < 1e-4, "{by_poles:e}");
     assert!(by_rounding > 1e-9 && by_rounding < 1e-5, "{by_rounding:e}");
-    // Beside fewer poles rounding may be a tenth of their tolerance.
+    // With fewer poles, rounding may be a tenth of their tolerance.
     assert!(by_both < by_poles + 0.1 * 1e-4, "{by_both:e}");
 }
 
@@ -310,7 +310,7 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
     let rows = sums.waves(WaveBand::WHOLE);
     let transform = WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
     let mut direct = DirectPast::new(&sums, &rows, transform, rule, TIME_STEP, lags);
-    // One impulse, seen by another cell: a trapezoidal sum on a circle of its own.
+    // One impulse, seen by another cell: a trapezoidal sum on a separate circle.
     let (own, other, points, radius) = ((2, 1), (5, 3), 512, 0.95_f64);
     let on_circle: Vec<(Complex64, Complex64)> = (0..points)
         .map(|k| {
@@ -340,7 +340,7 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
     }
 }
 
-/// Checks products of influences that end within the window, whose transforms are shorter than twice the window.
+/// Influences that end within the window have transforms shorter than twice the window.
 #[test]
 fn an_influence_of_short_reach_is_summed_over_what_it_reaches() {
     let mut rng = ChaCha8Rng::seed_from_u64(4);

@@ -1,8 +1,8 @@
 //! Complex Fourier transforms of several sequences side by side, one to a lane of the processor's vectors.
 //!
-//! Stockham's form: passes of radix 8, 4, 2, 3 and 5, and of what is left of other lengths, between two arrays, each of
-//! which leaves its part of the order right, so that nothing is permuted at the end. All lanes take the same factors;
-//! nothing is moved between lanes.
+//! Stockham's form: passes of radix 8, 4, 2, 3 and 5, and of the remaining factor of other lengths, between two
+//! arrays, each of which leaves its part of the order right, so that nothing is permuted at the end. All lanes take
+//! the same factors; nothing is moved between lanes.
 
 use std::f64::consts::TAU;
 
@@ -13,13 +13,13 @@ use crate::numeric::Element;
 /// A complex number to a lane: real parts, imaginary parts.
 pub(super) type Wave<R, S> = [<R as Element>::Vector<S>; 2];
 
-/// Returns numbers as complex vectors.
+/// Numbers as complex vectors.
 #[inline(always)]
 pub(super) fn waves<R: Element, S: Simd>(values: &mut [R]) -> &mut [Wave<R, S>] {
     R::vectors_mut::<S>(values).as_chunks_mut().0
 }
 
-/// Returns how many numbers a vector holds on this machine.
+/// Numbers that a vector holds on this machine.
 pub(super) fn lanes<R: Element>(arch: Arch) -> usize {
     arch.dispatch(Width::<R>(std::marker::PhantomData))
 }
@@ -35,7 +35,7 @@ impl<R: Element> WithSimd for Width<R> {
     }
 }
 
-/// Numbers of which there are butterflies.
+/// Radices for which there are butterflies.
 const RADICES: [usize; 5] = [8, 4, 2, 3, 5];
 
 /// One pass.
@@ -56,52 +56,49 @@ pub(super) struct Transform<R> {
     passes: Vec<Pass<R>>,
 }
 
-/// Returns exp(-2 pi i numerator / denominator), the angle taken within one turn.
+/// exp(-2 pi i numerator / denominator), the angle taken within one turn.
 pub(super) fn unit<R: Element>(numerator: usize, denominator: usize) -> [R; 2] {
     let angle = TAU * (numerator % denominator) as f64 / denominator as f64;
     [R::rounded(angle.cos()), R::rounded(-angle.sin())]
 }
 
-/// Returns a w for a factor in all lanes.
+/// a w for a factor w in all lanes.
 #[inline(always)]
 pub(super) fn times<R: Element, S: Simd>(simd: S, a: Wave<R, S>, [re, im]: [R; 2]) -> Wave<R, S> {
     let (re, im) = (R::splat(simd, re), R::splat(simd, im));
     product::<R, S>(simd, a, [re, im])
 }
 
-/// Returns a b.
+/// a b.
 #[inline(always)]
 pub(super) fn product<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
     let cross = R::neg(simd, R::mul(simd, a[1], b[1]));
     [R::mul_add(simd, a[0], b[0], cross), R::mul_add(simd, a[0], b[1], R::mul(simd, a[1], b[0]))]
 }
 
-/// Returns a + b.
 #[inline(always)]
 pub(super) fn add<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
     [R::add(simd, a[0], b[0]), R::add(simd, a[1], b[1])]
 }
 
-/// Returns a - b.
 #[inline(always)]
 pub(super) fn sub<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
     [R::sub(simd, a[0], b[0]), R::sub(simd, a[1], b[1])]
 }
 
-/// Returns -i a.
+/// -i a.
 #[inline(always)]
 fn turned<R: Element, S: Simd>(simd: S, a: Wave<R, S>) -> Wave<R, S> {
     [a[1], R::neg(simd, a[0])]
 }
 
-/// Returns a + factor b.
+/// a + factor b.
 #[inline(always)]
 fn plus<R: Element, S: Simd>(simd: S, a: Wave<R, S>, factor: f64, b: Wave<R, S>) -> Wave<R, S> {
     let factor = R::splat(simd, R::rounded(factor));
     [R::mul_add(simd, factor, b[0], a[0]), R::mul_add(simd, factor, b[1], a[1])]
 }
 
-/// Returns factor a.
 #[inline(always)]
 fn scaled<R: Element, S: Simd>(simd: S, factor: f64, a: Wave<R, S>) -> Wave<R, S> {
     let factor = R::splat(simd, R::rounded(factor));
@@ -120,7 +117,7 @@ fn four<R: Element, S: Simd>(simd: S, a: [Wave<R, S>; 4]) -> [Wave<R, S>; 4] {
     ]
 }
 
-/// Returns the transform of N numbers.
+/// Transform of N numbers; none but the radices of [`RADICES`].
 #[inline(always)]
 fn butterfly<R: Element, S: Simd, const N: usize>(simd: S, a: [Wave<R, S>; N]) -> [Wave<R, S>; N] {
     let mut b = a;
@@ -211,7 +208,7 @@ impl<R: Element> Pass<R> {
 }
 
 impl<R: Element> Pass<R> {
-    /// Runs the last pass of a length with other prime factors: by definition.
+    /// The last pass of a length with other prime factors, by definition.
     #[inline(always)]
     fn run_by_definition<S: Simd>(&self, simd: S, from: &[Wave<R, S>], to: &mut [Wave<R, S>]) {
         let Self { radix, stride, twiddles, .. } = self;
@@ -228,7 +225,7 @@ impl<R: Element> Pass<R> {
 }
 
 impl<R: Element> Transform<R> {
-    /// Plans a length. What is left of it without its factors 2, 3 and 5 is one pass, whose work grows with its square.
+    /// Plans a length. The factor that remains without 2, 3 and 5 is one pass, whose work grows with its square.
     pub(super) fn new(length: usize) -> Self {
         let (mut left, mut stride, mut passes) = (length, 1, Vec::new());
         while left > 1 {
@@ -246,21 +243,20 @@ impl<R: Element> Transform<R> {
         Self { length, passes }
     }
 
-    /// Tells how many numbers.
     pub(super) fn length(&self) -> usize {
         self.length
     }
 
-    /// Returns sum of x_n exp(-2 pi i k n / length) of complex numbers in vectors; both arrays are overwritten, the
-    /// result is the one that is handed back first. Not inlined: a product takes six transforms, which would be there
-    /// six times.
+    /// Sum of x_n exp(-2 pi i k n / length) of complex numbers in vectors; both arrays are overwritten, the result is
+    /// the first one returned. The passes are not inlined: a product takes six transforms, and would contain them six
+    /// times.
     #[inline(always)]
     pub(super) fn run<'a, S: Simd>(&self, simd: S, from: &'a mut [R], to: &'a mut [R]) -> [&'a mut [R]; 2] {
         simd.vectorize(Run { passes: &self.passes, from, to });
         if self.ends_where_it_begins() { [from, to] } else { [to, from] }
     }
 
-    /// Tells whether the result is where the numbers were, not in the other array.
+    /// Whether the result is where the numbers were, not in the other array.
     pub(super) fn ends_where_it_begins(&self) -> bool {
         self.passes.len().is_multiple_of(2)
     }

@@ -19,7 +19,7 @@ const ELEMENTS: usize = 32;
 const TIME_STEP: f64 = 2e-4;
 const FINITE: CellTruncation = CellTruncation { lateral_terms: Some(3), aliases: Some(0) };
 
-/// Returns the default tyre at 250 km/h.
+/// The default tyre at 250 km/h.
 fn turning() -> Tyre {
     let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
     Tyre { angular_velocity: -250.0 / 3.6 / tyre.radius(), ..tyre }
@@ -39,7 +39,7 @@ fn transform(sums: &CellSums) -> WaveTransform {
     WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &sums.waves(WaveBand::WHOLE))
 }
 
-/// Returns the forces of the window's cells, which no rule knows.
+/// Forces of the window's cells \[N\], arbitrary.
 fn forces(instant: usize, first: i64) -> Vec<f64> {
     let force = |element: i64, j: usize| ((7 * instant + j) as f64 + 3.1 * (element * element) as f64).sin().max(0.0);
     (first..first + COLUMNS as i64).flat_map(|element| (0..ACROSS).map(move |j| force(element, j))).collect()
@@ -106,7 +106,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
     let rows = sums.waves(WaveBand::WHOLE);
     let mut direct = DirectPast::new(&sums, &rows, transform(&sums), rule, TIME_STEP, lags);
     let (own, points, radius) = ((4, 1), 160, 0.85_f64);
-    // One impulse, seen by cells before and behind it, as the sum over signed waves on a circle of its own.
+    // One impulse, seen by cells before and behind it, as the sum over signed waves on a separate circle.
     let grid = sums.grid();
     let waves: Vec<(usize, usize, &CellWave)> =
         rows.iter().flat_map(|row| row.waves.iter().enumerate().map(|(n, wave)| (row.m, n, wave))).collect();

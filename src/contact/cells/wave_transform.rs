@@ -25,7 +25,6 @@ impl WaveNumber for f64 {}
 
 /// Lateral numbers whose shapes are all even, or all odd, about the middle.
 struct Side<R> {
-    /// Their rows.
     rows: Vec<Row>,
     /// Rows of all fields: twice as many as there are pairs, see [`AlongRing`]. Those behind the last are zeros.
     height: usize,
@@ -48,10 +47,10 @@ struct Basis<R> {
 }
 
 impl<R: WaveNumber> Basis<R> {
-    /// Multiply-adds of a transform that take the time of one of a product (measured).
+    /// Multiply-adds of a product that take the time of one of a transform (measured).
     const WORTH: f64 = 2.5;
 
-    /// Plans so many bins, if a product with them takes less time than a transform.
+    /// Plans `bins` bins, if a product with them takes less time than a transform.
     fn new(ring: usize, columns: usize, bins: usize) -> Option<Self> {
         if bins == 0 || (2 * bins * columns) as f64 > Self::WORTH * transform_multiply_adds(ring) {
             return None;
@@ -71,13 +70,13 @@ impl<R: WaveNumber> Basis<R> {
         MatRef::from_row_major_slice(&self.values, 2 * self.bins, columns)
     }
 
-    /// Returns exp(-2 pi i n first/R) of a row's waves.
+    /// exp(-2 pi i n first/R) of a row's waves.
     fn turns<'a>(&'a self, row: &Row, first: usize) -> impl Iterator<Item = Complex<R>> + use<'a, R> {
         let ring = self.turns.len();
         (row.first..row.first + row.count).map(move |n| self.turns[n * first % ring])
     }
 
-    /// Returns the weight of a wave in a real field: 2, or 1 for the waves that are their own mirror.
+    /// Weight of a wave in a real field: 2, or 1 for the waves that are their own mirror.
     fn times(&self, n: usize) -> R {
         R::rounded(if n == 0 || 2 * n == self.turns.len() { 1.0 } else { 2.0 })
     }
@@ -94,25 +93,25 @@ pub struct WaveTransform<R = f64> {
     along: Along<R>,
 }
 
-/// Way between the columns of a window and the waves of a ring.
+/// Path between the columns of a window and the waves of a ring.
 enum Along<R> {
-    /// By products with the few that it carries.
+    /// By products with the few waves that it carries.
     Basis(Basis<R>),
     /// By transforms.
     Ring(AlongRing<R>),
 }
 
 impl<R: WaveNumber> WaveTransform<R> {
-    /// Plans transforms between windows of so many columns and the waves of rows on a ring of so many cells.
+    /// Plans transforms between windows of `columns` columns and the waves of rows on a ring of `ring` cells.
     pub fn new(grid: &CellGrid, ring: usize, columns: usize, rows: &[CellRow]) -> Self {
         let shape = |row: &CellRow, j: usize| if row.folded { grid.wave(row.m, j) } else { grid.shape(row.m, j) };
-        // The ends of the strip tell even from odd.
+        // The ends of the strip decide which are even.
         let is_even = |m: usize| m.is_multiple_of(2) == (grid.waves().first_lateral_number() == 0);
         Self::with_shapes([ring, columns, grid.across], rows, shape, is_even)
     }
 
-    /// Plans the same between a ring, columns and cells across, of shapes by row and cell, told whether they are even
-    /// about the middle.
+    /// Plans transforms between a ring, columns and cells across, with shapes by row and cell; `is_even` says of a
+    /// lateral number whether its shape is even about the middle.
     pub(crate) fn with_shapes(
         [ring, columns, across]: [usize; 3],
         rows: &[CellRow],
@@ -152,17 +151,17 @@ impl<R: WaveNumber> WaveTransform<R> {
         Self { ring, columns, across, waves: start, even, odd, along }
     }
 
-    /// Returns the cells of the window.
+    /// Cells of the window.
     pub fn cells(&self) -> usize {
         self.columns * self.across
     }
 
-    /// Returns the waves.
+    /// Number of waves.
     pub fn waves(&self) -> usize {
         self.waves
     }
 
-    /// Returns the work of one way: products across, and transforms or products along.
+    /// Work of one direction: products across, and transforms or products along.
     pub fn work(&self) -> Work {
         let (mut multiply_adds, mut numbers) = (0.0, self.cells() + 2 * self.waves);
         for Side { rows, height, shapes, cells, waves, spectra } in [&self.even, &self.odd] {
@@ -179,7 +178,7 @@ impl<R: WaveNumber> WaveTransform<R> {
         Work { multiply_adds: multiply_adds as u64, bytes: (numbers * size_of::<R>()) as u64 }
     }
 
-    /// Returns the phase of each wave from one element to the next.
+    /// Phase of each wave from one element to the next \[rad\].
     pub fn angles(&self) -> Vec<f64> {
         let mut angles = vec![0.0; self.waves];
         for row in self.even.rows.iter().chain(&self.odd.rows) {
@@ -190,11 +189,12 @@ impl<R: WaveNumber> WaveTransform<R> {
         angles
     }
 
-    /// Transforms forces on the cells of the window that begins with element `first_element`, column by column, to
-    /// their waves.
+    /// Transforms forces \[N\] on the cells of the window that begins with element `first_element`, column by column,
+    /// to their waves.
     pub fn forward(&mut self, first_element: i64, forces: &[f64], spectrum: &mut [Complex<R>]) {
         let Self { ring, columns, across, even, odd, along, .. } = self;
         let (half, one) = (across.div_ceil(2), R::rounded(1.0));
+        // 1. Sums and differences about the middle: the parts that are even and odd across.
         let sides = even.cells.chunks_exact_mut(half).zip(odd.cells.chunks_exact_mut(half));
         for (cells, (even, odd)) in forces.chunks_exact(*across).zip(sides) {
             let pairs = cells.iter().zip(cells.iter().rev());
@@ -207,6 +207,7 @@ impl<R: WaveNumber> WaveTransform<R> {
             }
         }
         let first = first_element.rem_euclid(*ring as i64) as usize;
+        // 2. Products with the shapes across, then waves along.
         for Side { rows, height, shapes, cells, waves, spectra } in [even, odd] {
             let across_waves = MatMut::from_column_major_slice_mut(waves, *height, *columns);
             let shapes = MatRef::from_row_major_slice(shapes, *height, half);
@@ -232,11 +233,12 @@ impl<R: WaveNumber> WaveTransform<R> {
         }
     }
 
-    /// Adds what waves displace to the cells of the window.
+    /// Adds the displacements of waves \[m\] to the cells of the window.
     pub fn add_inverse(&mut self, spectrum: &[Complex<R>], first_element: i64, out: &mut [f64]) {
         let Self { ring, columns, across, even, odd, along, .. } = self;
         let (half, one) = (across.div_ceil(2), R::rounded(1.0));
         let first = first_element.rem_euclid(*ring as i64) as usize;
+        // 1. Along, then products with the shapes across, for the even and the odd part.
         for Side { rows, height, shapes, cells, waves, spectra } in [&mut *even, &mut *odd] {
             match along {
                 Along::Ring(along) => along.inverse(first, rows, spectrum, waves),
@@ -260,6 +262,7 @@ impl<R: WaveNumber> WaveTransform<R> {
             let waves = MatRef::from_column_major_slice(waves, *height, *columns);
             matmul(cells, Accum::Replace, shapes.transpose(), waves, one, Par::Seq);
         }
+        // 2. Their sums and differences about the middle.
         let sides = even.cells.chunks_exact(half).zip(odd.cells.chunks_exact(half));
         for (cells, (even, odd)) in out.chunks_exact_mut(*across).zip(sides) {
             // The middle one of an odd number of cells belongs to the near half.

@@ -1,4 +1,4 @@
-//! Work behind the march: what the past displaces at the coming instant, ring by ring.
+//! Work behind the march: displacements by the past at the coming instant, ring by ring.
 
 use super::ring_waves::RingWaves;
 use super::short_ring::ShortRing;
@@ -17,25 +17,24 @@ pub(super) struct Waves<N: WaveNumber> {
     instant: usize,
     /// Number of the last instant in its block, if there was one.
     last: Option<usize>,
-    /// Clock of processor time beside wall time, if there is one, and times of the last part.
+    /// Clock of processor time in addition to wall time, if there is one, and times of the last part.
     cpu: Option<CpuClock>,
     spent: Spent,
-    /// True if it went on behind the march.
+    /// True if the last part ran behind the march.
     behind: bool,
 }
 
 impl<N: WaveNumber> Waves<N> {
-    /// Makes the work of rings.
     pub(super) fn new(rings: Vec<(RingWaves<N>, Option<ShortRing<N>>)>, rule: TimeRule) -> Self {
         Self { rings, rule, instant: 0, last: None, cpu: None, spent: Spent::default(), behind: false }
     }
 
-    /// Begins the work that goes on while the march is at an instant of the block, after a last one.
+    /// Sets what is to be done while the march is at an instant of the block; `last` is the previous instant.
     pub(super) fn begin(&mut self, instant: usize, last: Option<usize>, cpu: Option<CpuClock>) {
         (self.instant, self.last, self.cpu) = (instant, last, cpu);
     }
 
-    /// Tells what the last part has cost beside the march; what it cost within the march is measured there.
+    /// Reports the time of the last part where it ran in the background; within the march it is measured there.
     pub(super) fn report(&self, meter: &mut Meter) {
         if self.behind {
             meter.add_background(Stage::History, self.spent.wall);

@@ -18,13 +18,13 @@ use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
 use crate::storage::state::{StateError, StateReader, StateWriter, fill};
 
-/// How cells carry the past along.
+/// How cells carry the past.
 pub enum CellPast {
-    /// By poles.
+    /// By poles, in double precision.
     Modal(Box<WavePast>),
     /// By poles in single precision.
     Single(Box<WavePast<f32>>),
-    /// As sums.
+    /// As convolution sums.
     Direct(Box<DirectPast>),
 }
 
@@ -40,7 +40,7 @@ pub(crate) enum CellPastState {
 }
 
 impl CellPast {
-    /// Adds what the past displaces at a stage of the step \[m\].
+    /// Adds the displacements by past forces at a stage of the step \[m\].
     pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64], meter: &mut Meter) {
         match self {
             Self::Modal(past) => past.add_displacement(first_element, out, meter),
@@ -54,7 +54,7 @@ impl CellPast {
         }
     }
 
-    /// Takes the forces of a stage \[N\]; tells whether they are not too far apart to be remembered.
+    /// Takes the forces of a stage \[N\]; false if they are too far apart to be remembered.
     pub fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) -> bool {
         match self {
             Self::Modal(past) => past.push(first_element, forces),
@@ -84,11 +84,11 @@ impl CellPast {
     }
 }
 
-/// The cells of a window, column by column. The window may be longer than the one whose forces are told: what is beyond
-/// its ends then counts with their columns.
+/// The cells of a window, column by column. The window may be longer than the one whose forces are reported: what is
+/// beyond its ends then counts with their columns.
 pub struct CellZone {
     across: usize,
-    /// Columns of the window beyond either end of what is told.
+    /// Columns of the window beyond either end of the reported part.
     margin: usize,
     /// The undeformed tread.
     tread: TreadSurface,
@@ -98,14 +98,14 @@ pub struct CellZone {
     forces: Vec<f64>,
     first_element: i64,
     required: Vec<f64>,
-    /// Displacements left over from the past \[m\].
+    /// Displacements by past forces \[m\].
     old: Vec<f64>,
 }
 
 impl CellZone {
-    /// Makes a zone at rest, of cells as they feel each other at an instant. `tolerance` is how far a cell may be from
-    /// where it is required to be, relative to the largest required displacement. The window is longer by `margin`
-    /// columns at either end than what is told.
+    /// Zone at rest, `instant` being the influence between cells at an instant. `tolerance` is how far a cell may be
+    /// from where it is required to be, relative to the largest required displacement. The window is longer by
+    /// `margin` columns at either end than the reported part.
     pub(crate) fn new(
         instant: InstantCells,
         tread: TreadSurface,
@@ -127,7 +127,7 @@ impl CellZone {
         }
     }
 
-    /// Returns the cells that are told, among those of the window.
+    /// Cells that are reported, among those of the window.
     fn told(&self) -> Range<usize> {
         let outside = self.margin * self.across;
         outside..self.forces.len() - outside

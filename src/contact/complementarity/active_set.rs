@@ -14,7 +14,7 @@
 //!
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
 //!
-//! With rotation, G0 = G_s + G_a has a skew part, and F is still one: G_s is positive definite, so that every
+//! With rotation, G0 = G_s + G_a has a skew part, and there is still one F: G_s is positive definite, so that every
 //! principal minor of G0 is positive (a P-matrix; Cottle, Pang & Stone 1992, *The Linear Complementarity Problem*, 3.3
 //! and 4.2), and the search ends as above. Factors stay those of G_s. On the set F is found by corrections,
 //!
@@ -22,9 +22,9 @@
 //! F <- F + G_s^-1 (d - G0 F),
 //! ```
 //!
-//! from the guess. Each leaves max |O_n|/E_n of the error at most, in the norm of G_s, on any set: |x^H G_a x| is below
-//! that part of x^H G_s x for the ring, and so for each of its sets. They end where half of the tolerance is met, or
-//! where they no longer halve what is left in that norm, which is rounding then ([`Residue`]).
+//! from the guess. Each leaves at most max |O_n|/E_n of the error, in the norm of G_s, on any set: |x^H G_a x| is
+//! below that part of x^H G_s x for the ring, and so for each of its sets. They end where half of the tolerance is
+//! met, or where they no longer halve the error in that norm, which is then rounding ([`Residue`]).
 
 use serde::{Deserialize, Serialize};
 
@@ -43,10 +43,10 @@ const SWEEPS: usize = 2;
 /// Corrections that a tyre that turns is expected to take at a tolerance of 1e-12, beyond the first solution.
 pub(super) const CORRECTIONS: f64 = 3.0;
 
-/// Expected work of a search for the forces, for each time at which they are sought.
+/// Expected work of a search for the forces, for each instant at which they are sought.
 #[derive(Clone, Copy, Debug)]
 pub struct ExpectedSearch {
-    /// Points in contact to be looked at.
+    /// Points in contact to be visited.
     pub points: f64,
     /// Multiply-adds.
     pub multiply_adds: f64,
@@ -70,7 +70,7 @@ pub struct Residuals {
 }
 
 impl Residuals {
-    /// Returns the residuals of forces and u = G0 F where d is required.
+    /// Residuals of forces \[N\] and u = G0 F \[m\] where d \[m\] is required.
     pub(crate) fn of(d: &[f64], forces: &[f64], displacement: &[f64]) -> Self {
         let mut residuals = Self::default();
         for ((&force, &d), &u) in forces.iter().zip(d).zip(displacement) {
@@ -83,7 +83,6 @@ impl Residuals {
         residuals
     }
 
-    /// Returns the worse of two, condition by condition.
     pub(crate) fn worst(self, other: Self) -> Self {
         Self {
             tension: self.tension.max(other.tension),
@@ -113,8 +112,9 @@ pub struct ActiveSetState {
 }
 
 impl ActiveSet {
-    /// Returns a search over `columns` points; `influence[j]` is G0 of points j apart, springs included in
-    /// `influence[0]`. `tolerance` is how far d may exceed G0 F off the set, relative to the largest d.
+    /// Search over `columns` points; `influence[j]` is G0 of points j apart \[m/N\], springs included in
+    /// `influence[0]`. `tolerance` is how far d may exceed G0 F off the set, relative to the largest d;
+    /// `cached_factors` are kept at most.
     pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64, cached_factors: usize) -> Self {
         Self {
             surface: Surface::new(influence, columns),
@@ -127,14 +127,14 @@ impl ActiveSet {
         }
     }
 
-    /// Adds a skew part of G0 by distance, that of a tyre that turns; none at rest.
+    /// Adds a skew part of G0 by distance, of a tyre that turns; empty at rest.
     #[must_use]
     pub fn with_skew(mut self, odd: &[f64]) -> Self {
         self.surface.add_skew(odd);
         self
     }
 
-    /// Estimates the search for so many points in contact. Guess, solution and displacement take so many windows of
+    /// Estimates the search for `points` points in contact. Guess, solution and displacement take some windows of
     /// multiply-adds for each of them, factorisations on rough roads included (counted on roads of all kinds);
     /// corrections where the tyre `turns`.
     pub fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
@@ -150,7 +150,7 @@ impl ActiveSet {
         }
     }
 
-    /// Moves on by a number of elements: what was column i is column i - `by`.
+    /// Moves on by `by` elements: column i becomes column i - `by`.
     pub fn advance(&mut self, by: usize) {
         self.surface.advance(by);
         self.factors.advance(by.min(self.active.len()));
@@ -169,8 +169,8 @@ impl ActiveSet {
         }
     }
 
-    /// Finds the forces for the required displacements `d`; -infinity marks a point that cannot touch. Returns the
-    /// residuals.
+    /// Finds the forces \[N\] for the required displacements `d` \[m\]; -infinity marks a point that cannot touch.
+    /// Returns the residuals.
     ///
     /// # Errors
     /// `Unsolved`.
@@ -186,7 +186,7 @@ impl ActiveSet {
         self.guess(d);
         let is_skew = self.surface.is_skew();
         if is_skew {
-            // Columns that are not active have none.
+            // Columns off the set have none.
             forces.copy_from_slice(&self.surface.estimate);
         }
         let (mut lowest, mut patience, mut solves, mut fell_back) = (usize::MAX, self.patience, 0, false);
@@ -214,12 +214,14 @@ impl ActiveSet {
             } else if patience > 0 {
                 patience -= 1;
             } else {
+                // 4. Least-index pivoting: the last one alone.
                 fell_back = true;
                 self.active[last] = !self.active[last];
                 forces[last] = 0.0;
                 self.begin_again(forces);
                 continue;
             }
+            // 3. Exchange of all of them.
             self.points.clear();
             let mut points = std::mem::take(&mut self.points);
             points.extend(self.broken(d, forces, tolerance));
@@ -234,23 +236,22 @@ impl ActiveSet {
         Ok(Residuals::of(d, forces, &self.surface.displacement))
     }
 
-    /// Begins with other forces.
     #[cfg(test)]
     pub(super) fn start_from(&mut self, forces: &[f64]) -> Result<(), StateError> {
         self.surface.start_from(forces)
     }
 
-    /// Returns the set found by the last search, by column.
+    /// Whether each column is in the set found by the last search.
     pub fn active(&self) -> &[bool] {
         &self.active
     }
 
-    /// Returns u = G0 F of the last search, springs included \[m\].
+    /// u = G0 F of the last search, springs included \[m\].
     pub fn displacement(&self) -> &[f64] {
         &self.surface.displacement
     }
 
-    /// Returns the work counts so far.
+    /// Work counts so far.
     pub fn counts(&self) -> SearchCounts {
         let (factors, factorisation) = (self.factors.counts(), self.factors.making());
         let mut counts = SearchCounts { factors, factorisation, ..self.surface.counts.clone() };
@@ -258,13 +259,13 @@ impl ActiveSet {
         counts
     }
 
-    /// Takes the state down.
+    /// State between two searches.
     pub fn save(&self) -> ActiveSetState {
         let Surface { estimate, counts, .. } = &self.surface;
         ActiveSetState { estimate: estimate.clone(), counts: counts.clone(), factors: self.factors.save() }
     }
 
-    /// Goes on from the state of an equal search.
+    /// Continues from the state of an equal search.
     ///
     /// # Errors
     /// [`StateError`].
@@ -275,7 +276,7 @@ impl ActiveSet {
         self.factors.restore(&self.surface.influence, factors)
     }
 
-    /// Returns the columns that break a condition: on the set F < 0, off it d - u > tolerance.
+    /// Columns that violate a condition: on the set F < 0, off it d - u > tolerance.
     fn broken<'a>(&'a self, d: &'a [f64], forces: &'a [f64], tolerance: f64) -> impl Iterator<Item = usize> + 'a {
         (0..d.len()).filter(move |&column| {
             if self.active[column] {
@@ -286,7 +287,8 @@ impl ActiveSet {
         })
     }
 
-    /// Begins again after forces have been taken away: with a skew part what all displace is to be known.
+    /// Prepares for another round after forces have been removed: corrections with a skew part need the displacement
+    /// by all forces.
     fn begin_again(&mut self, forces: &[f64]) {
         if self.surface.is_skew() {
             self.surface.displace(forces);
@@ -298,7 +300,7 @@ impl ActiveSet {
         self.points.extend(self.active.iter().enumerate().filter_map(|(column, &active)| active.then_some(column)));
     }
 
-    /// Returns F on the set.
+    /// F on the set, in the order of its points, in `values`.
     fn solve(&mut self, d: &[f64], meter: &mut Meter) -> Result<(), Unsolved> {
         self.list_points();
         self.values.clear();
@@ -306,8 +308,8 @@ impl ActiveSet {
         Ok(self.factors.solve(&self.points, &self.surface.influence, &mut self.values, meter)?)
     }
 
-    /// Returns F on the set with a skew part of G0, by corrections of forces on it whose displacement is known; returns
-    /// how many.
+    /// Finds F on the set with a skew part of G0, by corrections of forces on it whose displacement is known; returns
+    /// their number.
     fn correct(
         &mut self,
         d: &[f64],
@@ -365,8 +367,8 @@ mod tests {
 
     use super::*;
 
-    /// Returns the oracle: projected Gauss-Seidel to rounding (Cryer 1971): slow, simple, convergent for positive
-    /// definite matrices.
+    /// Reference: projected Gauss-Seidel to rounding (Cryer 1971): slow, simple, convergent for positive definite
+    /// matrices.
     fn projected_gauss_seidel(influence: &[f64], d: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0_f64; d.len()];
         for _ in 0..200_000 {

@@ -1,18 +1,19 @@
 //! A bounded cache of LU factors of the influence matrix of the points in contact.
 //!
 //! G0 is symmetric and positive definite, so its LU factors need no exchange of rows and are L and D L^T: half of the
-//! work and half of the table of a general LU. Measured (bench `linear_solvers`) against LU with row exchanges: 1.5 to
-//! 2 times faster for 30 to 500 points, with residuals not above.
+//! G0 is symmetric and positive definite, so its LU factors need no exchange of rows and are L and D L^T: half of the
+//! work and half of the memory of a general LU. Measured (bench `linear_solvers`) against LU with row exchanges: 1.5
+//! to
 //!
 //! G0 depends on the distance of two elements only, so sets that are shifts of one another share a factor: the key is
 //! the pattern of the set counted from its first point. A full cache drops by the clock rule: the next factor, in the
 //! order of insertion, that has not been used since the hand last passed.
 //!
-//! A set that is not found and differs by few points from the one solved last with a factor of its own is solved beside
-//! it (`neighbour_set`).
+//! A set that is not found and differs by few points from the one last solved with its own factor is solved by means
+//! of that factor (`neighbour_set`).
 //!
 //! All memory is taken at the start: neither a hit nor a miss allocates. Factors and right-hand sides stand on fixed
-//! alignments, so a factor found and the same one made again solve to the same bits; which of the ways serves a set
+//! alignments, so a factor found and the same one made again solve to the same bits; the method that serves a set
 //! changes its forces by rounding.
 
 use serde::{Deserialize, Serialize};
@@ -28,12 +29,12 @@ use crate::storage::state::{StateError, fill};
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
 const LARGEST_MEMORY: usize = 256 << 20;
 
-/// Exact counts of what the cache did.
+/// Exact counts of the events in the cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct FactorCounts {
     /// Factorisations.
     pub factorisations: u64,
-    /// Factorisations of a band of the matrix in the place of the whole.
+    /// Factorisations of a band of the matrix in place of the whole.
     pub bands: u64,
     /// Bands whose corrections did not converge fast enough: the whole matrix was factorised, too.
     pub refactorisations: u64,
@@ -67,10 +68,10 @@ impl Sizes {
     }
 }
 
-/// Unknowns of the system of the points by which a set differs from its neighbour at most, in whole lines.
+/// Most unknowns of the system of the points by which a set differs from its neighbour, in whole lines.
 const SMALL: usize = MOST_DIFFERENT.next_multiple_of(LINE);
 
-/// Returns the largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
+/// Largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
 pub(crate) fn largest_memory(capacity: usize, points: usize) -> usize {
     let Sizes { points, stride, slots } = Sizes::new(capacity, points);
     (8 * slots * points).saturating_mul(stride)
@@ -88,7 +89,7 @@ pub struct FactorCache {
     pattern: Vec<u64>,
     /// Right-hand sides, one to a stride.
     values: Aligned,
-    /// The right side of the system of the points by which a set differs from its neighbour, and the system.
+    /// The right side of the system of the points by which a set differs from its neighbour, and its matrix.
     small: Aligned,
     neighbour: NeighbourSet,
     /// The slot that served the last set; true: as that of its neighbour.
@@ -120,8 +121,8 @@ struct HeldSet {
 }
 
 impl FactorCache {
-    /// Returns a cache of at most `capacity` factors (at least one; fewer where they would take too much memory) of
-    /// sets of at most `points` points.
+    /// Cache of at most `capacity` factors (at least one; fewer where they would take too much memory) of sets of at
+    /// most `points` points.
     pub fn new(capacity: usize, points: usize) -> Self {
         let sizes = Sizes::new(capacity, points);
         let Sizes { points, stride, slots } = sizes;
@@ -145,7 +146,7 @@ impl FactorCache {
         }
     }
 
-    /// Returns the work counts so far.
+    /// Counts so far.
     pub fn counts(&self) -> FactorCounts {
         self.counts
     }
@@ -187,7 +188,7 @@ impl FactorCache {
         self.solve_own(slot, values)
     }
 
-    /// Solves for another d on the points of the last solution, with what served there.
+    /// Solves for another d on the points of the last solution, with the factor that served there.
     pub fn solve_again(&mut self, points: &[usize], influence: &[f64], values: &mut [f64]) -> Result<(), Singular> {
         match self.last {
             (slot, false) => self.solve_own(slot, values),
@@ -195,7 +196,7 @@ impl FactorCache {
         }
     }
 
-    /// Solves with the points' own factor.
+    /// Solves with the factor of the set itself.
     fn solve_own(&mut self, slot: usize, values: &mut [f64]) -> Result<(), Singular> {
         self.values.part(0, values.len()).copy_from_slice(values);
         self.solve_kept(slot, values.len(), 1)?;
@@ -213,7 +214,6 @@ impl FactorCache {
         self.solver.solve(factor, self.values.part(0, stride * columns), stride, rows)
     }
 
-    /// Solves with the factor of the neighbour.
     fn solve_beside(
         &mut self,
         slot: usize,
@@ -237,8 +237,8 @@ impl FactorCache {
         finite(values.iter())
     }
 
-    /// Returns the same for another d: all columns but the first, and the factors of their system, stand from the time
-    /// before.
+    /// As [`Self::solve_beside`] for another d: all columns but the first, and the factors of their system, are those
+    /// of the last solution.
     fn solve_beside_again(
         &mut self,
         slot: usize,
@@ -260,22 +260,22 @@ impl FactorCache {
         finite(values.iter())
     }
 
-    /// Moves on by a number of elements: what was column i is column i - `by`.
+    /// Moves on by `by` elements: column i becomes column i - `by`.
     pub fn advance(&mut self, by: usize) {
         self.neighbour.advance(by);
     }
 
-    /// Returns the arithmetic of factorisations and solutions so far.
+    /// Work of factorisations and solutions so far.
     pub fn work(&self) -> Work {
         self.work
     }
 
-    /// Returns the part of it that made factors of sets.
+    /// The part of [`Self::work`] that made factors of sets.
     pub fn making(&self) -> Work {
         self.making
     }
 
-    /// Returns a slot for a new factor; the one that the clock rule points at where none is empty.
+    /// Slot for a new factor; where none is empty, the one that the clock rule drops.
     fn free_slot(&mut self) -> usize {
         if self.filled < self.sizes.slots {
             self.filled += 1;
@@ -313,7 +313,7 @@ impl FactorCache {
         done
     }
 
-    /// Takes the state down: which sets are held, not their factors, which [`Self::restore`] makes again.
+    /// State: which sets are held, not their factors, which [`Self::restore`] makes again.
     pub fn save(&self) -> FactorState {
         let set = |slot: usize| HeldSet { used: self.used[slot], pattern: self.index.pattern(slot).to_vec() };
         FactorState {
@@ -326,7 +326,7 @@ impl FactorCache {
         }
     }
 
-    /// Goes on from the state of an equal cache for the same influence: the same sets, factors and counts. Cost: one
+    /// Continues from the state of an equal cache for the same influence: the same sets, factors and counts. Cost: one
     /// factorisation for each set held.
     ///
     /// # Errors
@@ -342,7 +342,7 @@ impl FactorCache {
             return Err(StateError::Value);
         }
         let mut points = Vec::with_capacity(self.sizes.points);
-        // They were counted when they were made.
+        // They were counted when they were made first.
         let mut meter = Meter::default();
         for (slot, HeldSet { used, pattern }) in sets.iter().enumerate() {
             self.used[slot] = *used;

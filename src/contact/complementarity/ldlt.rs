@@ -1,27 +1,26 @@
 //! L D L^T of symmetric matrices of some hundred rows at most, in the place of their `tiles`.
 //!
-//! Four columns are done together: what all columns before them take off them is summed up in registers. Without
-//! exchanges: for matrices that are positive definite, or made of a positive and a negative definite block. Against
-//! faer's blocks: bench `linear_solvers`. Bands are of whole tiles.
+//! Four columns are done together: the contributions of all columns before them are summed up in registers. Without
+//! exchanges: for matrices that are positive definite, or made of a positive and a negative definite block. Compared
+//! with faer's blocks: bench `linear_solvers`. Bands are of whole tiles.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::tiles::{Assembly, LINE, first_column, room};
 use crate::numeric::Aligned;
 
-/// Columns that are done together; a tile's rows are a multiple.
+/// Columns that are done together; a divisor of a tile's rows.
 const PANEL: usize = 4;
 
 /// A matrix turned out singular.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular;
 
-/// Returns an error unless all values are finite.
 pub(super) fn finite<'a>(mut values: impl Iterator<Item = &'a f64>) -> Result<(), Singular> {
     if values.all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
 }
 
-/// Factorises and solves.
+/// L D L^T and solutions with it, with their scratch.
 pub struct Ldlt {
     arch: Arch,
     /// D and the panel's rows times D; in solutions sums of the unknowns so far, a line for each column.
@@ -29,23 +28,23 @@ pub struct Ldlt {
 }
 
 impl Ldlt {
-    /// Makes room for up to so many rows.
+    /// Scratch for matrices of at most `rows` rows.
     pub fn new(rows: usize) -> Self {
         Self { arch: Arch::new(), scratch: Aligned::new(LINE * rows.next_multiple_of(LINE)) }
     }
 
     /// Assembles G0 of some points, given by increasing column numbers, from G0 by distance: its lower triangle, which
-    /// says it all; what stands above it, and below the last row, is of no matter.
+    /// determines it; entries above it, and below the last row, do not matter.
     pub fn assemble(&self, points: &[usize], influence: &[f64], matrix: &mut [f64]) {
         self.assemble_band(points, influence, matrix, points.len());
     }
 
-    /// Assembles a band of the same.
+    /// Assembles a band of G0: `band` blocks of [`LINE`] columns before a block's own.
     pub fn assemble_band(&self, points: &[usize], influence: &[f64], matrix: &mut [f64], band: usize) {
         self.arch.dispatch(Assembly { points, influence, matrix, band });
     }
 
-    /// Returns L below the diagonal and D on it, in place.
+    /// L below the diagonal and D on it, in place.
     ///
     /// # Errors
     /// [`Singular`].
@@ -53,8 +52,8 @@ impl Ldlt {
         self.factorise_band(matrix, rows, rows)
     }
 
-    /// Returns the same of a matrix of which only so many blocks of [`LINE`] columns before a block's own are of
-    /// matter, as if all others were zero: they are neither read nor written.
+    /// L D L^T of a matrix of which only `band` blocks of [`LINE`] columns before a block's own count, as if all
+    /// others were zero: they are neither read nor written.
     ///
     /// # Errors
     /// [`Singular`].
@@ -80,7 +79,7 @@ impl Ldlt {
         self.solve_band(factor, right_sides, stride, rows, rows)
     }
 
-    /// Returns the same with the factors of a band.
+    /// As [`Self::solve`] with the factors of a band.
     ///
     /// # Errors
     /// [`Singular`] unless all results are finite.
@@ -107,10 +106,10 @@ impl Ldlt {
     }
 }
 
-/// Columns of L four by four: what those before take off them is summed up in registers, two vectors of rows together.
+/// Columns of L four by four: contributions of those before are summed up in registers, two vectors of rows together.
 struct ByPanels<'a> {
     matrix: &'a mut [f64],
-    /// Room for -D, and for -D L of the rows that meet the panel.
+    /// Scratch for -D, and for -D L of the rows that meet the panel.
     factors: &'a mut [f64],
     rows: usize,
     /// Blocks of columns before a block's own.
@@ -131,6 +130,7 @@ impl WithSimd for ByPanels<'_> {
             let last = matrix.len().min((own + band).saturating_add(1).saturating_mul(LINE * rows));
             let block = &mut matrix[own * LINE * rows..last];
             let factors = &mut factors[..j];
+            // 1. -D L of the panel's own rows, by column before it.
             let before = factors[begin..].iter_mut().zip(block[LINE * begin..].chunks_exact(LINE));
             for ((factors, tile), &pivot) in before.zip(&pivots[begin..]) {
                 let [k, l, m, n] = tile[j % LINE..j % LINE + PANEL] else { continue };
@@ -143,7 +143,7 @@ impl WithSimd for ByPanels<'_> {
                 Corner::of(block, j, end)?.write(block, j, end);
                 break;
             }
-            // The panel's own rows first.
+            // 2. The panel's own rows first, then L and D of its corner.
             let mut stream = 0;
             while stream < LINE / S::F64_LANES {
                 stream = panel.open(block, stream, streams);
@@ -151,6 +151,7 @@ impl WithSimd for ByPanels<'_> {
             let corner = Corner::of(block, j, end)?;
             pivots[j..end].iter_mut().zip(corner.pivots).for_each(|(own, pivot)| *own = -pivot);
             panel.divide(&corner, block, if end % LINE == 0 { LINE / S::F64_LANES } else { 0 }, stream);
+            // 3. The rows below.
             while stream < streams {
                 let next = panel.open(block, stream, streams);
                 panel.divide(&corner, block, stream, next);
@@ -162,7 +163,7 @@ impl WithSimd for ByPanels<'_> {
     }
 }
 
-/// A panel of columns, and what all columns before take off it.
+/// A panel of columns, and the factors by which all columns before it are subtracted.
 #[derive(Clone, Copy)]
 struct Panel<'a, S> {
     simd: S,
@@ -177,21 +178,21 @@ struct Panel<'a, S> {
 }
 
 impl<S: Simd> Panel<'_, S> {
-    /// Tells where a stream of vectors of rows begins: those of a block first.
+    /// Where a stream of vectors of rows begins: those of a block first.
     #[inline(always)]
     fn begin(self, stream: usize) -> usize {
         let vectors = LINE / S::F64_LANES;
         stream / vectors * vectors * self.rows + stream % vectors
     }
 
-    /// Returns the first column that a stream's rows have.
+    /// First column that a stream's rows have within the band.
     #[inline(always)]
     fn first(self, stream: usize) -> usize {
         first_column(self.factors.len() / LINE + stream * S::F64_LANES / LINE, self.band).min(self.factors.len())
     }
 
-    /// Takes off the panel what the columns before it do, in two streams of rows where the next is there and lies in
-    /// another block: vectors of the same one lie between each other. Returns the first that is left.
+    /// Subtracts the columns before the panel from it, in two streams of rows where the next exists and lies in
+    /// another block: vectors of the same one are interleaved. Returns the next stream.
     #[inline(always)]
     fn open(self, block: &mut [f64], stream: usize, streams: usize) -> usize {
         let next = stream + 1;
@@ -212,7 +213,7 @@ impl<S: Simd> Panel<'_, S> {
         }
     }
 
-    /// Takes it off one stream, in C columns.
+    /// Subtracts them in one stream, in C columns.
     #[inline(always)]
     fn take_off<const C: usize>(self, block: &mut [f64], stream: usize) -> usize {
         let Self { simd, factors, .. } = self;
@@ -235,7 +236,7 @@ impl<S: Simd> Panel<'_, S> {
         stream + 1
     }
 
-    /// Takes it off two streams of two blocks together.
+    /// Subtracts them in two streams of two blocks together.
     #[inline(always)]
     fn take_off_two(self, block: &mut [f64], stream: usize) -> usize {
         let Self { simd, factors, .. } = self;
@@ -275,7 +276,7 @@ impl<S: Simd> Panel<'_, S> {
         stream + 2
     }
 
-    /// Computes L of some streams of rows.
+    /// L of some streams of rows, below the corner.
     #[inline(always)]
     fn divide(self, corner: &Corner, block: &mut [f64], first: usize, end: usize) {
         let (block, _) = S::as_mut_simd_f64s(block);
@@ -298,7 +299,7 @@ struct Corner {
 }
 
 impl Corner {
-    /// Subtracts the columns from `j` to `end` from their block of rows.
+    /// L D L^T of the columns from `j` to `end` where they meet their own rows of a block.
     #[inline(always)]
     fn of(block: &[f64], j: usize, end: usize) -> Result<Self, Singular> {
         let (mut lower, mut pivots, mut scales) = ([[0.0; PANEL]; PANEL], [0.0; PANEL], [0.0; PANEL]);
@@ -326,7 +327,7 @@ impl Corner {
         Ok(Self { pivots, scales, lower })
     }
 
-    /// Returns L of four columns below the corner.
+    /// L of four columns below the corner.
     #[inline(always)]
     fn divide<S: Simd>(&self, simd: S, [a, b, c, d]: [S::f64s; PANEL]) -> [S::f64s; PANEL] {
         let ([p, q, r, s], [l, m, n, _]) = (self.scales, self.lower);
@@ -352,7 +353,7 @@ impl Corner {
     }
 }
 
-/// Forwards, over D, backwards: a block of rows at a time.
+/// Forward substitution, division by D and backward substitution: a block of rows at a time.
 struct Substitutions<'a> {
     factor: &'a [f64],
     sums: &'a mut [f64],
@@ -370,6 +371,7 @@ impl WithSimd for Substitutions<'_> {
         let Self { factor, sums, right, rows, band } = self;
         let vectors = LINE / S::F64_LANES;
         let zero = simd.splat_f64s(0.0);
+        // 1. Forwards.
         for (number, block) in factor.chunks_exact(LINE * rows).enumerate() {
             let (solved, open) = right.split_at_mut(LINE * number);
             let (before, own) = block.split_at(LINE * solved.len());
@@ -395,7 +397,7 @@ impl WithSimd for Substitutions<'_> {
             }
             *x = values;
         }
-        // What stands below the last row is nothing.
+        // 2. Over D and backwards. Entries below the last row are zero.
         right[rows..].fill(0.0);
         let (sums, _) = S::as_mut_simd_f64s(sums);
         sums.fill(zero);
@@ -436,8 +438,8 @@ impl WithSimd for Substitutions<'_> {
     }
 }
 
-/// Returns the columns of L and D where a block meets its own rows, from its tiles there on. A last block may have
-/// fewer; unknowns are zero there.
+/// Columns of L and D where a block meets its own rows, from its tiles there on. A last block may have fewer; unknowns
+/// are zero there.
 #[inline(always)]
 fn corner(own: &[f64]) -> [[f64; LINE]; LINE] {
     let (tiles, _) = own.as_chunks::<LINE>();

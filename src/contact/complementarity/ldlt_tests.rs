@@ -3,7 +3,7 @@
 use super::*;
 use crate::contact::complementarity::tiles::{add_to_diagonal, assemble_entries};
 
-/// Returns a positive definite matrix with springs on its diagonal.
+/// Entry of a positive definite matrix with springs on its diagonal.
 fn entry(i: usize, j: usize) -> f64 {
     (-(i.abs_diff(j) as f64) / 3.0).exp() + if i == j { 0.1 * (1 + i % 5) as f64 } else { 0.0 }
 }
@@ -38,7 +38,7 @@ fn factors_make_the_matrix_and_solve() {
     }
 }
 
-/// Checks vectors of one number, and of as many as every processor of this machine's kind has.
+/// Vectors of one number, and of as many as every processor of this machine's kind has.
 #[test]
 fn processors_with_narrow_vectors_factorise_and_solve_alike() {
     for (rows, band) in [1_usize, 2, 4, 7, 8, 9, 31, 33, 64, 100].into_iter().flat_map(|rows| [(rows, rows), (rows, 1)])
@@ -87,7 +87,7 @@ fn a_band_is_factorised_and_solved_as_the_whole_matrix_with_zeros_beside_it() {
     }
 }
 
-/// Numbers to a vector, where they are fewer than this processor has.
+/// Numbers to a vector, fewer than this processor has.
 #[derive(Clone, Copy, Debug)]
 enum Narrow {
     One,

@@ -1,17 +1,17 @@
-//! Forces where each slice yields by a compliance of its own, in series with the coupled tread: the local law.
+//! Forces where each slice yields by a compliance in series with the coupled tread: the local law.
 //!
-//! A slice that takes up the force f is pressed into the tread by p_i(f) = S_i^-1(c f) - c f more than the element as a
-//! whole yields. The compliance c belongs to the tread under the stones: for the local law it is kappa/(dx b), the same
-//! whatever the time step; for the paper's implicit coupling it is G0_ii, which falls with the time step and takes the
-//! texture's yielding with it.
+//! A slice that takes up the force f is pressed into the tread by p_i(f) = S_i^-1(c f) - c f more than the element as
+//! a whole yields. The compliance c belongs to the tread under the stones: for the local law it is kappa/(dx b), the
+//! same whatever the time step; for the paper's implicit coupling it is G0_ii, which falls with the time step and
+//! takes the texture's yielding with it.
 //!
 //! ```text
 //! G0 F + p(F) = y on the set, F >= 0, G0 F >= y off it;    with v = y - G0 F + c F:    c F = S(v).
 //! ```
 //!
-//! 1. Guess v by a sweep of non-linear Gauss-Seidel from the previous step's forces moved with the road. A point by
-//!    itself has w + (G0_ii/c - 1) S(w) = y_i - sum over j != i of G0_ij F_j, monotone and piecewise linear in w, and
-//!    F_i = S(w)/c.
+//! 1. Guess v by a sweep of non-linear Gauss-Seidel from the previous step's forces moved with the road. A point alone
+//!    has w + (G0_ii/c - 1) S(w) = y_i - sum over j != i of G0_ij F_j, monotone and piecewise linear in w, and F_i =
+//!    S(w)/c.
 //! 2. On the pieces S_i = s_i v + o_i that hold v, semismooth Newton (Qi & Sun 1993, *Mathematical Programming* 58,
 //!    353) is the linear system, on the points with s_i > 0,
 //!    ```text
@@ -29,9 +29,9 @@
 //! it, where every piece at hand holds it, one Newton step is exact: the search ends. With S(y) = y, p = 0 and this is
 //! the paper's equation 4.
 //!
-//! With rotation, G0 = G_s + G_a has a skew part. There is still one F: p_i grows with f, and x.G0 x > 0. The sweeps of
-//! step 4 are those of G_s with what G_a displaces as it was before them: each time they leave max |O_n|/E_n of the
-//! error, and what of the minimum they have not reached.
+//! With rotation, G0 = G_s + G_a has a skew part. There is still one F: p_i grows with f, and x.G0 x > 0. The sweeps
+//! of step 4 are those of G_s with the displacements by G_a as they were before them: each time max |O_n|/E_n of the
+//! error remains, and the distance to the minimum that they have not covered.
 //!
 //! The equations of step 2 are solved by corrections of the forces of step 1,
 //!
@@ -39,14 +39,15 @@
 //! F <- F + P^-1 r,    r_i = (S_i(v_i) - c F_i)/s_i,
 //! ```
 //!
-//! until S(v) - c F, taken from the whole G0, is below half of the tolerance. P is symmetric. A force is felt c_P/s far
-//! within a time step (s = c'/dt), some elements whatever their length, so a band of the matrix is as good a P as the
-//! whole: it leaves out some thousandths of G0_ii as a sum over a row, less beside soft slices, and each correction
-//! leaves that and max |O_n|/E_n of the error. Small sets take the whole matrix, and so does a set whose band does not
-//! halve the error in the norm of P: then max |O_n|/E_n is left, as in `active_set`, so that the end is certain.
+//! until S(v) - c F, taken from the whole G0, is below half of the tolerance. P is symmetric. The influence of a force
+//! reaches c_P/s within a time step (s = c'/dt), some elements whatever their length, so a band of the matrix is as
+//! good a P as the whole: it leaves out some thousandths of G0_ii as a sum over a row, less beside soft slices, and
+//! each correction leaves that and max |O_n|/E_n of the error. Small sets take the whole matrix, and so does a set
+//! whose band does not halve the error in the norm of P: then max |O_n|/E_n remains, as in `active_set`, so that the
+//! search is certain to end.
 //!
 //! Nothing is kept from step to step but the forces. A factor of the whole matrix that is kept has other slopes, and
-//! leaves the more the older it is: bench `linear_solvers`.
+//! the older it is, the larger the error that a correction leaves: bench `linear_solvers`.
 //!
 //! Cost of a round of m points and a band of w columns: m w^2/2 multiply-adds for the factors (m^3/6 of the whole
 //! matrix), for each correction 2 m w and m^2, for the last m x columns.
@@ -71,8 +72,8 @@ use crate::storage::StateError;
 /// Sweeps of the guess. A second one costs more than the solves that it saves: an instant of dense asphalt takes 2.00
 /// solves without sweeps, 1.11 (N = 512) and 1.08 (N = 1024) with one, 1.00 with two.
 const SWEEPS: usize = 1;
-/// Rest of a band as part of G0_ii: with slices that are soft beside G0 each correction leaves less than this part.
-/// From 0.001 to 0.006 the search takes the same time; a skew part leaves as much.
+/// Rest outside a band as part of G0_ii: with slices that are soft beside G0 each correction leaves less than this
+/// part. From 0.001 to 0.006 the search takes the same time; a skew part leaves as much.
 const REST_OF_A_BAND: f64 = 0.003;
 /// Points for each block of a band from which on the band is cheaper than the whole matrix. Measured, bench
 /// `linear_solvers`.
@@ -83,14 +84,14 @@ const MOST_ROUNDS: u32 = 16;
 /// Slices under the columns of a window.
 #[derive(Clone, Copy)]
 pub(crate) struct SlicesUnder<'a> {
-    /// The slices.
+    /// Road that holds the slices.
     pub slices: &'a RoadStrip,
     /// Element number of the first column.
     pub first_element: i64,
 }
 
 impl<'a> SlicesUnder<'a> {
-    /// Returns the slice under a column, if there is road there.
+    /// Slice under a column; `None` where there is no road.
     pub(crate) fn get(&self, column: usize) -> Option<&'a StiffnessCurve> {
         self.slices.curve(self.first_element + column as i64)
     }
@@ -99,7 +100,7 @@ impl<'a> SlicesUnder<'a> {
 /// The search with its scratch.
 pub(crate) struct LocalSet {
     surface: Surface,
-    /// Compliance c of a slice.
+    /// Compliance c of a slice \[m/N\].
     compliance: f64,
     tolerance: f64,
     /// Rounds of plain exchange that may fail; `None`: sweeps go before every round but the first.
@@ -111,20 +112,20 @@ pub(crate) struct LocalSet {
     reach: Range<usize>,
     /// Columns whose piece carries force, rising.
     points: Vec<usize>,
-    /// Room for those of the next round.
+    /// Scratch for those of the next round.
     next_points: Vec<usize>,
-    /// c (1/s_i - 1) of the points.
+    /// c (1/s_i - 1) of the points \[m/N\].
     own: Vec<f64>,
-    /// (S(v) - c F)/s of the points.
+    /// (S(v) - c F)/s of the points \[m\].
     left: Vec<f64>,
-    /// Blocks of columns of a band of the matrix that serves in the place of the whole.
+    /// Blocks of columns of a band of the matrix that serves in place of the whole.
     band: usize,
     matrix: Aligned,
     right: Aligned,
     solver: Ldlt,
 }
 
-/// Returns the blocks of columns of the band whose rest, as a sum over a row, is a small part of G0_ii.
+/// Blocks of columns of the band outside which the rest, as a sum over a row, is a small part of G0_ii.
 fn blocks_of_band(influence: &[f64]) -> usize {
     let mut rest = 0.0;
     let far = influence.iter().rposition(|value| {
@@ -134,12 +135,12 @@ fn blocks_of_band(influence: &[f64]) -> usize {
     far.unwrap_or(0).div_ceil(LINE)
 }
 
-/// Returns the columns of a row of a band, on average.
+/// Columns of a row of a band, on average.
 fn band_width(rows: usize, band: usize) -> u64 {
     rows.min(LINE * band + LINE / 2) as u64
 }
 
-/// Returns the entries of a band on both sides of the diagonal.
+/// Entries of a band on both sides of the diagonal.
 fn band_entries(rows: usize, band: usize) -> u64 {
     let width = band_width(rows, band);
     width * (2 * rows as u64 - width)
@@ -153,8 +154,8 @@ pub(crate) struct LocalSetState {
 }
 
 impl LocalSet {
-    /// Returns a search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c
-    /// \[m/N\] of their own.
+    /// Search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c \[m/N\]
+    /// in series.
     pub(crate) fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
         let band = blocks_of_band(&influence);
         Self {
@@ -176,19 +177,19 @@ impl LocalSet {
         }
     }
 
-    /// Adds a skew part of G0 by distance, that of a tyre that turns; none at rest.
+    /// Adds a skew part of G0 by distance, of a tyre that turns; empty at rest.
     #[must_use]
     pub(crate) fn with_skew(mut self, odd: &[f64]) -> Self {
         self.surface.add_skew(odd);
         self
     }
 
-    /// Estimates the search for so many points in contact: a sweep, and rounds of a matrix each, with pieces of curves
-    /// to be looked up. Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points. Corrections
-    /// where a band serves, and where the tyre `turns`.
+    /// Estimates the search for `points` points in contact: a sweep, and rounds of a matrix each, with pieces of
+    /// curves to be looked up. Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points.
+    /// Corrections where a band serves, and where the tyre `turns`.
     pub(crate) fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
         let rounds = if smooth { 1.0 } else { (1.05 + 80.0 / points.powi(2)).min(2.4) };
-        // As most tyres have them: two blocks.
+        // As most tyres have it: two blocks.
         let (rows, band) = (points as usize, 2);
         let banded = rows >= POINTS_OF_A_BAND * band;
         let [width, entries] = [band_width(rows, band), band_entries(rows, band)].map(|count| count as f64);
@@ -205,18 +206,15 @@ impl LocalSet {
         }
     }
 
-    /// Moves on by a number of elements: what was column i is column i - `by`.
+    /// Moves on by `by` elements: column i becomes column i - `by`.
     pub(crate) fn advance(&mut self, by: usize) {
         self.surface.advance(by);
         move_on(&mut self.pieces, by);
     }
 
-    /// Finds the forces for the penetrations y in `required`, -infinity where nothing can touch, and leaves there what
-    /// they make of them: d_i = y_i - p_i(F_i), the displacement that equation 4 would have to require for the same
+    /// Finds the forces \[N\] for the penetrations y \[m\] in `required`, -infinity where nothing can touch. On return
+    /// `required` holds d_i = y_i - p_i(F_i), the displacement that equation 4 would have to require for the same
     /// forces.
-    ///
-    /// # Errors
-    /// `Unsolved`.
     pub(crate) fn search(
         &mut self,
         slices: SlicesUnder<'_>,
@@ -267,7 +265,7 @@ impl LocalSet {
             solves += self.solve(y, &mut residue, forces, meter)?;
             let wrong = self.exchange(slices, y, tolerance, forces);
             if wrong == 0 {
-                // At rest a solution with the whole matrix is as good as it gets.
+                // At rest a solution with the whole matrix is as accurate as it gets.
                 if self.surface.is_skew() {
                     residue.settled()?;
                 }
@@ -293,13 +291,13 @@ impl LocalSet {
         Ok(())
     }
 
-    /// Returns v = y - G0 F + c F.
+    /// v = y - G0 F + c F \[m\].
     fn felt(&self, column: usize, y: f64, force: f64) -> f64 {
         y - (self.surface.displacement[column] - self.compliance * force)
     }
 
-    /// Begins again after the points have changed, and the forces too if they are `new`: no force is to be off the
-    /// points, and what all displace within reach is to be known.
+    /// Prepares for another round after the points have changed, and the forces too if they are `new`: removes forces
+    /// off the points, and finds the displacements within reach if anything has changed.
     fn begin_again(&mut self, forces: &mut [f64], new: bool) {
         let mut points = self.points.iter().copied().peekable();
         let mut changed = new;
@@ -314,8 +312,8 @@ impl LocalSet {
         }
     }
 
-    /// Sweeps from the estimate, and the pieces that hold what they find; `lagged`: with what a skew part of G0
-    /// displaces as it was before them.
+    /// Sweeps from the estimate, and finds the pieces that hold the results; `lagged`: with the displacements by a
+    /// skew part of G0 as they were before the sweeps.
     fn sweep(&mut self, slices: SlicesUnder<'_>, y: &[f64], sweeps: usize, lagged: bool) {
         let Self { law, pieces, surface, reach, points, .. } = self;
         let (own, law) = (surface.influence[0], *law);
@@ -330,8 +328,8 @@ impl LocalSet {
         }
     }
 
-    /// Gives every point whose v has left its piece by more than the tolerance the one that holds it; returns their
-    /// number.
+    /// Gives every point whose v has left its piece by more than the tolerance the one that holds it; returns the
+    /// number of such points.
     fn exchange(&mut self, slices: SlicesUnder<'_>, y: &[f64], tolerance: f64, forces: &[f64]) -> usize {
         self.reach_for_broken(y);
         let mut wrong = 0;
@@ -363,15 +361,15 @@ impl LocalSet {
         wrong
     }
 
-    /// Extends the reach to columns that others lift off less than they are pressed down: to none where no influence is
-    /// negative.
+    /// Extends the reach to columns that others lift off less than they are pressed down: to none where no influence
+    /// is negative.
     fn reach_for_broken(&mut self, y: &[f64]) {
         let broken = |column: &usize| y[*column] > self.surface.displacement[*column];
         let (first, last) = ((0..self.reach.start).find(broken), (self.reach.end..y.len()).rfind(broken));
         self.reach = first.unwrap_or(self.reach.start)..last.map_or(self.reach.end, |last| last + 1);
     }
 
-    /// Returns F on the pieces, then u everywhere, by corrections of forces on the points whose displacement is known;
+    /// Finds F on the pieces, then u everywhere, by corrections of forces on the points whose displacement is known;
     /// returns their number.
     fn solve(
         &mut self,
@@ -419,7 +417,7 @@ impl LocalSet {
         Ok(solves)
     }
 
-    /// Finds (S(v) - c F)/s of the points and tells whether S(v) - c F is little enough.
+    /// Finds (S(v) - c F)/s of the points and returns whether S(v) - c F is small enough.
     fn is_solved(&mut self, y: &[f64], residue: &mut Residue, forces: &[f64]) -> bool {
         let Self { surface, compliance, pieces, points, left, .. } = self;
         left.clear();
@@ -431,7 +429,7 @@ impl LocalSet {
         }))
     }
 
-    /// Returns the factors of the matrix of the points, or of a band of it.
+    /// Factorises the matrix of the points, or a band of it.
     fn factorise(&mut self, band: usize, meter: &mut Meter) -> Result<(), Unsolved> {
         let rows = self.points.len();
         let mut laps = meter.laps();
@@ -450,30 +448,25 @@ impl LocalSet {
         Ok(())
     }
 
-    /// Returns the work counts so far.
     pub(crate) fn counts(&self) -> SearchCounts {
         self.surface.counts.clone()
     }
 
-    /// Returns u = G0 F of the last search, springs included \[m\].
+    /// u = G0 F of the last search, springs included \[m\].
     pub(crate) fn displacement(&self) -> &[f64] {
         &self.surface.displacement
     }
 
-    /// Returns the number of points of the last linear system.
+    /// Number of points of the last linear system.
     pub(crate) fn points(&self) -> usize {
         self.points.len()
     }
 
-    /// Takes the state down.
     pub(crate) fn save(&self) -> LocalSetState {
         LocalSetState { estimate: self.surface.estimate.clone(), counts: self.surface.counts.clone() }
     }
 
-    /// Goes on from the state of an equal search.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Continues from the state of an equal search.
     pub(crate) fn restore(&mut self, state: LocalSetState) -> Result<(), StateError> {
         self.surface.start_from(&state.estimate)?;
         self.surface.counts = state.counts;
@@ -481,7 +474,7 @@ impl LocalSet {
     }
 }
 
-/// The law of a point by itself.
+/// The law of a point alone.
 struct SliceAlone<'a> {
     /// G0_ii.
     own: f64,

@@ -7,7 +7,8 @@ use super::super::skew_tests::{RING, entry, rows};
 use super::*;
 use crate::storage::state::read_back;
 
-/// Returns a curve S(y) = sum of w_k max(0, y - y_k), the weights scaled to 1; the first y_k is `first`.
+/// Curve S(y) = sum of w_k max(0, y - y_k), the weights scaled to 1; the first y_k is `first`, the others follow by
+/// `steps`.
 fn curve(first: f64, steps: &[(f64, f64)]) -> StiffnessCurve {
     let total: f64 = steps.iter().map(|step| step.1).sum();
     let mut y = first;
@@ -32,12 +33,12 @@ fn under(slices: &RoadStrip) -> SlicesUnder<'_> {
     SlicesUnder { slices, first_element: 0 }
 }
 
-/// Returns S+(v).
+/// S(v), 0 for v <= 0.
 fn pressed(curve: &StiffnessCurve, v: f64) -> f64 {
     if v > 0.0 { curve.displacement_at(v) } else { 0.0 }
 }
 
-/// Returns S(w) with w + (own/c - 1) S(w) = y, by bisection: the left side grows with w.
+/// S(w) with w + (own/c - 1) S(w) = y, by bisection: the left side grows with w.
 fn in_series(curve: &StiffnessCurve, y: f64, own: f64, compliance: f64) -> f64 {
     let (mut low, mut high) = (0.0, y * (compliance / own).max(1.0));
     if y <= 0.0 {
@@ -50,7 +51,7 @@ fn in_series(curve: &StiffnessCurve, y: f64, own: f64, compliance: f64) -> f64 {
     pressed(curve, 0.5 * (low + high))
 }
 
-/// Returns the oracle: non-linear Gauss-Seidel with plain sums until nothing changes.
+/// Reference: non-linear Gauss-Seidel with plain sums until nothing changes.
 fn gauss_seidel(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y: &[f64]) -> Vec<f64> {
     let mut forces = vec![0.0_f64; y.len()];
     for _ in 0..1_000_000 {
@@ -69,7 +70,7 @@ fn gauss_seidel(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y
     forces
 }
 
-/// Returns the largest violation of c F = S+(v), relative to the largest S+(y), by plain sums.
+/// Largest violation of c F = S(v), relative to the largest S(y), by plain sums.
 fn violation(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y: &[f64], forces: &[f64]) -> f64 {
     let largest = curves.iter().zip(y).map(|(curve, &y)| pressed(curve, y)).fold(0.0, f64::max);
     let of = |i: usize| {
@@ -84,7 +85,7 @@ fn decaying(columns: usize, reach: f64) -> Vec<f64> {
     (0..columns).map(|j| (-(j as f64) / reach).exp() + if j == 0 { 0.3 } else { 0.0 }).collect()
 }
 
-/// Returns twelve slices with up to five pieces, some of them with a first one that carries nothing.
+/// Twelve slices with up to five pieces, some of them with a first one that carries nothing.
 fn slices() -> impl Strategy<Value = Vec<StiffnessCurve>> {
     let steps = prop::collection::vec((0.0..0.5_f64, 0.01..1.0_f64), 1..6);
     let first = prop_oneof![3 => Just(0.0), 1 => 0.0..0.3_f64];
@@ -113,7 +114,7 @@ proptest! {
         for (force, exact) in forces.iter().zip(gauss_seidel(&influence, compliance, &curves, &y)) {
             prop_assert!((force - exact).abs() < 1e-9, "{force} {exact}");
         }
-        // What is left in `required` makes equation 4 give the same forces.
+        // Equation 4 gives the same forces for what is returned in `required`.
         let mut prescribed = vec![0.0; 12];
         ActiveSet::new(influence, 12, 1e-13, 4).search(&required, &mut prescribed, &mut Meter::default()).unwrap();
         for (force, same) in forces.iter().zip(&prescribed) {
@@ -191,7 +192,7 @@ proptest! {
         let (mut forces, mut required, slices) = (vec![0.0; 12], y.clone(), queue(&curves));
         let residuals = search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-11);
-        // The oracle: symmetric problems with what the skew part displaces taken off, until nothing changes.
+        // Reference: symmetric problems less the displacements by the skew part, until nothing changes.
         let mut exact = vec![0.0; 12];
         let mut change = f64::INFINITY;
         while change > 1e-13 {
@@ -208,7 +209,7 @@ proptest! {
             let lifted: f64 = (0..12).map(|j| entry(&rows, i, j) * forces[j]).sum();
             prop_assert!((displacement - lifted).abs() < 1e-12 * (1.0 + lifted.abs()));
         }
-        // What is left in `required` makes equation 4 give the same forces.
+        // Equation 4 gives the same forces for what is returned in `required`.
         let mut prescribed = vec![0.0; 12];
         let mut search = ActiveSet::new(even.clone(), 12, 1e-13, 4).with_skew(odd);
         search.search(&required, &mut prescribed, &mut Meter::default()).unwrap();
@@ -304,7 +305,7 @@ fn the_fallback_alone_finds_the_solution_too() {
     assert!(fallbacks > 10, "the fallback was hardly ever needed");
 }
 
-/// Returns the rough slices under many points; G0 with a skew part.
+/// Rough slices under many points, and penetrations of an instant.
 fn rough_patch(instant: usize) -> (RoadStrip, Vec<f64>) {
     const COLUMNS: usize = 100;
     let curves: Vec<_> = (0..COLUMNS)
@@ -349,7 +350,7 @@ fn a_band_finds_what_the_whole_matrix_finds() {
 
 #[test]
 fn a_band_that_does_not_converge_gives_way_to_the_whole_matrix() {
-    // Smooth within the band: the least eigenvalues of G0 are far below what the band leaves out.
+    // Smooth within the band: the least eigenvalues of G0 are far below the part outside the band.
     let influence: Vec<f64> =
         (0..100).map(|j| (-(j as f64 / 6.0).powi(2)).exp() + if j == 0 { 1e-6 } else { 0.0 }).collect();
     let mut search = LocalSet::new(influence.clone(), 0.8, 100, 1e-12);

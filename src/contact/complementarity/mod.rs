@@ -3,9 +3,9 @@
 //! - `active_set`: displacements d prescribed;
 //! - `local_set`: slices that yield by themselves;
 //! - `pieces`: where in their curves they are;
-//! - `search`: which of them;
-//! - `sweeps`: what both begin with;
-//! - `residue`: where corrections end that a tyre that turns takes;
+//! - `search`: which of these methods;
+//! - `sweeps`: the beginning of both;
+//! - `residue`: where the corrections for a tyre that turns end;
 //! - `unsolved`: why there are no forces;
 //! - `factors`: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
 //! - `ldlt`: how they are made, of whole matrices and of bands, in `tiles`.

@@ -1,7 +1,7 @@
 //! A set of points solved with the factor of another one that differs from it by few points.
 //!
 //! With S0 the set whose factor is kept, A the points that have come and R those that have gone, F_0 = G_00^-1 (d_0 +
-//! E_R lambda - G_0A F_A), where lambda holds the points R at no force: as if they were pulled off. F_R = 0 and the
+//! E_R lambda - G_0A F_A), where lambda holds the points R at no force, as if they were pulled off. F_R = 0 and the
 //! points A give a symmetric system for lambda and F_A,
 //!
 //! ```text
@@ -24,13 +24,13 @@ use crate::storage::StateError;
 
 /// Most points by which a set may differ.
 pub(crate) const MOST_DIFFERENT: usize = 16;
-/// Points of a set for each one that may differ: from there on a factorisation is not dearer. Measured, bench
+/// Points of a set for each one that may differ: with fewer a factorisation is not more expensive. Measured, bench
 /// `linear_solvers`.
 const POINTS_TO_A_DIFFERENCE: usize = 8;
 
 /// The set whose factor is kept, and how another one differs from it. Nothing allocates after [`Self::new`].
 pub(super) struct NeighbourSet {
-    /// Where the kept factor is, if there is one.
+    /// Slot of the kept factor, if there is one.
     slot: Option<usize>,
     /// S0, rising, by column when its factor was last used; negative ones have left the window since.
     kept: Vec<i64>,
@@ -50,7 +50,7 @@ pub(super) struct NeighbourState {
 }
 
 impl NeighbourSet {
-    /// Makes room with nothing kept, for sets of at most `points` points.
+    /// Nothing kept, with space for sets of at most `points` points.
     pub(super) fn new(points: usize) -> Self {
         Self {
             slot: None,
@@ -61,20 +61,19 @@ impl NeighbourSet {
         }
     }
 
-    /// Keeps a set and where its factor is.
+    /// Keeps a set and the slot of its factor.
     pub(super) fn keep(&mut self, slot: usize, points: &[usize]) {
         self.slot = Some(slot);
         self.kept.clear();
         self.kept.extend(points.iter().map(|&point| point as i64));
     }
 
-    /// Moves on by a number of elements: what was column i is column i - `by`.
+    /// Moves on by `by` elements: column i becomes column i - `by`.
     pub(super) fn advance(&mut self, by: usize) {
         self.kept.iter_mut().for_each(|point| *point -= by as i64);
     }
 
-    /// Returns the slot of a factor that serves for the points, if they differ little enough from its set: then A and R
-    /// are known.
+    /// Slot of a factor that serves for the points, if they differ little enough from its set: then A and R are known.
     pub(super) fn serves(&mut self, points: &[usize]) -> Option<usize> {
         let slot = self.slot?;
         let most = (points.len() / POINTS_TO_A_DIFFERENCE).min(MOST_DIFFERENT);
@@ -102,20 +101,14 @@ impl NeighbourSet {
         (self.come.len() + self.gone.len() <= most).then_some(slot)
     }
 
-    /// Tells where the kept factor is.
     pub(crate) fn slot(&self) -> Option<usize> {
         self.slot
     }
 
-    /// Takes the state down.
     pub(super) fn save(&self) -> NeighbourState {
         NeighbourState { slot: self.slot, kept: self.kept.clone() }
     }
 
-    /// Goes on from a state.
-    ///
-    /// # Errors
-    /// [`StateError`].
     pub(super) fn restore(&mut self, NeighbourState { slot, kept }: NeighbourState) -> Result<(), StateError> {
         if kept.len() > self.kept.capacity() || !kept.is_sorted() {
             return Err(StateError::Value);
@@ -126,12 +119,12 @@ impl NeighbourSet {
         Ok(())
     }
 
-    /// Returns the number of points of S0.
+    /// Number of points of S0.
     pub(crate) fn kept_points(&self) -> usize {
         self.kept.len()
     }
 
-    /// Returns the number of points that differ.
+    /// Number of points that differ.
     pub(crate) fn different(&self) -> usize {
         self.come.len() + self.gone.len()
     }
@@ -144,7 +137,7 @@ impl NeighbourSet {
         }
     }
 
-    /// Writes [d_0, E_R, G_0A] column by column, each of `stride` numbers.
+    /// Writes \[d_0, E_R, G_0A\] column by column, each of `stride` numbers.
     pub(crate) fn right_sides(
         &self,
         points: &[usize],
@@ -167,7 +160,7 @@ impl NeighbourSet {
         }
     }
 
-    /// Makes the system for lambda and F_A, to be factorised by [`super::ldlt`], in `matrix` and its right side in
+    /// Writes the system for lambda and F_A, to be factorised by [`super::ldlt`], to `matrix` and its right side to
     /// `right`, from Z.
     pub(super) fn system(
         &self,
@@ -195,7 +188,7 @@ impl NeighbourSet {
         self.system_right(points, influence, d, (z, stride), right);
     }
 
-    /// Makes the right side of that system alone.
+    /// Writes the right side of that system alone.
     pub(crate) fn system_right(
         &self,
         points: &[usize],
@@ -213,8 +206,8 @@ impl NeighbourSet {
         }
     }
 
-    /// Returns the row `different` of what Z in column `column` says: at a point that has gone its value, at one that
-    /// has come what it displaces there.
+    /// Value of column `column` of Z in row `different` of the system: at a point that has gone the entry itself, at
+    /// one that has come the displacement by it there.
     fn row(
         &self,
         points: &[usize],
@@ -233,7 +226,7 @@ impl NeighbourSet {
         }
     }
 
-    /// Computes the forces in the order of the points asked for, from Z and the solution of the system.
+    /// Forces in the order of the points asked for, from Z and the solution of the system.
     pub(super) fn forces(&self, (z, stride): (&[f64], usize), solution: &[f64], forces: &mut [f64]) {
         let (lambda, come) = solution[..self.different()].split_at(self.gone.len());
         for &(old, new) in &self.stayed {
@@ -257,7 +250,7 @@ mod tests {
         if distance == 0 { 1.3 } else { 1.0 / (1.0 + distance as f64 / 3.0).powi(2) }
     }
 
-    /// Returns the largest |G f - d| over the points.
+    /// Largest |G f - d| over the points.
     fn residual(points: &[usize], forces: &[f64], d: &[f64]) -> f64 {
         let at = |i: usize| points.iter().zip(forces).map(|(&j, f)| influence(i.abs_diff(j)) * f).sum::<f64>();
         points.iter().zip(d).map(|(&i, d)| (at(i) - d).abs()).fold(0.0, f64::max)

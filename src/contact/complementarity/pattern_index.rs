@@ -12,17 +12,16 @@ pub(super) struct PatternIndex {
 }
 
 impl PatternIndex {
-    /// Makes an index for so many slots with patterns of so many words.
+    /// Index for `slots` slots with patterns of `words` words.
     pub(super) fn new(slots: usize, words: usize) -> Self {
         Self { places: vec![0; (2 * slots).next_power_of_two()], patterns: vec![0; slots * words], words }
     }
 
-    /// Returns the pattern of a slot.
     pub(super) fn pattern(&self, slot: usize) -> &[u64] {
         &self.patterns[slot * self.words..(slot + 1) * self.words]
     }
 
-    /// Returns the slot that has a pattern.
+    /// Slot that has a pattern.
     pub(super) fn find(&self, pattern: &[u64]) -> Option<usize> {
         let place = self.place(pattern);
         self.places[place].checked_sub(1).map(|slot| slot as usize)
@@ -40,8 +39,7 @@ impl PatternIndex {
         let mask = self.places.len() - 1;
         let mut gap = self.place(self.pattern(slot));
         self.places[gap] = 0;
-        // Whatever was pushed past the gap by a collision moves back, so that a search may stop at the first empty
-        // place.
+        // Entries that a collision pushed past the gap move back, so that a search may stop at the first empty place.
         let mut next = (gap + 1) & mask;
         while let Some(other) = self.places[next].checked_sub(1) {
             let home = hash(self.pattern(other as usize)) & mask;
@@ -54,7 +52,7 @@ impl PatternIndex {
         }
     }
 
-    /// Returns the place that holds a pattern, or the empty one where it would go.
+    /// Place that holds a pattern, or the empty one where it would go.
     fn place(&self, pattern: &[u64]) -> usize {
         let mask = self.places.len() - 1;
         let mut place = hash(pattern) & mask;

@@ -1,22 +1,22 @@
-//! Where in its curve a slice is: most slices are still on the same piece of it when they are looked at again, and what
-//! the search needs of a piece lies side by side.
+//! Where in its curve a slice is: most slices are still on the same piece of it when they are visited again, and the
+//! numbers that the search needs of a piece lie side by side.
 
 use crate::road::slices::StiffnessCurve;
 
 /// Slopes up to this are those of no contact: the stiffness of a slice is a sum of parts of 1, known to rounding.
 const NO_SLOPE: f64 = f64::EPSILON;
 
-/// A slice of compliance c on a point of compliance G0_ii, no others near.
+/// A slice of compliance c on a point of compliance G0_ii, without others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocalSlice {
-    /// 1/c.
+    /// 1/c \[N/m\].
     stiffness: f64,
     /// G0_ii/c - 1.
     excess: f64,
 }
 
 impl LocalSlice {
-    /// Makes a slice for G0_ii and c \[m/N\].
+    /// Slice for G0_ii and c \[m/N\].
     pub(crate) fn new(own: f64, compliance: f64) -> Self {
         Self { stiffness: compliance.recip(), excess: own / compliance - 1.0 }
     }
@@ -33,11 +33,11 @@ pub(crate) struct HeldPiece {
     pub intercept: f64,
     /// First v \[m\].
     pub from: f64,
-    /// The v after the last \[m\].
+    /// End, not included \[m\].
     pub to: f64,
     /// w + (G0_ii/c - 1) S(w) at both ends \[m\].
     series: [f64; 2],
-    /// Force in series with the point by itself: `rate` y + `offset`.
+    /// Force in series with the point alone: `rate` y + `offset`.
     rate: f64,
     offset: f64,
     /// Its number in the curve.
@@ -45,7 +45,7 @@ pub(crate) struct HeldPiece {
 }
 
 impl Default for HeldPiece {
-    /// Returns a piece on which nothing is.
+    /// A piece that holds no v.
     fn default() -> Self {
         let nowhere = f64::INFINITY;
         Self {
@@ -82,19 +82,18 @@ impl HeldPiece {
         }
     }
 
-    /// Tells whether v is on it.
     #[inline(always)]
     pub(crate) fn holds(&self, v: f64) -> bool {
         self.from <= v && v < self.to
     }
 
-    /// Returns S(v) \[m\].
+    /// S(v) \[m\].
     #[inline(always)]
     pub(crate) fn displacement(&self, v: f64) -> f64 {
         self.slope * v + self.intercept
     }
 
-    /// Goes to the piece that holds v > 0 and tells whether it carries anything; nothing does without a curve.
+    /// Moves to the piece that holds v > 0; returns whether it carries force. Without a curve there is none.
     #[inline(always)]
     pub(crate) fn go_to<'a>(
         &mut self,
@@ -109,8 +108,8 @@ impl HeldPiece {
         self.slope > NO_SLOPE
     }
 
-    /// Returns the force \[N\] where the others leave the penetration y: S(w)/c with w + (G0_ii/c - 1) S(w) = y; goes
-    /// to the piece that holds w.
+    /// Force \[N\] at the penetration y that the others leave: S(w)/c with w + (G0_ii/c - 1) S(w) = y; moves to the
+    /// piece that holds w.
     #[inline(always)]
     pub(crate) fn force<'a>(
         &mut self,

@@ -1,4 +1,4 @@
-//! The ways to find the forces of a step.
+//! The methods to find the forces of a step.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ use crate::storage::StateError;
 /// By how much a slice yields more than the element as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SliceLaw {
-    /// As the paper's equation 4 has it: the curve is read at the penetration that the forces of the step leave out.
+    /// As the paper's equation 4 has it: the curve is read at the penetration without the forces of the step.
     Explicit,
     /// In series with the coupled tread, with the compliance G0_ii, which belongs to the time step.
     Implicit,
@@ -29,9 +29,9 @@ pub enum SliceLaw {
 pub(crate) enum Search {
     /// All points together, their displacements given: the paper's equation 4.
     Explicit(Box<ActiveSet>),
-    /// All points together, each slice yielding by itself.
+    /// All points together, each slice yielding in series.
     Local(Box<LocalSet>),
-    /// Each point by itself, see `LocalSlice`.
+    /// Each point alone, see `LocalSlice`.
     Alone {
         /// G0_ii \[m/N\].
         own: f64,
@@ -54,9 +54,9 @@ pub(crate) enum SearchState {
 }
 
 impl Search {
-    /// Returns the search that tread and slice law ask for; `influence` is what a force does within its step by
-    /// distance \[m/N\], over all points, and `odd` its skew part, none at rest. Points that are not `coupled` have no
-    /// neighbours: the paper's two couplings are one for them.
+    /// The search that tread and slice law require; `influence` is that of a force within its step by distance
+    /// \[m/N\], over all points, and `odd` its skew part, empty at rest. Points that are not `coupled` have no
+    /// neighbours: the paper's two couplings are the same for them.
     pub(crate) fn new(influence: Vec<f64>, odd: &[f64], coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
         let columns = influence.len();
         let (own, tolerance) = (influence[0], numerics.contact_tolerance);
@@ -80,12 +80,12 @@ impl Search {
         }
     }
 
-    /// Tells whether [`Self::forces`] wants penetrations y; otherwise required displacements d = S(y).
+    /// Whether [`Self::forces`] takes penetrations y; otherwise required displacements d = S(y).
     pub(crate) fn takes_penetrations(&self) -> bool {
         !matches!(self, Self::Explicit(_))
     }
 
-    /// Moves on by a number of elements: what was column i is column i - `by`.
+    /// Moves on by `by` elements: column i becomes column i - `by`.
     pub(crate) fn advance(&mut self, by: usize) {
         match self {
             Self::Explicit(search) => search.advance(by),
@@ -94,7 +94,8 @@ impl Search {
         }
     }
 
-    /// Returns the forces at a step, from penetrations or required displacements; leaves the latter in `required`.
+    /// Finds the forces at a step \[N\], from penetrations or required displacements \[m\]; leaves the latter in
+    /// `required`.
     ///
     /// # Errors
     /// [`ContactError::SingularMatrix`], [`ContactError::Unsettled`].
@@ -131,7 +132,7 @@ impl Search {
         }
     }
 
-    /// Adds to `out` what the forces of the last search displace by themselves, springs included \[m\].
+    /// Adds the displacements by the forces of the last search \[m\], springs included.
     pub(crate) fn add_displacement(&self, forces: &[f64], out: &mut [f64]) {
         let (factor, displaced) = match self {
             Self::Explicit(search) => (1.0, search.displacement()),
@@ -141,7 +142,6 @@ impl Search {
         out.iter_mut().zip(displaced).for_each(|(out, displaced)| *out += factor * displaced);
     }
 
-    /// Returns the work counts so far.
     pub(crate) fn counts(&self) -> SearchCounts {
         match self {
             Self::Explicit(search) => search.counts(),
@@ -150,7 +150,6 @@ impl Search {
         }
     }
 
-    /// Takes the state down.
     pub(crate) fn save(&self) -> SearchState {
         match self {
             Self::Explicit(search) => SearchState::Explicit(search.save()),
@@ -159,10 +158,6 @@ impl Search {
         }
     }
 
-    /// Goes on from the state of an equal search.
-    ///
-    /// # Errors
-    /// [`StateError`].
     pub(crate) fn restore(&mut self, state: SearchState) -> Result<(), StateError> {
         match (self, state) {
             (Self::Explicit(search), SearchState::Explicit(state)) => search.restore(state),

@@ -7,10 +7,10 @@ use crate::counters::Meter;
 use crate::numeric::Ring;
 use crate::storage::state::read_back;
 
-/// Elements of the ring whose rows are taken.
+/// Elements of the ring from which rows are taken.
 pub(super) const RING: usize = 64;
 
-/// Returns the symmetric and the skew part of a row by distance, of waves with O_n = `skew` E_n times numbers up to 1.
+/// Symmetric and skew part of a row by distance, of waves with O_n = `skew` E_n times numbers up to 1.
 pub(super) fn rows(softness: f64, skew: f64, shares: &[f64]) -> [Vec<f64>; 2] {
     let even = |n: usize| (softness + (1.0 + n as f64 / 6.0).powi(-2)) / RING as f64;
     let mut ring = Ring::new(RING);
@@ -18,13 +18,13 @@ pub(super) fn rows(softness: f64, skew: f64, shares: &[f64]) -> [Vec<f64>; 2] {
     [row, ring.odd_elements_of(|n| skew * shares[n % shares.len()] * even(n)).to_vec()]
 }
 
-/// Returns G0 from `point` to `column`.
+/// G0 from `point` to `column`.
 pub(super) fn entry([even, odd]: &[Vec<f64>; 2], column: usize, point: usize) -> f64 {
     let distance = (RING + column - point) % RING;
     even[distance] + odd[distance]
 }
 
-/// Solves a dense system with exchange of rows.
+/// Solution of a dense system, with exchange of rows.
 fn solved(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     let size = right.len();
     for step in 0..size {
@@ -47,7 +47,7 @@ fn solved(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     right
 }
 
-/// Returns the oracle: forces of every set that meets all conditions.
+/// Reference: forces of every set that meets all conditions.
 fn solutions(rows: &[Vec<f64>; 2], d: &[f64]) -> Vec<Vec<f64>> {
     let all = (0..1_u32 << d.len()).filter_map(|set| {
         let points: Vec<usize> = (0..d.len()).filter(|&column| set >> column & 1 == 1).collect();
@@ -88,14 +88,14 @@ proptest! {
         prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-10);
         for (i, (force, exact)) in forces.iter().zip(&exact[0]).enumerate() {
             prop_assert!((force - exact).abs() < 1e-9 * (1.0 + exact.abs()), "{}: {} {}", i, force, exact);
-            // Displacements are those of the whole G0, which is what power is told from.
+            // Displacements are those of the whole G0, from which power is computed.
             let lifted: f64 = forces.iter().enumerate().map(|(j, force)| entry(&rows, i, j) * force).sum();
             prop_assert!((search.displacement()[i] - lifted).abs() < 1e-12 * (1.0 + lifted.abs()));
         }
     }
 }
 
-/// Returns the requirements of a rough patch that moves by an element every other instant.
+/// Requirements of a rough patch that moves by an element every other instant.
 fn rough(columns: usize, instant: usize) -> Vec<f64> {
     let from_middle = |column: usize| (column as f64 + 0.5 * (instant % 2) as f64 - 0.5 * columns as f64).abs();
     let stone = |element: usize| 0.15 * (element as f64 * 2.3).sin() + 0.1 * (element as f64 * 0.9 + 1.0).cos();

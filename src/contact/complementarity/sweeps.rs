@@ -1,5 +1,5 @@
-//! Beginning and end of every search for the forces: displacements by forces, sweeps of projected Gauss-Seidel
-//! over the points, and what was done.
+//! Beginning and end of every search for the forces: displacements by forces, sweeps of projected Gauss-Seidel over
+//! the points, and counts of the work.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -31,12 +31,12 @@ pub struct SearchCounts {
     pub factors: FactorCounts,
     /// Arithmetic of guesses, factorisations and solutions.
     pub work: Work,
-    /// The part of it that factorised sets.
+    /// The part of `work` that factorised sets.
     pub factorisation: Work,
 }
 
 impl SearchCounts {
-    /// Returns how many steps took each number of solves, for the numbers that there were.
+    /// Number of steps by number of solves, for the numbers that occurred.
     pub fn solves_per_step(&self) -> BTreeMap<u32, u64> {
         let bins = (0..).zip(self.histogram);
         bins.filter(|(_, steps)| *steps > 0).collect()
@@ -45,25 +45,25 @@ impl SearchCounts {
 
 /// Points on the surface: their influence on each other, and what is known of their forces.
 pub(super) struct Surface {
-    /// G0 by distance, of a tyre that turns its symmetric part.
+    /// G0 by distance \[m/N\], of a tyre that turns its symmetric part.
     pub influence: Vec<f64>,
     /// G0 from distance 1 - columns to columns - 1, and a block of zeros.
     row: Vec<f64>,
-    /// Its symmetric part likewise; empty at rest.
+    /// The symmetric part likewise; empty at rest.
     symmetric: Vec<f64>,
     arch: Arch,
-    /// G0 F of the forces last looked at; behind the columns what fills a block.
+    /// u = G0 F of the last forces taken \[m\]; behind the columns padding to a whole block.
     pub displacement: Vec<f64>,
-    /// Forces of the last step, moved with the road, then of the sweeps.
+    /// Forces of the last step, moved with the road, then of the sweeps \[N\].
     pub estimate: Vec<f64>,
-    /// Room for y - G0 F.
+    /// Scratch for y - G0 F.
     left: Vec<f64>,
     /// Work counts so far.
     pub counts: SearchCounts,
 }
 
 impl Surface {
-    /// Makes `columns` points at rest; `influence[j]` is G0 of points j apart.
+    /// `columns` points at rest; `influence[j]` is G0 of points j apart.
     pub(super) fn new(influence: Vec<f64>, columns: usize) -> Self {
         let mirrored = influence[1..columns].iter().rev();
         Self {
@@ -78,7 +78,7 @@ impl Surface {
         }
     }
 
-    /// Adds a skew part of G0 by distance, that of a tyre that turns; none at rest.
+    /// Adds a skew part of G0 by distance, of a tyre that turns; empty at rest.
     pub(super) fn add_skew(&mut self, odd: &[f64]) {
         if odd.is_empty() {
             return;
@@ -91,13 +91,12 @@ impl Surface {
         forwards.iter_mut().zip(odd).for_each(|(row, odd)| *row += odd);
     }
 
-    /// Tells whether G0 has a skew part.
     pub(super) fn is_skew(&self) -> bool {
         !self.symmetric.is_empty()
     }
 
-    /// Moves on by a number of elements: what was column i is column i - `by`. u moves with the forces, and is found
-    /// where columns are new, or everywhere if forces stay behind: the same bits as found anew.
+    /// Moves on by `by` elements: column i becomes column i - `by`. u moves with the forces, and is computed where
+    /// columns are new, or everywhere if forces stay behind: the same bits as computed anew.
     pub(super) fn advance(&mut self, by: usize) {
         let columns = self.estimate.len();
         let by = by.min(columns);
@@ -111,14 +110,13 @@ impl Surface {
         }
     }
 
-    /// Begins with other forces.
     pub(crate) fn start_from(&mut self, forces: &[f64]) -> Result<(), StateError> {
         fill(&mut self.estimate, forces)?;
         self.displace(forces);
         Ok(())
     }
 
-    /// Returns the columns from the first to the last that may carry force, where y is the penetration without forces.
+    /// Columns from the first to the last that may carry force, where y is the penetration without forces.
     pub(crate) fn reach(&self, y: &[f64]) -> Range<usize> {
         let may = |(y, force): (&f64, &f64)| *y > 0.0 || *force > 0.0;
         let from = y.iter().zip(&self.estimate).position(may).unwrap_or(0);
@@ -126,24 +124,24 @@ impl Surface {
         from..last.map_or(from, |last| last + 1)
     }
 
-    /// Computes u = G0 F.
+    /// u = G0 F.
     pub(crate) fn displace(&mut self, forces: &[f64]) {
         self.displace_blocks(forces, 0..self.displacement.len() / BLOCK);
     }
 
-    /// Computes u = G0 F of the columns within reach and of few beside them; it is not known elsewhere.
+    /// u = G0 F of the columns within reach and the rest of their blocks; it is not known elsewhere.
     pub(crate) fn displace_within(&mut self, forces: &[f64], reach: &Range<usize>) {
         self.displace_blocks(forces, blocks_of(reach));
     }
 
-    /// Computes u = G0 F of all others, for the same forces.
+    /// u = G0 F of all other columns, for the same forces.
     pub(crate) fn displace_beside(&mut self, forces: &[f64], reach: &Range<usize>) {
         let Range { start, end } = blocks_of(reach);
         self.displace_blocks(forces, 0..start);
         self.displace_blocks(forces, end..self.displacement.len() / BLOCK);
     }
 
-    /// Computes u = G0 F of some blocks of columns: the same bits as of all.
+    /// u = G0 F of some blocks of columns: the same bits as of all.
     fn displace_blocks(&mut self, forces: &[f64], blocks: Range<usize>) {
         let Self { row, arch, displacement, counts, .. } = self;
         let displacement = &mut displacement[BLOCK * blocks.start..BLOCK * blocks.end];
@@ -156,7 +154,7 @@ impl Surface {
         add_windows(*arch, displacement, row, first, forces);
     }
 
-    /// Computes u = G0 F of the estimate, after sweeps that a solution has not ended.
+    /// u = G0 F of the estimate, after sweeps that did not end in a solution.
     pub(crate) fn displace_estimate(&mut self) {
         let estimate = std::mem::take(&mut self.estimate);
         self.displace(&estimate);
@@ -164,9 +162,9 @@ impl Surface {
     }
 
     /// Brings the estimate of the forces nearer to the solution where y is the penetration without forces; returns
-    /// them and y - G0 F of the columns within reach. u is another's until forces are displaced again. `lagged`: what
-    /// a skew part of G0 displaces stays as it is; the sweeps then go to the minimum of a convex function, which they
-    /// find from anywhere.
+    /// them and y - G0 F of the columns within reach. The displacement kept does not belong to the estimate until it
+    /// is computed again. `lagged`: the displacements by a skew part of G0 stay as they are; the sweeps then go to the
+    /// minimum of a convex function, which they find from anywhere.
     pub(super) fn sweep(
         &mut self,
         law: impl OwnForce,
@@ -191,21 +189,21 @@ impl Surface {
         (estimate, left)
     }
 
-    /// Computes u = G0 F of the estimate by what sweeps of the whole G0 have left of y, within their reach; it is not
-    /// known elsewhere.
+    /// u = G0 F of the estimate from the residual that sweeps with the whole G0 left of y, within their reach; it is
+    /// not known elsewhere.
     pub(crate) fn displaced_within(&mut self, y: &[f64], reach: Range<usize>) {
         let within = self.displacement[reach.clone()].iter_mut().zip(&y[reach]);
         within.zip(&self.left).for_each(|((displacement, y), left)| *displacement = y - left);
     }
 
-    /// Takes note that nothing touches.
+    /// Records that nothing touches.
     pub(super) fn rest(&mut self) {
         self.estimate.fill(0.0);
         self.displacement.fill(0.0);
         self.counts.histogram[0] += 1;
     }
 
-    /// Takes note of the forces that a search has found.
+    /// Records the forces that a search has found.
     pub(super) fn found(&mut self, forces: &[f64], solves: usize, fell_back: bool) {
         self.counts.solves += solves as u64;
         self.counts.fallbacks += u64::from(fell_back);
@@ -214,13 +212,12 @@ impl Surface {
     }
 }
 
-/// Returns the blocks that hold some columns.
+/// Blocks that hold some columns.
 fn blocks_of(columns: &Range<usize>) -> Range<usize> {
     columns.start / BLOCK..columns.end.div_ceil(BLOCK)
 }
 
-/// Moves the values of columns after the window has moved on by a number of elements: what was column i is column i -
-/// `by`.
+/// Moves the values of columns after the window has moved on by `by` elements: column i becomes column i - `by`.
 pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
     let columns = values.len();
     let by = by.min(columns);
@@ -228,10 +225,10 @@ pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
     values[columns - by..].fill(T::default());
 }
 
-/// The law of a point by itself.
+/// The law of a point alone.
 pub(super) trait OwnForce {
-    /// Returns its force while all others stay as they are, from its force so far and the penetration that all of them
-    /// leave.
+    /// Force of the point while all others stay as they are, from its force so far and the penetration `left` by all
+    /// of them.
     fn force(&mut self, column: usize, force: f64, left: f64) -> f64;
 }
 
@@ -240,15 +237,12 @@ const BLOCK: usize = 8;
 
 /// Sweeps of projected Gauss-Seidel.
 struct Sweeps<'a, L> {
-    /// How many.
     sweeps: usize,
-    /// The points' law.
     law: L,
-    /// First column.
     first: usize,
     /// Forces by column.
     estimate: &'a mut [f64],
-    /// y - G0 F, kept so.
+    /// y - G0 F, kept up to date.
     left: &'a mut [f64],
     /// [`Surface::row`].
     row: &'a [f64],
@@ -276,7 +270,7 @@ impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
                     let force = law.force(first + begin + c, *estimate, own[c]);
                     let change = force - *estimate;
                     *estimate = force;
-                    // With the sign that takes it off.
+                    // With the sign that subtracts it.
                     changes[c] = -change;
                     changed |= change != 0.0;
                     for (own, near) in own.iter_mut().zip(near) {

@@ -1,19 +1,19 @@
 //! Symmetric matrices by tiles, in memory that is taken once.
 //!
 //! A matrix lies in *tiles*: [`LINE`] rows of a column side by side, all columns of such a block of rows one after the
-//! other, so that what is taken off a block of rows goes through memory in one stretch. Its lower triangle says it all.
+//! other, so that the data of a block of rows pass through memory in one stretch. The lower triangle determines it.
 
 use pulp::{Simd, WithSimd};
 
 /// Numbers to a cache line: rows of a tile.
 pub const LINE: usize = 8;
 
-/// Returns how many numbers a matrix of so many rows takes.
+/// Numbers that a matrix of `rows` rows takes, padding included.
 pub const fn room(rows: usize) -> usize {
     rows.next_multiple_of(LINE) * rows
 }
 
-/// Returns the first column of a block of rows in a band of so many blocks before its own.
+/// First column of a block of rows in a band of `band` blocks before its own.
 #[inline(always)]
 pub(super) fn first_column(block: usize, band: usize) -> usize {
     LINE * block.saturating_sub(band)
@@ -25,9 +25,9 @@ pub(super) struct Assembly<'a> {
     pub points: &'a [usize],
     /// G0 by distance.
     pub influence: &'a [f64],
-    /// The matrix.
+    /// Tiles of the matrix.
     pub matrix: &'a mut [f64],
-    /// Blocks of columns before a block's own that are of matter.
+    /// Blocks of columns before a block's own that count.
     pub band: usize,
 }
 
@@ -79,7 +79,7 @@ fn gather(tile: &mut [f64; LINE], lines: &[usize], point: usize, influence: &[f6
     tile[lines.len()..].fill(0.0);
 }
 
-/// Returns a matrix given by its lower triangle, as entry(row, column).
+/// Writes a matrix by its lower triangle, given as entry(row, column).
 pub(crate) fn assemble_entries(rows: usize, entry: impl Fn(usize, usize) -> f64, matrix: &mut [f64]) {
     for (number, tiles) in matrix[..room(rows)].chunks_exact_mut(LINE * rows.max(1)).enumerate() {
         for (column, tile) in tiles.chunks_exact_mut(LINE).enumerate() {
@@ -91,7 +91,7 @@ pub(crate) fn assemble_entries(rows: usize, entry: impl Fn(usize, usize) -> f64,
     }
 }
 
-/// Adds to the diagonal of a matrix.
+/// Adds `values`, one for each row, to the diagonal of a matrix in tiles.
 pub fn add_to_diagonal(matrix: &mut [f64], values: &[f64]) {
     let rows = values.len();
     for (row, value) in values.iter().enumerate() {

@@ -2,12 +2,12 @@
 
 use super::ldlt::Singular;
 
-/// Why there are no forces.
+/// Why a search has ended without forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unsolved {
     /// A matrix turned out singular.
     Singular,
-    /// Residue that does not become small: the tolerance is below rounding.
+    /// The residual does not become small: the tolerance is below rounding.
     Unsettled,
 }
 

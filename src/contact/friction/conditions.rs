@@ -13,7 +13,7 @@
 //! F_z = max(0, F_z - r (u_z - d)),    F_t = P(F_t - r g),    P onto the disc |F_t| <= mu F_z
 //! ```
 //!
-//! and the difference of both sides is how far it is missed. Near a guess a slipping cell has e = z/|z|, z = F_t - r g,
+//! and the difference of both sides is the error. Near a guess a slipping cell has e = z/|z|, z = F_t - r g,
 //! and, with t across e and beta = mu F_z/|z| <= 1, the equations of a Newton step for the new forces:
 //!
 //! ```text
@@ -27,7 +27,7 @@ use super::product::Vector;
 pub(crate) struct Conditions<'a> {
     /// Required displacements d \[m\]; -infinity where a cell cannot touch.
     pub required: &'a [f64],
-    /// Slip of the step but for what its own forces displace \[m\].
+    /// Slip of the step without the displacements by its own forces \[m\].
     pub shift: &'a [[f64; 2]],
     /// Coefficient of friction mu.
     pub friction: &'a [f64],
@@ -44,33 +44,31 @@ pub(crate) enum State {
     Slipping([f64; 2], f64, f64),
 }
 
-/// Returns the length of a tangential vector.
 pub(crate) fn length([x, y]: [f64; 2]) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// Projects a tangential force onto the disc of so large forces.
+/// Projects a tangential force onto the disc of forces no larger than `bound`.
 pub(crate) fn onto_disc(force: [f64; 2], bound: f64) -> [f64; 2] {
     let size = length(force);
     if size <= bound { force } else { force.map(|component| component * (bound / size)) }
 }
 
 impl Conditions<'_> {
-    /// Returns the feasible forces nearest to those of a cell.
+    /// Feasible forces nearest to those of a cell.
     pub(crate) fn feasible(&self, cell: usize, [x, y, z]: Vector) -> Vector {
         let z = if z > 0.0 && self.required[cell] > f64::NEG_INFINITY { z } else { 0.0 };
         let [x, y] = onto_disc([x, y], self.friction[cell] * z);
         [x, y, z]
     }
 
-    /// Returns the trial forces of a cell, F - r (u - d) and F - r g, r by component \[N/m\].
+    /// Trial forces of a cell, F - r (u - d) and F - r g, r by component \[N/m\].
     fn trial(&self, cell: usize, [fx, fy, fz]: Vector, [ux, uy, uz]: Vector, [rx, ry, rz]: Vector) -> Vector {
         let [sx, sy] = self.shift[cell];
         [fx - rx * (ux + sx), fy - ry * (uy + sy), fz - rz * (uz - self.required[cell])]
     }
 
-    /// Returns the difference between the forces of a cell and the projection of its trial forces \[N\]: normal,
-    /// tangential.
+    /// Differences between the forces of a cell and the projection of its trial forces \[N\]: normal, tangential.
     pub(crate) fn missed(&self, cell: usize, force: Vector, displacement: Vector, rigidity: Vector) -> [f64; 2] {
         let [x, y, z] = self.trial(cell, force, displacement, rigidity);
         let normal = (force[2] - z.max(0.0)).abs();
@@ -78,7 +76,8 @@ impl Conditions<'_> {
         [normal, length([force[0] - px, force[1] - py])]
     }
 
-    /// Returns the state of a cell near a guess. Rigidities along x and y are the same, so that projections are such.
+    /// State of a cell near a guess. Rigidities along x and y have to be the same for the projection to be one onto a
+    /// disc.
     pub(crate) fn state(&self, cell: usize, force: Vector, displacement: Vector, rigidity: Vector) -> State {
         let [x, y, z] = self.trial(cell, force, displacement, rigidity);
         if z.is_nan() || z <= 0.0 {
@@ -94,7 +93,7 @@ impl Conditions<'_> {
         }
     }
 
-    /// Returns the slip of a cell in the step \[m\].
+    /// Slip of a cell in the step \[m\].
     pub(crate) fn slip(&self, cell: usize, [x, y, _]: Vector) -> [f64; 2] {
         let [sx, sy] = self.shift[cell];
         [x + sx, y + sy]

@@ -31,18 +31,19 @@ pub(crate) struct FreeCreep {
 }
 
 impl FreeCreep {
-    /// Makes the creep of a wheel that stands like this, with so many steps to a revolution and in the warm-up.
+    /// Creep of a wheel with the contact `at_rest`, `revolution` being steps to a revolution and `warm_up` those in
+    /// the warm-up.
     pub(crate) fn new(at_rest: StaticContact, radius: f64, revolution: usize, warm_up: u64) -> Self {
         let rate = 1.0 / (STIFFNESS * at_rest.force * revolution as f64);
         Self { creep: OF_DEFLECTION * at_rest.indentation / radius, rate, warm_up }
     }
 
-    /// Returns the creep of the coming step.
+    /// Creep of the coming step.
     pub(crate) fn creep(&self) -> f64 {
         self.creep
     }
 
-    /// Takes in the torque over the radius in a step \[N\].
+    /// Follows the torque over the radius in a step \[N\].
     pub(crate) fn follow(&mut self, step: u64, force: f64) {
         let faster = if step < self.warm_up { FASTER } else { 1.0 };
         self.creep += faster * self.rate * force;

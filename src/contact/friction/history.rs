@@ -1,4 +1,4 @@
-//! Ways to carry the past of tractions: as sums, the reference, or by poles.
+//! Methods to carry the past of tractions: as sums, the reference, or by poles.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::storage::state::StateError;
 
 /// Past of tractions.
 pub(crate) enum TractionHistory {
-    /// Sums over the forces of a memory.
+    /// Convolution sums over the forces of a limited memory.
     Direct(Box<TractionPast>),
     /// Poles in double precision.
     Modal(Box<TractionWaves<f64>>),
@@ -28,7 +28,7 @@ pub(crate) enum TractionHistoryState {
 }
 
 impl TractionHistory {
-    /// Returns the work of a step.
+    /// Work of a step.
     pub(crate) fn work(&self) -> Work {
         match self {
             Self::Direct(past) => past.work(),
@@ -46,7 +46,7 @@ impl TractionHistory {
         }
     }
 
-    /// Takes the forces of the step \[N\]; tells whether there is room for all of them.
+    /// Takes the forces of the step \[N\]; returns whether there is room for all of them.
     pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) -> bool {
         match self {
             Self::Direct(past) => {
@@ -58,7 +58,6 @@ impl TractionHistory {
         }
     }
 
-    /// Takes the state down.
     pub(crate) fn save(&self) -> TractionHistoryState {
         match self {
             Self::Direct(past) => TractionHistoryState::Direct(past.save()),
@@ -67,10 +66,7 @@ impl TractionHistory {
         }
     }
 
-    /// Goes on from the state of an equal history.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Continues from the state of an equal history.
     pub(crate) fn restore(&mut self, state: &TractionHistoryState) -> Result<(), StateError> {
         match (self, state) {
             (Self::Direct(past), TractionHistoryState::Direct(state)) => past.restore(state),

@@ -1,8 +1,8 @@
-//! Channels of a wave that are still heard a block after a force.
+//! Channels of a wave that still contribute a block after a force.
 //!
-//! The displacement by a channel after so many steps is sampled on the unit circle, relative to the norm of the wave's
-//! matrix there, of its components relative to their largest values. The channels that are heard least go, as long as
-//! what all of them leave out stays within a part of the tolerance.
+//! The displacement by a channel after a given number of steps is sampled on the unit circle, relative to the norm of
+//! the wave's matrix there, of its components relative to their largest values. The channels that contribute least go,
+//! as long as the sum of all that are left out stays within a part of the tolerance.
 
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ use crate::time_rule::TimeRule;
 use crate::tyre::influence::{COMPONENTS, PAIRS};
 use crate::tyre::poles::traction_model::TractionModel;
 
-/// Samples, and the lowest in parts of the highest.
+/// Samples, and the lowest frequency in parts of the highest.
 const SAMPLES: usize = 16;
 const LOWEST: f64 = 1e-4;
 /// Part of the largest norm below which errors are not relative to it.
@@ -35,7 +35,7 @@ fn add(matrix: &mut [Complex64; PAIRS], residues: &[Complex64; PAIRS], [upper, l
     }
 }
 
-/// Tells which channels of a wave are heard more than `passed` steps after a force, to within a tolerance.
+/// Which channels of a wave contribute more than `passed` steps after a force, to within a tolerance.
 pub(super) fn late_channels(
     model: &TractionModel,
     wave: usize,
@@ -46,7 +46,7 @@ pub(super) fn late_channels(
 ) -> Vec<bool> {
     let (poles, pairs, channels) = model.wave(wave);
     let (count, parts) = (poles.len(), if model.turns() { 2 } else { 1 });
-    // Even parts, then odd parts.
+    // 1. Residues of the even parts, then of the odd ones, relative to the components' values at rest.
     let residues: Vec<[[Complex64; PAIRS]; 2]> = channels
         .iter()
         .map(|channel| {
@@ -66,6 +66,7 @@ pub(super) fn late_channels(
         .map(|parts| parts.map(|part| std::array::from_fn(|pair| part[pair] * scales[pair])))
         .collect();
     let norm = |matrix: &[Complex64; PAIRS]| matrix.iter().map(Complex64::norm_sqr).sum::<f64>().sqrt();
+    // 2. By sample: displacement by each channel after the steps, and the norm of the whole matrix.
     let sample = |number: usize| {
         let angle = PI * LOWEST.powf(number as f64 / (SAMPLES - 1) as f64);
         let zeta = Complex64::cis(-angle);
@@ -92,6 +93,7 @@ pub(super) fn late_channels(
         };
         samples.iter().map(most).fold(0.0, f64::max)
     };
+    // 3. Leave out channels, those with the smallest contributions first, within the tolerance.
     let mut order: Vec<(f64, usize)> = (0..count).map(|index| (heard(index), index)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut late = vec![true; count];
@@ -110,7 +112,7 @@ pub(super) fn late_channels(
     late
 }
 
-/// Returns what a pole of unit residue displaces at a frequency, later than so many steps after its force.
+/// Displacement by a pole of unit residue at a frequency, more than `passed` steps after its force.
 fn after(pole: Complex64, rule: TimeRule, time_step: f64, passed: usize, zeta: Complex64) -> Complex64 {
     let (g, w) = rule.coefficients(pole, Complex64::ONE, time_step);
     let before = rule.before_last();

@@ -1,4 +1,4 @@
-//! Coefficients of friction and bonds of cells from step to step: a cell is material and keeps its own.
+//! Coefficients of friction and bonds of cells from step to step: a cell is material and keeps its values.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ pub(crate) struct CellStates {
 }
 
 impl CellLaw {
-    /// Makes the law of so many cells.
+    /// Law of `cells` cells round the tyre, at rest and without bonds.
     pub(crate) fn new(coefficient: Coefficient, adhesion: Option<Adhesion>, time_step: f64, cells: usize) -> Self {
         let friction = match coefficient {
             Coefficient::Constant(_) => Vec::new(),
@@ -32,7 +32,7 @@ impl CellLaw {
         Self { coefficient, adhesion, time_step, states: CellStates { friction, bonded } }
     }
 
-    /// Returns the coefficient of a cell in the coming step.
+    /// Coefficient of friction of a cell in the coming step.
     pub(crate) fn friction(&self, cell: usize) -> f64 {
         match self.coefficient {
             Coefficient::Constant(mu) => mu,
@@ -40,17 +40,16 @@ impl CellLaw {
         }
     }
 
-    /// Returns the pull on a cell in the coming step \[Pa\]; 0 without a bond.
+    /// Pull on a cell in the coming step \[Pa\]; 0 without a bond.
     pub(crate) fn pull(&self, cell: usize) -> f64 {
         self.adhesion.as_ref().filter(|_| self.states.bonded[cell]).map_or(0.0, |adhesion| adhesion.stress)
     }
 
-    /// Tells whether there is adhesion.
     pub(crate) fn has_adhesion(&self) -> bool {
         self.adhesion.is_some()
     }
 
-    /// Takes in a step of a cell: the speed of its slip where it is pressed \[m/s\], and its gap \[m\].
+    /// Follows a step of a cell: the speed of its slip where it is pressed \[m/s\], and its gap \[m\].
     pub(crate) fn follow(&mut self, cell: usize, slip: Option<f64>, gap: f64) {
         if let (Coefficient::Falling(law), Some(friction)) = (&self.coefficient, self.states.friction.get_mut(cell)) {
             // A cell that leaves the road begins anew where it meets it again.
@@ -61,12 +60,11 @@ impl CellLaw {
         }
     }
 
-    /// Takes the states down.
     pub(crate) fn save(&self) -> &CellStates {
         &self.states
     }
 
-    /// Goes on from the states of an equal law; `false` for those of another.
+    /// Continues from the states of an equal law; `false` for those of another.
     pub(crate) fn restore(&mut self, states: CellStates) -> bool {
         let fits =
             states.friction.len() == self.states.friction.len() && states.bonded.len() == self.states.bonded.len();

@@ -1,10 +1,10 @@
 //! Linear equations of all pressed cells near a guess, solved by generalised minimal residuals.
 //!
 //! A sticking cell has three unknowns, a slipping one two: its normal force, which carries mu F_z along the slip with
-//! it, and tau across. The unknowns are preconditioned by what is near a cell in the inverses of the free fields of
-//! each component: of all pressed cells for normal forces, of those that stick for tangential ones. The equations are
-//! neither symmetric nor definite where friction is large, so that no conjugate gradients serve (Saad & Schultz 1986,
-//! *SIAM J. Sci. Stat. Comput.* 7, 856).
+//! it, and tau across. The unknowns are preconditioned by the neighbourhood of a cell in the inverses of the free
+//! fields of each component: of all pressed cells for normal forces, of those that stick for tangential ones. The
+//! equations are neither symmetric nor definite where friction is large, so that conjugate gradients do not apply
+//! (Saad & Schultz 1986, *SIAM J. Sci. Stat. Comput.* 7, 856).
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use super::nearby::NearbyInverse;
 use super::product::{Vector, WindowProduct};
 use crate::tyre::influence::{COMPONENTS, TractionInfluence};
 
-/// Directions that are kept.
+/// Directions that are kept before a restart.
 const DIRECTIONS: usize = 60;
 
 /// Equations of the pressed cells.
@@ -33,7 +33,6 @@ pub(crate) struct Equations {
     across: usize,
 }
 
-/// Result of a solution.
 pub(crate) struct Solved {
     /// Products with the influence.
     pub products: u64,
@@ -44,7 +43,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Equations {
-    /// Makes room for the window of an influence; `own` is that of a cell on itself \[m/N\].
+    /// Equations for the window of an influence; `own` is that of a cell on itself \[m/N\].
     pub(crate) fn new(influence: &TractionInfluence, own: Vector) -> Self {
         let cells = influence.cells();
         Self {
@@ -97,7 +96,7 @@ impl Equations {
         }
     }
 
-    /// Finds the forces of unknowns.
+    /// Forces by cell from the unknowns.
     fn expand(&mut self, friction: &[f64], unknowns: &[f64]) {
         self.forces.fill([0.0; 3]);
         for &(cell, state, first) in &self.cells {
@@ -112,21 +111,21 @@ impl Equations {
         }
     }
 
-    /// Finds the left sides of the equations, scaled, for unknowns.
+    /// Left sides of the equations, scaled, for given unknowns.
     fn apply(&mut self, product: &mut WindowProduct, friction: &[f64], unknowns: &[f64], out: &mut [f64]) {
         self.expand(friction, unknowns);
         product.displacement(&self.part, &self.forces, &mut self.displacements);
         self.left_sides(unknowns, out);
     }
 
-    /// Finds the same in single precision: directions need no more.
+    /// The same in single precision, which suffices for directions.
     fn apply_roughly(&mut self, product: &mut WindowProduct, friction: &[f64], unknowns: &[f64], out: &mut [f64]) {
         self.expand(friction, unknowns);
         product.rough_displacement(&self.part, &self.forces, &mut self.displacements);
         self.left_sides(unknowns, out);
     }
 
-    /// Finds the left sides of the displacements of unknowns.
+    /// Left sides from the displacements by the unknowns.
     fn left_sides(&self, unknowns: &[f64], out: &mut [f64]) {
         for &(cell, state, first) in &self.cells {
             let [x, y, z] = self.displacements[cell];
@@ -144,7 +143,7 @@ impl Equations {
         }
     }
 
-    /// Finds unknowns that nearly have these residuals.
+    /// Unknowns that approximately have these residuals.
     fn precondition(&mut self, residuals: &[f64], out: &mut [f64]) {
         let Self { cells, nearby, part, .. } = self;
         for &(cell, state, first) in &*cells {
@@ -164,8 +163,8 @@ impl Equations {
         }
     }
 
-    /// Solves the equations from a guess, and writes the forces. The residual, as a force, comes down by a `reduction`,
-    /// or to the `least` \[N\] that is of use.
+    /// Solves the equations from a guess, and writes the forces. The residual, as a force, is reduced by a factor
+    /// `reduction`, or to `least` \[N\], below which it is of no use.
     pub(crate) fn solve(
         &mut self,
         product: &mut WindowProduct,
@@ -215,7 +214,7 @@ impl Equations {
         Solved { products }
     }
 
-    /// Finds the steps along the directions that make a residual smallest.
+    /// Steps along the directions that make a residual smallest.
     fn minimise(
         &mut self,
         product: &mut WindowProduct,
@@ -233,6 +232,7 @@ impl Equations {
         while columns.len() < most && right[columns.len()].abs() > goal {
             let place = columns.len();
             let (mut near, mut next) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
+            // 1. A direction that is orthogonal to all before (Arnoldi).
             self.precondition(&directions[place], &mut near);
             self.apply_roughly(product, friction, &near, &mut next);
             let mut column = Vec::with_capacity(place + 2);
@@ -242,6 +242,7 @@ impl Equations {
                 column.push(share);
             }
             let norm = dot(&next, &next).sqrt();
+            // 2. Rotations that keep the columns triangular.
             for (row, [cosine, sine]) in turns.iter().enumerate() {
                 let [a, b] = [column[row], column[row + 1]];
                 (column[row], column[row + 1]) = (cosine * a + sine * b, cosine * b - sine * a);
@@ -263,6 +264,7 @@ impl Equations {
             next.iter_mut().for_each(|value| *value /= norm);
             directions.push(next);
         }
+        // 3. Back substitution.
         let count = columns.len();
         let mut steps = vec![0.0; count];
         for row in (0..count).rev() {

@@ -3,9 +3,9 @@
 //! - [`product`]: displacements of all cells by the forces on all of them within an instant;
 //! - [`conditions`]: contact and friction law of a cell, how far it is missed, and the linear equation that stands for
 //!   it near a guess;
-//! - [`nearby`]: forces from what is near each cell;
+//! - [`nearby`]: forces from the neighbourhood of each cell;
 //! - [`linear`]: solution of the linear equations of all cells;
-//! - [`sweeps`]: cell after cell, which ends where linear equations do not;
+//! - [`sweeps`]: cell after cell, which converges where linear equations do not;
 //! - [`search`]: the forces of an instant;
 //! - `transform`: between cells and waves;
 //! - [`history`]: displacements by past forces: [`past`], as sums, [`modal`], by poles, its `wave_group` and `late`

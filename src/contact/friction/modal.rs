@@ -20,7 +20,7 @@ use crate::tyre::influence::COMPONENTS;
 use crate::tyre::poles::Modes;
 use crate::tyre::poles::traction_model::TractionModel;
 
-/// Groups that a thread goes through at a time, at least.
+/// Least number of groups that a thread takes at a time.
 const TOGETHER: usize = 16;
 
 /// The part of a window that a short ring sees: it goes with the contact.
@@ -56,7 +56,7 @@ pub(crate) struct TractionWaves<R: WaveNumber = f64> {
 
 /// One ring: the waves that it carries.
 pub(crate) struct TractionRing<'m, R: WaveNumber> {
-    /// Their poles.
+    /// Their poles and channels.
     pub model: &'m TractionModel,
     /// From cells to waves and back.
     pub transform: TractionTransform<R>,
@@ -78,7 +78,6 @@ pub(crate) struct TractionWavesState {
 }
 
 impl<R: WaveNumber> Ring<R> {
-    /// Makes a ring at rest.
     fn new(parts: TractionRing<'_, R>) -> Self {
         let TractionRing { model, transform, seen, stepping } = parts;
         let Stepping { time_step, substeps, tolerance, .. } = stepping;
@@ -111,7 +110,7 @@ impl<R: WaveNumber> Ring<R> {
         Self { transform, groups, precise, seen, blocks: stepping.remembered_blocks(), earliest: 0 }
     }
 
-    /// Returns the work of a step.
+    /// Work of a step.
     fn work(&self) -> Work {
         let mut work = self.transform.work() * 2;
         let of_pass = self.groups.iter().map(WaveGroup::work).chain(self.precise.iter().map(WaveGroup::work));
@@ -146,7 +145,7 @@ impl<R: WaveNumber> Ring<R> {
         }
     }
 
-    /// Takes the forces of a step of the block \[N\]; tells whether there is room for all of them.
+    /// Takes the forces of a step of the block \[N\]; returns whether there is room for all of them.
     fn push(&mut self, step: usize, first_element: i64, forces: &[Vector]) -> bool {
         let Self { transform, groups, precise, seen, .. } = self;
         let mut has_room = true;
@@ -169,7 +168,7 @@ impl<R: WaveNumber> Ring<R> {
         has_room
     }
 
-    /// Returns all that evolves in single and in double precision.
+    /// All numbers that evolve, those in single precision (double where that is R) and those of slow poles.
     fn evolving_mut(&mut self) -> (impl Iterator<Item = &mut R>, impl Iterator<Item = &mut f64>) {
         let single = self.groups.iter_mut().flat_map(WaveGroup::evolving_mut).flatten();
         (single, self.precise.iter_mut().flat_map(WaveGroup::evolving_mut).flatten())
@@ -177,7 +176,6 @@ impl<R: WaveNumber> Ring<R> {
 }
 
 impl<R: WaveNumber> TractionWaves<R> {
-    /// Makes a past at rest.
     pub(crate) fn new<'m>(rings: impl IntoIterator<Item = TractionRing<'m, R>>) -> Self {
         let rings: Vec<Ring<R>> = rings.into_iter().map(Ring::new).collect();
         let mut work = Work::default();
@@ -185,7 +183,7 @@ impl<R: WaveNumber> TractionWaves<R> {
         Self { rings, step: 0, work, arch: Arch::new() }
     }
 
-    /// Returns the work of a step.
+    /// Work of a step.
     pub(crate) fn work(&self) -> Work {
         self.work
     }
@@ -196,7 +194,7 @@ impl<R: WaveNumber> TractionWaves<R> {
         rings.iter_mut().for_each(|ring| ring.add_displacement(*arch, *step, first_element, out));
     }
 
-    /// Takes the forces of the step \[N\]; tells whether there is room for all of them.
+    /// Takes the forces of the step \[N\]; returns whether there is room for all of them.
     pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) -> bool {
         let step = self.step;
         self.step = (step + 1) % STEPS;
@@ -205,7 +203,6 @@ impl<R: WaveNumber> TractionWaves<R> {
         has_room
     }
 
-    /// Takes the state down.
     pub(crate) fn save(&self) -> TractionWavesState {
         let mut numbers = Vec::new();
         for Ring { groups, precise, .. } in &self.rings {
@@ -216,10 +213,7 @@ impl<R: WaveNumber> TractionWaves<R> {
         TractionWavesState { step: self.step, places: self.rings.iter().map(place).collect(), numbers }
     }
 
-    /// Goes on from the state of an equal past.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Continues from the state of an equal past.
     pub(crate) fn restore(&mut self, state: &TractionWavesState) -> Result<(), StateError> {
         let TractionWavesState { step, places, numbers } = state;
         let count = |ring: &mut Ring<R>| {
@@ -245,7 +239,8 @@ impl<R: WaveNumber> TractionWaves<R> {
     }
 }
 
-/// Gives the displacements of a group to their spectrum; across and normal ones times -i, see `tyre::poles::tractions`.
+/// Writes the displacements of a group to their spectrum; those across and normal times -i, see
+/// `tyre::poles::tractions`.
 fn give<E: Element, R: WaveNumber>(group: &WaveGroup<E>, component: usize, spectrum: &mut [Complex<R>]) {
     let [re, im] = group.displacement(component);
     let own = spectrum[group.first..group.first + group.count].iter_mut();
@@ -255,7 +250,7 @@ fn give<E: Element, R: WaveNumber>(group: &WaveGroup<E>, component: usize, spect
     }
 }
 
-/// Takes the forces of a group from their spectrum, times i likewise.
+/// Reads the forces of a group from their spectrum; those across and normal times i likewise.
 fn take<E: Element, R: WaveNumber>(group: &mut WaveGroup<E>, step: usize, component: usize, spectrum: &[Complex<R>]) {
     let range = group.first..group.first + group.count;
     let [re, im] = group.force_mut(step, component);

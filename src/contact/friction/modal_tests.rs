@@ -33,7 +33,7 @@ fn model(sums: &CellSums, band: WaveBand) -> TractionModel {
     fit_tractions(sums, &sums.traction_rows(band), &options, &AtomicBool::new(false)).unwrap()
 }
 
-/// Rolls with forces that come and go, all alike; returns the displacements by past forces of all steps.
+/// Rolls with forces that come and go, the same for every past; returns the displacements by past forces of all steps.
 fn roll(mut step: impl FnMut(i64, &[Vector], &mut [Vector])) -> Vec<Vector> {
     let mut all = Vec::new();
     for number in 0..STEPS {
@@ -58,7 +58,7 @@ fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRul
     roll(|first, forces, out| {
         past.add_displacement(first, out);
         past.push(first, forces);
-        // What is taken down is all that there is.
+        // The state is complete.
         let state = past.save();
         past.restore(&state).unwrap();
     })
@@ -69,7 +69,7 @@ fn difference(a: &[Vector], b: &[Vector], component: usize) -> f64 {
     a.iter().zip(b).fold(0.0_f64, |worst, (a, b)| worst.max((a[component] - b[component]).abs())) / largest
 }
 
-/// Holds the past by poles of a tyre against sums.
+/// Compares the past by poles of a tyre with sums.
 fn hold(name: &str, tyre: &Tyre) {
     let sums = sums(tyre);
     let (model, rows) = (model(&sums, WaveBand::WHOLE), sums.traction_rows(WaveBand::WHOLE));

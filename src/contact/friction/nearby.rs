@@ -1,4 +1,5 @@
-//! Forces that nearly displace cells as asked for, from what is near each cell: the preconditioner of linear equations.
+//! Forces that approximately displace cells as asked for, from the neighbourhood of each cell: the preconditioner of
+//! linear equations.
 //!
 //! Each component by itself: the middle of the inverse of its free field T, without the tyre's sides.
 
@@ -11,10 +12,9 @@ use super::product::{Vector, transformed};
 use crate::contact::cells::filter::Filter;
 use crate::tyre::influence::{COMPONENTS, TractionInfluence};
 
-/// Cells on either side that an inverse is taken of.
+/// Cells on either side that the stencil of an inverse covers.
 const RADIUS: usize = 2;
 
-/// Inverses of the free fields near a cell, with room for a product.
 pub(super) struct NearbyInverse {
     filters: [Filter<f64>; COMPONENTS],
     /// By component, cell by cell.
@@ -22,10 +22,10 @@ pub(super) struct NearbyInverse {
     found: [Vec<f64>; COMPONENTS],
 }
 
-/// Returns the middle of the inverses of the free fields T_xx, T_yy and T_zz, by distance along and across,
-/// (`RADIUS` + 1)^2, times `own`.
+/// Middle of the inverses of the free fields T_xx, T_yy and T_zz, by distance along and across, (`RADIUS` + 1)^2,
+/// times `own`.
 fn inverse_stencils(influence: &TractionInfluence, own: Vector) -> [Vec<f64>; COMPONENTS] {
-    /// Part of the largest wave of T below which none is taken to be.
+    /// Floor of the waves of T, as a part of the largest.
     const FLOOR: f64 = 1e-3;
     let (columns, across) = (influence.columns, influence.across);
     let (p, q) = (2 * columns - 1, 2 * across - 1);
@@ -53,7 +53,7 @@ fn inverse_stencils(influence: &TractionInfluence, own: Vector) -> [Vec<f64>; CO
 }
 
 impl NearbyInverse {
-    /// Makes the inverses of an influence; `own` is that of a cell on itself \[m/N\].
+    /// Inverses for an influence; `own` is that of a cell on itself \[m/N\].
     pub(super) fn new(influence: &TractionInfluence, own: Vector) -> Self {
         let size = [influence.columns, influence.across];
         let fields = || std::array::from_fn(|_| vec![0.0; influence.cells()]);
@@ -61,17 +61,17 @@ impl NearbyInverse {
         Self { filters, asked: fields(), found: fields() }
     }
 
-    /// Returns the value of a component at a cell, to be asked for.
+    /// Value that is asked of a component at a cell.
     pub(super) fn ask(&mut self, cell: usize, component: usize) -> &mut f64 {
         &mut self.asked[component][cell]
     }
 
-    /// Returns what was found for a component at a cell.
+    /// Value found for a component at a cell.
     pub(super) fn found(&self, cell: usize, component: usize) -> f64 {
         self.found[component][cell]
     }
 
-    /// Finds the values of some columns, cells of these, beside which nothing is asked for.
+    /// Finds the values in a part of the window, a range of cells, outside which nothing is asked for.
     pub(super) fn find(&mut self, part: &Range<usize>) {
         for ((filter, asked), found) in self.filters.iter_mut().zip(&self.asked).zip(&mut self.found) {
             filter.apply(&asked[part.clone()], &mut found[part.clone()]);

@@ -47,7 +47,7 @@ pub(crate) struct TractionPastState {
 }
 
 impl TractionPast {
-    /// Makes the past of a tyre at rest, over so many lags, lag 0 counted.
+    /// Past of a tyre at rest, over `lags` lags, lag 0 included.
     pub(crate) fn new(
         sums: &CellSums,
         rows: &[CellRow],
@@ -66,7 +66,7 @@ impl TractionPast {
         Self { transform, lags, kept, weights, forces: vec![zero; lags * waves], step: 0, sum: vec![zero; waves] }
     }
 
-    /// Returns the work of a step.
+    /// Work of a step.
     pub(crate) fn work(&self) -> Work {
         let products = self.weights.len() as u64;
         Work { multiply_adds: 2 * products, bytes: 24 * products }
@@ -107,15 +107,11 @@ impl TractionPast {
         self.step += 1;
     }
 
-    /// Takes the state down.
     pub(crate) fn save(&self) -> TractionPastState {
         TractionPastState { step: self.step, forces: self.forces.clone() }
     }
 
-    /// Goes on from the state of an equal past.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Continues from the state of an equal past.
     pub(crate) fn restore(&mut self, state: &TractionPastState) -> Result<(), StateError> {
         if self.forces.len() != state.forces.len() {
             return Err(StateError::Value);
@@ -126,7 +122,7 @@ impl TractionPast {
     }
 }
 
-/// Finds the weights of all waves, p = 0..lags, of the parts that are kept.
+/// Weights of all waves \[m/N\], p = 0..`lags`, of the parts that are kept.
 fn weights(
     sums: &CellSums,
     rows: &[CellRow],

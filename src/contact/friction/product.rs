@@ -30,7 +30,7 @@ pub(crate) type Vector = [f64; COMPONENTS];
 const SIDES: usize = 2;
 /// Part of the largest weight of a pair below which a block of it is rounding.
 const ROUNDING: f64 = 1e-13;
-/// Columns by which parts of a window differ that have products of their own.
+/// Columns between the lengths of those parts of a window that have products.
 const STRIDE: usize = 8;
 
 /// G between the cells of a window, with products for parts of it, as long as they are needed.
@@ -49,12 +49,12 @@ pub(crate) struct TractionProduct<R = f64> {
     across: usize,
     /// Waves along, in whole vectors.
     waves: usize,
-    /// cos and -sin, columns x 2 waves.
+    /// cos and -sin of the waves, columns x 2 waves.
     forward: Vec<R>,
-    /// The way back, 2 waves x columns.
+    /// Inverse of these, 2 waves x columns.
     back: Vec<R>,
     blocks: Vec<Block>,
-    /// By block, j, j' and wave.
+    /// Weights \[m/N\] by block, j, j' and wave.
     weights: Vec<R>,
     /// By component, side and j: columns; then waves of forces and displacements, real and imaginary parts.
     rows: Vec<R>,
@@ -72,7 +72,7 @@ struct Block {
     is_imaginary: bool,
 }
 
-/// Finds u = G F within a part by the product of its length.
+/// u = G F within a part by the product of its length.
 fn within<R: WaveNumber>(
     influence: &TractionInfluence,
     parts: &mut [Option<TractionProduct<R>>],
@@ -87,12 +87,12 @@ fn within<R: WaveNumber>(
     product.displacement(&forces[part.clone()], &mut out[part.clone()]);
 }
 
-/// Returns the number of a component and a side.
+/// Number of a component and a side.
 fn field(component: usize, side: usize) -> usize {
     component * SIDES + side
 }
 
-/// Returns the waves along of a table whose rows stand for distances, wave by wave.
+/// Waves along of a table whose rows stand for distances, wave by wave.
 pub(super) fn transformed(table: &[f64], width: usize, columns: usize) -> Vec<Complex64> {
     let length = 2 * columns - 1;
     let turns: Vec<Complex64> = (0..length).map(|n| Complex64::cis(-TAU * n as f64 / length as f64)).collect();
@@ -107,42 +107,40 @@ pub(super) fn transformed(table: &[f64], width: usize, columns: usize) -> Vec<Co
 }
 
 impl WindowProduct {
-    /// Makes the products with an influence.
     pub(crate) fn new(influence: TractionInfluence) -> Self {
         let parts = influence.columns.div_ceil(STRIDE);
         let (exact, rough) = ((0..parts).map(|_| None).collect(), (0..parts).map(|_| None).collect());
         Self { influence, parts: exact, rough, work: Work::default() }
     }
 
-    /// Returns the influence.
     pub(crate) fn influence(&self) -> &TractionInfluence {
         &self.influence
     }
 
-    /// Takes out the work of all products since this was last done.
+    /// Work of all products since the last call.
     pub(crate) fn take_work(&mut self) -> Work {
         std::mem::take(&mut self.work)
     }
 
-    /// Returns the columns of the shortest part that has a product and holds some columns.
+    /// Columns of the shortest part that has a product and holds `columns` columns.
     fn length(&self, columns: usize) -> usize {
         self.influence.columns.min(columns.div_ceil(STRIDE).max(1) * STRIDE)
     }
 
-    /// Returns the cells of the shortest part that has a product and holds some columns.
+    /// Cells of the shortest part that has a product and holds some columns.
     pub(crate) fn part(&self, columns: &Range<usize>) -> Range<usize> {
         let (across, length) = (self.influence.across, self.length(columns.len()));
         let first = columns.start.min(self.influence.columns - length);
         first * across..(first + length) * across
     }
 
-    /// Finds u = G F within a part.
+    /// u = G F within a part.
     pub(crate) fn displacement(&mut self, part: &Range<usize>, forces: &[Vector], out: &mut [Vector]) {
         let Self { influence, parts, work, .. } = self;
         within(influence, parts, work, part, (forces, out));
     }
 
-    /// Finds the same in single precision.
+    /// u = G F within a part, in single precision.
     pub(crate) fn rough_displacement(&mut self, part: &Range<usize>, forces: &[Vector], out: &mut [Vector]) {
         let Self { influence, rough, work, .. } = self;
         within(influence, rough, work, part, (forces, out));
@@ -150,7 +148,7 @@ impl WindowProduct {
 }
 
 impl<R: WaveNumber> TractionProduct<R> {
-    /// Makes the product with an influence.
+    /// Product with an influence, for its whole window.
     pub(crate) fn new(influence: &TractionInfluence) -> Self {
         let (columns, across) = (influence.columns, influence.across);
         let (half, waves) = (across.div_ceil(2), columns.next_multiple_of(R::MOST_LANES));
@@ -190,7 +188,7 @@ impl<R: WaveNumber> TractionProduct<R> {
         this
     }
 
-    /// Adds the blocks of a pair.
+    /// Adds the blocks of a pair of components, those that are 0 to rounding left out.
     fn add_pair(&mut self, influence: &TractionInfluence, pair: usize) {
         let (columns, across, waves) = (self.columns, self.across, self.waves);
         let (a, b, half, width) = (pair / COMPONENTS, pair % COMPONENTS, across.div_ceil(2), influence.width());
@@ -238,14 +236,14 @@ impl<R: WaveNumber> TractionProduct<R> {
         }
     }
 
-    /// Returns the work of a product.
+    /// Work of a product.
     pub(crate) fn work(&self) -> Work {
         let transforms = 2 * self.rows.len() * 2 * self.waves;
         let numbers = 2 * self.forward.len() + 4 * self.forces.len() + self.weights.len();
         Work { multiply_adds: (transforms + 2 * self.weights.len()) as u64, bytes: (size_of::<R>() * numbers) as u64 }
     }
 
-    /// Finds u = G F.
+    /// u = G F.
     pub(crate) fn displacement(&mut self, forces: &[Vector], out: &mut [Vector]) {
         let (columns, across, half) = (self.columns, self.across, self.across.div_ceil(2));
         for (column, cells) in forces.chunks_exact(across).enumerate() {

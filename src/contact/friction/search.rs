@@ -2,12 +2,12 @@
 //!
 //! 1. From the guess, semismooth Newton steps (Alart & Curnier 1991, *Comput. Methods Appl. Mech. Engrg.* 92, 353) on
 //!    all three components together: states of the cells, their linear equations (module `linear`), the nearest
-//!    feasible forces, u = G F. Each step is solved as exactly as it can be of use; only columns that may touch are
-//!    looked at, and a few beside them;
+//!    feasible forces, u = G F. Each step is solved only as exactly as is of use; only columns that may touch are
+//!    considered, and a few beside them;
 //! 2. the end, if all conditions are met on the whole window; else steps go on with all of it;
 //! 3. where a few steps do not make the best result better, sweeps from cell to cell (module `sweeps`) come before the
 //!    next steps; uses are counted;
-//! 4. an instant that has no end after [`MOST_ROUNDS`] of these is unsettled, and is told so.
+//! 4. an instant that has no end after [`MOST_ROUNDS`] of these is unsettled, and is reported so.
 
 use std::ops::Range;
 
@@ -30,9 +30,9 @@ const MOST_ROUNDS: usize = 9;
 const MOST_STEPS: usize = 40;
 /// Products that the linear equations of a step may take.
 const MOST_PRODUCTS: u64 = 400;
-/// Columns that are looked at beside those that may touch.
+/// Columns that are considered beside those that may touch.
 const MARGIN: usize = 2;
-/// Least and largest reduction of the residual of linear equations; between these it is what is missed.
+/// Least and largest reduction of the residual of linear equations; between these it is the error of the conditions.
 const FINE: f64 = 1e-4;
 const COARSE: f64 = 0.1;
 
@@ -58,8 +58,7 @@ pub(crate) struct FrictionResiduals {
     pub normal: f64,
     /// Distance from the tangential ones.
     pub tangential: f64,
-    /// sum of mu F_z |g| + F_t.g over sum of mu F_z times the displacement by the largest force: 0 but for what is
-    /// missed.
+    /// sum of mu F_z |g| + F_t.g over sum of mu F_z times the displacement by the largest force: 0 but for the error.
     pub dissipation: f64,
 }
 
@@ -69,10 +68,9 @@ impl FrictionResiduals {
     }
 }
 
-/// Search with its room.
 pub(crate) struct FrictionSearch {
     product: WindowProduct,
-    /// Cells that are looked at.
+    /// Cells that are considered.
     part: Range<usize>,
     /// Influence of a cell in the middle on itself \[m/N\].
     own: Vector,
@@ -86,7 +84,7 @@ pub(crate) struct FrictionSearch {
 }
 
 impl FrictionSearch {
-    /// Makes a search over the cells of a window. `tolerance` is how far forces may be off, relative to the largest.
+    /// Search over the cells of a window. `tolerance` is how far forces may be off, relative to the largest.
     pub(crate) fn new(influence: TractionInfluence, tolerance: f64) -> Self {
         let cells = influence.cells();
         let middle = influence.columns / 2 * influence.across + influence.across / 2;
@@ -107,44 +105,41 @@ impl FrictionSearch {
         }
     }
 
-    /// Returns the influence within an instant.
+    /// Influence within an instant.
     pub(crate) fn influence(&self) -> &TractionInfluence {
         self.product.influence()
     }
 
-    /// Returns u = G F of the last solution \[m\].
+    /// u = G F of the last solution \[m\].
     pub(crate) fn displacements(&self) -> &[Vector] {
         &self.displacements
     }
 
-    /// Tells whether the last search has ended without the forces.
+    /// Whether the last search has ended without the forces.
     pub(crate) fn is_unsettled(&self) -> bool {
         self.is_unsettled
     }
 
-    /// Returns the work counts so far.
     pub(crate) fn counts(&self) -> FrictionCounts {
         self.counts
     }
 
-    /// Goes on from the counts of an equal search.
     pub(crate) fn set_counts(&mut self, counts: FrictionCounts) {
         self.counts = counts;
     }
 
-    /// Finds u = G F of any forces \[m\].
+    /// u = G F of any forces \[m\], over the whole window.
     pub(crate) fn displace(&mut self, forces: &[Vector], out: &mut [Vector]) {
         self.counts.products += 1;
         self.product.displacement(&(0..forces.len()), forces, out);
         self.counts.work += self.product.take_work();
     }
 
-    /// Returns all cells.
     fn whole(&self) -> Range<usize> {
         0..self.displacements.len()
     }
 
-    /// Returns the part of the window that holds the cells which may touch near a guess.
+    /// Part of the window that holds the cells which may touch near a guess, and a margin.
     fn near(&self, conditions: &Conditions<'_>, forces: &[Vector]) -> Range<usize> {
         let across = self.influence().across;
         let may_touch = |cell: &usize| forces[*cell][2] > 0.0 || conditions.required[*cell] > 0.0;
@@ -156,7 +151,7 @@ impl FrictionSearch {
         self.product.part(&columns)
     }
 
-    /// Tells how far forces and displacements are from the conditions.
+    /// How far forces and displacements are from the conditions.
     fn residuals(&self, conditions: &Conditions<'_>, forces: &[Vector]) -> FrictionResiduals {
         let (mut largest, mut normal, mut tangential) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut power = [0.0; 2];
@@ -166,7 +161,7 @@ impl FrictionSearch {
                 continue;
             }
             let [n, t] = conditions.missed(cell, force, u, self.rigidity);
-            // A number that is none stays.
+            // A NaN is kept.
             normal = if n > normal || n.is_nan() { n } else { normal };
             tangential = if t > tangential || t.is_nan() { t } else { tangential };
             largest = largest.max(force[2]);
@@ -180,7 +175,7 @@ impl FrictionSearch {
         FrictionResiduals { normal: normal / scale, tangential: tangential / scale, dissipation }
     }
 
-    /// Finds the forces that meet the conditions; `forces` comes in as the guess.
+    /// Finds the forces \[N\] that meet the conditions; `forces` comes in as the guess.
     pub(crate) fn solve(&mut self, conditions: &Conditions<'_>, forces: &mut [Vector]) -> FrictionResiduals {
         self.counts.solves += 1;
         self.is_unsettled = false;
@@ -245,7 +240,7 @@ impl FrictionSearch {
         best
     }
 
-    /// Finds u = G F on the part that is looked at, and how far the conditions are missed there.
+    /// Computes u = G F on the part that is considered; returns how far the conditions are missed there.
     fn look(&mut self, conditions: &Conditions<'_>, forces: &[Vector]) -> FrictionResiduals {
         self.counts.products += 1;
         self.product.displacement(&self.part, forces, &mut self.displacements);

@@ -1,4 +1,4 @@
-//! The search against what it solves by definition, and rolling half-spaces.
+//! Tests of the search: products by definition, rolling half-spaces, rough cells.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use crate::tyre::influence::{PairTables, TractionInfluence, UniformTables};
 /// Length of the logarithm's constant in half widths: the shorter, the sooner rolling is steady.
 const REACH: f64 = 4.0;
 
-/// Returns a table with all parts, made up of decaying waves; symmetric: what b does to a, a does to b.
+/// A table with all parts, made up of decaying waves; symmetric under exchange of two cells.
 fn made_up(columns: usize, across: usize, with_uniform: bool) -> TractionInfluence {
     let mut influence = TractionInfluence::zeros(columns, across);
     let width = influence.width();
@@ -66,8 +66,7 @@ fn products_are_those_with_the_blocks() {
     }
 }
 
-/// Returns the displacement of the middle of a cell by unit pressure on another one, x and y away, over 1/(pi G): xx,
-/// xy, yy, zz.
+/// Displacement of the middle of a cell by unit pressure on another one, x and y away, over 1/(pi G): xx, xy, yy, zz.
 fn cerruti(x: f64, y: f64, [a, b]: [f64; 2], poisson: f64) -> [f64; 4] {
     let corners = |f: fn(f64, f64, f64) -> f64| {
         let at = |x: f64, y: f64| f(x, y, x.hypot(y));
@@ -85,7 +84,7 @@ fn cerruti(x: f64, y: f64, [a, b]: [f64; 2], poisson: f64) -> [f64; 4] {
     ]
 }
 
-/// Returns two equal half-spaces of combined shear modulus 1: cells of size dx, forces in place of pressures.
+/// Influence of two equal half-spaces of combined shear modulus 1: cells of size dx, forces in place of pressures.
 fn half_spaces(columns: usize, across: usize, dx: f64, poisson: f64) -> TractionInfluence {
     let mut influence = TractionInfluence::zeros(columns, across);
     let scale = 1.0 / (PI * dx * dx);
@@ -117,7 +116,7 @@ struct Rolling<'a> {
 }
 
 impl Rolling<'_> {
-    /// Returns the forces summed over the last column rolled, as a mean.
+    /// Mean sum of the forces over the last column rolled, and the search.
     fn forces(&self) -> (Vector, FrictionSearch) {
         let (columns, across, substeps) = (self.influence.columns, self.influence.across, self.substeps);
         let cells = columns * across;
@@ -238,7 +237,7 @@ fn rolling_spheres_have_kalkers_creep_coefficients() {
     }
 }
 
-/// Returns the rough cells rolling over bumps: the hard part of the search.
+/// Rough cells rolling over bumps: the hard part of the search.
 fn rough(columns: usize, across: usize, friction: f64, steps: usize) -> FrictionSearch {
     let influence = made_up(columns, across, false);
     let cells = columns * across;

@@ -1,18 +1,18 @@
-//! Cell after cell: each takes the forces that meet its own conditions, those of all others held.
+//! Cell after cell: each takes the forces that meet its conditions, those of all others held.
 //!
 //! Block Gauss-Seidel of nonsmooth contact dynamics (Jean 1999, *Comput. Methods Appl. Mech. Engrg.* 177, 235). For
-//! known bounds of friction every step makes a convex function smaller; with bounds that follow F_z it has no proof of
-//! its end for large friction, which is why it is bounded.
+//! known bounds of friction every step makes a convex function smaller; with bounds that follow F_z there is no proof
+//! of convergence for large friction, which is why the number of sweeps is limited.
 
 use super::conditions::{Conditions, onto_disc};
 use super::product::Vector;
 use crate::tyre::influence::TractionInfluence;
 
-/// Steps of a cell towards its own conditions in a sweep.
+/// Steps of a cell towards its conditions in a sweep.
 const OWN_STEPS: usize = 2;
 
-/// Improves the forces by so many sweeps; `displacements` are those of the forces, and stay so on the cells that may
-/// touch: these are listed.
+/// Improves the forces by `sweeps` sweeps. `cells` lists the cells that may touch; `displacements` are those of the
+/// forces, and are kept so on these cells.
 pub(super) fn sweep(
     influence: &TractionInfluence,
     conditions: &Conditions<'_>,

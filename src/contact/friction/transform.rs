@@ -1,4 +1,4 @@
-//! Between the cells of a window and the waves of a ring, for three components: each has shapes of its own across.
+//! Between the cells of a window and the waves of a ring, for three components, each with different shapes across.
 
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -9,20 +9,18 @@ use crate::counters::Work;
 use crate::scene::Sides;
 use crate::tyre::influence::{COMPONENTS, CellGrid, CellRow, folded_traction_shape, traction_shape};
 
-/// One component.
 struct Part<R: WaveNumber> {
     transform: WaveTransform<R>,
     cells: Vec<f64>,
     spectrum: Vec<Complex<R>>,
 }
 
-/// Transforms of a window, with room for a spectrum.
 pub(crate) struct TractionTransform<R: WaveNumber = f64> {
     parts: Vec<Part<R>>,
 }
 
 impl<R: WaveNumber> TractionTransform<R> {
-    /// Makes the transforms between a window of so many columns and the waves of rows on a ring of so many cells.
+    /// Transforms between a window of `columns` columns and the waves of rows on a ring of `ring` cells.
     pub(crate) fn new(grid: &CellGrid, [ring, columns]: [usize; 2], rows: &[CellRow]) -> Self {
         let part = |component: usize| {
             let shape = |row: &CellRow, j: usize| {
@@ -39,37 +37,33 @@ impl<R: WaveNumber> TractionTransform<R> {
         Self { parts: (0..COMPONENTS).map(part).collect() }
     }
 
-    /// Counts the cells of the window.
     pub(super) fn cells(&self) -> usize {
         self.parts[0].transform.cells()
     }
 
-    /// Counts the waves.
     pub(super) fn waves(&self) -> usize {
         self.parts[0].spectrum.len()
     }
 
-    /// Returns the phase of each wave from one element to the next.
+    /// Phase of each wave from one element to the next \[rad\].
     pub(super) fn angles(&self) -> Vec<f64> {
         self.parts[0].transform.angles()
     }
 
-    /// Returns the work of one way.
+    /// Work of one direction.
     pub(super) fn work(&self) -> Work {
         self.parts[0].transform.work() * COMPONENTS as u64
     }
 
-    /// Returns the spectra by component.
     pub(super) fn spectra(&self) -> [&[Complex<R>]; COMPONENTS] {
         std::array::from_fn(|component| self.parts[component].spectrum.as_slice())
     }
 
-    /// Returns the same as [`Self::spectra`], to be written.
     pub(super) fn spectra_mut(&mut self) -> impl Iterator<Item = &mut [Complex<R>]> {
         self.parts.iter_mut().map(|part| part.spectrum.as_mut_slice())
     }
 
-    /// Finds the waves of the forces on a window that begins with an element.
+    /// Transforms the forces \[N\] on a window that begins with an element; their waves are the spectra.
     pub(super) fn forward(&mut self, first_element: i64, forces: &[Vector]) {
         self.parts.par_iter_mut().enumerate().for_each(|(component, Part { transform, cells, spectrum })| {
             cells.iter_mut().zip(forces).for_each(|(cell, force)| *cell = force[component]);
@@ -77,7 +71,7 @@ impl<R: WaveNumber> TractionTransform<R> {
         });
     }
 
-    /// Adds the displacements of the waves in the spectra to the cells of the window.
+    /// Adds the displacements \[m\] of the waves in the spectra to the cells of the window.
     pub(super) fn add_inverse(&mut self, first_element: i64, out: &mut [Vector]) {
         self.parts.par_iter_mut().for_each(|Part { transform, cells, spectrum }| {
             cells.fill(0.0);

@@ -2,14 +2,15 @@
 //!
 //! A channel is driven by one sum of the forces and displaces all components. In a block of [`STEPS`] steps channels
 //! are gone through once: forces of the block before the last are taken in, and displacements of this block are
-//! foretold as if no more forces came. The response to the forces of the block before and of this one is summed with
-//! the first weights of the recursion. Most channels are over by then, and are left out of the pass (module `late`).
+//! foretold as if no more forces came. The response to the forces of the previous block and of this one is summed with
+//! the first weights of the recursion. Most channels have decayed by then, and are left out of the pass (module
+//! `late`).
 //!
 //! b_l = g (b_(l-1) - c b_(l-2)) + w F_l, with c = 1/4 of bdf2 and 0 of bdf1; forces and displacements have the phases
 //! of `tyre::poles::tractions`. Odd parts go from the real to the imaginary system and back.
 //!
-//! On a ring shorter than the tyre a force is forgotten some blocks after it was taken in: what is left of it is taken
-//! off the states, r_l F and r_(l-1) F with the response r = 1, g, ... of a channel.
+//! On a ring shorter than the tyre a force is forgotten some blocks after it was taken in: the remainder of its effect
+//! is subtracted from the states, r_l F and r_(l-1) F with the response r = 1, g, ... of a channel.
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -27,17 +28,17 @@ use crate::tyre::poles::traction_model::{Channel, TractionModel};
 pub(crate) const STEPS: usize = 8;
 /// Blocks whose forces are kept.
 const BLOCKS: usize = 3;
-/// Lags of the first weights: to the first step of the block before.
+/// Lags of the first weights: to the first step of the previous block.
 const LAGS: usize = 2 * STEPS - 1;
 /// Real and imaginary system.
 const SYSTEMS: usize = 2;
 /// Vectors of all components of a step.
 const FIELD: usize = COMPONENTS * SYSTEMS;
-/// Part of the tolerance that what is left of a force may be of what it was without being taken off.
+/// Part of the tolerance below which the remainder of a force, relative to its beginning, need not be subtracted.
 const FORGOTTEN: f64 = 1e-2;
 
-/// Channels of one kind, pairs (PARTS = 2) or real ones (1): of each the r-th of all waves. By channel g, inputs,
-/// outputs, odd outputs where the tyre turns, states of both systems: this step, the one before.
+/// Channels of one kind, pairs (PARTS = 2) or real ones (1): the r-th of every wave side by side. By channel g,
+/// inputs, outputs, odd outputs where the tyre turns, states of both systems: this step, the previous one.
 #[derive(Clone, Debug, Default)]
 struct Channels<E, const PARTS: usize> {
     numbers: Vec<E>,
@@ -46,7 +47,7 @@ struct Channels<E, const PARTS: usize> {
     left: Vec<E>,
 }
 
-/// Rule, time step and the rest of what a past by poles is made for.
+/// Rule, time step and the other parameters of a past by poles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stepping {
     /// Time rule.
@@ -55,23 +56,22 @@ pub(crate) struct Stepping {
     pub time_step: f64,
     /// Steps in which the window moves on by an element.
     pub substeps: usize,
-    /// Tolerance of the poles.
+    /// Tolerance of the poles, relative to each wave's influence.
     pub tolerance: f64,
     /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never.
     pub forgotten_after: Option<usize>,
 }
 
 impl Stepping {
-    /// Returns the blocks after which forces are forgotten; 0: never.
+    /// Blocks after which forces are forgotten; 0: never.
     pub(super) fn remembered_blocks(&self) -> usize {
         self.forgotten_after.map_or(0, |steps| (steps / STEPS).max(1))
     }
 }
 
-/// One channel of a wave.
 struct Coefficients {
     g: Complex64,
-    /// Response when forces are forgotten, and one step before it; 0 where it is too small to be taken off.
+    /// Response when forces are forgotten, and one step before it; 0 where it is too small to be subtracted.
     left: [Complex64; 2],
     input: [Complex64; COMPONENTS],
     output: [Complex64; COMPONENTS],
@@ -79,7 +79,7 @@ struct Coefficients {
 }
 
 impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
-    /// Returns where inputs, outputs, odd outputs and states begin, and the length of all.
+    /// Where inputs, outputs, odd outputs and states of a channel begin, and the length of all.
     const fn places(turns: bool) -> [usize; 5] {
         let (input, of_vector) = (PARTS, COMPONENTS * PARTS);
         let odd = input + 2 * of_vector;
@@ -87,7 +87,7 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
         [input, input + of_vector, odd, states, states + SYSTEMS * 2 * PARTS]
     }
 
-    /// Sets out the channels of neighbouring waves, those first that forget.
+    /// Arranges the channels of neighbouring waves, those first that forget.
     fn new(mut waves: Vec<Vec<Coefficients>>, turns: bool) -> Self {
         let forgets = |channel: &Coefficients| channel.left[0] != Complex64::ZERO;
         waves.iter_mut().for_each(|channels| channels.sort_by_key(|channel| !forgets(channel)));
@@ -124,13 +124,12 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
         Self { numbers, turns, left }
     }
 
-    /// Returns the states, channel by channel.
+    /// States, channel by channel.
     fn states(&self) -> impl Iterator<Item = &[E]> {
         let [.., states, length] = Self::places(self.turns);
         self.numbers.chunks_exact(length * E::MOST_LANES).map(move |record| &record[states * E::MOST_LANES..])
     }
 
-    /// Returns the same as [`Self::states`], to be changed.
     fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
         let [.., states, length] = Self::places(self.turns);
         self.numbers.chunks_exact_mut(length * E::MOST_LANES).map(move |record| &mut record[states * E::MOST_LANES..])
@@ -154,12 +153,12 @@ pub(super) struct WaveGroup<E> {
     foretold: Vec<E>,
     /// Forces of the blocks that are not forgotten yet, block by block.
     remembered: Vec<E>,
-    /// Displacements of the coming step.
+    /// Displacements of the coming step \[m\].
     sum: Vec<E>,
 }
 
 impl<E: Element> WaveGroup<E> {
-    /// Makes the group of so many waves of a model, at rest.
+    /// Group of `count` waves of a model from `first` on, at rest.
     pub(super) fn new(model: &TractionModel, [first, count]: [usize; 2], stepping: Stepping) -> Self {
         let Stepping { rule, time_step, tolerance, .. } = stepping;
         let blocks = stepping.remembered_blocks();
@@ -200,12 +199,12 @@ impl<E: Element> WaveGroup<E> {
         this
     }
 
-    /// Counts the parts of a pair.
+    /// Number of parts of a pair of components: even, and odd where the tyre turns.
     fn parts(&self) -> usize {
         if self.turns { 2 } else { 1 }
     }
 
-    /// Finds the first weights, 1 to [`LAGS`] steps after a force.
+    /// First weights, 1 to [`LAGS`] steps after a force \[m/N\].
     fn first_weights(&self, model: &TractionModel, rule: TimeRule, time_step: f64) -> Vec<E> {
         let parts = self.parts();
         let mut within = vec![E::default(); LAGS * PAIRS * parts * E::MOST_LANES];
@@ -226,7 +225,7 @@ impl<E: Element> WaveGroup<E> {
         within
     }
 
-    /// Returns the work of a step.
+    /// Work of a step.
     pub(super) fn work(&self) -> Work {
         let (numbers, within) = (self.pairs.numbers.len() + self.reals.numbers.len(), self.within.len());
         let multiply_adds = self.multiply_adds() / STEPS + 2 * within;
@@ -234,7 +233,7 @@ impl<E: Element> WaveGroup<E> {
         Work { multiply_adds: multiply_adds as u64, bytes: bytes as u64 }
     }
 
-    /// Returns the multiply-adds of a pass.
+    /// Multiply-adds of a pass.
     fn multiply_adds(&self) -> usize {
         let of_kind = |numbers: usize, length: usize, parts: usize| {
             let of_step = SYSTEMS * (3 * parts * parts + 3 * parts + COMPONENTS * parts * (1 + self.parts()));
@@ -249,7 +248,7 @@ impl<E: Element> WaveGroup<E> {
             + forgetting(self.reals.left.len(), 1)
     }
 
-    /// Returns the places of a component's real and imaginary parts in the forces of a step of the block.
+    /// Real and imaginary parts of a component in the forces of a step of the block, to be written.
     pub(super) fn force_mut(&mut self, step: usize, component: usize) -> [&mut [E]; SYSTEMS] {
         let step = (BLOCKS - 1) * STEPS + step;
         let own = &mut self.forces[(step * FIELD + component * SYSTEMS) * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES];
@@ -257,20 +256,20 @@ impl<E: Element> WaveGroup<E> {
         [re, im]
     }
 
-    /// Returns the displacements of a component at the coming step.
+    /// Displacements of a component at the coming step: real and imaginary parts.
     pub(super) fn displacement(&self, component: usize) -> [&[E]; SYSTEMS] {
         let (re, im) =
             self.sum[component * SYSTEMS * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES].split_at(E::MOST_LANES);
         [re, im]
     }
 
-    /// Finds the displacements at a step of the block; before the first one all channels are gone through, and of the
-    /// blocks that are remembered one is forgotten.
+    /// Finds the displacements at a step of the block; at the first one it passes over all channels before, and block
+    /// `forgotten` of the remembered ones is forgotten.
     pub(super) fn go_on(&mut self, arch: Arch, step: usize, forgotten: usize) {
         arch.dispatch(Step { group: self, step, forgotten });
     }
 
-    /// Returns all that evolves.
+    /// All numbers that evolve.
     pub(super) fn evolving(&self) -> impl Iterator<Item = &[E]> {
         [self.forces.as_slice(), &self.foretold, &self.remembered]
             .into_iter()
@@ -278,14 +277,12 @@ impl<E: Element> WaveGroup<E> {
             .chain(self.reals.states())
     }
 
-    /// Returns the same as [`Self::evolving`], to be changed.
     pub(super) fn evolving_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
         let fields = [self.forces.as_mut_slice(), &mut self.foretold, &mut self.remembered];
         fields.into_iter().chain(self.pairs.states_mut()).chain(self.reals.states_mut())
     }
 }
 
-/// A step of a group.
 struct Step<'a, E> {
     group: &'a mut WaveGroup<E>,
     step: usize,
@@ -330,7 +327,7 @@ impl<E: Element> WithSimd for Step<'_, E> {
     }
 }
 
-/// Adds what the forces of the block before and the earlier ones of this one displace.
+/// Adds the displacements by the forces of the previous block and by the earlier ones of this block.
 #[inline(always)]
 fn add_within<E: Element, S: Simd, const TURNS: bool>(
     simd: S,
@@ -364,7 +361,7 @@ fn add_within<E: Element, S: Simd, const TURNS: bool>(
     }
 }
 
-/// Returns g (end - c before).
+/// g (end - c before).
 #[inline(always)]
 fn stepped<E: Element, S: Simd, const PARTS: usize>(
     simd: S,
@@ -386,7 +383,7 @@ fn stepped<E: Element, S: Simd, const PARTS: usize>(
     next
 }
 
-/// Adds Re(a b), or takes it off.
+/// Adds Re(a b), or subtracts it.
 #[inline(always)]
 fn add_real<E: Element, S: Simd, const PARTS: usize, const ADDS: bool>(
     simd: S,
@@ -406,7 +403,7 @@ fn add_real<E: Element, S: Simd, const PARTS: usize, const ADDS: bool>(
     sum
 }
 
-/// Returns what is left of a unit state after so many steps, and one step before; 0 if it is less than `least`.
+/// Remainder of a unit state after `steps` steps, and one step before; 0 if it is less than `least`.
 fn left_after(g: Complex64, before: f64, steps: usize, least: f64) -> [Complex64; 2] {
     let (mut now, mut last) = (Complex64::ONE, Complex64::ZERO);
     for _ in 0..steps {
@@ -415,7 +412,7 @@ fn left_after(g: Complex64, before: f64, steps: usize, least: f64) -> [Complex64
     if now.norm().max(last.norm()) < least { [Complex64::ZERO; 2] } else { [now, last] }
 }
 
-/// Takes b off a, times a factor.
+/// Subtracts factor b from a.
 #[inline(always)]
 fn take_off<E: Element, S: Simd, const PARTS: usize>(
     simd: S,
@@ -431,7 +428,7 @@ fn take_off<E: Element, S: Simd, const PARTS: usize>(
     }
 }
 
-/// Goes through all channels of a kind.
+/// Passes over all channels of a kind.
 #[inline(always)]
 fn pass_all<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
     simd: S,
@@ -448,7 +445,7 @@ fn pass_all<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
     pass::<E, S, PARTS, TURNS, false>(simd, others, c, (forces, &[], &[]), foretold);
 }
 
-/// Vectors of the forces of a block, of those that are forgotten, and what is left of these.
+/// Vectors of the forces of a block, of those that are forgotten, and the remainders of these.
 type Taken<'a, V> = (&'a [V], &'a [V], &'a [V]);
 
 /// Takes in the forces of the block before the last, and foretells this one.
@@ -487,6 +484,7 @@ fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool, const FORGET
                     gone[which / PARTS][which % PARTS] = left[(2 * PARTS * number + which) * vectors + v];
                 }
             }
+            // 1. Forces of the block before the last, less the remainder of those that are forgotten.
             for step in 0..STEPS {
                 let place = |a: usize, system: usize| (step * FIELD + SYSTEMS * a + system) * vectors + v;
                 for system in 0..SYSTEMS {
@@ -517,12 +515,13 @@ fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool, const FORGET
                     record[(states + which * PARTS + part) * vectors + v] = systems[which / 2][which % 2][part];
                 }
             }
-            // The block between.
+            // 2. The block between, without forces.
             for _ in 0..STEPS {
                 for system in &mut systems {
                     *system = [stepped::<E, S, PARTS>(simd, g, c, *system), system[0]];
                 }
             }
+            // 3. Displacements of this block.
             for step in foretold.chunks_exact_mut(FIELD * vectors) {
                 for system in &mut systems {
                     *system = [stepped::<E, S, PARTS>(simd, g, c, *system), system[0]];

@@ -1,9 +1,9 @@
 //! Contact of one step over all cells of the window, with friction.
 //!
 //! 1. displacements by past forces;
-//! 2. required displacements d of the cells, and their slip but for the forces of this step,
-//!    shift = u_old + (c_1 u' + c_2 u'')/c_0 + W dt/c_0, with the cell's own displacements u' and u'' one and two steps
-//!    ago and the backward difference c;
+//! 2. required displacements d of the cells, and their slip without the forces of this step, shift = u_old + (c_1 u' +
+//!    c_2 u'')/c_0 + W dt/c_0, with the cell's displacements u' and u'' one and two steps ago and the backward
+//!    difference c;
 //! 3. the forces (module `search`);
 //! 4. slip v = (u + shift) c_0/dt, coefficients of friction and bonds of the next step; the forces join the past.
 //!
@@ -40,19 +40,19 @@ const FULL: f64 = 1.0 - 1e-7;
 
 /// Motion of the wheel and the cells under it.
 pub(crate) struct Rolling {
-    /// Where the elements are whose forces are told.
+    /// Window of the elements whose forces are reported.
     pub geometry: Geometry,
-    /// Columns by which the window is longer at either end.
+    /// Columns by which the window in which contact is sought is longer at either end.
     pub margin: usize,
     /// Distance of the cells across from the middle, to the left \[m\].
     pub lateral: Vec<f64>,
     /// The undeformed tread.
     pub tread: TreadSurface,
-    /// Size of a cell \[m^2\].
+    /// Area of a cell \[m^2\].
     pub face: f64,
     /// Rolling speed \[m/s\].
     pub speed: f64,
-    /// Creep, that along as it is now.
+    /// Creep of the wheel, and its present longitudinal part.
     pub creep: Creep,
     pub longitudinal: f64,
     /// Creep along that follows the torque, if the wheel rolls freely.
@@ -64,12 +64,12 @@ pub(crate) struct Rolling {
 }
 
 impl Rolling {
-    /// Returns the columns ahead of a window of so many that are carried along: none where it is the whole tyre.
+    /// Columns ahead of a window of `columns` columns that are carried along: none where it is the whole tyre.
     pub(crate) fn ahead(&self, columns: usize) -> usize {
         AHEAD.min(self.geometry.elements - columns)
     }
 
-    /// Returns the slip of a step by creep \[m\], over c_0, at the number of an element and across.
+    /// Slip of a step by creep over c_0 \[m\], forward and to the left, at an element and a cell across.
     fn creep(&self, step: u64, element: i64, j: usize) -> [f64; 2] {
         let (Creep { lateral, spin, ramp, .. }, longitudinal) = (&self.creep, self.longitudinal);
         let time = step as f64 * self.time_step;
@@ -116,7 +116,6 @@ struct FrictionZoneState {
 }
 
 impl FrictionZone {
-    /// Makes the zone of a tyre at rest.
     pub(crate) fn new(rolling: Rolling, past: TractionHistory, search: FrictionSearch, law: CellLaw) -> Self {
         let cells = search.influence().cells();
         let round = rolling.geometry.elements * rolling.lateral.len();
@@ -144,18 +143,18 @@ impl FrictionZone {
         self.rolling.lateral.len()
     }
 
-    /// Returns the cells of the window, without those ahead.
+    /// Cells of the window, without those ahead.
     fn window(&self) -> Range<usize> {
         0..(self.rolling.geometry.columns + 2 * self.rolling.margin) * self.across()
     }
 
-    /// Returns the cells that are told.
+    /// Cells that are reported.
     fn told(&self) -> Range<usize> {
         let outside = self.rolling.margin * self.across();
         outside..self.window().end - outside
     }
 
-    /// Returns the place round the tyre of a cell of the window.
+    /// Place round the tyre of a cell of the window.
     fn place(&self, cell: usize) -> usize {
         let (across, elements) = (self.across(), self.rolling.geometry.elements as i64);
         let element = (self.first_element + (cell / across) as i64).rem_euclid(elements);
@@ -174,7 +173,7 @@ impl FrictionZone {
         self.first_element = first_element;
     }
 
-    /// Sets up required displacements, slips and coefficients of a step.
+    /// Sets up required displacements, slips and coefficients of friction of a step.
     fn set_up(&mut self, at: &Instant<'_>, road: &RoadStrip) {
         let across = self.across();
         let [now, one, two] = self.rolling.rule.backward_difference();
@@ -196,7 +195,7 @@ impl FrictionZone {
         }
     }
 
-    /// Takes in what the bonds of this step do: the pull, and the displacements by it.
+    /// Applies the bonds of this step: the pull, and the displacements by it.
     fn pull(&mut self) {
         self.all.fill([0.0; 3]);
         if !self.law.has_adhesion() {
@@ -212,7 +211,8 @@ impl FrictionZone {
         }
     }
 
-    /// Takes in what the forces have done: displacements, slips, coefficients and bonds, and tells the tangential part.
+    /// Updates the states by the forces of a step: displacements, coefficients, bonds and creep; writes the tangential
+    /// part.
     fn follow(&mut self, step: u64, out: Option<&mut TangentialPart>) {
         let (across, told, window) = (self.across(), self.told(), self.window().end);
         let rate = self.rolling.rule.backward_difference()[0] / self.rolling.time_step;
@@ -253,7 +253,7 @@ impl FrictionZone {
             part.total[1] += force[1];
             part.torque += self.rolling.geometry.radius * force[0] + x * self.normal[cell];
             let Some(out) = &mut out else { continue };
-            // Forces beyond the columns that are told go to the outermost of these.
+            // Forces beyond the reported columns go to the outermost of these.
             let place = match cell {
                 _ if cell < told.start => ends[0] + cell % across,
                 _ if cell >= told.end => ends[1] + cell % across,
@@ -309,7 +309,7 @@ impl Zone for FrictionZone {
         }
         meter.lap(&mut laps, Stage::ActiveSet);
         for (all, force) in self.all.iter_mut().zip(&self.forces) {
-            // The pull stays beside the pressure.
+            // The pull adds to the pressure.
             *all = [force[0], force[1], force[2] + all[2]];
         }
         self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);

@@ -1,8 +1,8 @@
 //! One piece of work at a time on another thread, handed over and back without allocating.
 //!
 //! Work that no thread has begun when its result is wanted is done where it is wanted: no thread waits for one that
-//! does not get a processor, and without another thread everything is done in place. What comes of the work does not
-//! depend on where it was done.
+//! does not get a processor, and without another thread everything is done in place. The result does not depend on
+//! where the work was done.
 
 use std::any::Any;
 use std::mem::replace;
@@ -12,12 +12,12 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// How long a thread looks out for news before it sleeps: to wake it takes some 50 us.
+/// How long a thread polls before it sleeps: to wake it takes some 50 us.
 const LOOK_OUT: Duration = Duration::from_micros(300);
 
 /// Work to be done on another thread.
 pub(crate) trait Task: Send + 'static {
-    /// Does it; `behind`: on the other thread.
+    /// Does the work; `behind`: on the other thread.
     fn carry_out(&mut self, behind: bool);
 }
 
@@ -30,7 +30,7 @@ enum Place<T> {
     /// On the other thread.
     Begun,
     Done(Box<T>),
-    /// It has panicked.
+    /// Panicked.
     Failed(Box<dyn Any + Send>),
     /// No more work will come.
     Over,
@@ -39,7 +39,7 @@ enum Place<T> {
 struct Shared<T> {
     place: Mutex<Place<T>>,
     changed: Condvar,
-    /// Counts changes, for those who look out.
+    /// Counts changes, for threads that poll.
     news: AtomicU32,
 }
 
@@ -54,7 +54,7 @@ impl<T> Shared<T> {
         self.changed.notify_one();
     }
 
-    /// Takes the work as soon as `wanted` holds; looks out for a while, then sleeps.
+    /// Takes the work as soon as `wanted` holds, and leaves `instead`; polls for a while, then sleeps.
     fn wait(&self, wanted: impl Fn(&Place<T>) -> bool, instead: Place<T>) -> Place<T> {
         let begin = Instant::now();
         loop {
@@ -70,7 +70,7 @@ impl<T> Shared<T> {
             }
             drop(place);
             while self.news.load(Ordering::Acquire) == seen && begin.elapsed() < LOOK_OUT {
-                // On a busy machine the news may need this very processor.
+                // On a busy machine the other thread may need this very processor.
                 std::thread::yield_now();
             }
         }
@@ -84,21 +84,21 @@ pub(crate) struct Behind<T: Task> {
 }
 
 impl<T: Task> Behind<T> {
-    /// Wraps work that is done; on a thread of its own if there is one to be had and it is wanted.
+    /// Wraps work that is done; on another thread if `wanted` and if one can be started.
     pub(crate) fn new(work: T, wanted: bool) -> Self {
         let place = Mutex::new(Place::Done(Box::new(work)));
         let shared = Arc::new(Shared { place, changed: Condvar::new(), news: AtomicU32::new(0) });
         let served = Arc::clone(&shared);
         let thread = wanted.then(|| Builder::new().name("history".to_owned()).spawn(move || serve(&served)).ok());
         let thread = thread.flatten();
-        // What a thread allocates it allocates at its beginning.
+        // Allocations of the thread happen at its start: wait until it has begun.
         while thread.is_some() && shared.news.load(Ordering::Acquire) == 0 {
             std::thread::yield_now();
         }
         Self { shared, thread }
     }
 
-    /// Takes the work back, done.
+    /// Takes the work back, done; a panic of the work goes on here.
     pub(crate) fn take(&self) -> Box<T> {
         match self.shared.wait(|place| !matches!(place, Place::Begun), Place::Out) {
             Place::Done(work) => work,
@@ -111,12 +111,12 @@ impl<T: Task> Behind<T> {
         }
     }
 
-    /// Hands it over, to be done.
+    /// Hands the work over, to be done.
     pub(crate) fn begin(&self, work: Box<T>) {
         self.shared.set(Place::Waiting(work));
     }
 
-    /// Gives it back as it was taken.
+    /// Gives the work back as it was taken.
     pub(crate) fn give_back(&self, work: Box<T>) {
         self.shared.set(Place::Done(work));
     }
@@ -125,7 +125,7 @@ impl<T: Task> Behind<T> {
 impl<T: Task> Drop for Behind<T> {
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
-            // Work that is begun comes to its end first.
+            // Work that has begun is finished first.
             self.shared.wait(|place| !matches!(place, Place::Begun), Place::Over);
             self.shared.set(Place::Over);
             // Its panics are handed on with the work.
@@ -134,7 +134,7 @@ impl<T: Task> Drop for Behind<T> {
     }
 }
 
-/// Does what comes until nothing more will.
+/// Does the work that comes until no more will.
 fn serve<T: Task>(shared: &Shared<T>) {
     shared.news.fetch_add(1, Ordering::Release);
     while let Place::Waiting(mut work) =

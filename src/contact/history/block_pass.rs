@@ -6,15 +6,14 @@ use super::wavenumber_group::{PoleRows, Record, TOGETHER, WavenumberGroup};
 use crate::numeric::Element;
 use crate::time_rule::recursion::{MOST_STAGES, Number, Recursion, State, StepMaps};
 
-/// Passes over blocks of instants: takes in the forces of the last one, passes over those between, then foretells u_old
-/// over the next as if no more forces came.
+/// Passes over blocks of instants: takes in the forces of the last one, passes over those between, then foretells
+/// u_old over the next as if no more forces came.
 // Not inlined: it is long, and its callers would have a copy each.
 #[inline(never)]
 pub(crate) fn pass<E: Element, R: Recursion>(group: &mut WavenumberGroup<E>, arch: Arch, recursion: R) {
     arch.dispatch(Pass { group, recursion });
 }
 
-/// See [`pass`].
 struct Pass<'a, E, R> {
     group: &'a mut WavenumberGroup<E>,
     recursion: R,
@@ -53,7 +52,7 @@ struct Block<'a, E: Element, S: Simd, R> {
 }
 
 impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
-    /// Vectors of a group.
+    /// Vectors of a group's numbers.
     const VECTORS: usize = E::MOST_LANES * size_of::<E>() / size_of::<E::Vector<S>>();
 
     #[inline(always)]
@@ -80,7 +79,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         }
     }
 
-    /// Returns a pole takes in the block's forces.
+    /// Takes in the block's forces for a pole: updates its states, and returns them with its step maps.
     #[inline(always)]
     fn take_in<const PARTS: usize>(
         &self,
@@ -120,7 +119,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         Driven { maps, re, im }
     }
 
-    /// Returns the systems after the block's forces, less what is `left` of the forces that are forgotten meanwhile.
+    /// The systems after the block's forces, less the remainder `left` of the forces that are forgotten meanwhile.
     #[inline(always)]
     fn drive<const PARTS: usize, const FORGETS: bool>(
         &self,
@@ -157,7 +156,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         systems
     }
 
-    /// Adds what two poles displace in the block after the coming one.
+    /// Adds the displacements by two poles in the block after the coming one.
     #[inline(always)]
     fn foretell<const PARTS: usize>(
         &mut self,
@@ -181,7 +180,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         }
     }
 
-    /// Adds the same with odd parts: what they displace goes from one system to the other.
+    /// Adds the same with odd parts, whose displacements go from one system to the other.
     #[inline(always)]
     fn foretell_both<const PARTS: usize>(
         &mut self,

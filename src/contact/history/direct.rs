@@ -1,12 +1,12 @@
-//! Displacement left over from past forces: direct convolution in the contact frame.
+//! Displacement by past forces: direct convolution in the contact frame.
 //!
 //! ```text
 //! u_old(e) = sum_(p >= 1) sum_e' w_p(e - e') F_(l-p)(e')
 //! ```
 //!
 //! with e in today's window, e' in the window of p steps ago, and w_p(j) = sum over n = -N/2 ... N/2 - 1 of w_(n,p)
-//! exp(2 pi i n j/N): the displacement of the element j further on, p steps after a unit force; of a tyre that turns it
-//! differs forwards and backwards. This is the reference for every faster way.
+//! exp(2 pi i n j/N): the displacement of the element j further on, p steps after a unit force; of a tyre that turns
+//! it differs forwards and backwards. This is the reference for every faster method.
 //!
 //! Cost: lags x (points in contact) x columns multiply-adds a step, read from lags x 2 columns kernel entries. The lags
 //! are split into a fixed number of chunks whose sums are added in order: the same bits for any number of threads.
@@ -27,7 +27,7 @@ use crate::tyre::influence::convolution_quadrature::Weights;
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.
 const CHUNKS: usize = 32;
 
-/// Kernels of the direct history: influence in the contact frame, lag by lag.
+/// Kernels of the direct history: influence in the contact frame, lag by lag \[m/N\].
 #[derive(Clone, Debug)]
 pub struct LagKernel {
     /// Rows by lag, see [`LagKernel::lag`].
@@ -37,8 +37,8 @@ pub struct LagKernel {
 }
 
 impl LagKernel {
-    /// Transforms the weights of all wavenumbers to the elements a window of `columns` can see of itself, `substeps`
-    /// steps per element.
+    /// Transforms the weights of all wavenumbers to distances between the elements of a window of `columns` columns,
+    /// with `substeps` steps per element.
     pub fn new(weights: &Weights, elements: usize, columns: usize, substeps: usize) -> Self {
         let mut ring = Ring::new(elements);
         let row = padded(columns) + columns + 1;
@@ -56,18 +56,18 @@ impl LagKernel {
         Self { lags, row }
     }
 
-    /// Returns the number of lags, lag 0 included.
+    /// Number of lags, lag 0 included.
     fn lags(&self) -> usize {
         self.lags.len() / self.row
     }
 
-    /// Returns the kernel of lag p: entry r is the influence on the element r - (columns - 1) + floor(p/q) further on.
+    /// Kernel of lag p \[m/N\]: entry r is the influence on the element r - (columns - 1) + floor(p/q) further on.
     pub fn lag(&self, p: usize) -> &[f64] {
         &self.lags[p * self.row..(p + 1) * self.row]
     }
 }
 
-/// Returns the columns rounded up to whole vectors of eight.
+/// Columns rounded up to whole vectors of eight.
 fn padded(columns: usize) -> usize {
     columns.div_ceil(8) * 8
 }
@@ -78,7 +78,7 @@ pub struct DirectHistory {
     kernel: LagKernel,
     columns: usize,
     substeps: usize,
-    /// Past forces, row by step modulo the number of lags.
+    /// Past forces \[N\], row by step modulo the number of lags.
     forces: Vec<f64>,
     /// First element and the columns with force, by row.
     marks: Vec<Mark>,
@@ -96,7 +96,7 @@ struct Mark {
 }
 
 impl DirectHistory {
-    /// Returns an empty history (everything at rest).
+    /// Empty history, everything at rest.
     pub fn new(kernel: LagKernel, columns: usize, substeps: usize) -> Self {
         let lags = kernel.lags();
         Self {

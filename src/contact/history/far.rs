@@ -17,7 +17,7 @@ use crate::time_rule::recursion::{Recursion, WithRecursion};
 use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
 
-/// States of all poles, and what a pass over them takes and gives.
+/// States of all poles, and the input and output of a pass over them.
 pub(super) struct Far {
     rule: TimeRule,
     groups: Vec<WavenumberGroup<f64>>,
@@ -28,19 +28,19 @@ pub(super) struct Far {
     /// The same by wavenumber.
     spectra: Vec<Vec<Complex64>>,
     scratch: Vec<Complex64>,
-    /// Clock of processor time beside wall time, if there is one.
+    /// Clock of processor time in addition to wall time, if there is one.
     pub cpu: Option<CpuClock>,
     /// Sums and transforms of a pass.
     work: [Work; 2],
     /// Times of the last pass likewise.
     times: [Spent; 2],
-    /// True if it went on behind the march.
+    /// True if the last pass ran behind the march.
     behind: bool,
     arch: Arch,
 }
 
 impl Far {
-    /// Makes states at rest, for blocks of so many instants; `None` if the model does not hold the field.
+    /// States at rest, for blocks of `instants` instants; `None` if the model does not hold the field.
     pub(super) fn new(
         model: &RationalModel,
         field: Field,
@@ -81,17 +81,16 @@ impl Far {
         })
     }
 
-    /// Returns all that evolves but [`Self::rings`].
+    /// All numbers that evolve but [`Self::rings`].
     pub(crate) fn states(&self) -> impl Iterator<Item = &[f64]> {
         self.groups.iter().flat_map(WavenumberGroup::states)
     }
 
-    /// Returns the same as [`Self::states`], to be changed.
     pub(crate) fn states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
     }
 
-    /// Tells what the last pass has cost: beside the march, or within the history of the step under way.
+    /// Reports the time of the last pass: in the background, or within the history of the step under way.
     pub(super) fn report(&self, meter: &mut Meter) {
         let [sums, transforms] = self.times;
         if self.behind {
@@ -111,7 +110,6 @@ impl Task for Far {
     }
 }
 
-/// A pass over the states.
 struct OverAllPoles<'a>(&'a mut Far);
 
 impl WithRecursion for OverAllPoles<'_> {
@@ -121,10 +119,12 @@ impl WithRecursion for OverAllPoles<'_> {
         let Far { groups, forward, inverse, rings, spectra, scratch, cpu, times, arch, .. } = self.0;
         let mut clock = Clock::start(*cpu);
         // Planned lengths; the forces are real and so is the displacement: nothing to refuse.
+        // 1. Forces from the ring to wavenumbers.
         for (ring, spectrum) in rings.iter_mut().zip(&mut *spectra) {
             let _ = forward.process_with_scratch(ring, spectrum, scratch);
         }
         times[1] = clock.lap();
+        // 2. The pass, group by group.
         for group in &mut *groups {
             for (instant, spectrum) in spectra.iter().enumerate() {
                 let forces = &spectrum[group.wavenumbers()];
@@ -137,6 +137,7 @@ impl WithRecursion for OverAllPoles<'_> {
             }
         }
         times[0] = clock.lap();
+        // 3. Displacements back to the ring; of the waves that are their own mirror the imaginary part is rounding.
         for (ring, spectrum) in rings.iter_mut().zip(spectra) {
             let last = spectrum.len() - 1;
             (spectrum[0].im, spectrum[last].im) = (0.0, 0.0);

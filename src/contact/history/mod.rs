@@ -1,14 +1,15 @@
-//! Displacement left over from past forces.
+//! Displacement by past forces.
 //!
 //! - `direct`: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - `modes`: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
-//! - `near`: what the latest forces do, which the pass has not seen yet;
-//! - `far`: the pass over all of them, `behind` the march where there is another thread;
+//! - `near`: displacements by the latest forces, which the pass has not taken in yet;
+//! - `far`: the pass over all poles, `behind` the march where there is another thread;
 //! - `state`: what evolves of a history;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors, and their `block_pass`;
-//! - `transfer`: the transfer function that such a recursion is.
+//! - `transfer`: the transfer function of such a recursion.
 //!
-//! A third way, convolution by FFT in partitions (Gardner 1995, *J. Audio Eng. Soc.* 43, 127), has been weighed and is
+//! A third method, convolution by FFT in partitions (Gardner 1995, *J. Audio Eng. Soc.* 43, 127), was considered and
+//! is
 //! not built, because it wins nowhere. For N = 1024 and the default tyre at 80 km/h, transforms over the elements left
 //! out, a step takes 0.44 M flops with 1024 lags, which leave out more than 1e-2 of H_n, and 0.98 M with 16384, which
 //! leave out 4e-6; poles take 0.55 M and leave out the fit's tolerance, 1e-5; the direct sum takes 150 M with 8192
@@ -36,20 +37,20 @@ pub(crate) use wavenumber_group::expected_multiply_adds;
 use crate::counters::Meter;
 use crate::storage::StateError;
 
-/// A way to carry the past along.
+/// A method to carry the past.
 pub trait PastForces: Send {
     /// Writes u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`. It is
     /// called once for every stage of a step, and the caller times it as
     /// [`Stage::History`](crate::counters::Stage::History): `meter` is for its work, and for the times of its parts.
     fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter);
 
-    /// Takes note of the stage's forces \[N\], from element `first_element` on.
+    /// Takes the stage's forces \[N\], from element `first_element` on.
     fn push(&mut self, first_element: i64, forces: &[f64]);
 
-    /// Takes the state down; the same for any number of threads.
+    /// State between two steps; the same for any number of threads.
     fn save(&self) -> HistoryState;
 
-    /// Goes on from the state of an equal history, on any number of threads.
+    /// Continues from the state of an equal history, on any number of threads.
     ///
     /// # Errors
     /// [`StateError`].

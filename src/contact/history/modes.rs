@@ -5,22 +5,22 @@
 //! of all poles do not fit into a processor's nearest memory, and a recursion that goes through them once a step waits
 //! for them. So they are gone through once in a *block* of [`INSTANTS`] instants, and while the tyre rolls through a
 //! block another thread, if there is one, does so for the next:
-//! 1. the forces of the block before, transformed to wavenumbers, are taken in one after the other;
+//! 1. the forces of the previous block, transformed to wavenumbers, are taken in one after the other;
 //! 2. u_old of the block to come is foretold as if no forces came after them, and transformed back to the elements
 //!    (`far`);
-//! 3. what the block before and the earlier instants of its own add to an instant is a short convolution (`near`), with
-//!    the first weights of the same recursion.
+//! 3. the contribution of the previous block and of the earlier instants of the current one to an instant is a short
+//!    convolution (`near`), with the first weights of the same recursion.
 //!
 //! A tyre that turns has odd parts beside the even ones (`time_rule::recursion`), and influence that differs forwards
 //! and backwards.
 //!
-//! By linearity this is the recursion itself: only rounding differs, and nothing depends on who did what. Elements are
-//! material, so nothing moves but the elements that are looked at.
+//! By linearity this is the recursion itself: only rounding differs, and nothing depends on which thread did what.
+//! Elements are material, so only the part of them that the window covers changes.
 //!
-//! Cost of a step of s stages: 4 (7 + 2 s) flops and 96 s/[`INSTANTS`] bytes for a pair of poles, 4 (1 + 2 s) flops and
-//! 48 s/[`INSTANTS`] bytes for a real one (160 and 80 bytes with bdf2, which keeps two steps), 8 s and 4 s flops more
-//! where the tyre turns; in each block what it
-//! takes to pass over one; for each instant two FFTs of length N, and what `near` says; independent of the memory.
+//! Cost of a step of s stages: 4 (7 + 2 s) flops and 96 s/[`INSTANTS`] bytes for a pair of poles, 4 (1 + 2 s) flops
+//! and 48 s/[`INSTANTS`] bytes for a real one (160 and 80 bytes with bdf2, which keeps two steps), 8 s and 4 s flops
+//! more where the tyre turns; in each block the passing over one; for each instant two FFTs of length N, and the cost
+//! of `near`; independent of the memory.
 
 use num_complex::Complex64;
 
@@ -43,7 +43,7 @@ use crate::tyre::poles::{Modes, RationalModel};
 /// threads: 8 is a twentieth faster than 4, 16 is not faster.
 pub const INSTANTS: usize = 8;
 
-/// Bytes of a pole, conjugates counted: of the model, and for each stage of a step what goes with it.
+/// Bytes of a pole, conjugates counted: of the model, and for each stage of a step the rest.
 const POLE_BYTES: [f64; 2] = [30.0, 110.0];
 /// Bytes of a pole's odd parts, conjugates counted: residues of two faces, and q.
 const ODD_POLE_BYTES: f64 = 24.0;
@@ -71,20 +71,20 @@ pub struct ModalHistory {
     far: Behind<Far>,
     /// u_old \[m\] on the ring at each instant of this block, of the forces up to the block before the last.
     old: Vec<Vec<f64>>,
-    /// Elements in contact and their forces \[N\] at the instants of the block before and of this one.
+    /// Elements in contact and their forces \[N\] at the instants of the previous block and of this one.
     rows: Vec<Vec<(i64, f64)>>,
     near: NearForces,
 }
 
 impl ModalHistory {
-    /// Makes a recursion at rest, in blocks of [`INSTANTS`], for windows of at most so many columns that move on by at
-    /// most an element a step; `None` if the model does not hold the field.
+    /// Recursion at rest, in blocks of [`INSTANTS`], for windows of at most `columns` columns that move on by at most
+    /// an element a step; `None` if the model does not hold the field.
     pub fn new(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, columns: usize) -> Option<Self> {
         Self::with_blocks(model, field, rule, time_step, columns, INSTANTS)
     }
 
-    /// Makes a recursion as [`Self::new`], in blocks of as many whole steps as `instants` hold, one at least: with one
-    /// step it is the plain recursion, to measure against.
+    /// Recursion as that of [`Self::new`], in blocks of as many whole steps as `instants` hold, one at least: with one
+    /// step it is the plain recursion, to compare with.
     pub fn with_blocks(
         model: &RationalModel,
         field: Field,
@@ -96,7 +96,7 @@ impl ModalHistory {
         let elements = model.elements;
         let stages = rule.stages();
         let instants = (instants / stages).max(1) * stages;
-        // A clone would not keep the room for the forces.
+        // A clone would not keep the capacity for the forces.
         let rows = (0..2 * instants).map(|_| Vec::with_capacity(elements)).collect();
         let lags = 2 * instants - 1;
         let influence = first_influences(model, field, rule, time_step, lags)?;
@@ -110,26 +110,26 @@ impl ModalHistory {
         })
     }
 
-    /// Returns the first weights w_(n,0) of the quadrature, n = 0..=N/2: the model at delta(0)/dt \[m/N\]; of a tyre
-    /// that turns those of the even parts.
+    /// First weights w_(n,0) of the quadrature, n = 0..=N/2: the model at delta(0)/dt \[m/N\]; of a tyre that turns
+    /// those of the even parts.
     pub fn first_weights(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64) -> Option<Vec<f64>> {
         (0..=model.largest_wavenumber())
             .map(|n| model.modes(n, field).map(|modes| first_weight(&modes, rule, time_step)))
             .collect()
     }
 
-    /// Returns the first weights of the odd parts, likewise \[m/N\]; none at rest.
+    /// First weights of the odd parts, likewise \[m/N\]; empty at rest.
     pub fn odd_first_weights(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64) -> Option<Vec<f64>> {
         let wavenumbers = if model.turns() { 0..model.largest_wavenumber() + 1 } else { 0..0 };
         wavenumbers.map(|n| model.modes(n, field).map(|modes| odd_first_weight(&modes, rule, time_step))).collect()
     }
 
-    /// Forecasts a model of so many poles, conjugates counted, under a rule, looked at through a window
-    /// of so many columns; of a tyre that `turns`, or at rest.
+    /// Forecasts work and memory for a model of `poles` poles, conjugates counted, under a rule, with a window of
+    /// `columns` columns; of a tyre that `turns`, or at rest.
     pub fn expected(rule: TimeRule, elements: usize, poles: f64, columns: usize, turns: bool) -> ExpectedHistory {
         let (stages, instants) = (rule.nodes().len() as f64, INSTANTS as f64);
         let steps_of_block = (INSTANTS / rule.nodes().len()).max(1);
-        // An instant sees those of the block before and, on average, half of its own.
+        // An instant sums those of the previous block and, on average, half of its own.
         let seen = 0.5 * (3.0 * instants - 1.0);
         let (near, spectrum) = near::expected(elements, columns, 2 * steps_of_block, seen, turns);
         let (odd_bytes, influences) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
@@ -144,7 +144,7 @@ impl ModalHistory {
         }
     }
 
-    /// Begins a block: fetches u_old of it, and sends out the last block's forces for that of the next.
+    /// Begins a block: takes over its u_old, and hands out the last block's forces for u_old of the next.
     fn turn(&mut self, meter: &mut Meter) {
         self.rows.rotate_left(self.old.len());
         self.near.turn();
@@ -163,8 +163,8 @@ impl ModalHistory {
     }
 }
 
-/// Returns the influence of a force at a stage, 1, 2, ... instants later, on the element j further on, \[m/N\]: row
-/// (stage x lags + lag - 1), j = 0..N.
+/// Influence of a force at a stage, 1, 2, ... instants later, on the element j further on \[m/N\]: row (stage x lags +
+/// lag - 1), j = 0..N.
 fn first_influences(
     model: &RationalModel,
     field: Field,
@@ -196,8 +196,8 @@ fn first_influences(
     Some(rows.collect())
 }
 
-/// Adds what poles with these residues displace 1, 2, ... instants after a unit force at a stage, all of one stage
-/// together.
+/// Adds the displacements by poles with these residues 1, 2, ... instants after a unit force at a stage, all of one
+/// stage together.
 pub(crate) fn add_responses(
     modes: &Modes<'_>,
     residues: &[Complex64],
@@ -263,7 +263,7 @@ impl PastForces for ModalHistory {
         }
         self.instant = instant;
         for (number, row) in rows.iter().enumerate() {
-            // In place: the room that a row has is enough for any step.
+            // In place: the capacity of a row is enough for any step.
             self.rows[number].clone_from(row);
             self.near.take(number, row.iter().copied());
         }
@@ -290,7 +290,7 @@ mod tests {
         fit(&tyre, &FitOptions::new(&tyre, 48, 20.0).with_tolerance(1e-3)).unwrap()
     }
 
-    /// Rolls with forces of some points, none at times, that depend on what came before; returns every u_old.
+    /// Rolls with forces of some points, none at times, that depend on the displacement; returns every u_old.
     fn roll(history: &mut ModalHistory, rule: TimeRule, from: i64, to: i64) -> Vec<f64> {
         let stages = rule.stages() as i64;
         let mut all = Vec::new();
@@ -311,7 +311,7 @@ mod tests {
         all
     }
 
-    /// Returns a model at rest, and one of a ring that turns.
+    /// A model at rest, and one of a ring that turns.
     fn models() -> [RationalModel; 2] {
         [model(), turning_ring::model(48, -200.0)]
     }

@@ -1,15 +1,15 @@
 //! Displacements by the forces of the last block and of this one: a short convolution, by Fourier transforms.
 //!
-//! An instant's forces and displacements are looked at through a window of C columns, which has moved on by at most one
-//! element a step since the earliest forces that count. On a ring of M elements, M at least twice as long as window and
-//! way, no distance between a force and a column that is looked at is taken for another, so that the ring may stand for
-//! the tyre's of N elements; where that is not longer it is taken itself. Influence is an even function of distance,
-//! and its spectrum real. Of a tyre that turns it is uneven, and the spectrum has imaginary parts.
+//! An instant's forces and displacements are restricted to a window of C columns, which has moved on by at most one
+//! element a step since the earliest forces that count. On a ring of M elements, M at least twice as long as the
+//! window and the distance moved together, no distance between a force and a column of the window is taken for
+//! another, so that the ring may stand for the tyre's of N elements; where that is not longer it is taken itself.
+//! Influence is an even function of distance, and its spectrum real. Of a tyre that turns it is uneven, and the
+//! spectrum has imaginary parts.
 //!
 //! Cost of an instant: two real transforms of length M, and M fused multiply-adds for each earlier instant, 2 M if the
-//! tyre turns.
-//! At N = 1024 that is a tenth of what the sum over points and columns takes, which it replaces; rounding is relative
-//! to the largest displacement of the ring.
+//! tyre turns. At N = 1024 that is a tenth of the cost of the sum over points and columns, which it replaces; rounding
+//! is relative to the largest displacement of the ring.
 
 use std::sync::Arc;
 
@@ -23,18 +23,17 @@ use crate::numeric::{transform_length, transform_multiply_adds};
 /// Spectra are filled up to whole vectors of any processor.
 const LANES: usize = 8;
 
-/// Returns the elements of the ring for windows of so many columns that move on by so many elements, on a tyre of so
-/// many.
+/// Elements of the ring for windows of `columns` columns that move on by `way` elements, on a tyre of `elements`.
 fn ring_length(elements: usize, columns: usize, way: usize) -> usize {
     transform_length(2 * (columns + way)).min(elements)
 }
 
-/// Returns how many numbers a real sequence's spectrum has, filled up.
+/// Numbers in the spectrum of a real sequence, padded to whole vectors.
 const fn padded(ring: usize) -> usize {
     (ring / 2 + 1).next_multiple_of(LANES)
 }
 
-/// Forces at the latest instants by wavenumber, and what they do to each other.
+/// Forces at the latest instants by wavenumber, and their influence on each other.
 pub(super) struct NearForces {
     ring: usize,
     /// Spectra of the influence by stage of the force and lag, divided by the ring's length.
@@ -56,9 +55,10 @@ pub(super) struct NearForces {
 }
 
 impl NearForces {
-    /// Makes room without forces, for `instants` of them. `influence`: by stage of the force and lag, all of one stage
-    /// together, on the tyre's elements by distance \[m/N\]; windows have at most so many columns and move on by at
-    /// most `way` elements from the earliest instant to the latest. `uneven`: influence differs forwards and backwards.
+    /// No forces, with space for `instants` of them. `influence`: by stage of the force and lag, all of one stage
+    /// together, on the tyre's elements by distance \[m/N\]; windows have at most `columns` columns and move on by at
+    /// most `way` elements from the earliest instant to the latest. `uneven`: influence differs forwards and
+    /// backwards.
     pub(super) fn new(
         influence: &[Vec<f64>],
         lags: usize,
@@ -131,8 +131,8 @@ impl NearForces {
         self.forces.copy_within(half.., 0);
     }
 
-    /// Adds to `out` what the forces of all instants before `now` displace \[m\]; `first`: element that `out` begins
-    /// with.
+    /// Adds to `out` the displacements by the forces of all instants before `now` \[m\]; `first`: element that `out`
+    /// begins with.
     pub(super) fn add_displacement(&mut self, now: usize, first: i64, out: &mut [f64]) {
         let Self { ring, influence, odd, lags, forces, sums, arch, .. } = self;
         let stages = influence.len() / (*lags * padded(*ring));
@@ -149,7 +149,7 @@ impl NearForces {
         out.iter_mut().zip(ahead.iter().chain(behind)).for_each(|(out, near)| *out += near);
     }
 
-    /// Returns the work of [`Self::take`] and [`Self::add_displacement`] together.
+    /// Work of [`Self::take`] and [`Self::add_displacement`] together.
     pub(super) fn work(&self, now: usize) -> Work {
         let uneven = !self.odd.is_empty();
         let multiply_adds = expected_multiply_adds(self.ring, now as f64, uneven) as u64;
@@ -159,7 +159,7 @@ impl NearForces {
     }
 }
 
-/// Returns the multiply-adds of an instant that sees so many earlier ones, and numbers of a real spectrum.
+/// Multiply-adds of an instant that sums `seen` earlier ones, and the numbers of a real spectrum.
 pub(super) fn expected(elements: usize, columns: usize, way: usize, seen: f64, uneven: bool) -> (f64, f64) {
     let ring = ring_length(elements, columns, way);
     (expected_multiply_adds(ring, seen, uneven), padded(ring) as f64)
@@ -222,7 +222,7 @@ impl Products<'_> {
 mod tests {
     use super::*;
 
-    /// Checks forces of windows that move on against the sum over points and columns, with influence that is even and
+    /// Forces of windows that move on, compared with the sum over points and columns, with influence that is even and
     /// with influence that is not.
     #[test]
     fn the_ring_stands_for_the_tyre() {

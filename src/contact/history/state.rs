@@ -26,9 +26,9 @@ pub struct DirectState {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ModalState {
     pub(super) instant: usize,
-    /// By instant: elements in contact and their forces.
+    /// By instant: elements in contact and their forces \[N\].
     pub(super) rows: Vec<Vec<(i64, f64)>>,
-    /// Remains of the blocks before the last.
+    /// Displacements by the forces up to the block before the last \[m\].
     pub(super) old: Vec<Vec<f64>>,
     /// The last pass: its rings, and the states of all poles.
     pub(super) rings: Vec<Vec<f64>>,

@@ -37,17 +37,17 @@ impl<'a> Transfer<'a> {
         Self { modes, direction, rule, time_step, holds }
     }
 
-    /// Returns H(s) of the waves.
+    /// H(s) of the waves.
     fn value(&self, s: Complex64) -> Complex64 {
         if self.modes.odd.is_empty() { self.modes.evaluate(s) } else { self.modes.evaluate_wave(self.direction, s) }
     }
 
-    /// Returns w(zeta) \[m/N\]; for a Runge-Kutta rule of s stages the determinant of its matrix \[(m/N)^s\].
+    /// w(zeta) \[m/N\]; for a Runge-Kutta rule of s stages the determinant of its matrix \[(m/N)^s\].
     pub(crate) fn at(&self, zeta: Complex64) -> Complex64 {
         self.with_rates(self.rule.rates(zeta), zeta)
     }
 
-    /// Returns the same where the rule's rates at zeta are known.
+    /// [`Self::at`] where the rule's rates at zeta are known.
     pub(in crate::contact) fn with_rates(&self, rates: Option<Rates>, zeta: Complex64) -> Complex64 {
         match rates {
             Some(rates) => {
@@ -60,8 +60,8 @@ impl<'a> Transfer<'a> {
     }
 }
 
-/// Returns the first weight w_0 of one wavenumber \[m/N\]: what the points in contact feel of each other within a step,
-/// or within a stage; of a tyre that turns that of the even part.
+/// First weight w_0 of one wavenumber \[m/N\], the influence between the points in contact within a step, or within a
+/// stage; of a tyre that turns that of the even part.
 pub(crate) fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
     match rule.first_rate(time_step) {
         Some(rate) => modes.evaluate(Complex64::new(rate, 0.0)).re,
@@ -72,7 +72,7 @@ pub(crate) fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) ->
     }
 }
 
-/// Returns the first weight of the odd part \[m/N\].
+/// First weight of the odd part \[m/N\].
 pub(crate) fn odd_first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
     first_weight(&Modes { residues: modes.odd, odd: &[], constant: 0.0, ..*modes }, rule, time_step)
 }

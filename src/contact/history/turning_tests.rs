@@ -39,14 +39,14 @@ impl Bump {
     }
 }
 
-/// Returns sum of F_e exp(-2 pi i n e/N).
+/// sum of F_e exp(-2 pi i n e/N).
 fn wave(n: usize, force: impl Fn(usize) -> f64) -> Complex64 {
     let turned = |e: usize| Complex64::cis(-2.0 * PI * (n * e % ELEMENTS) as f64 / ELEMENTS as f64);
     (0..ELEMENTS).map(|e| turned(e) * force(e)).sum()
 }
 
-/// Returns the oracle: displacements after each of so many parts of the duration. Every wave n = 0..=N/2 has an
-/// equation of motion of its own, u'' + (c - 2 i g) u' + w^2 u = a F_n, stepped by the classical Runge-Kutta rule.
+/// Reference: displacements after each of so many parts of the duration. Every wave n = 0..=N/2 has a separate
+/// equation of motion, u'' + (c - 2 i g) u' + w^2 u = a F_n, stepped by the classical Runge-Kutta rule.
 fn moved(angular_velocity: f64, bump: Bump, parts: usize) -> Vec<Vec<f64>> {
     const STEPS: usize = 64;
     let step = DURATION / (parts * STEPS) as f64;
@@ -78,8 +78,8 @@ fn moved(angular_velocity: f64, bump: Bump, parts: usize) -> Vec<Vec<f64>> {
     displacements
 }
 
-/// Returns the displacements at the ends of the parts by a history and what belongs within an instant. The window is
-/// the whole ring and moves on with the road.
+/// Displacements at the ends of the parts by a history and the influence within an instant. The window is the whole
+/// ring and moves on with the road.
 fn marched(
     history: &mut dyn PastForces,
     row: &[f64],
@@ -110,7 +110,7 @@ fn marched(
     found
 }
 
-/// Returns the weights of the ring's closed form, wave by wave, by the points of a circle.
+/// Weights of the ring's closed form, wave by wave, by the points of a circle.
 fn weights(angular_velocity: f64, rule: TimeRule, time_step: f64, lags: usize) -> Weights {
     let contour = Contour::new(rule, time_step, lags);
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(contour.circle.length);
@@ -134,7 +134,6 @@ fn weights(angular_velocity: f64, rule: TimeRule, time_step: f64, lags: usize) -
     Weights { values: all(false), odd: all(true), lags, at_rest: Vec::new(), evaluations: 0 }
 }
 
-/// Returns G0 by distance.
 fn row(first: [&[f64]; 2]) -> Vec<f64> {
     let kernel = ContactKernel::new(Tread::Elastic, first, ELEMENTS, EqualBedding::NONE).unwrap();
     kernel.instant.iter().zip(&kernel.odd).map(|(even, odd)| even + odd).collect()
@@ -155,7 +154,7 @@ fn direct(weights: &Weights, substeps: usize) -> (Box<dyn PastForces>, Vec<f64>)
     (Box::new(history), row([&first, &odd]))
 }
 
-/// Returns the largest difference relative to the largest value.
+/// Largest difference relative to the largest value.
 fn difference(found: &[Vec<f64>], exact: &[Vec<f64>]) -> f64 {
     let largest = exact.iter().flatten().fold(0.0_f64, |a, b| a.max(b.abs()));
     let errors = found.iter().flatten().zip(exact.iter().flatten()).map(|(a, b)| (a - b).abs());

@@ -13,10 +13,10 @@ use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{MOST_STAGES, Number, Poles, Recursion, State, WithRecursion};
 use crate::tyre::poles::Modes;
 
-/// Part of what the slowest pole has left of a force below which the others may keep it.
+/// Part of the remainder of a force in the slowest pole below which the others may keep theirs.
 const FORGOTTEN: f64 = 1e-9;
 
-/// Part of an odd residue as which a smaller even one counts: far below a rounding of what both displace.
+/// Part of an odd residue as which a smaller even one counts: far below a rounding of the displacements by both.
 const LEAST_EVEN: f64 = 1e-30;
 
 /// Poles that a pass foretells together: u_old is read and written that much less often.
@@ -29,20 +29,20 @@ pub(super) const TOGETHER: usize = 2;
 /// 2. pole by pole q, the ratio of the odd residue to the even one, part by part; not at rest;
 /// 3. pole by pole b of the last step, with a rule that looks back that of the one before too, under the real part of
 ///    the force, then the same under its imaginary part, part by part;
-/// 4. pole by pole what is left of a unit force at each instant of a step when it is forgotten, in the state's order;
-///    nowhere unless forces are forgotten.
+/// 4. pole by pole the remainder of a unit force at each instant of a step when it is forgotten, in the state's order;
+///    only where forces are forgotten.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PoleRows<E, const PARTS: usize> {
     pub(super) numbers: Vec<E>,
     pub(super) turns: bool,
     looks_back: bool,
-    /// Numbers of a pole of what is left.
+    /// Numbers of a pole's remainder.
     left: usize,
-    /// Which poles have anything left then.
+    /// Which poles have a remainder that counts.
     pub(super) forgets: Vec<bool>,
 }
 
-/// Numbers, or vectors, of the poles that stand together: by [`PoleRows`].
+/// Numbers, or vectors, of the poles that stand together, as described at [`PoleRows`].
 pub(super) struct Record<'a, T> {
     pub(super) coefficients: &'a mut [T],
     pub(super) odd: &'a mut [T],
@@ -53,12 +53,12 @@ pub(super) struct Record<'a, T> {
 impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     /// Numbers of a pole that do not change.
     pub(super) const FIXED: usize = 2 * PARTS;
-    /// Returns how many numbers of a pole evolve.
+    /// Numbers of a pole that evolve.
     pub(super) const fn evolving(looks_back: bool) -> usize {
         if looks_back { 4 * PARTS } else { 2 * PARTS }
     }
 
-    /// Returns how many numbers of each kind a pole has.
+    /// Numbers of each kind that a pole has.
     fn lengths(&self) -> [usize; 4] {
         [Self::FIXED, if self.turns { PARTS } else { 0 }, Self::evolving(self.looks_back), self.left]
     }
@@ -79,7 +79,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         })
     }
 
-    /// Returns which poles have anything left, and the records as vectors.
+    /// Which poles have a remainder that counts, and the records as vectors.
     #[inline(always)]
     pub(super) fn vectors<S: Simd>(&mut self) -> (&[bool], impl Iterator<Item = Record<'_, E::Vector<S>>>) {
         let lengths = self.lengths();
@@ -87,7 +87,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         (&self.forgets, Self::records(lengths, numbers, E::MOST_LANES / E::lanes::<S>()))
     }
 
-    /// Makes the rows from each wavenumber's g, w and q, without motion; of a tyre that `turns`, or at rest.
+    /// Rows from each wavenumber's g, w and q, without motion; of a tyre that `turns`, or at rest.
     fn new(wavenumbers: &[Vec<[Complex64; 3]>], looks_back: bool, turns: bool) -> Self {
         let poles = wavenumbers.iter().map(Vec::len).max().unwrap_or(0).next_multiple_of(TOGETHER);
         let mut this = Self { numbers: Vec::new(), turns, looks_back, left: 0, forgets: vec![false; poles] };
@@ -109,7 +109,8 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         this
     }
 
-    /// Returns the rest of a unit force at each instant of a step so many steps later.
+    /// Finds the remainders of a unit force at each instant of a step `steps` steps later, and the poles in which they
+    /// count.
     #[inline(always)]
     fn forget<S: Simd, R: Recursion>(&mut self, simd: S, recursion: R, steps: usize) {
         let (vectors, kinds) = (E::MOST_LANES / E::lanes::<S>(), Self::evolving(R::LOOKS_BACK) / (2 * PARTS));
@@ -117,6 +118,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         self.left = R::STAGES * kinds * PARTS;
         let mut wider = Self { numbers: Vec::new(), forgets: Vec::new(), ..*self };
         let lengths = wider.lengths();
+        // 1. Wider rows, with space for the remainders.
         wider.numbers = vec![E::default(); self.forgets.len() * lengths.iter().sum::<usize>() * E::MOST_LANES];
         for (own, known) in Self::records(lengths, &mut wider.numbers, E::MOST_LANES).zip(known) {
             own.coefficients.copy_from_slice(known.coefficients);
@@ -126,6 +128,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         let largest = |values: &[E]| values.iter().fold(0.0_f64, |largest, value| largest.max(value.double().abs()));
         let mut sizes = Vec::with_capacity(self.forgets.len());
         let of_pole = self.left * vectors;
+        // 2. Remainder of a unit force at each stage, pole by pole.
         for Record { coefficients, left, .. } in wider.vectors::<S>().1 {
             let poles = coefficients.chunks_exact(Self::FIXED * vectors).zip(left.chunks_exact_mut(of_pole));
             for (coefficients, left) in poles {
@@ -148,8 +151,9 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
                 }
             }
         }
+        // 3. Poles whose remainder counts beside the largest one.
         for Record { odd, left, .. } in Self::records(lengths, &mut wider.numbers, E::MOST_LANES) {
-            // What a pole displaces by its odd part may be more.
+            // Displacements by the odd part of a pole may be larger.
             let mut ratios = odd.chunks_exact(PARTS * E::MOST_LANES).map(|ratios| largest(ratios).max(1.0));
             let of_poles = left.chunks_exact(self.left * E::MOST_LANES);
             sizes.extend(of_poles.map(|left| largest(left) * ratios.next().unwrap_or(1.0)));
@@ -159,19 +163,17 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         *self = wider;
     }
 
-    /// Returns the states of the poles that stand together.
+    /// States of the poles that stand together.
     fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
         Self::records(self.lengths(), &mut self.numbers, E::MOST_LANES).map(|record| record.states)
     }
 
-    /// Returns the same as [`Self::states_mut`], to be read.
     fn states(&self) -> impl Iterator<Item = &[E]> {
         let [fixed, odd, evolving, left] = self.lengths().map(|length| TOGETHER * length * E::MOST_LANES);
         let records = self.numbers.chunks_exact(fixed + odd + evolving + left);
         records.map(move |record| &record[fixed + odd..][..evolving])
     }
 
-    /// Returns a vector of poles.
     #[inline(always)]
     pub(super) fn poles<S: Simd>(
         simd: S,
@@ -188,26 +190,26 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         poles
     }
 
-    /// Returns the multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every
-    /// one foretold, W and A at their stages, A of an odd part too, and the products of passing over a block.
+    /// Multiply-adds of a pass over `steps` steps: two real systems, R at every step taken in and at every one
+    /// foretold, W and A at their stages, A of an odd part too, and the products of passing over a block.
     fn multiply_adds(&self, steps: usize, stages: usize, skip: usize) -> usize {
         self.forgets.len() * E::MOST_LANES * Self::multiply_adds_of_one(steps, stages, skip, self.turns)
     }
 
-    /// Returns the same of one pole, a pair counted as one.
+    /// Multiply-adds of one pole, a pair counted as one.
     const fn multiply_adds_of_one(steps: usize, stages: usize, skip: usize, turns: bool) -> usize {
         let odd = if turns { PARTS * stages } else { 0 };
         let of_step = 2 * (2 * PARTS * PARTS + PARTS * (2 * stages - 1) + odd);
         steps * of_step + skip * PARTS * PARTS
     }
 
-    /// Returns the bytes of a pass: coefficients read, states read and written.
+    /// Bytes of a pass: coefficients read, states read and written.
     fn bytes(&self) -> usize {
         let [fixed, odd, evolving, _] = self.lengths();
         self.forgets.len() * (fixed + odd + 2 * evolving) * E::MOST_LANES * size_of::<E>()
     }
 
-    /// Returns q of a vector of poles.
+    /// q of a vector of poles.
     #[inline(always)]
     pub(super) fn ratios<S: Simd>(odd: &[E::Vector<S>], vector: usize) -> Number<E, S, PARTS> {
         let mut ratios = [odd[vector]; PARTS];
@@ -218,9 +220,9 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     }
 }
 
-/// Returns the multiply-adds for each step that so many poles, conjugates counted, are expected to take in blocks of so
-/// many steps: as if all were pairs. Real ones take less, and those that fill up a group take as much more (within 5 %
-/// of what runs count). Of a tyre that `turns` odd parts come on top.
+/// Multiply-adds for each step that `poles` poles, conjugates counted, are expected to take in blocks of `steps`
+/// steps: as if all were pairs. Real ones take less, and those that fill up a group take as much more (within 5 % of
+/// the counts in runs). Of a tyre that `turns` odd parts come on top.
 pub(crate) fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: usize, poles: f64, turns: bool) -> f64 {
     let (skip, stages) = (rule.products_of_skip(steps), rule.stages());
     let pair = PoleRows::<f64, 2>::multiply_adds_of_one(steps, stages, skip, turns);
@@ -228,7 +230,7 @@ pub(crate) fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: 
     0.5 * poles * padded * pair as f64 / steps as f64
 }
 
-/// Returns the residue that a state carries, and q, which makes the odd one of it.
+/// Residue that a state carries, and q, its ratio to which the odd one is.
 fn carried(even: Complex64, odd: Complex64) -> [Complex64; 2] {
     if odd == Complex64::ZERO {
         return [even, odd];
@@ -262,8 +264,8 @@ pub(crate) struct WavenumberGroup<E> {
 }
 
 impl<E: Element> WavenumberGroup<E> {
-    /// Returns the group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of so many
-    /// instants, of which a pass foretells the one `ahead` blocks after those whose forces it takes in.
+    /// Group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of `instants` instants,
+    /// of which a pass foretells the one `ahead` blocks after those whose forces it takes in.
     pub(crate) fn new<'m>(
         modes: impl IntoIterator<Item = Modes<'m>>,
         rule: TimeRule,
@@ -300,7 +302,6 @@ impl<E: Element> WavenumberGroup<E> {
         }
     }
 
-    /// Returns the work of a pass.
     pub(crate) fn work(&self) -> Work {
         let Self { pairs, reals, stages, skip, .. } = self;
         let steps = self.forces.len() / (2 * E::MOST_LANES * stages);
@@ -308,17 +309,15 @@ impl<E: Element> WavenumberGroup<E> {
         Work { multiply_adds: multiply_adds as u64, bytes: (self.pairs.bytes() + self.reals.bytes()) as u64 }
     }
 
-    /// Returns all that evolves.
+    /// Numbers that evolve.
     pub(crate) fn states(&self) -> impl Iterator<Item = &[E]> {
         self.pairs.states().chain(self.reals.states())
     }
 
-    /// Returns the same as [`Self::states`], to be changed.
     pub(crate) fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
         self.pairs.states_mut().chain(self.reals.states_mut())
     }
 
-    /// Returns the wavenumbers.
     pub(crate) fn wavenumbers(&self) -> Range<usize> {
         self.first..self.first + self.count
     }
@@ -331,29 +330,29 @@ impl<E: Element> WavenumberGroup<E> {
         }
     }
 
-    /// Makes the group forget a force so many steps after it has been taken in, from now on;
-    /// [`Self::all_old_forces_mut`] says which.
+    /// Makes the group forget a force `steps` steps after it has been taken in, from now on;
+    /// [`Self::all_old_forces_mut`] holds those that are forgotten.
     pub(crate) fn forget(&mut self, rule: TimeRule, steps: usize) {
         self.old_forces = vec![E::default(); self.forces.len()];
         rule.with_recursion(Forget { group: self, steps });
     }
 
-    /// Returns the room for forces by instant: the real parts of a whole group, the imaginary parts.
+    /// Forces by instant, to be written: the real parts of a whole group, the imaginary parts.
     pub(crate) fn all_forces_mut(&mut self) -> &mut [E] {
         &mut self.forces
     }
 
-    /// Returns the same for those that are forgotten; none where nothing is.
+    /// Forces that are forgotten, likewise; empty where none are.
     pub(crate) fn all_old_forces_mut(&mut self) -> &mut [E] {
         &mut self.old_forces
     }
 
-    /// Returns u_old likewise.
+    /// u_old, likewise.
     pub(crate) fn all_displacements(&self) -> &[E] {
         &self.displacement
     }
 
-    /// Gives the group's part of u_old at an instant, wavenumber by wavenumber.
+    /// The group's part of u_old at an instant, wavenumber by wavenumber: real and imaginary parts.
     pub(crate) fn displacement(&self, instant: usize) -> impl Iterator<Item = [E; 2]> {
         let own = &self.displacement[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES];
         let (re, im) = own.split_at(E::MOST_LANES);
@@ -361,7 +360,6 @@ impl<E: Element> WavenumberGroup<E> {
     }
 }
 
-/// Removal of forgotten forces.
 struct Forget<'a, E> {
     group: &'a mut WavenumberGroup<E>,
     steps: usize,

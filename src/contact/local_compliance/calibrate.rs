@@ -1,4 +1,4 @@
-//! kappa by pressing patches of the road: what the local law must have to agree with an elastic half-space.
+//! kappa by pressing patches of the road: the value with which the local law agrees with an elastic half-space.
 //!
 //! 1. Every patch, periodic, is pressed by rigid contact in three dimensions at a tyre's mean pressures: approach
 //!    and pressures.
@@ -8,7 +8,7 @@
 //!    pressures are fitted to those of the contact in three dimensions, relative to the mean, least squares over
 //!    elements and pressures.
 //!
-//! Both over all patches together and patch by patch: the spread tells how much of a road one patch is. Everything
+//! Both over all patches together and patch by patch: the spread shows how much of a road one patch is. Everything
 //! depends on pressures over E* alone, and c = kappa E* is a length.
 
 use serde::Serialize;
@@ -25,10 +25,9 @@ use crate::scene::{Road, Tyre};
 
 /// Mean pressures \[Pa\]: those of a tyre on the road, edges of the patch included.
 pub(crate) const PRESSURES: [f64; 10] = [5e4, 1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5, 4e5, 4.5e5, 5e5];
-/// How exactly the contact in three dimensions is solved, relative to the approach: far below any difference that is
-/// looked for.
+/// Tolerance of the contact in three dimensions, relative to the approach: far below any difference of interest.
 const TOLERANCE: f64 = 1e-5;
-/// Values of c between which the best one is looked for \[m\]: waves of a hundredth of a millimetre to some metres.
+/// Values of c between which the best one is sought \[m\]: waves of a hundredth of a millimetre to some metres.
 const SOUGHT: (f64, f64) = (1e-5, 1.0);
 /// Values tried before the search closes in, evenly on the logarithmic scale: about two in an octave.
 const TRIED: usize = 33;
@@ -38,13 +37,13 @@ const CLOSE: f64 = 1e-4;
 /// Why patches of a road could not be pressed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CalibrationError {
-    /// The road.
+    /// The road could not be opened or read.
     #[error(transparent)]
     Road(#[from] RoadError),
-    /// Its slices.
+    /// Its slices could not be made.
     #[error(transparent)]
     Slices(#[from] SliceError),
-    /// The contact of a patch with the half-space.
+    /// The contact of a patch with the half-space was not solved.
     #[error(transparent)]
     HalfSpace(#[from] HalfSpaceError),
 }
@@ -62,7 +61,7 @@ pub(crate) struct Calibration {
     pub size: [f64; 2],
     /// Length and width of its cells \[m\].
     pub cell: [f64; 2],
-    /// Elements that it is cut into.
+    /// Elements that a patch is cut into.
     pub elements: usize,
     /// Fit of the approach; differences in m.
     pub by_approach: Fit,
@@ -79,9 +78,9 @@ pub(crate) struct Fit {
     pub compliance: f64,
     /// kappa of each patch alone \[m/Pa\].
     pub by_patch: Vec<f64>,
-    /// Root mean square of what it misses, over patches and pressures.
+    /// Root mean square error of the fit, over patches and pressures.
     pub rms_difference: f64,
-    /// The same with kappa by formula.
+    /// Root mean square error with kappa by formula.
     pub rms_difference_of_formula: f64,
 }
 
@@ -103,7 +102,6 @@ pub(crate) struct Level {
     pub rms_difference: [f64; 2],
 }
 
-/// A patch that has been pressed.
 struct Pressed {
     curve: StiffnessCurve,
     line: ElementLine,
@@ -168,19 +166,19 @@ fn press(map: &HeightMap, grid: PatchGrid, pressures: &[f64]) -> Result<Pressed,
     Ok(Pressed { curve: area_curve(&map.heights)?, line: ElementLine::new(grid, curves), found })
 }
 
-/// Returns S^-1(c p) - c p \[m\] at a pressure/E*.
+/// S^-1(c p) - c p \[m\] at a pressure/E*.
 fn approach_by_law(patch: &Pressed, c: f64, pressure: f64) -> f64 {
     patch.curve.penetration_at(c * pressure) - c * pressure
 }
 
-/// Returns the mean square by which the law's approach misses \[m^2\].
+/// Mean square error of the law's approach \[m^2\].
 fn approach_misfit(patch: &Pressed, c: f64, pressures: &[f64]) -> f64 {
     let misses = pressures.iter().zip(&patch.found).map(|(&p, found)| approach_by_law(patch, c, p) - found.0);
     misses.map(|miss| miss * miss).sum::<f64>() / pressures.len() as f64
 }
 
-/// Returns the mean square by which the law's line pressures miss, relative to the mean pressure; infinite where the
-/// law could not be solved.
+/// Mean square error of the law's line pressures, relative to the mean pressure; infinite where the law could not be
+/// solved.
 fn line_misfit(patch: &Pressed, c: f64, pressures: &[f64]) -> f64 {
     let of_level = |(&pressure, found): (&f64, &(f64, f64, Vec<f64>))| {
         patch.line.pressures(c, pressure).map_or(f64::INFINITY, |law| mean_square_difference(&law, &found.2, pressure))
@@ -188,12 +186,12 @@ fn line_misfit(patch: &Pressed, c: f64, pressures: &[f64]) -> f64 {
     pressures.iter().zip(&patch.found).map(of_level).sum::<f64>() / pressures.len() as f64
 }
 
-/// Returns the mean square of the difference of two lists, in units of `unit`.
+/// Mean square of the difference of two lists, in units of `unit`.
 fn mean_square_difference(one: &[f64], other: &[f64], unit: f64) -> f64 {
     one.iter().zip(other).map(|(a, b)| ((a - b) / unit).powi(2)).sum::<f64>() / one.len() as f64
 }
 
-/// Returns the best c by a misfit, over all patches and for each.
+/// Best c by a misfit, over all patches and for each, as kappa; `formula` is c by formula \[m\].
 fn fit(pressed: &[Pressed], formula: f64, modulus: f64, misfit: impl Fn(&Pressed, f64) -> f64 + Sync) -> Fit {
     let together = |c: f64| {
         let misfits = in_parallel::map(pressed, |patch| misfit(patch, c));
@@ -209,14 +207,16 @@ fn fit(pressed: &[Pressed], formula: f64, modulus: f64, misfit: impl Fn(&Pressed
     }
 }
 
-/// Tells where a function of c is least, and how small: the best of values tried, then the golden section between its
+/// Where a function of c is least, and its value there: the best of values tried, then the golden section between its
 /// neighbours.
 fn least(function: impl Fn(f64) -> f64) -> (f64, f64) {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let spacing = (SOUGHT.1 / SOUGHT.0).ln() / (TRIED - 1) as f64;
     let at = |x: f64| function(x.exp());
+    // 1. Values tried, evenly on the logarithmic scale.
     let tried = (0..TRIED).map(|i| SOUGHT.0.ln() + i as f64 * spacing).map(|x| (x, at(x)));
     let (middle, _) = tried.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((SOUGHT.0.ln(), f64::INFINITY));
+    // 2. Golden section between the neighbours of the best.
     let (mut low, mut high) = (middle - spacing, middle + spacing);
     let (mut left, mut right) = (high - golden * (high - low), low + golden * (high - low));
     let (mut at_left, mut at_right) = (at(left), at(right));
@@ -257,7 +257,7 @@ fn level(pressed: &[Pressed], index: usize, pressure: f64, modulus: f64, fits: [
     }
 }
 
-/// Returns the correlation of two lists of equal length; `None` where one does not vary.
+/// Correlation of two lists of equal length; `None` where one does not vary.
 fn correlation(one: &[f64], other: &[f64]) -> Option<f64> {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (mean_one, mean_other) = (mean(one), mean(other));

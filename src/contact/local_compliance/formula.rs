@@ -23,27 +23,28 @@ use crate::tyre::layers::material;
 /// 10 ms.
 const MODULUS_FREQUENCY: f64 = 100.0;
 
-/// The model's own doubt: formula, approach and line pressure give kappa within a factor of two of each other.
+/// Uncertainty of the model: formula, approach and line pressure give kappa within a factor of two of each other.
 pub(crate) const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
 
-/// Returns kappa \[m/Pa\] by formula; `None` for a road without texture (a smooth one, an exactly level one).
+/// kappa \[m/Pa\] by formula; `None` for a road without texture (a smooth one, an exactly level one) and a tyre
+/// without layers.
 pub(crate) fn local_compliance(tyre: &Tyre, road: &RoadSurface) -> Option<f64> {
     Some(compliance(tread_modulus(tyre)?, road.mean_wavenumber()?))
 }
 
-/// Returns kappa \[m/Pa\] from the tread's effective modulus E* \[Pa\] and the road's mean wavenumber `<k>` \[rad/m\],
-/// both positive.
+/// kappa \[m/Pa\] from the tread's effective modulus E* \[Pa\] and the road's mean wavenumber `<k>` \[rad/m\], both
+/// positive.
 fn compliance(effective_modulus: f64, mean_wavenumber: f64) -> f64 {
     2.0 / (effective_modulus * mean_wavenumber)
 }
 
-/// Returns kappa \[m/Pa\] by formula for a scene; `None` where its road has no texture or cannot be opened.
+/// kappa \[m/Pa\] by formula for a scene; `None` where its road has no texture or cannot be opened.
 pub(crate) fn formula_for(scene: &Scene) -> Option<f64> {
     let lattice = Lattice::choose(&scene.road, Road::CELL, scene.tyre.contact_width, None, None).ok()?;
     local_compliance(&scene.tyre, &RoadSurface::open(&scene.road, lattice, Limits::default()).ok()?)
 }
 
-/// Returns E* \[Pa\] of the tyre's top layer at the formula's frequency; `None` for a tyre without layers.
+/// E* \[Pa\] of the tyre's top layer at the formula's frequency; `None` for a tyre without layers.
 pub(crate) fn tread_modulus(tyre: &Tyre) -> Option<f64> {
     let tread = tyre.layers.last()?;
     Some(material::effective_modulus(&tread.material, MODULUS_FREQUENCY))
@@ -76,7 +77,7 @@ pub(super) mod tests {
         let default = scene("kind = \"made\"\nseed = 1");
         let of = |loaded: &LoadedScene| local_compliance(&loaded.scene.tyre, &surface(loaded)).unwrap();
         let (kappa, modulus) = (of(&default), tread_modulus(&default.scene.tyre).unwrap());
-        // The band of 125 mm, which the measured levels leave open, makes it 3 % longer than theirs alone.
+        // The band of 125 mm, which the measured levels leave open, makes it 3 % longer than these alone.
         assert!((kappa * modulus / 4.0e-3 - 1.0).abs() < 0.05, "kappa E* = {}", kappa * modulus);
         assert!((kappa / 5.5e-10 - 1.0).abs() < 0.05, "{kappa:e}");
     }

@@ -1,4 +1,4 @@
-//! The local contact law on a line of elements, at rest and periodic: what it makes of a patch.
+//! The local contact law on a line of elements, at rest and periodic: its pressures on a patch.
 //!
 //! Pressures are q = p/E* by element, c = kappa E* \[m\], G the periodic half-space's influence of elements as wide as
 //! the patch:
@@ -18,11 +18,11 @@ use faer::linalg::solvers::Solve;
 use super::patch::PatchGrid;
 use crate::road::slices::StiffnessCurve;
 
-/// Newton steps before it is given up: some ten are usual.
+/// Newton steps before the search gives up: some ten are usual.
 const STEPS: usize = 200;
 /// Halvings of a step.
 const HALVINGS: usize = 12;
-/// Residual that is left, relative to c.
+/// Largest residual of a solution, relative to c.
 const TOLERANCE: f64 = 1e-9;
 
 /// A line of elements with their curves.
@@ -33,13 +33,12 @@ pub(crate) struct ElementLine {
 }
 
 impl ElementLine {
-    /// Makes a line from the curves of a patch's elements.
     pub(crate) fn new(grid: PatchGrid, curves: Vec<StiffnessCurve>) -> Self {
         Self { curves, influence: influence(grid) }
     }
 
-    /// Returns Pressures/E* by element for c = kappa E* \[m\] under a mean pressure/E*; `None` should Newton's method
-    /// not arrive.
+    /// Pressures/E* by element for c = kappa E* \[m\] under a mean pressure/E*; `None` if Newton's method does not
+    /// converge.
     pub(crate) fn pressures(&self, compliance: f64, mean: f64) -> Option<Vec<f64>> {
         let mut v: Vec<f64> = self.curves.iter().map(|curve| curve.penetration_at(compliance * mean)).collect();
         let mut state = self.at(compliance, mean, &v, 0.0);
@@ -83,7 +82,7 @@ impl ElementLine {
         State { pressures, residual, norm }
     }
 
-    /// Computes Newton's step for v and the depth; `None` for a matrix that is singular.
+    /// Newton's step for v and the depth; `None` for a singular matrix.
     fn step(&self, compliance: f64, v: &[f64], residual: &[f64]) -> Option<Vec<f64>> {
         let n = v.len();
         let slopes: Vec<f64> = self.curves.iter().zip(v).map(|(curve, &v)| curve.stiffness_at(v)).collect();
@@ -103,15 +102,15 @@ impl ElementLine {
     }
 }
 
-/// Where Newton's method stands.
+/// State of Newton's method: pressures/E*, residuals \[m\] and their norm.
 struct State {
     pressures: Vec<f64>,
     residual: Vec<f64>,
     norm: f64,
 }
 
-/// Returns the mean displacement of an element for a unit pressure on another, periodic, the mean left out, times E*:
-/// waves 2/k on the patch's cells.
+/// Mean displacement of an element for a unit pressure on another, periodic, the mean left out, times E*: waves 2/k on
+/// the patch's cells.
 fn influence(grid: PatchGrid) -> Vec<f64> {
     let (rows, along) = (grid.rows(), grid.along);
     let of_cells: Vec<f64> = (0..rows)

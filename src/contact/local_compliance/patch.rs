@@ -1,8 +1,8 @@
 //! Pieces of a road, made periodic, to be pressed into a half-space.
 //!
-//! 1. A piece is drawn with a border more than it needs along and across; its mean plane is taken off.
+//! 1. A piece is drawn with a border more than it needs along and across; its mean plane is removed.
 //! 2. The border beyond the end fades into the beginning: z = sin(t) z_begin + cos(t) z_beyond, t from 0 to pi/2,
-//!    keeps the mean square of heights that know nothing of each other.
+//!    keeps the mean square of uncorrelated heights.
 //! 3. Along, the cells divide the run's elements, so that elements can be cut out of the piece.
 
 use std::f64::consts::FRAC_PI_2;
@@ -13,7 +13,7 @@ use crate::road::sources::height_map::remove_plane;
 use crate::road::{Lattice, Limits, RoadError, RoadSurface};
 use crate::scene::Road;
 
-/// Length and width of a patch \[m\]: a tyre's contact, about.
+/// Length and width of a patch \[m\]: about those of a tyre's contact.
 const SIZE: f64 = 0.12;
 /// Cells along and across \[m\]: a third of the shortest wave that counts.
 const CELL: f64 = 0.00125;
@@ -36,9 +36,8 @@ pub(crate) struct PatchGrid {
 }
 
 impl PatchGrid {
-    /// Chooses a grid for elements of length `element` \[m\].
     pub(crate) fn new(element: f64) -> Self {
-        // Transforms like small prime factors: twice such a number is a transform's length itself.
+        // Transforms are fast for small prime factors: twice such a number is a transform's length itself.
         let smooth = |n: usize| transform_length(2 * n) == 2 * n;
         let first = |from: f64, fits: &dyn Fn(usize) -> bool| -> usize {
             let mut n = from.round().max(1.0) as usize;
@@ -53,14 +52,14 @@ impl PatchGrid {
         Self { elements, along, columns, dx: element / along as f64, dy: CELL }
     }
 
-    /// Returns the cells along the patch.
+    /// Cells along the patch.
     pub(crate) fn rows(self) -> usize {
         self.elements * self.along
     }
 }
 
-/// Returns the patches of a road, at most `most`, spread evenly over a road that ends, one behind the other on one that
-/// does not.
+/// Patches of a road, at most `most`, spread evenly over a road that ends, one behind the other on one that does not;
+/// empty for a smooth road.
 ///
 /// # Errors
 /// Errors of the road; [`RoadError::Short`] for one without room for a patch.
@@ -72,7 +71,7 @@ pub(crate) fn patches(road: &Road, limits: Limits, grid: PatchGrid, most: usize)
     if surface.is_smooth() {
         return Ok(Vec::new());
     }
-    // A road that is repeated or mirrored has no more to say than its own length.
+    // A road that is repeated or mirrored holds no more than its own length.
     let length = surface.extent().map(|(_, end)| end).or(surface.report().length);
     let (count, pitch) = match length.map(|length| (length / grid.dx + 1e-9).floor() as usize + 1) {
         None => (most, rows),
@@ -94,7 +93,7 @@ pub(crate) fn patches(road: &Road, limits: Limits, grid: PatchGrid, most: usize)
     Ok(patches)
 }
 
-/// Does steps 1 and 2: makes a patch of `rows` x `columns` heights, without its plane and its border.
+/// Steps 1 and 2 of the module: a patch of `rows` x `columns` heights, without its plane and its border.
 fn periodic(heights: &[f64], (rows, columns): (usize, usize), grid: PatchGrid) -> HeightMap {
     let mut piece = heights.to_vec();
     remove_plane(&mut piece, columns);
@@ -114,7 +113,7 @@ fn periodic(heights: &[f64], (rows, columns): (usize, usize), grid: PatchGrid) -
     HeightMap { heights: faded, extent, dx: grid.dx, dy: grid.dy }
 }
 
-/// Returns the weights of a height and of the one a period further on, for `period` of `all` heights.
+/// Weights of a height and of the one a period further on, for `period` of `all` heights.
 fn fade(period: usize, all: usize) -> Vec<(f64, f64)> {
     let border = all - period;
     (0..period)

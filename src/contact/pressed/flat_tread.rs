@@ -14,8 +14,8 @@ use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation};
 const RIGID: f64 = 1e9;
 /// Free tread on either side of the strip, and behind its end where its ring closes, in thicknesses.
 const BESIDE: f64 = 4.0;
-/// Distance of cells from which on they are taken not to feel each other, in thicknesses. With 6 instead, p changes by
-/// 2 um rms; with all distances, by 1 um.
+/// Distance between cells beyond which they are taken not to influence each other, in thicknesses. With 6 instead, p
+/// changes by 2 um rms; with all distances, by 1 um.
 const REACH: f64 = 8.0;
 /// Relative tolerance of compliances.
 const TOLERANCE: f64 = 1e-6;
@@ -29,7 +29,7 @@ pub(crate) struct FlatTread {
 }
 
 impl FlatTread {
-    /// Takes the tread of a tyre; `None` for a tyre without layers.
+    /// Tread of a tyre; `None` for a tyre without layers.
     pub(crate) fn of(tyre: &Tyre) -> Option<Self> {
         let (own, effective_modulus) = tyre.layers.last().zip(tread_modulus(tyre))?;
         let modulus = effective_modulus * (1.0 - own.material.poisson * own.material.poisson);
@@ -38,17 +38,17 @@ impl FlatTread {
         Some(Self { tread, effective_modulus })
     }
 
-    /// Returns its thickness \[m\].
+    /// Thickness \[m\].
     pub(crate) fn thickness(&self) -> f64 {
         self.tread.thickness
     }
 
-    /// Returns a compliance of its columns under an element, each by itself: h/(E* dx b) \[m/N\].
+    /// Compliance of the columns under an element, each by itself: h/(E* dx b) \[m/N\].
     pub(crate) fn spring(&self, lattice: Lattice) -> f64 {
         self.tread.thickness / (self.effective_modulus * lattice.dx * lattice.width())
     }
 
-    /// Returns the tread round a ring, as a tyre of one layer; lengths in m.
+    /// The tread round a ring, as a tyre of one layer; lengths in m.
     pub(super) fn ring(&self, circumference: f64, width: f64, strip: f64) -> Tyre {
         let Material { modulus, .. } = self.tread.material;
         let stiffness = RIGID * modulus / self.tread.thickness;
@@ -69,10 +69,11 @@ impl FlatTread {
         }
     }
 
-    /// Sums the influence between the cells under so many elements of a lattice.
+    /// Influence between the cells under `elements` elements of a lattice \[m/N\].
     ///
     /// The tread goes on beside the strip, and along as a ring that is longer than the elements. Of the images in its
-    /// sides nothing is left but the mean of guided and supported ones: none; so the influence stays positive definite.
+    /// sides only the mean of guided and supported ones is taken, which is none; so the influence stays positive
+    /// definite.
     pub(crate) fn influence(&self, lattice: Lattice, elements: usize) -> CellInfluence {
         let cell = lattice.cell();
         let beside = BESIDE * self.tread.thickness;
@@ -95,8 +96,8 @@ impl FlatTread {
     }
 }
 
-/// Returns the influence of a force that is spread evenly over an element on the mean displacement of the element j
-/// further on \[m/N\], by the influence between the cells under them: as long waves are the same in both, they cancel.
+/// Influence of a force that is spread evenly over an element on the mean displacement of the element j further on
+/// \[m/N\], by the influence between the cells under them: as long waves are the same in both, they cancel.
 pub(crate) fn line_influence(cells: &CellInfluence, lattice: Lattice) -> Vec<f64> {
     let Lattice { along, columns, .. } = lattice;
     let pairs = |distance: usize| if distance == 0 { columns } else { 2 * (columns - distance) };

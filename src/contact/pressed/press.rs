@@ -22,9 +22,9 @@ use crate::contact::cells::{CellSearch, InstantCells};
 use crate::road::Lattice;
 
 /// Approaches at which a block is pressed. Twice as many change third octaves of the force on a chip seal by up to 0.3
-/// dB, that of 25 mm by 0.7 dB, and what they miss of cells by 0.01 dB on average.
+/// dB, that of 25 mm by 0.7 dB, and their error relative to cells by 0.01 dB on average.
 pub(crate) const APPROACHES: usize = 20;
-/// Mean pressure at the last of them \[Pa\]: some three times a tyre's, for single slices carry more than the mean.
+/// Mean pressure at the last of them \[Pa\]: some three times a tyre's, since single slices carry more than the mean.
 pub(crate) const TOP_PRESSURE: f64 = 1e6;
 /// Power of the depths' spacing.
 const CLOSER: f64 = 1.3;
@@ -56,8 +56,7 @@ pub(crate) struct Press {
 }
 
 impl Press {
-    /// Returns a press for blocks of so many elements. `crown`: height of the tread above its middle by cell across
-    /// \[m\].
+    /// Press for blocks of `elements` elements. `crown`: height of the tread above its middle by cell across \[m\].
     pub(crate) fn new(tread: &FlatTread, lattice: Lattice, crown: Vec<f64>, elements: usize) -> Self {
         let influence = tread.influence(lattice, elements);
         let zeros = vec![0.0; elements * lattice.cells()];
@@ -75,8 +74,8 @@ impl Press {
         }
     }
 
-    /// Presses a block whose cells have these heights \[m\], element by element, -infinity where there is no road, and
-    /// tells how the slices `own` of it yield. No result depends on what was pressed before.
+    /// Presses a block whose cells have these heights \[m\], element by element, -infinity where there is no road;
+    /// returns how the slices `own` of it yield. No result depends on what was pressed before.
     pub(crate) fn press(&mut self, heights: &[f64], own: Range<usize>) -> Vec<Yielding> {
         let cells = self.lattice.cells();
         for (relief, row) in self.relief.chunks_mut(self.lattice.columns).zip(heights.chunks(self.lattice.columns)) {
@@ -116,21 +115,21 @@ impl Press {
         own.zip(points).zip(held).map(curve).collect()
     }
 
-    /// Presses to a depth \[m\], from the forces that there are; returns their sum \[N\].
+    /// Presses to a depth \[m\], starting from the present forces; returns their sum \[N\].
     fn at(&mut self, depth: f64) -> f64 {
         self.required.iter_mut().zip(&self.relief).for_each(|(required, relief)| *required = depth + relief);
         self.search.solve(&self.required, &mut self.forces);
         self.forces.iter().sum()
     }
 
-    /// Returns the forces \[N\] on the cells of what was pressed last, at a depth \[m\], and their sum.
+    /// Forces \[N\] on the cells of the last block, at a depth \[m\], and their sum.
     #[cfg(test)]
     pub(super) fn at_depth(&mut self, depth: f64) -> (&[f64], f64) {
         let load = self.at(depth);
         (&self.forces, load)
     }
 
-    /// Returns the depth at which the mean pressure on what there is of road is the highest that is pressed with \[m\].
+    /// Depth \[m\] at which the mean pressure over the cells that have road is [`TOP_PRESSURE`].
     fn top_depth(&mut self) -> f64 {
         let there = self.relief.iter().filter(|relief| relief.is_finite()).count();
         let wanted = TOP_PRESSURE * there as f64 * self.lattice.cell() * self.lattice.dy;
@@ -152,7 +151,7 @@ impl Press {
         depth
     }
 
-    /// Returns (G_line F) of a slice \[m\].
+    /// (G_line F) of a slice \[m\].
     fn line_displacement(&self, place: usize) -> f64 {
         self.sums.iter().enumerate().map(|(other, force)| self.line[other.abs_diff(place)] * force).sum()
     }

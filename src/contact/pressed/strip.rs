@@ -1,4 +1,4 @@
-//! The curves of a road's slices as the tyre reaches them: block by block, each block the same whatever is asked
+//! The curves of a road's slices as the tyre reaches them: block by block, each block the same whatever is requested
 //! before, after and with it.
 //!
 //! A block presses more road than the slices it is asked for: [`BEYOND`] thicknesses of the tread on either side, so
@@ -21,13 +21,13 @@ use crate::scene::Tyre;
 use crate::storage::cache::key;
 use crate::storage::{Cache, Cached, Format, Kind};
 
-/// Road that is pressed beyond either end of a block's own slices, in thicknesses of the tread: an end is felt four of
-/// them away (p of two blocks then differs by some 0.01 mm, as their approaches do).
+/// Road that is pressed beyond either end of the slices that a block gives, in thicknesses of the tread: an end has
+/// influence up to four of them away (p of two blocks then differs by some 0.01 mm, as their approaches do).
 pub(crate) const BEYOND: f64 = 10.0;
-/// A block's own slices, in circumferences of the tyre.
+/// Length of the slices that a block gives, in circumferences of the tyre.
 const OWN: f64 = 0.4;
 
-/// Returns the elements of a block's own, and beyond them on either side, for a tyre's circumference, its tread's
+/// Elements whose slices a block gives, and those beyond them on either side, for a tyre's circumference, its tread's
 /// thickness, and elements of a length \[m\].
 pub(crate) fn block_elements(circumference: f64, thickness: f64, element: f64) -> [i64; 2] {
     let own = OWN * circumference;
@@ -52,7 +52,7 @@ pub struct PressedRoad {
     tread: FlatTread,
     lattice: Lattice,
     crown: Vec<f64>,
-    /// Elements of a block's own.
+    /// Elements whose slices a block gives.
     own: i64,
     /// Elements beyond them on either side.
     beyond: i64,
@@ -65,8 +65,8 @@ pub struct PressedRoad {
 }
 
 impl PressedRoad {
-    /// Returns the road under a tyre's tread; `crown`: height of the tread above its middle by cell across \[m\].
-    /// `None` for a tyre without layers.
+    /// The road under a tyre's tread; `crown`: height of the tread above its middle by cell across \[m\]. `None` for a
+    /// tyre without layers.
     pub fn new(tyre: &Tyre, lattice: Lattice, crown: Vec<f64>) -> Option<Self> {
         let tread = FlatTread::of(tyre)?;
         let [own, beyond] = block_elements(tyre.circumference, tread.thickness(), lattice.dx);
@@ -74,18 +74,18 @@ impl PressedRoad {
         Some(Self { tread, lattice, crown, own, beyond, press: None, is_kept: true, block: None, heights })
     }
 
-    /// Returns the same without the cache on disk.
+    /// The same without the cache on disk.
     #[must_use]
     pub fn unkept(self) -> Self {
         Self { is_kept: false, ..self }
     }
 
-    /// Returns the compliance c \[m/N\] that the curves are told with.
+    /// Compliance c \[m/N\] with which the curves are given.
     pub fn spring(&self) -> f64 {
         self.tread.spring(self.lattice)
     }
 
-    /// Tells how the slices of a block yield, `first` its first element, and `count` of them its own.
+    /// How the slices of a block yield: `count` of them from the element `first` on.
     fn yielding(&mut self, surface: &mut RoadSurface, first: i64, count: usize) -> Result<KeptBlock, MakingError> {
         self.look(surface, first)?;
         let own = self.beyond as usize..self.beyond as usize + count;
@@ -121,13 +121,13 @@ impl PressedRoad {
         Ok(SliceError::refuse_holes(heights, cells)?)
     }
 
-    /// Returns the curve of an element.
+    /// Curve of an element; presses its block, or fetches it from disk, unless it is the last one.
     fn curve(&mut self, surface: &mut RoadSurface, element: i64) -> Result<StiffnessCurve, MakingError> {
         let period = surface.period();
         let element = period.map_or(element, |period| element.rem_euclid(period));
         let first = element.div_euclid(self.own) * self.own;
         if self.block.as_ref().is_none_or(|(of, _)| *of != first) {
-            // A block at the end of a period has fewer of its own.
+            // A block at the end of a period gives fewer.
             let end = period.map_or(first + self.own, |period| (first + self.own).min(period));
             let KeptBlock(slices) = self.yielding(surface, first, (end - first) as usize)?;
             let spring = self.spring();

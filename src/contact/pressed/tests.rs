@@ -21,7 +21,7 @@ use crate::tyre::wave_compliance;
 
 const COARSE: Lattice = Lattice { dx: 1.95 / 128.0, along: 2, dy: 0.02, columns: 6 };
 
-/// Returns a tyre whose tread has this thickness \[m\] and Poisson's ratio.
+/// A tyre whose tread has this thickness \[m\] and Poisson's ratio.
 fn tyre(thickness: f64, poisson: f64) -> Tyre {
     let mut tyre = plate_tyre();
     if let Some(tread) = tyre.layers.last_mut() {
@@ -36,7 +36,7 @@ fn random_heights(count: usize, highest: f64, seed: u64) -> Vec<f64> {
     (0..count).map(|_| highest * rng.random::<f64>()).collect()
 }
 
-/// Checks a bonded layer at rest, k > 0: 2/(E* k) ((3 - 4 nu) sinh 2q - 2q)/((3 - 4 nu) cosh 2q + 2 q^2 + 5 - 12 nu + 8
+/// A bonded layer at rest, k > 0: 2/(E* k) ((3 - 4 nu) sinh 2q - 2q)/((3 - 4 nu) cosh 2q + 2 q^2 + 5 - 12 nu + 8
 /// nu^2), q = k h (K. L. Johnson, Contact Mechanics (1985), section 5.8).
 #[test]
 fn the_flat_tread_is_a_layer_bonded_to_a_rigid_base() {
@@ -74,7 +74,7 @@ fn lines_displace_as_their_cells_do() {
     assert!(line[0] > 0.0 && line.iter().skip(1).all(|value| value.abs() < line[0]));
 }
 
-/// Returns the gauss and Seidel on the dense matrix, in double precision.
+/// Forces by projected Gauss-Seidel on the dense matrix, in double precision.
 fn dense(toeplitz: &[f64], across: usize, required: &[f64]) -> Vec<f64> {
     let influence =
         |a: usize, b: usize| toeplitz[(a / across).abs_diff(b / across) * across + (a % across).abs_diff(b % across)];
@@ -114,7 +114,7 @@ fn forces_and_yielding_are_those_of_the_dense_matrix() {
             assert!((slice.peak - peak).abs() < 1e-15);
             let lines: f64 = sums.iter().enumerate().map(|(j, force)| line[i.abs_diff(j)] * force).sum();
             let rise = depth + peak - highest - lines;
-            // Between the approaches the curve is a chord, and where it is not concave above the points.
+            // Between the approaches the curve is a chord, and where p is not concave it lies above the points.
             if sums[i] > 0.3 * mean {
                 let bound = slice.error + 0.05 * depth;
                 assert!((slice.at(sums[i]) - rise).abs() < bound, "{i} at {depth}: {:e} {rise:e}", slice.at(sums[i]));
@@ -123,7 +123,7 @@ fn forces_and_yielding_are_those_of_the_dense_matrix() {
     }
 }
 
-/// Checks that a thick tread is a half-space, but for an approach that does not count at equal load.
+/// A thick tread is a half-space, but for a constant approach, which does not matter at equal load.
 #[test]
 fn a_thick_tread_is_pressed_as_indent_says() {
     let lattice = Lattice { dx: 0.002, along: 2, dy: 0.001, columns: 12 };
@@ -158,7 +158,7 @@ fn a_level_road_is_flat_and_a_spike_is_held_by_its_own_cell() {
     let mut heights = vec![0.01; elements * COARSE.cells()];
     for slice in press.press(&heights, 2..7) {
         let curve = slice.curve(flat.spring(COARSE));
-        // What a level strip's edges carry more than its middle is no texture.
+        // The higher pressure at the edges of a level strip is no texture.
         assert!(slice.yields.iter().all(|&rise| rise < 1e-6), "{slice:?}");
         assert!((curve.final_slope - 1.0).abs() < 1e-9, "{curve:?}");
     }
@@ -219,7 +219,7 @@ fn a_road_that_ends_has_curves_to_its_ends() {
     assert!(found.iter().all(|curve| curve.peak.is_finite() && curve.final_slope > 0.0));
 }
 
-/// Checks that elements with curves told in two units have the same pressures.
+/// Elements with curves in two units have the same pressures.
 #[test]
 fn no_result_depends_on_the_unit_of_a_curve() {
     let grid = PatchGrid::new(1.95 / 256.0);

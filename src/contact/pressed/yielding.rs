@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::road::slices::StiffnessCurve;
 
-/// Steepest rise of a curve in units of the tread's own spring: a slice that its neighbours hold off begins to carry
+/// Steepest rise of a curve in units of the tread's compliance: a slice that its neighbours hold off begins to carry
 /// there.
 const STEEPEST: f64 = 1e3;
-/// Least difference of two forces that are two, relative to them.
+/// Least relative difference of two forces that count as different.
 const CLOSEST: f64 = 1e-9;
 
 /// Yielding of a slice.
@@ -27,19 +27,20 @@ pub(crate) struct Yielding {
     pub forces: Vec<f64>,
     /// p at these forces \[m\].
     pub yields: Vec<f64>,
-    /// How far p is from what pressing gave, at most \[m\].
+    /// Largest distance of p from the points that pressing gave \[m\].
     pub error: f64,
 }
 
 impl Yielding {
-    /// Returns the closest curve above `points` (force \[N\], p \[m\]), whose forces may come in any order. `spring` is
-    /// the tread's own compliance \[m/N\], a scale.
+    /// Closest curve above `points` (force \[N\], p \[m\]), whose forces may come in any order. `spring` is the
+    /// tread's compliance \[m/N\], a scale.
     pub(crate) fn above(peak: f64, points: &[[f64; 2]], spring: f64) -> Self {
-        // A rise that is steeper than any solver likes is a step.
+        // 1. A rise that is too steep for a solver becomes a step.
         let points: Vec<[f64; 2]> =
             points.iter().map(|&[force, rise]| [force.max(rise / (STEEPEST * spring)), rise]).collect();
         let mut sorted = points.clone();
         sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        // 2. Upper hull, from the origin on.
         let mut hull = vec![[0.0, 0.0]];
         for point in sorted {
             let last = hull[hull.len() - 1];
@@ -57,7 +58,7 @@ impl Yielding {
             }
             hull.push(point);
         }
-        // Past its highest point it stays.
+        // 3. Past its highest point the curve stays level.
         let mut highest = 0.0_f64;
         for [_, rise] in &mut hull {
             highest = highest.max(*rise);
@@ -69,8 +70,8 @@ impl Yielding {
         this
     }
 
-    /// Returns a slice that no approach has reached, held off by its neighbours until p is `held` \[m\] at least: from
-    /// there on it yields like the tread's own spring.
+    /// A slice that no approach has reached, held off by its neighbours until p is `held` \[m\] at least: from there
+    /// on it yields like the tread's spring.
     pub(crate) fn held_off(peak: f64, held: f64, spring: f64) -> Self {
         let held = held.max(1e-6);
         let first = held / (STEEPEST * spring);
@@ -78,7 +79,7 @@ impl Yielding {
         Self { peak, forces: vec![first, second], yields: vec![held, 2.0 * held], error: 0.0 }
     }
 
-    /// Returns dp/dF past the last force \[m/N\]: that of the last piece.
+    /// dp/dF past the last force \[m/N\]: that of the last piece.
     fn last_slope(&self) -> f64 {
         let last = |values: &[f64]| match *values {
             [.., a, b] => b - a,
@@ -89,7 +90,7 @@ impl Yielding {
         if step > 0.0 { last(&self.yields) / step } else { 0.0 }
     }
 
-    /// Returns p at a force \[m\].
+    /// p at a force \[m\].
     pub(crate) fn at(&self, force: f64) -> f64 {
         let above = self.forces.partition_point(|&known| known < force);
         let point = |number: usize| (self.forces[number], self.yields[number]);
@@ -101,7 +102,7 @@ impl Yielding {
         rise + slope * (force - from)
     }
 
-    /// Returns the curve of stiffness whose local law with the compliance `c` \[m/N\] has this p.
+    /// Curve of stiffness whose local law with the compliance `c` \[m/N\] has this p.
     ///
     /// Past the last point it has the slope of its last piece: 1 where p has ceased to grow, in full contact.
     pub(crate) fn curve(&self, c: f64) -> StiffnessCurve {
@@ -117,7 +118,7 @@ impl Yielding {
         }
     }
 
-    /// Tells whether it is a curve at all.
+    /// Whether the values make a curve: finite, increasing, not negative.
     pub(super) fn is_sound(&self) -> bool {
         let increasing = |values: &[f64]| values.windows(2).all(|pair| pair[0] <= pair[1]);
         self.forces.len() == self.yields.len()

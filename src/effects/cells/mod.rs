@@ -1,5 +1,5 @@
-//! Contact over cells beside what every run gives: force by row across, area and pressure against time, pictures of the
-//! patch, and the cells themselves at chosen instants.
+//! Results of contact over cells in addition to those of every run: force by row across, area and pressure over time,
+//! pictures of the patch, and the forces of the cells themselves at chosen instants.
 
 use super::channel::{Channel, Read, RowShape, RowTimes};
 use super::effect::{Begin, Effect};
@@ -15,7 +15,6 @@ use crate::results::summary::CellsSummary;
 use crate::scene::Zone;
 use crate::storage::state::{StateError, StateReader, StateWriter, fill};
 
-/// Contact over cells.
 pub(crate) struct CellsEffect;
 
 static CHANNELS: [Channel; 5] = [
@@ -78,18 +77,18 @@ fn has_frames(plan: &Plan) -> bool {
     over_cells(plan) && plan.scene.outputs.cells_every.is_some()
 }
 
-/// Returns the size of a cell's face \[m^2\].
+/// Area of a cell's face \[m^2\].
 fn face(step: &Step<'_>) -> f64 {
     step.point_size[0] * step.point_size[1]
 }
 
-/// Returns the area of the cells that carry force \[m^2\].
+/// Area of the cells that carry force \[m^2\].
 fn area(step: &Step<'_>) -> f64 {
     let touched = step.footprint.mean().iter().filter(|&&force| force > 0.0).count();
     touched as f64 * face(step)
 }
 
-/// Returns the largest pressure on a cell \[Pa\].
+/// Largest pressure on a cell \[Pa\].
 fn peak_pressure(step: &Step<'_>) -> f64 {
     largest_or_zero(step.footprint.mean()) / face(step)
 }
@@ -133,14 +132,13 @@ impl Effect for CellsEffect {
     }
 }
 
-/// Observer of the patch.
 pub(crate) struct CellObserver {
     across: usize,
-    /// Size of a cell \[m\].
+    /// Length and width of a cell \[m\].
     size: [f64; 2],
-    /// After the warm-up: area \[m^2\], pressure on it and its peak \[Pa\].
+    /// After the warm-up: contact area \[m^2\], mean pressure on it and peak pressure \[Pa\].
     moments: [RunningMoments; 3],
-    /// Sum of the forces of the steps that count, cell by cell of the window.
+    /// Sum over the steps after the warm-up of the forces, cell by cell of the window \[N\].
     sum: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Total force of every step, its spectrum, and the forces of the patch: what every run gives. Memory does not grow
+//! Results of every run: total force of every step, its spectrum, and the forces of the patch. Memory does not grow
 //! with the number of steps.
 
 use std::ops::Range;
@@ -24,7 +24,6 @@ use crate::results::summary::AxleMotion;
 use crate::scene::{Axle, TimeRule};
 use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 
-/// Force in the contact.
 pub(crate) struct ForceEffect;
 
 static CHANNELS: [Channel; 6] = [
@@ -68,7 +67,7 @@ static CHANNELS: [Channel; 6] = [
     },
 ];
 
-/// Tells whether the axle's motion is a result.
+/// True if the axle moves, so that its motion is a result.
 fn moves(plan: &Plan) -> bool {
     matches!(plan.scene.rolling.axle, Axle::Mass { .. })
 }
@@ -136,30 +135,28 @@ impl Effect for ForceEffect {
     }
 }
 
-/// Observer of the force.
 pub(crate) struct ForceObserver {
     shown: Range<u64>,
-    /// Steps that are drawn.
+    /// Steps of the force map.
     drawn: Drawn,
     /// Total force after the warm-up \[N\].
     force: RunningMoments,
-    /// Indentation after the warm-up \[m\], of an axle that moves.
+    /// Indentation after the warm-up \[m\], if the axle moves.
     indentation: Option<RunningMoments>,
-    /// Where spectra or plots want it and the run is long enough.
+    /// Spectrum, if it is written or drawn and the run is long enough.
     spectrum: Option<SpectrumAccumulator>,
     sum_of_lengths: f64,
-    /// The rule whose mean force of a step is recorded, and the step \[s\].
+    /// Time rule whose mean force over a step is recorded, and the time step \[s\].
     recording: (TimeRule, f64),
 }
 
-/// Steps of the force map.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 struct Drawn {
-    /// Time \[s\].
+    /// Time of each step \[s\].
     time: Vec<f64>,
     /// Element number of the first column.
     first_element: Vec<i64>,
-    /// Forces, row by row \[N\].
+    /// Forces, step by step \[N\].
     force: Vec<f64>,
 }
 
@@ -204,7 +201,7 @@ impl EffectObserver for ForceObserver {
         if drawn.first_element.len() != drawn.time.len() {
             return Err(StateError::Value);
         }
-        // In the room that is there for all rows.
+        // Into the memory reserved for all rows.
         self.drawn.time.extend(drawn.time);
         self.drawn.first_element.extend(drawn.first_element);
         self.drawn.force.extend(drawn.force);
@@ -245,20 +242,18 @@ impl EffectObserver for ForceObserver {
 }
 
 impl ForceObserver {
-    /// Returns the averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean
-    /// over a step takes off is put back.
+    /// Averaged spectrum of the force after the warm-up, of a complete run, corrected for the mean over a step.
     pub(crate) fn spectrum(&self) -> Option<PowerSpectrum> {
         let (rule, time_step) = self.recording;
         let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
         Some(spectrum.without_mean_of_steps(rule, time_step))
     }
 
-    /// Returns the third octaves of the force re 1 N, of a run that is long enough for a spectrum.
+    /// Third octaves of the force re 1 N, of a run that is long enough for a spectrum.
     fn levels(&self, end: &End<'_>) -> Option<Vec<BandLevel>> {
         Some(self.spectrum()?.valid_to(end.valid_to).third_octaves(LOWEST_FREQUENCY, 1.0))
     }
 
-    /// Draws the forces of the patch over time.
     fn draw_patch(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), RunError> {
         let drawn = &self.drawn;
         let shape = (drawn.time.len(), end.geometry.columns);
@@ -279,12 +274,11 @@ impl ForceObserver {
     }
 }
 
-/// Returns the errors of the force's levels: those that a plan states, and those by slices.
+/// Errors of the force's levels: those that a plan states, and those by slices.
 fn level_errors(plan: &Plan, slices: Option<&SliceErrors>) -> LevelErrors {
     LevelErrors::new(FrontRow::stated_error(&plan.scene).ok(), plan.by_slices(), slices, SliceErrors::force)
 }
 
-/// Draws the third octaves of the force.
 fn spectrum_picture(end: &End<'_>, levels: &[BandLevel]) -> Result<String, RunError> {
     let plot = ThirdOctavePlot {
         title: &format!("Contact force, third octaves: {}", end.loaded.title()),
@@ -295,7 +289,7 @@ fn spectrum_picture(end: &End<'_>, levels: &[BandLevel]) -> Result<String, RunEr
     Ok(plot.to_svg()?)
 }
 
-/// Draws the total force over time of a run whose folder is read again.
+/// Total force over time of a run whose folder was read.
 fn total_force(stored: &Stored) -> Result<Option<Block>, ReportError> {
     let (Some(time), Some(force)) = (stored.column("time.npy")?, stored.column("total_force.npy")?) else {
         return Ok(None);

@@ -1,6 +1,6 @@
-//! Tangential side of a contact with friction: forces, moment and slip power against time, third octaves of the
-//! forces, counts of cells that stick, slip and are pulled, cells' forces and slip at chosen instants, pictures of the
-//! last one.
+//! Results of contact with friction: forces, moment and slip power over time, third octaves of the forces, numbers of
+//! cells that stick, slip and are pulled by adhesion, cells' forces and slip at chosen instants, pictures of the last
+//! one.
 
 use super::channel::{Channel, Read, RowShape, RowTimes};
 use super::effect::{Begin, Effect};
@@ -19,10 +19,9 @@ use crate::results::summary::{FreeRolling, FrictionSummary};
 use crate::scene::{Coefficient, LongitudinalCreep, TimeRule};
 use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 
-/// Bound of the mean torque of a wheel that rolls freely over that of sliding.
+/// Largest mean torque of a freely rolling wheel, relative to that of full sliding.
 const FREE_TORQUE: f64 = 1e-3;
 
-/// Contact with friction.
 pub(crate) struct FrictionEffect;
 
 /// Tables of third octaves of the total tangential forces, by component; no error of theirs is stated.
@@ -41,12 +40,12 @@ static LEVELS: [LevelTable; 2] = [
     },
 ];
 
-/// Returns the number of the tangential part of a step; 0 without one.
+/// A number of the tangential part of a step; 0 without one.
 fn number(step: &Step<'_>, of: fn(&TangentialPart) -> f64) -> f64 {
     step.footprint.tangential().map_or(0.0, of)
 }
 
-/// Returns the count of the tangential part of a step; 0 without one.
+/// A count of the tangential part of a step; 0 without one.
 fn count(step: &Step<'_>, of: fn(&TangentialPart) -> usize) -> i64 {
     step.footprint.tangential().map_or(0, |part| of(part) as i64)
 }
@@ -57,7 +56,7 @@ fn frame(step: &Step<'_>, out: &mut [f32], of: fn(&TangentialPart) -> &[[f64; 2]
     out.iter_mut().zip(values).for_each(|(out, value)| *out = value[component] as f32);
 }
 
-/// Channel of a frame of cells at chosen instants.
+/// Defaults of a channel of cells at chosen instants.
 const FRAME: Channel =
     Channel { row: RowShape::Points, when: RowTimes::CellsEvery, wanted: has_frames, ..Channel::BASE };
 
@@ -211,7 +210,7 @@ impl Effect for FrictionEffect {
     }
 }
 
-/// Returns the coefficient of friction and the radius \[m\] of a wheel that rolls freely.
+/// Coefficient of friction at slow slip, and rolling radius \[m\]; `None` for a wheel that does not roll freely.
 fn sliding(plan: &Plan) -> Option<[f64; 2]> {
     let friction = plan.scene.friction.as_ref()?;
     let mu = match friction.coefficient() {
@@ -221,21 +220,20 @@ fn sliding(plan: &Plan) -> Option<[f64; 2]> {
     (friction.creep.longitudinal == LongitudinalCreep::Free).then_some([mu, plan.radius])
 }
 
-/// Observer of the tangential forces.
 pub(crate) struct FrictionObserver {
-    /// After the warm-up: longitudinal and lateral force, moment, slip power, share of slipping cells, normal force,
-    /// torque, creep.
+    /// After the warm-up: longitudinal and lateral force \[N\], aligning moment \[N m\], slip power \[W\], share of
+    /// slipping cells, normal force \[N\], torque \[N m\], creep.
     moments: [RunningMoments; 8],
     /// Rolling speed \[m/s\].
     speed: f64,
-    /// Spectra of both forces, where they are wanted and the run is long enough.
+    /// Spectra of both forces, where they are written and the run is long enough.
     spectra: [Option<SpectrumAccumulator>; 2],
-    /// The rule whose mean force of a step is recorded, and the step \[s\].
+    /// Time rule whose mean force over a step is recorded, and the time step \[s\].
     recording: (TimeRule, f64),
-    /// Coefficient of friction of slow slip and radius \[m\] of a wheel that rolls freely.
+    /// See [`sliding`].
     sliding: Option<[f64; 2]>,
     across: usize,
-    /// Size of a cell \[m\].
+    /// Length and width of a cell \[m\].
     size: [f64; 2],
 }
 
@@ -340,7 +338,7 @@ impl EffectObserver for FrictionObserver {
 }
 
 impl FrictionObserver {
-    /// Returns the third octaves of a force re 1 N, valid up to a frequency \[Hz\], of a run that is long enough.
+    /// Third octaves of a force re 1 N, valid up to a frequency \[Hz\], of a run that is long enough.
     fn third_octaves(&self, spectrum: Option<&SpectrumAccumulator>, valid_to: f64) -> Option<Vec<BandLevel>> {
         let (rule, time_step) = self.recording;
         let spectrum = spectrum?.clone().finish().ok()?.without_mean_of_steps(rule, time_step);

@@ -1,9 +1,9 @@
 //! Rolling resistance of a run: the mean power that the contact forces put into the tyre, over speed and mean force.
 //!
-//! The tyre dissipates what is put in, so this is the resistance by hysteresis of tread, belt and foundation, to the
-//! smooth road and to the texture alike. It asks for no vibration: the displacements of the window, at every instant
-//! one product of the forces with the first weights. With `tread = "uncoupled"` the displacements are not those of the
-//! tyre under the forces, and there is none.
+//! The tyre dissipates what is put in, so this is the resistance by hysteresis of tread, belt and foundation, due to
+//! the smooth road and to the texture alike. It needs no vibration: only the displacements of the window, at every
+//! instant one product of the forces with the first weights. With `tread = "uncoupled"` the displacements are not those
+//! of the tyre under the forces, and there is no rolling resistance.
 
 use super::effect::{Begin, Effect};
 use super::error::RunError;
@@ -16,7 +16,6 @@ use crate::results::summary::RollingResistance;
 use crate::scene::Tread;
 use crate::storage::state::{StateError, StateReader, StateWriter};
 
-/// Rolling resistance.
 pub(crate) struct ResistanceEffect;
 
 impl Effect for ResistanceEffect {
@@ -38,7 +37,6 @@ impl Effect for ResistanceEffect {
     }
 }
 
-/// Observer of the power.
 pub(crate) struct ResistanceObserver {
     /// Power after the warm-up \[W\].
     power: RunningMoments,

@@ -1,4 +1,4 @@
-//! Work and memory of the sound.
+//! Expected work and memory of the sound.
 
 use super::open_patch::OpenAmounts;
 use super::planned::{SOUND_SEGMENT, Sound};
@@ -15,15 +15,15 @@ use crate::response::{Orders, SpectrumAccumulator, SqueezedVolumes};
 use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 use crate::tyre::poles::expected_fit;
 
-/// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
-/// they come from (measured).
+/// Memory of the sound's transfers over that of their numbers: the rest is kept by the allocator from the files or
+/// equations that they came from (measured).
 const TRANSFER_RESERVE: f64 = 1.3;
-/// Time of a wave's answer to all components of force over that to normal ones.
+/// Time of a wave's response to all components of force over that to normal ones.
 const TRACTION_WAVE: f64 = 4.0;
 /// Memory of the sound's blocks over that of their arrays (measured).
 const SOUND_RESERVE: f64 = 1.15;
 
-/// Adds boundary elements that are not kept from earlier runs, and the way of every force to every receiver.
+/// Adds boundary elements that are not stored from earlier runs, and the propagation of all forces to all receivers.
 pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let Some(sound) = &plan.sound() else { return };
     let Expected { columns, length, .. } = amounts.expected;
@@ -36,7 +36,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         amounts.count(Counter::RadiationSolves, frequencies as f64);
         amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(cost.bytes as f64);
         amounts.fit_memory_that_stays = bytes_kept as f64;
-        // Frequencies that are kept already are only read.
+        // Frequencies that are stored already are only read.
         if frequencies > 0 {
             amounts.cache_bytes += bytes_kept as f64;
         }
@@ -85,7 +85,8 @@ fn spectrum_bytes(plan: &Plan) -> f64 {
     SpectrumAccumulator::bytes(plan.time_step, SOUND_SEGMENT)
 }
 
-/// Adds the way from forces or volumes in windows of a layout to all receivers, with so many integrals of a wavenumber.
+/// Adds the propagation of forces or volumes in windows of a layout to all receivers, with so many integrals per
+/// wavenumber.
 fn add_stream(amounts: &mut Amounts, plan: &Plan, sound: &Sound, layout: &SegmentLayout, integrals: usize) {
     let (cells, points) = (Sound::GRID.around, sound.streamed());
     let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;

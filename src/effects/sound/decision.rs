@@ -8,7 +8,7 @@ use crate::plan::decisions::{Decided, Decisions, Row, given};
 use crate::radiation::draft::{DraftError, DraftErrors};
 use crate::scene::{AirMotion, PatchAir, Pitches, Radiation, RadiationQuality, Scene, Switch};
 
-/// Rows of the radiation, of what radiates beside the tread, of the air under it, and of what blocks press into that.
+/// Rows of the radiation, of the sidewalls, of the air under the patch, and of the squeeze of blocks.
 pub(super) static ROWS: [Row; 4] = [RADIATION, SIDES, PATCH, SQUEEZE];
 
 const RADIATION: Row = Row {
@@ -59,7 +59,7 @@ const SIDES: Row = Row {
     short: "sides",
     decide: |scene, _| decide_sides(scene),
     switch: Some(|scene, on| {
-        // Where radiation is taken away, this is, too.
+        // Where radiation is switched off, this is, too.
         if scene.effects.radiation != Switch::Off {
             scene.radiation.sides = if on { Switch::On } else { Switch::Off };
         }
@@ -95,7 +95,7 @@ const PATCH: Row = Row {
         scene.effects.air_pumping = match (on, &scene.air_pumping) {
             (false, _) => Switch::Off,
             (true, Some(pumping)) if pumping.patch != PatchAir::Sealed => Switch::Auto,
-            // Refused by name.
+            // Refused later, with the name of the missing key.
             (true, _) => Switch::On,
         };
     }),
@@ -143,7 +143,7 @@ const SQUEEZE: Row = Row {
     decide: decide_squeeze,
     switch: Some(|scene, on| match &mut scene.air_pumping {
         Some(pumping) => pumping.squeeze = on,
-        // Refused by name.
+        // Refused later, with the name of the missing key.
         None if on => scene.effects.air_pumping = Switch::On,
         None => {}
     }),

@@ -1,4 +1,4 @@
-//! Fields under an open patch as a run tells them: resonances, tables, and pressures amid grooves.
+//! Results of the fields under an open patch: resonances, tables, and pressures in the middle of grooves.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,30 +15,30 @@ pub(super) const VOIDS_FILE: &str = "voids.csv";
 /// Fields in the grooves of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct GrooveFields {
-    /// By groove; none where the response has no peak.
+    /// By groove; `None` where the response has no peak.
     pub(super) resonances: Vec<Option<Resonance>>,
     pub(super) frequencies: Vec<f64>,
-    /// |G| amid the groove by point, frequency and groove \[1/m\].
+    /// |G| in the middle of a groove by point, frequency and groove \[1/m\].
     pub(super) amid: Vec<Vec<Vec<f64>>>,
-    /// |G| at the first point, where it is loudest amid a groove; none without a point.
+    /// |G| at the first point, at the frequency at which it is largest in a groove; `None` without a point.
     pub(super) loudest: Option<UnderPatchLevels>,
-    /// Root mean square of G over the patch by point, frequency and place; none of grooves alone \[1/m\].
+    /// Root mean square of G over the patch by point, frequency and place \[1/m\]; empty for grooves alone.
     pub(super) of_places: Vec<Vec<Vec<f64>>>,
 }
 
 /// Field under the patch at a frequency.
 #[derive(Clone, Debug)]
 pub(super) struct UnderPatchLevels {
-    /// \[Hz\].
+    /// Frequency \[Hz\].
     pub(super) frequency: f64,
-    /// |G| by cell along, and of it by strip across \[1/m\].
+    /// |G| cell by cell along, and in each strip by strip across \[1/m\].
     pub(super) green: Vec<f64>,
-    /// Ends of the strips \[m\].
+    /// Ends of the strips across \[m\].
     pub(super) ends: Vec<f64>,
 }
 
 impl GrooveFields {
-    /// Lists grooves that resonate within a part of a frequency \[Hz\] that something passes at.
+    /// Messages on grooves that a tone at a frequency \[Hz\] excites.
     pub(super) fn near(&self, passing: f64) -> Vec<String> {
         let one = |(groove, found): (usize, &Option<Resonance>)| {
             let found = (*found)?;
@@ -51,8 +51,8 @@ impl GrooveFields {
         self.resonances.iter().enumerate().filter_map(one).collect()
     }
 
-    /// Returns the table of the field under the patch over voids, at the first point of each receiver: its root mean
-    /// square over places, and the lowest and highest of a place; `None` of grooves alone.
+    /// Table of the field under the patch over voids, at the first point of each receiver: its root mean square over
+    /// places, and the lowest and highest value of a place; `None` for grooves alone.
     pub(super) fn voids_to_csv(&self, sound: &Sound) -> Option<String> {
         let mut rows = Vec::new();
         for heard in &sound.heard {
@@ -66,8 +66,7 @@ impl GrooveFields {
         Some(csv(header, rows))
     }
 
-    /// Returns the table of the grooves: resonances, largest pressures, and |G| amid them by receiver, at its first
-    /// point.
+    /// Table of the grooves: resonances, largest pressures, and |G| in their middles by receiver, at its first point.
     pub(super) fn to_csv(&self, sound: &Sound, pressures: &[AmidGroove]) -> String {
         let mut rows = Vec::new();
         for (groove, (channel, found)) in sound.channels.iter().zip(&self.resonances).enumerate() {
@@ -109,34 +108,33 @@ impl GrooveFields {
     }
 }
 
-/// Returns the root mean square of what places have.
 pub(super) fn root_mean<T>(places: &[T], of: impl Fn(&T) -> f64) -> f64 {
     let sum: f64 = places.iter().map(|place| of(place).powi(2)).sum();
     (sum / places.len() as f64).sqrt()
 }
 
-/// Pressure above which air is not linear by 1 %: that part of gamma times its static pressure \[Pa\].
+/// Pressure above which air deviates from linearity by 1 %: that part of gamma times its static pressure \[Pa\].
 const NOT_LINEAR: f64 = 0.01 * 1.4 * 101_325.0;
 
-/// Pressures amid a groove, sample by sample.
+/// Statistics of the pressure in the middle of a groove.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(super) struct AmidGroove {
     samples: u64,
-    /// Samples at which it is not linear.
+    /// Samples above [`NOT_LINEAR`].
     above: u64,
     /// Largest magnitude \[Pa\].
     largest: f64,
 }
 
 impl AmidGroove {
-    /// Takes in pressures \[Pa\].
+    /// Takes the next pressures \[Pa\].
     pub(super) fn take(&mut self, pressures: &[f64]) {
         self.samples += pressures.len() as u64;
         self.above += pressures.iter().filter(|pressure| pressure.abs() > NOT_LINEAR).count() as u64;
         self.largest = pressures.iter().fold(self.largest, |largest, pressure| largest.max(pressure.abs()));
     }
 
-    /// Warns of samples at which the air in a groove of a number is not linear; `None` without any.
+    /// Warning of samples at which the air in groove number `groove` is not linear; `None` without any.
     pub(super) fn warning(&self, groove: usize) -> Option<String> {
         let Self { samples, above, largest } = self;
         (*above > 0).then(|| {

@@ -1,5 +1,5 @@
-//! Pressures of a point that are kept to be heard: all of the first ones, or no more than the excerpts that passages
-//! take of it, a few hundredths.
+//! Pressures of a point that are stored over time: all of the first ones, or only the excerpts that passages need, a
+//! few hundredths.
 
 use std::ops::Range;
 
@@ -7,25 +7,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::storage::StateError;
 
-/// Kept samples of a point.
+/// Stored samples of a point.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KeptSignal {
-    /// Samples of each excerpt.
+    /// Range of samples of each excerpt.
     wanted: Vec<Range<usize>>,
     state: KeptState,
 }
 
-/// State of a [`KeptSignal`].
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub(super) struct KeptState {
-    /// Samples that were taken in.
+    /// Number of samples so far.
     taken: usize,
-    /// Pressures by excerpt \[Pa\].
+    /// Pressures by excerpt, in single precision \[Pa\].
     excerpts: Vec<Vec<f32>>,
 }
 
 impl KeptSignal {
-    /// Makes a signal of excerpts of these samples.
     pub(super) fn of(wanted: Vec<Range<usize>>) -> Self {
         let excerpts = vec![Vec::new(); wanted.len()];
         Self { wanted, state: KeptState { taken: 0, excerpts } }
@@ -46,31 +44,25 @@ impl KeptSignal {
         *taken = here.end;
     }
 
-    /// Returns the samples that were taken in.
     pub(super) fn taken(&self) -> usize {
         self.state.taken
     }
 
-    /// Returns an excerpt, as far as it was taken in \[Pa\].
+    /// An excerpt, as far as it has come \[Pa\].
     pub(super) fn excerpt(&self, index: usize) -> impl Iterator<Item = f64> {
         self.state.excerpts.get(index).into_iter().flatten().map(|&pressure| f64::from(pressure))
     }
 
-    /// Returns the pressures that are kept.
     #[cfg(test)]
     pub(super) fn kept(&self) -> usize {
         self.state.excerpts.iter().map(Vec::len).sum()
     }
 
-    /// Takes the state down.
     pub(super) fn save(&self) -> KeptState {
         self.state.clone()
     }
 
-    /// Goes on from the state of one of the same excerpts.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Goes on from the state of a signal of the same excerpts.
     pub(super) fn restore(&mut self, state: KeptState) -> Result<(), StateError> {
         let (expected, found) = (self.wanted.len(), state.excerpts.len());
         if found != expected {

@@ -1,4 +1,4 @@
-//! Transfers of a body that earlier runs, or this one before it was stopped, have left on disk: one entry for each
+//! Transfers of a body that earlier runs, or this one before it was stopped, have stored on disk: one entry for each
 //! receiver of the scene and frequency.
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,12 +14,12 @@ use crate::scene::RadiationQuality;
 use crate::sound::Air;
 use crate::storage::{Cache, CacheError, Cached, Format, Kind};
 
-/// G of the points of a receiver at a frequency.
+/// Cache entry: G of the points of a receiver at a frequency.
 #[derive(Deserialize, Serialize)]
 pub(crate) struct KeptReceiver {
     /// Frequency \[Hz\].
     frequency: f64,
-    /// By point \[1/m\].
+    /// By point, in the order of a transfer's values \[1/m\].
     values: Vec<Vec<Complex32>>,
 }
 
@@ -33,12 +33,12 @@ impl Cached for KeptReceiver {
     }
 }
 
-/// Largest part by which the patch of the static contact is expected wrong before it is found.
+/// Largest relative error of the expected patch length before the static contact is solved.
 const PATCH_DOUBT: f64 = 0.2;
 
 impl Plan {
-    /// Returns the frequencies that are kept for the sound of the run; none without receivers, or where nothing is
-    /// solved. The static contact is not known yet: what is kept for a patch about as long as expected is taken for the
+    /// Frequencies that are stored for the sound of the run \[Hz\]; none without receivers, or where no equations are
+    /// solved. The static contact is not solved yet: entries of a patch about as long as expected are taken for the
     /// run's.
     pub(super) fn frequencies_on_disk(&self) -> Vec<f64> {
         let solved = |sound: &Sound| sound.radiation.quality == RadiationQuality::Full;
@@ -48,7 +48,7 @@ impl Plan {
         let at_rest = self.expected().length;
         let step = self.patch_step();
         let doubt = (PATCH_DOUBT * at_rest / step) as i64;
-        // The nearest first; a patch that the scene gives is the same whatever is tried.
+        // The nearest first; a patch length that the scene gives is the same for all of them.
         let mut tried: Vec<i64> = (-doubt..=doubt).collect();
         tried.sort_by_key(|steps| steps.abs());
         let mut found = tried.into_iter().filter_map(|steps| {
@@ -62,10 +62,10 @@ impl Plan {
     }
 }
 
-/// The entries of a problem.
+/// Cache entries of a problem.
 pub(crate) struct KeptTransfers<'a> {
     cache: Option<Cache>,
-    /// True if the cache has failed and is left alone.
+    /// True if the cache has failed and is not used any more.
     failed: AtomicBool,
     problem: &'a TransferProblem<'a>,
     range: &'a FrequencyRange,
@@ -73,7 +73,7 @@ pub(crate) struct KeptTransfers<'a> {
 }
 
 impl<'a> KeptTransfers<'a> {
-    /// Returns those in the user's cache; none, with a warning, where there is no cache.
+    /// Entries in the user's cache; none, with a warning, where there is no cache.
     pub(crate) fn open(
         problem: &'a TransferProblem<'a>,
         range: &'a FrequencyRange,
@@ -84,11 +84,11 @@ impl<'a> KeptTransfers<'a> {
         Self { cache, failed: AtomicBool::new(false), problem, range, sound }
     }
 
-    /// Returns the key of a receiver's points at a frequency.
+    /// Key of a receiver's points at a frequency; `None` where it cannot be formed.
     fn key(&self, receiver: usize, frequency: f64) -> Option<[u8; 32]> {
         let TransferProblem { body, grid, flank, resolution, .. } = self.problem;
         let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
-        // Frequencies that are the same but for rounding are the same.
+        // Frequencies that are equal but for rounding have the same key.
         let millihertz = (1e3 * frequency).round();
         let content = (
             format!("{body:?} {resolution:?}"),
@@ -105,7 +105,7 @@ impl<'a> KeptTransfers<'a> {
         key.ok()
     }
 
-    /// Tells whether there is an entry of a frequency for every receiver; it is not looked into.
+    /// True if there is an entry of a frequency for every receiver; its content is not checked.
     fn holds(&self, frequency: f64) -> bool {
         let entry = |receiver: usize| {
             let (cache, key) = self.cache.as_ref().zip(self.key(receiver, frequency))?;
@@ -114,12 +114,12 @@ impl<'a> KeptTransfers<'a> {
         (0..self.sound.heard.len()).all(|receiver| entry(receiver).unwrap_or(false))
     }
 
-    /// Returns the cache while it works.
+    /// The cache, unless it has failed.
     fn usable(&self) -> Option<&Cache> {
         self.cache.as_ref().filter(|_| !self.failed.load(Ordering::Relaxed))
     }
 
-    /// Returns those of some frequencies that are there for every receiver.
+    /// Those of some frequencies that are stored for every receiver.
     pub(crate) fn load(&self, wanted: &[f64], warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
         let Some(cache) = self.usable() else { return Vec::new() };
         let entries = in_parallel::map(wanted, |&frequency| self.at(cache, frequency));
@@ -138,7 +138,7 @@ impl<'a> KeptTransfers<'a> {
         found
     }
 
-    /// Returns a frequency if it is there for every receiver, or what is said of an entry that cannot be used.
+    /// Transfers at a frequency if they are stored for every receiver, or a warning about an entry that cannot be used.
     fn at(&self, cache: &Cache, frequency: f64) -> Result<Result<Option<FrequencyTransfers>, String>, CacheError> {
         let mut transfers = Vec::new();
         for receiver in 0..self.sound.heard.len() {
@@ -171,7 +171,7 @@ impl<'a> KeptTransfers<'a> {
         kept.values.into_iter().zip(points).filter(whole).map(transfer).collect()
     }
 
-    /// Stores a finished frequency, receiver by receiver; trouble only gives a warning, the first time.
+    /// Stores a finished frequency, receiver by receiver; a failure gives one warning, and ends the use of the cache.
     pub(crate) fn store(&self, found: &FrequencyTransfers, warnings: &mut Vec<String>) {
         for (receiver, heard) in self.sound.heard.iter().enumerate() {
             let Some((cache, key)) = self.usable().zip(self.key(receiver, found.frequency)) else { return };

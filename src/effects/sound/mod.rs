@@ -1,7 +1,7 @@
-//! Sound of a run that has receivers: its way there before the first step, pressures as the run goes, levels and files
-//! to listen to at its end.
+//! Sound of a run with receivers: transfers before the first step, pressures during the run, levels and sound files at
+//! its end.
 //!
-//! Without a receiver there is no recorder, no body, no table.
+//! Without a receiver there is no observer, no body, no table.
 
 mod amounts;
 mod decision;
@@ -50,7 +50,6 @@ use squeeze::{PARTS, SqueezeState, SqueezeStream, found_blocks};
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
-/// Sound at receivers.
 pub(crate) struct SoundEffect;
 
 impl Effect for SoundEffect {
@@ -117,30 +116,30 @@ impl Effect for SoundEffect {
     }
 }
 
-/// Observer of the patch's forces, which pressures at the receivers are made of.
+/// Observer of the patch's forces, from which the pressures at the receivers are computed.
 pub(crate) struct SoundObserver {
     sound: Sound,
-    /// How the transfers were found.
+    /// Air, delays, body and groove fields of the transfers.
     way: Way,
     stream: PressureStream,
-    /// Volumes that blocks press into voids, where they are heard.
+    /// Volumes that blocks squeeze into voids, where their sound is computed.
     squeeze: Option<Box<SqueezeStream>>,
-    /// Lateral waves of forces on cells.
+    /// Lateral waves of forces on cells; `None` for slices.
     lateral: Option<LateralForces>,
     /// By place and point.
     spectra: Vec<SpectrumAccumulator>,
-    /// By point, pressures over time as far as they are kept to be listened to.
+    /// By point, pressures over time as far as they are stored.
     signals: Vec<KeptSignal>,
-    /// By open groove, pressures amid it.
+    /// By open groove, pressures in its middle.
     amid: Vec<AmidGroove>,
-    /// By receiver, pressures at its first point by order of the revolution; none without a tread pattern.
+    /// By receiver, pressures at its first point by order of the revolution; empty without a tread pattern.
     orders: Vec<Orders>,
     valid_to: f64,
-    /// True if contact is over slices, which have an error.
+    /// True if contact is over slices, whose levels have a further error.
     by_slices: bool,
     /// Errors of contact over slices, where they are known.
     slice_errors: Option<SliceErrors>,
-    /// \[m/s\].
+    /// Rolling speed \[m/s\].
     speed: f64,
 }
 
@@ -151,24 +150,24 @@ pub struct HeardSound {
     pub receivers: Vec<ReceiverSpectrum>,
     /// A-weighted levels by receiver.
     pub rated: Vec<RatedLevel>,
-    /// The body that radiates.
+    /// Body that radiates.
     pub(crate) body: BodySummary,
-    /// How far off levels may be.
+    /// Errors of the levels.
     pub error: SoundError,
 }
 
-/// Tells how long a run without a single block of forces must be, at a speed \[m/s\].
+/// Warning for a run without a single complete block of forces, at a speed \[m/s\].
 fn too_short(sound: &Sound, speed: f64) -> String {
     let seconds = sound.least_duration(speed);
     format!("the run is too short for sound: it takes a rolling.duration of {seconds:.2} s")
 }
 
-/// Returns the frequencies that are listened to, as far as the samples of a passage depend on them.
+/// Band of the radiation, from which the samples of a passage are planned \[Hz\].
 fn radiated(sound: &Sound) -> Range<f64> {
     0.0..sound.radiation.fmax
 }
 
-/// Lists the sounds that a run of a plan is too short for, known before it.
+/// Messages on sounds for which a run of a plan is too short, known before it.
 fn unheard(plan: &Plan) -> Vec<String> {
     let Some(sound) = plan.sound() else { return Vec::new() };
     let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
@@ -178,7 +177,7 @@ fn unheard(plan: &Plan) -> Vec<String> {
     told_of_passages(plan, &sound, |passing, kept| passing.missing(&sound, kept))
 }
 
-/// Tells something of each receiver that is passed, from its passing and the samples that are kept, before a run.
+/// Messages on the receivers that are passed, from their passing and the number of stored samples, before a run.
 fn told_of_passages(plan: &Plan, sound: &Sound, tell: impl Fn(&Passing, usize) -> Option<String>) -> Vec<String> {
     let Some(way) = Way::expected(plan, sound) else { return Vec::new() };
     let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
@@ -190,7 +189,6 @@ fn told_of_passages(plan: &Plan, sound: &Sound, tell: impl Fn(&Passing, usize) -
     sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(told).collect()
 }
 
-/// State of a [`SoundObserver`].
 #[derive(Deserialize, Serialize)]
 struct SoundState {
     stream: PressureState,
@@ -201,14 +199,14 @@ struct SoundState {
     amid: Vec<AmidGroove>,
 }
 
-/// Pressures of blocks by vibration and, where blocks squeeze air, by that.
+/// Pressures of blocks due to vibration and, where blocks squeeze air, due to that.
 struct Summed<'a> {
     pressures: &'a BlockPressures<'a>,
     squeezed: Option<&'a BlockPressures<'a>>,
 }
 
 impl Summed<'_> {
-    /// Gives the pressures at a receiver, all parts together, block after block \[Pa\].
+    /// Gives the sum of all parts at a receiver, block after block \[Pa\].
     fn of(&self, receiver: usize, mut take: impl FnMut(&[f64])) {
         let Some(squeezed) = self.squeezed else { return self.pressures.of(receiver, take) };
         let mut sum = Vec::new();
@@ -223,7 +221,7 @@ impl Summed<'_> {
     }
 }
 
-/// Takes in both parts of a receiver's pressures, where squeeze is heard.
+/// Adds both parts of a receiver's pressures to their spectra, where there is squeeze.
 fn take_parts(
     receiver: usize,
     parts: Option<&mut [SpectrumAccumulator; PARTS]>,
@@ -239,7 +237,7 @@ impl SoundObserver {
     /// Begins the observer of a run; `None` without receivers, or, with a warning, if the run is too short.
     ///
     /// # Errors
-    /// A body or receivers that cannot be, a plan that needs too much memory: complaints about the scene;
+    /// An impossible body or receiver, a plan that needs too much memory: complaints about the scene;
     /// [`RunError::Interrupted`].
     pub(crate) fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
         let Begin { loaded, plan, contact, warnings, stop, progress, meter, .. } = begin;
@@ -256,6 +254,7 @@ impl SoundObserver {
             warnings.push(too_short(&sound, plan.speed));
             return Ok(None);
         }
+        // 1. Transfers and fields in the grooves.
         let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
         let (way, transfers) = seeking.find(contact, warnings, *progress, meter)?;
         if let Some(grooves) = &way.grooves {
@@ -271,13 +270,14 @@ impl SoundObserver {
             let passing = open_patch::passing(plan);
             warnings.extend(passing.iter().flat_map(|&passing| grooves.near(passing)));
         }
+        // 2. Signals that are stored over time.
         let kept = sound.kept_samples().min(samples as usize);
         let points = sound.points();
         let speed = plan.speed;
         let mut signals = vec![KeptSignal::default(); points];
         for heard in &sound.heard {
             if heard.is_passed() {
-                // The samples are the same whatever is listened to.
+                // The samples are the same whatever band is recorded.
                 let passing = Passing::of(&sound, &way, heard, speed, &radiated(&sound));
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
                 warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
@@ -286,6 +286,7 @@ impl SoundObserver {
                 signals[heard.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
             }
         }
+        // 3. Spectra, orders and lateral forces.
         let spectra = (0..sound.spectra())
             .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
@@ -314,7 +315,7 @@ impl SoundObserver {
         }))
     }
 
-    /// Takes in the forces of a step that counts \[N\], stage by stage, point by point, as
+    /// Takes the forces of a step after the warm-up \[N\], stage by stage, point by point, as
     /// [`Footprint::forces`](crate::contact::footprint::Footprint::forces) has them, and the tangential ones.
     pub(crate) fn take(&mut self, forces: &[f64], tangential: Option<&[[f64; 2]]>, meter: &mut Meter) {
         let completes = self.stream.completes_next();
@@ -328,7 +329,7 @@ impl SoundObserver {
                 Some(lateral) => self.stream.push(lateral.of_all(forces, tangential, columns)),
             }
         };
-        // A block's end is long and rare: no step stands for it, and it stands for no other.
+        // A block's end is long and rare: it is timed by itself, and does not represent other steps.
         let complete = if completes { meter.time(Stage::Sound, work) } else { meter.time_in_step(Stage::Sound, work) };
         let streams = || std::iter::once(&self.stream).chain(self.squeeze.iter().map(|squeeze| &squeeze.stream));
         if complete {
@@ -341,7 +342,7 @@ impl SoundObserver {
         }
     }
 
-    /// Takes the pressures of the blocks that wait down.
+    /// Computes the pressures of the blocks that wait, and adds them to spectra, orders and stored signals.
     fn hear(&mut self) {
         let Self { sound, stream, signals, spectra, squeeze, orders, amid, .. } = self;
         let (other, parts) = match squeeze.as_deref_mut() {
@@ -381,10 +382,10 @@ impl SoundObserver {
         });
     }
 
-    /// Saves the sound so far.
+    /// Spectra and levels of the sound so far.
     ///
     /// # Errors
-    /// Too short for a spectrum.
+    /// Too few samples for a spectrum.
     pub(crate) fn heard(&self) -> Result<HeardSound, RunError> {
         let receivers = self.receiver_spectra(&self.point_spectra()?)?;
         let rated = self.rated(&receivers);

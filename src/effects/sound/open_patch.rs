@@ -1,4 +1,4 @@
-//! Air under the patch: the field in grooves that run round the tyre, in place of the zeros of G.
+//! Air under the patch: the field in circumferential grooves, in place of the zeros of G.
 
 use std::cmp::Ordering;
 
@@ -18,18 +18,18 @@ use num_complex::{Complex32, Complex64};
 
 /// Largest height of the gap at the sheet's ends, in wavelengths of the highest frequency.
 const HIGHEST: f64 = 1.0 / 6.0;
-/// Least distance between frequencies \[Hz\].
+/// Smallest interval between frequencies \[Hz\].
 const FINEST: f64 = 6.0;
-/// Frequencies between which grooves' resonances are looked for before a run \[Hz\], and how many are solved at first.
+/// Band in which grooves' resonances are searched before a run \[Hz\], and the number of frequencies solved at first.
 const LOOKED_AT: [f64; 2] = [500.0, 2500.0];
 const FIRST_LOOK: usize = 9;
-/// Times that a parabola's peak is solved at.
+/// Number of times that the peak of the fitted parabola is solved for.
 const REFINED: usize = 3;
 
-/// Grooves through the patch of a body.
+/// Open patch of a body.
 pub(super) struct OpenPatch<'a> {
     body: &'a Body,
-    /// One of the grooves, or one for each place at which voids are known.
+    /// The sheet over grooves alone, or one for each place at which voids are known.
     sheets: Vec<PatchSheet>,
     /// True if voids of the road are open, too.
     has_voids: bool,
@@ -41,19 +41,19 @@ pub(super) struct OpenPatch<'a> {
 
 /// Field at a frequency.
 struct Solved {
-    /// \[Hz\].
+    /// Frequency \[Hz\].
     frequency: f64,
-    /// By place, amid each groove, and, of voids, the mean over the patch.
+    /// By place, response in the middle of each groove, and, with voids, the mean over the patch.
     responses: Vec<Vec<Complex64>>,
     /// By place and point.
     fields: Vec<Vec<Field>>,
-    /// By groove, G of the point amid it on these cells \[1/m\]; none where no field is asked for.
+    /// By groove, G of the point in its middle on the grid's cells \[1/m\]; empty where no field is computed.
     of_amid: Vec<Vec<Complex32>>,
 }
 
 /// Field of a receiver's point.
 struct Field {
-    /// |G| amid each groove \[1/m\].
+    /// |G| in the middle of each groove \[1/m\].
     amid: Vec<f64>,
     /// Root mean square of G over the patch \[1/m\].
     mean: f64,
@@ -61,17 +61,16 @@ struct Field {
     values: Vec<Complex32>,
 }
 
-/// Work and memory of an open patch, before it is solved.
+/// Expected work and memory of an open patch.
 pub(super) struct OpenAmounts {
     /// Complex multiply-adds.
     pub(super) multiply_adds: f64,
-    /// Bytes that stay.
+    /// Memory that stays in use during the run \[bytes\].
     pub(super) bytes: f64,
 }
 
 impl OpenAmounts {
-    /// Forecasts an open patch of a length \[m\]; `None` of a sealed one, or for a body or air that the run will
-    /// refuse.
+    /// For an open patch of a length \[m\]; `None` for a sealed one, or for a body or air that the run will refuse.
     pub(super) fn of(plan: &Plan, sound: &Sound, at_rest: f64) -> Option<Self> {
         let body = plan.radiating_body(&sound.radiation, at_rest).ok()?;
         let air = Air::at(sound.radiation.temperature)?;
@@ -79,7 +78,7 @@ impl OpenAmounts {
         let (sheet, places) = (sheets.first()?, sound.places as f64);
         let (points, intervals) = (sound.streamed() as f64, 2 * (sound.range(&air).first().len() - 1));
         let known = FOUND_WANTING * intervals as f64;
-        // Of each interval the middle is tried, too.
+        // The middle of each interval is tried, too.
         let one = sheet.sheet.multiply_adds(1) + sheet.sheet.multiply_adds(sound.points() + 1);
         let solved = known * places * one;
         let values = (2 * sheet.cells * sheet.sheet.cells()[1] + Sound::GRID.around * Sound::GRID.across) as f64;
@@ -88,21 +87,21 @@ impl OpenAmounts {
     }
 }
 
-/// Frequencies over those of boundary elements: where grooves resonate some more are taken.
+/// Number of frequencies over that of the boundary elements: where grooves resonate more are needed.
 const FOUND_WANTING: f64 = 1.3;
 
-/// Transfers with frequencies that the grooves ask for, the field by point, and its figures.
+/// Transfers with the frequencies that the grooves need, the field by point, and its figures.
 pub(super) struct Opened {
     pub(super) set: TransferSet,
     /// By place and point.
     pub(super) under: Vec<Vec<UnderPatch>>,
-    /// By groove, that of the point amid it.
+    /// By groove, G of the point in its middle.
     pub(super) of_amid: Vec<UnderPatch>,
     pub(super) fields: GrooveFields,
 }
 
 impl<'a> OpenPatch<'a> {
-    /// Makes the patch of a body, with the gaps at places of the run where these are open; `None` where it is sealed.
+    /// Patch of a body, with the gaps at places of the run where these are open; `None` where it is sealed.
     pub(super) fn of(sound: &'a Sound, body: &'a Body, air: &Air, gaps: &[GapMap]) -> Option<Self> {
         if sound.channels.is_empty() && sound.places == 1 {
             return None;
@@ -119,14 +118,14 @@ impl<'a> OpenPatch<'a> {
         Some(Self { body, sheets: sheets?, has_voids: !gaps.is_empty(), channels, air: air.in_gap(), tolerance })
     }
 
-    /// Returns the highest frequency up to which the gap is thin where the sheet ends \[Hz\].
+    /// Highest frequency at which the gap is thin where the sheet ends \[Hz\].
     pub(super) fn highest(&self) -> f64 {
         let heights = self.sheets.iter().map(PatchSheet::height_at_ends);
         HIGHEST * self.air.sound_speed / heights.fold(0.0, f64::max)
     }
 
-    /// Solves at a frequency: for the responses amid all grooves to a field that is the same before and behind the
-    /// tyre, and for the fields of transfers.
+    /// Solves at a frequency for the responses in all grooves to fields that are equal before and behind the tyre, and
+    /// for the fields of transfers.
     fn solve(&self, frequency: f64, transfers: &[Transfer]) -> Result<Solved, RadiationError> {
         let (mut responses, mut fields, mut of_amid) = (Vec::new(), Vec::new(), Vec::new());
         for sheet in &self.sheets {
@@ -156,7 +155,7 @@ impl<'a> OpenPatch<'a> {
                 }
             };
             fields.push(solved.iter().zip(transfers).map(of_point).collect());
-            // Pressures amid grooves are those at the first place.
+            // Pressures in the middle of grooves are computed at the first place.
             if of_amid.is_empty() && !transfers.is_empty() {
                 let of_groove = |channel: &Channel| {
                     sheet.on_grid(&factored.sourced_amid(channel.position)).into_iter().map(single).collect()
@@ -171,7 +170,7 @@ impl<'a> OpenPatch<'a> {
         std::f64::consts::TAU * frequency / self.air.sound_speed
     }
 
-    /// Tells whether a cubic through responses at other frequencies misses a response by more than the tolerance.
+    /// True if a cubic through responses at other frequencies misses a response by more than the tolerance.
     fn is_missed(&self, known: &[Solved], exact: &Solved) -> bool {
         let at: Vec<f64> = known.iter().map(|solved| solved.frequency).collect();
         let near = lagrange::cubic_neighbours(&at, exact.frequency);
@@ -187,19 +186,21 @@ impl<'a> OpenPatch<'a> {
         all.map(|(place, groove)| one(place, groove)).fold(0.0, f64::max) > self.tolerance
     }
 
-    /// Solves for the field of all transfers of a set, at its frequencies and at those between them without which
-    /// cubics miss the grooves' responses.
+    /// Solves for the field of all transfers of a set, at its frequencies and at further ones between them, until
+    /// cubics meet the grooves' responses.
     ///
     /// # Errors
     /// [`RadiationError::Singular`].
     pub(super) fn open(&self, set: TransferSet) -> Result<Opened, RadiationError> {
         let points = set.frequencies().first().map_or(0, |found| found.transfers.len());
+        // 1. Fields at the frequencies of the set.
         let at_known = in_parallel::map(set.frequencies(), |found| self.solve(found.frequency, &found.transfers));
         let mut known: Vec<Solved> = at_known.into_iter().collect::<Result<_, _>>()?;
+        // 2. Halve intervals until cubics meet the middles' responses.
         let mut open: Vec<[f64; 2]> = known.windows(2).map(|ends| [ends[0].frequency, ends[1].frequency]).collect();
         let mut added = Vec::new();
         while !open.is_empty() {
-            // Right sides of many points take longer than factors: only what is missed is solved for them, below.
+            // Right sides of many points take longer than factors: only missed frequencies are solved for them, below.
             let middles = in_parallel::map(&open, |[low, high]| self.solve(0.5 * (low + high), &[]));
             let middles: Vec<Solved> = middles.into_iter().collect::<Result<_, _>>()?;
             let missed: Vec<bool> = middles.iter().map(|middle| self.is_missed(&known, middle)).collect();
@@ -214,6 +215,7 @@ impl<'a> OpenPatch<'a> {
             known.sort_by(|one, other| one.frequency.total_cmp(&other.frequency));
             open = next;
         }
+        // 3. Fields at the frequencies added, of interpolated transfers.
         let between = in_parallel::map(&added, |&frequency| {
             let transfers: Vec<Transfer> =
                 (0..points).filter_map(|point| set.at(self.body, point, frequency)).collect();
@@ -223,14 +225,14 @@ impl<'a> OpenPatch<'a> {
         let (solved, more): (Vec<Solved>, Vec<FrequencyTransfers>) = between.into_iter().unzip();
         let mut all = set.into_frequencies();
         all.extend(more);
-        // Those between were known without fields so far.
+        // Replaces those between, which have no fields.
         known.retain(|known| !added.contains(&known.frequency));
         known.extend(solved);
         known.sort_by(|one, other| one.frequency.total_cmp(&other.frequency));
         Ok(self.opened(TransferSet::new(all), known, points))
     }
 
-    /// Finds the resonances of grooves between two frequencies \[Hz\], solving at few of them.
+    /// Resonances of grooves between two frequencies \[Hz\], found with few solutions.
     fn resonances(&self, [low, high]: [f64; 2]) -> Result<Vec<Option<Resonance>>, RadiationError> {
         let part = |step: usize| step as f64 / (FIRST_LOOK - 1) as f64;
         let mut wanted: Vec<f64> = (0..FIRST_LOOK).map(|step| low * (high / low).powf(part(step))).collect();
@@ -247,7 +249,7 @@ impl<'a> OpenPatch<'a> {
         Ok(self.found(&known))
     }
 
-    /// Reads the resonances off the responses at rising frequencies, groove by groove.
+    /// Resonances of the responses at rising frequencies, groove by groove.
     fn found(&self, known: &[Solved]) -> Vec<Option<Resonance>> {
         let of = |groove: usize| {
             let response: Vec<(f64, f64)> = known
@@ -298,14 +300,14 @@ impl<'a> OpenPatch<'a> {
     }
 }
 
-/// Returns the frequency at which a plan's pitches pass \[Hz\]; `None` without pitches.
+/// Passing frequency of a plan's pitches \[Hz\]; `None` without pitches.
 pub(super) fn passing(plan: &Plan) -> Option<f64> {
     let train = plan.tread_map().and_then(|map| map.train)?;
     Some(train.count() as f64 * plan.speed / train.circumference)
 }
 
-/// Tells where the grooves of a plan resonate, by the gap equation over the expected patch, beside the frequency of its
-/// pitches; `None` of a sealed patch, or for a body or air that the run will refuse.
+/// Message on the resonances of a plan's grooves, by the gap equation over the expected patch, and on the passing
+/// frequency of its pitches; `None` for a sealed patch, or for a body or air that the run will refuse.
 pub(super) fn expected_resonances(plan: &Plan) -> Option<String> {
     let sound = plan.sound().filter(|sound| !sound.channels.is_empty())?;
     let body = plan.radiating_body(&sound.radiation, plan.expected().length).ok()?;
@@ -344,7 +346,7 @@ mod tests {
         let air = Air::at(20.0).unwrap();
         let open = OpenPatch::of(&sound, &body, &air, &[]).unwrap();
         assert!((3000.0..3700.0).contains(&open.highest()), "{}", open.highest());
-        // A field of 1 everywhere, as late as at the receiver.
+        // A field of 1 everywhere, with the delay of the receiver.
         let (receiver, grid) = (sound.positions[0], Sound::GRID);
         let late = contact_distance(&body, receiver);
         let at = |frequency: f64| {
@@ -368,7 +370,7 @@ mod tests {
             let weights: Vec<f64> = lagrange::weights(&frequencies[near.clone()], frequency).collect();
             let exact = open.solve(frequency, &at(frequency).transfers).unwrap();
             let exact = &exact.fields[0][0].values;
-            // Amid the patch, all across: 0 on ribs, and steps to the groove.
+            // In the middle of the patch, all across: 0 on ribs, and steps to the groove.
             let row = under.cells * strips..(under.cells + 1) * strips;
             let (mut off, mut size, mut ribs) = (0.0_f64, 0.0_f64, 0);
             for place in row {
@@ -382,7 +384,7 @@ mod tests {
             assert!(off < 0.03 * size, "{frequency} Hz: {off} of {size}");
             assert!(ribs > strips / 2 && ribs < strips, "{ribs} of {strips}");
         }
-        // Pitches that pass there are told of.
+        // Pitches that pass at that frequency give a message.
         assert_eq!(opened.fields.near(1.05 * resonance.frequency).len(), 1);
         assert!(opened.fields.near(1.2 * resonance.frequency).is_empty());
         // Few frequencies before the run find the same.

@@ -8,18 +8,18 @@ use crate::sound::PassBy;
 use crate::sound::pass_by::Passage;
 use crate::sound::resample::FILE_RATE;
 
-/// A passage along a line of points, and the samples of their pressures that it takes.
+/// Passages along a line of points, and the samples of the points' pressures that they need.
 pub(super) struct Passages {
     /// Pass-by of the points.
     pub(super) passing: PassBy,
-    /// By point, in samples from the passage's beginning, without the delays that were taken off.
+    /// By point, range of samples relative to the passage's beginning, the whole steps of its delay taken off.
     needed: Vec<Range<i64>>,
     /// Samples from one passage to the next.
     hop: i64,
 }
 
 impl Passages {
-    /// Plans the passages of points that the tyre passes; `None` where they are no line.
+    /// Passages of points that the tyre passes; `None` where they are not on a line.
     pub(super) fn of(sound: &Sound, way: &Way, points: Range<usize>, speed: f64) -> Option<Self> {
         let rate = 1.0 / sound.layout.time_step;
         let passing = PassBy::new(Passage {
@@ -41,32 +41,32 @@ impl Passages {
         Some(Self { passing, needed, hop })
     }
 
-    /// Returns the first and last sample that any point gives.
+    /// Range of samples over all points.
     fn span(&self) -> Range<i64> {
         let first = self.needed.iter().map(|needed| needed.start).min().unwrap_or(0);
         first..self.needed.iter().map(|needed| needed.end).max().unwrap_or(0)
     }
 
-    /// Returns the samples that one takes.
+    /// Number of samples that a passage needs.
     pub(super) fn length(&self) -> i64 {
         let Range { start, end } = self.span();
         end - start
     }
 
-    /// Tells how many fit into so many samples, one after the other.
+    /// Number of passages in so many samples, one after the other.
     pub(super) fn within(&self, kept: usize) -> i64 {
         let (kept, length) = (kept as i64, self.length());
         if kept < length { 0 } else { (kept - length) / self.hop + 1 }
     }
 
-    /// Returns the samples of a point that a passage takes.
+    /// Range of samples of a point that a passage needs.
     pub(super) fn samples(&self, passage: i64, receiver: usize) -> Range<usize> {
         let begin = passage * self.hop - self.span().start;
         let Range { start, end } = self.needed[receiver];
         (begin + start) as usize..(begin + end) as usize
     }
 
-    /// Tells why there is none in so many samples, if there is none.
+    /// Reason why there is no passage in so many samples; `None` if there is one.
     pub(super) fn missing(&self, sound: &Sound, kept: usize) -> Option<String> {
         if self.within(kept) > 0 {
             return None;

@@ -1,16 +1,15 @@
 //! A microphone beside the road, and the tyre or the four tyres of a vehicle that pass it.
 //!
-//! The tyres of a vehicle roll alike but know nothing of each other, so their mean squares add, after the time
-//! weighting F:
+//! The tyres of a vehicle roll alike but are incoherent, so their mean squares add, after the time weighting F:
 //!
-//! 1. All tyres of one side see the microphone on the same line of points. What passes along a line is heard of every
-//!    stretch of the run that is long enough for it ([`Passages`]), and its level is read.
-//! 2. A vehicle's passage p takes for its tyre t the stretch p + t, counted round: tyres make different noise at the
-//!    same time as far as the run has different stretches.
-//! 3. Each tyre is read where it is when the vehicle's middle is at x: half the wheelbase ahead or behind.
+//! 1. All tyres of one side see the microphone on the same line of points. The passage along a line is computed for
+//!    every stretch of the run that is long enough ([`Passages`]), and its level is read.
+//! 2. A vehicle's passage p takes for its tyre t the stretch p + t, cyclically: tyres make different noise at the same
+//!    time as far as the run has different stretches.
+//! 3. Each tyre's level is read where it is when the vehicle's middle is at x: half the wheelbase ahead or behind.
 //!
-//! The rear tyres of a vehicle roll where the front ones have rolled, a wheelbase/V later. Noise that is so much later
-//! is another one for all but tones, so they, too, add as mean squares.
+//! The rear tyres of a vehicle roll where the front ones have rolled, a wheelbase/V later. Noise with that delay is
+//! incoherent except for tones, so they, too, add as mean squares.
 
 use std::ops::Range;
 
@@ -26,56 +25,56 @@ use crate::sound::receivers::COAST_BY_HALF_LENGTH;
 use crate::sound::resample::FILE_RATE;
 use crate::sound::{Detector, FrequencyWeighting, PassBy, TimeWeighting, WeightingFilter};
 
-/// A receiver beside the road.
+/// Passing of a receiver beside the road.
 pub(super) struct Passing {
-    /// By line of points.
+    /// One line of points for each side of the vehicle with tyres.
     lines: Vec<Line>,
     tyres: Vec<Tyre>,
-    /// Samples of a line that are of the passage.
+    /// Samples of a line that belong to the passage.
     samples: Range<usize>,
     /// Samples before it in which the detector settles.
     lead: usize,
-    /// Band that is listened to \[Hz\].
+    /// Band of the sound \[Hz\].
     band: Range<f64>,
 }
 
 struct Line {
-    /// Among those of all receivers.
+    /// Among the points of all receivers.
     points: Range<usize>,
     passages: Passages,
 }
 
 struct Tyre {
     line: usize,
-    /// Samples by which it reaches a place on its line before the vehicle's middle does.
+    /// Samples by which it reaches a place on its line before the vehicle's middle does; negative for later.
     early: i64,
 }
 
 /// Sound at a microphone beside the road.
 pub(super) struct HeardPassing {
-    /// By passage, A-weighted levels F \[dB\] at the samples of a line; minus infinity where they are none of the
-    /// passage.
+    /// By passage, A-weighted levels F \[dB\] at the samples of a line; minus infinity at samples outside the passage.
     pub(super) levels: Vec<Vec<f64>>,
-    /// The first passage \[Pa\]: all tyres if each has a stretch of the run to itself, else the first one, for the same
-    /// noise from several places would be heard as an echo.
+    /// Pressure of the first passage \[Pa\]: all tyres if each has its own stretch of the run, else the first one
+    /// alone, since the same noise from several places would sound like an echo.
     pub(super) sound: Vec<f64>,
-    /// Tyres in it.
+    /// Number of tyres in it.
     pub(super) sounding: usize,
 }
 
 impl Passing {
-    /// Makes the passing of a receiver that listens to a band \[Hz\]; `None` where the tyre does not pass it.
+    /// Passing of a receiver, over a band \[Hz\]; `None` where the tyre does not pass it.
     pub(super) fn of(sound: &Sound, way: &Way, heard: &Heard, speed: f64, band: &Range<f64>) -> Option<Self> {
         let passage = heard.passage()?;
         let line =
             |points: Range<usize>| Some(Line { passages: Passages::of(sound, way, points.clone(), speed)?, points });
+        // 1. Lines of points, one for each side.
         let lines: Option<Vec<Line>> = heard.lines().into_iter().map(line).collect();
         let lines = lines?;
         let count = lines.iter().map(|line| line.passages.passing.samples()).min()?;
+        // 2. Tyres on them.
         let tyres: Vec<Tyre> = match heard.vehicle() {
             None => vec![Tyre { line: 0, early: 0 }],
-            // How the vehicle's middle is seen from its tyres: from the left ones on their right, from the front ones
-            // behind.
+            // The vehicle's middle as its tyres see it: the left ones on their right, the front ones behind.
             Some(vehicle) => vehicle
                 .seen_from_tyres([0.0; 3])
                 .map(|[ahead, aside, _]| Tyre {
@@ -84,6 +83,7 @@ impl Passing {
                 })
                 .into(),
         };
+        // 3. Samples of the passage, so that every tyre is on its line.
         let most = tyres.iter().map(|tyre| tyre.early.unsigned_abs()).max().unwrap_or(0) as usize;
         let front = sound.positions.get(lines.first()?.points.start)?[0];
         let sample = |place: f64| (front - place) / speed * FILE_RATE;
@@ -92,34 +92,34 @@ impl Passing {
         Some(Self { lines, tyres, samples: start..end.max(start), lead: start - most, band: band.clone() })
     }
 
-    /// Returns the time, place and Doppler ratio of the vehicle's middle, which moves as a tyre on the first line.
+    /// Time, place and Doppler ratio of the vehicle's middle, which moves as a tyre on the first line.
     pub(super) fn middle(&self) -> &PassBy {
         &self.lines[0].passages.passing
     }
 
-    /// Returns the samples of a line that are of the passage.
+    /// Samples of a line that belong to the passage.
     pub(super) fn samples(&self) -> Range<usize> {
         self.samples.clone()
     }
 
-    /// Tells why there is no passage in so many samples, if there is none.
+    /// Reason why there is no passage in so many samples; `None` if there is one.
     pub(super) fn missing(&self, sound: &Sound, kept: usize) -> Option<String> {
         let longest = self.lines.iter().max_by_key(|line| line.passages.length())?;
         longest.passages.missing(sound, kept)
     }
 
-    /// Tells that passages in so many samples are too few for the statistical error of their maximum to be known.
+    /// Message if there are too few passages in so many samples for the statistical error of their maximum.
     pub(super) fn few(&self, kept: usize) -> Option<String> {
         let summary = self.summary_of(String::new(), &vec![0.0; self.passages(kept)]);
         (summary.passages > 0 && summary.standard_error.is_none()).then(|| summary.statistics())
     }
 
-    /// Counts the passages in so many samples.
+    /// Number of passages in so many samples.
     fn passages(&self, kept: usize) -> usize {
         self.lines.iter().map(|line| line.passages.within(kept)).min().unwrap_or(0).max(0) as usize
     }
 
-    /// Sums up the passages' highest levels while the vehicle's middle is between the lines of the standard.
+    /// Summary of the passages' highest levels while the vehicle's middle is between the lines of the standard.
     pub(super) fn summary(&self, file: String, levels: &[Vec<f64>]) -> PassBySummary {
         let highest = |levels: &Vec<f64>| Some(self.middle().highest(levels, COAST_BY_HALF_LENGTH)?.1);
         let maxima: Vec<f64> = levels.iter().filter_map(highest).collect();
@@ -130,7 +130,7 @@ impl Passing {
         PassBySummary::new(file, maxima, self.tyres.len(), self.middle().samples() as f64 / FILE_RATE)
     }
 
-    /// Has all points keep what the passages within the first so many samples take of them.
+    /// Makes all points store what the passages within the first `kept` samples need of them.
     pub(super) fn keep(&self, kept: usize, signals: &mut [KeptSignal]) {
         for Line { points, passages } in &self.lines {
             for (receiver, signal) in signals[points.clone()].iter_mut().enumerate() {
@@ -140,12 +140,12 @@ impl Passing {
         }
     }
 
-    /// Returns all passages that the pressures of the points hold, of which so many samples are kept; `None` of none.
+    /// All passages in the stored pressures of the points, of `kept` samples; `None` if there is none.
     pub(super) fn hear(&self, kept: usize, signals: &[KeptSignal]) -> Option<HeardPassing> {
         let stretches = Some(self.passages(kept)).filter(|&stretches| stretches > 0)?;
         let sounding = if stretches < self.tyres.len() { 1 } else { self.tyres.len() };
         let mut sound: Vec<f64> = Vec::new();
-        // By line and stretch.
+        // Levels by line and stretch.
         let mut alone: Vec<Vec<Vec<f64>>> = Vec::new();
         for (number, line) in self.lines.iter().enumerate() {
             let shown = |stretch: usize| {
@@ -171,8 +171,8 @@ impl Passing {
         Some(HeardPassing { levels, sound, sounding })
     }
 
-    /// Returns the reading of a sound level meter for a line's pressures \[dB\]. It has heard the mean of the lead
-    /// before, so that a steady noise has its level at once, and what is read comes after the lead.
+    /// Reading of a sound level meter for a line's pressures \[dB\]. It starts from the mean square of the lead, so
+    /// that a steady noise has its level at once; levels are read after the lead.
     fn levels(&self, pressures: &[f64]) -> Option<Vec<f64>> {
         let weighted = WeightingFilter::new(FrequencyWeighting::A, FILE_RATE).ok()?.apply(pressures);
         let lead = &weighted[..self.lead.min(weighted.len())];
@@ -180,7 +180,7 @@ impl Passing {
         Some(Detector::new(TimeWeighting::Fast, FILE_RATE).after(before).levels(&weighted))
     }
 
-    /// Returns the levels of a passage, from those of lines and stretches.
+    /// Levels of a passage, from those of lines and stretches.
     fn together(&self, alone: &[Vec<Vec<f64>>], passage: usize) -> Vec<f64> {
         if let ([only], [levels]) = (&self.tyres[..], alone) {
             debug_assert_eq!(only.early, 0);
@@ -202,7 +202,7 @@ impl Passing {
 }
 
 impl Line {
-    /// Returns the pressures of a stretch \[Pa\].
+    /// Pressures of a stretch \[Pa\].
     fn pressures(&self, stretch: usize, signals: &[KeptSignal]) -> Option<Vec<f64>> {
         let point = |receiver: usize, _| signals[self.points.start + receiver].excerpt(stretch).collect();
         self.passages.passing.synthesise(point).ok()
@@ -210,7 +210,8 @@ impl Line {
 }
 
 impl Tyre {
-    /// Tells where it is on its line when the vehicle's middle is at a sample: `samples` leaves room for it.
+    /// Sample on its line at which it is when the vehicle's middle is at `sample`; the range of samples leaves room for
+    /// it.
     fn at(&self, sample: usize) -> usize {
         sample.saturating_add_signed(self.early as isize)
     }

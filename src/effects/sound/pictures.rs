@@ -13,7 +13,7 @@ use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::scene::LoadedScene;
 use crate::sound::SoundLevels;
 
-/// Returns the A-weighted third octaves of all receivers.
+/// Draws the A-weighted third octaves of all receivers in one picture.
 pub(super) fn draw_levels(
     loaded: &LoadedScene,
     spectra: &[ReceiverSpectrum],
@@ -40,10 +40,9 @@ pub(super) fn draw_levels(
     Ok(())
 }
 
-/// Rows across of a picture of the field under the patch.
 const ROWS: usize = 120;
 
-/// Draws |G| under the patch, as it is at the first point of a receiver; ribs in the patch have none.
+/// Draws |G| under the patch, as it is at the first point of a receiver; welded ribs have no value.
 pub(super) fn draw_under_patch(
     loaded: &LoadedScene,
     receiver: &str,
@@ -73,7 +72,7 @@ pub(super) fn draw_under_patch(
     Ok(())
 }
 
-/// Returns the level against the place of the tyre, or of the vehicle's middle; rows are time, place, level.
+/// Draws the level over the position of the tyre, or of the vehicle's middle; rows are time, position, level.
 pub(super) fn draw_pass_by(
     loaded: &LoadedScene,
     heard: &Heard,
@@ -93,7 +92,7 @@ pub(super) fn draw_pass_by(
     Ok(())
 }
 
-/// Returns the level over the angle from straight ahead, by the left.
+/// Draws the level over the angle from straight ahead, by the left.
 pub(super) fn draw_directivity(
     loaded: &LoadedScene,
     heard: &Heard,
@@ -102,7 +101,7 @@ pub(super) fn draw_directivity(
 ) -> Result<(), RunError> {
     let title = format!("Directivity, {}: {}", heard.name, loaded.title());
     let angle = |index: usize| 360.0 * index as f64 / levels.len() as f64;
-    // The first point closes the circle.
+    // The first point again closes the circle.
     let points: Vec<(f64, f64)> =
         (0..=levels.len()).map(|index| (angle(index), levels[index % levels.len()])).collect();
     let plot = PolarPlot {

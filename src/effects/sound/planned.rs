@@ -1,4 +1,4 @@
-//! Sound of a run: receivers, block length, highest frequency.
+//! Sound of a planned run: receivers, block length, highest frequency, errors.
 
 use std::ops::Range;
 
@@ -26,41 +26,42 @@ use crate::sound::receivers::{Beside, Standard, standard};
 use crate::sound::resample::FILE_RATE;
 use crate::tyre::influence::Waves;
 
-/// Length of the blocks \[s\] that forces are transformed in, at least: what the tyre's lowest modes need to ring out.
+/// Least length of the blocks in which forces are transformed \[s\]: the tyre's lowest modes ring out within it.
 const BLOCK: f64 = 0.5;
-/// Length of the segments that sound's spectra are averaged from \[s\]: a Hertz in the lowest bands, which are 5 Hz
+/// Length of the segments for averaged spectra of sound \[s\]: a resolution of 1 Hz in the lowest bands, which are 5 Hz
 /// wide, and rise by 10 dB from one to the next.
 pub(super) const SOUND_SEGMENT: f64 = 1.0;
 /// Time over which a record fades in and out before its spectrum is taken \[s\].
 pub(super) const SOUND_FADE: f64 = 0.25;
-/// Part of half the sampling rate up to which sound is radiated.
+/// Highest frequency of the radiation, as a part of the Nyquist frequency.
 const BELOW_NYQUIST: f64 = 0.9;
 
-/// Samples of a point that a passage reads beyond those while it is near: what resampling reaches for.
+/// Samples of a point that a passage needs in addition to those while the microphone is near it: the reach of
+/// resampling.
 const EXCERPT_ENDS: f64 = 70.0;
 /// Error of a third octave at the default nodes per wavelength \[dB\]: the worst of single waves (9 against 14 nodes).
 /// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave study SCENE` measures all three.
 const ELEMENTS_ERROR: f64 = 0.1;
-/// Error of a third octave by interpolation, as a part of the frequencies' tolerance, which is met by intervals of
+/// Error of a third octave by interpolation, as a part of the frequencies' tolerance, which is met with intervals of
 /// twice the length: 0.009 dB found at 0.2 dB against 0.02 dB (default tyre, coast-by and cpx, to 2.5 kHz).
 const FREQUENCIES_ERROR: f64 = 0.05;
 /// Error of a third octave at the default lateral waves \[dB\]: 0.009 found against 24 waves, 0.016 with four, 0.004
 /// with eight (the same runs), so it falls with about their number's square.
 const WAVES_ERROR: f64 = 0.01;
-/// Error of a third octave by the rings of a flank that is heard \[dB\]: 1.7 % of the pressure found against boundary
-/// elements of the whole body moving up, where the road cuts the shoulders; 0.2 % of one that breathes.
+/// Error of a third octave by the rings of a flank that radiates \[dB\]: 1.7 % of the pressure found against boundary
+/// elements of the whole body moving up, where the road cuts the shoulders; 0.2 % for breathing.
 const RINGS_ERROR: f64 = 0.15;
-/// Kernels of boundary elements that a draft's four monopoles take the time of.
+/// Cost of a draft's four monopoles in kernels of boundary elements.
 const DRAFT_KERNELS: f64 = 30.0;
-/// Part of the tyre's radius that patches are rounded to.
+/// Step to which patch lengths are rounded, as a part of the tyre's radius.
 const PATCH_STEP: f64 = 0.01;
 
 /// A `[[receiver]]` with its points.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Heard {
-    /// Its name.
+    /// Name in the scene, or that of its standard; unique.
     pub name: String,
-    /// Its name as part of a file's; no other receiver has the same.
+    /// Name as part of file names; unique.
     pub file: String,
     /// Place in the scene.
     pub place: ReceiverPlace,
@@ -69,34 +70,33 @@ pub(crate) struct Heard {
 }
 
 impl Heard {
-    /// Returns the microphones of its standard.
+    /// Microphones of its standard.
     pub(crate) fn standard(&self) -> Box<dyn Standard> {
         standard(&self.place)
     }
 
-    /// Returns the length of the passage \[m\], if the tyre passes it.
+    /// Length of the passage \[m\], if the tyre passes it.
     pub(crate) fn passage(&self) -> Option<f64> {
         self.standard().passage()
     }
 
-    /// Tells whether the tyre passes it.
     pub(crate) fn is_passed(&self) -> bool {
         self.passage().is_some()
     }
 
-    /// Returns the vehicle whose four tyres it hears, if it hears more than one.
+    /// Vehicle whose four tyres it receives, if more than one.
     pub(crate) fn vehicle(&self) -> Option<Vehicle> {
         self.standard().vehicle()
     }
 
-    /// Returns the tyres that it hears.
+    /// Number of tyres that it receives.
     pub(crate) fn tyres(&self) -> usize {
         self.vehicle().map_or(1, |_| Vehicle::TYRES)
     }
 
-    /// Returns the points by line that a microphone beside the road glides along, as many each: those of the tyre, or
-    /// of a vehicle's left tyres and then of its right ones, which are farther away. None of a receiver that moves
-    /// along.
+    /// Lines of points along which a microphone beside the road glides, as many points each: that of the tyre, or of a
+    /// vehicle's left tyres and then of its right ones, which are farther away. None for a receiver that moves with the
+    /// tyre.
     pub(crate) fn lines(&self) -> Vec<Range<usize>> {
         let sides = match (self.is_passed(), self.vehicle()) {
             (false, _) => 0,
@@ -109,60 +109,61 @@ impl Heard {
     }
 }
 
-/// The sound of a run.
+/// Sound of a run, as planned.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sound {
-    /// Settings, the highest frequency one that the time step can hold.
+    /// Settings, with a highest frequency that the time step can represent.
     pub radiation: Radiation,
     /// Receivers.
     pub heard: Vec<Heard>,
-    /// The points of all receivers \[m\], as [`crate::scene::Receiver`] counts.
+    /// Positions of the points of all receivers \[m\], in the frame of [`crate::scene::Receiver`].
     pub positions: Vec<[f64; 3]>,
     /// Frequency from which on the error of the forces' third octaves holds that `preset` or `accuracy` states \[Hz\],
-    /// and that error \[dB\], or why none is stated.
+    /// and that error \[dB\], or the reason why none is stated.
     pub stated: Result<(f64, f64), Unstated>,
-    /// Blocks of the forces; columns, phase and first position are the run's to say.
+    /// Blocks of the forces; columns, phase and first position are set by the run.
     pub layout: SegmentLayout,
-    /// Lateral numbers of the waves that are followed, from the lowest on: of those that a strip excites, or of all.
+    /// Number of lateral waves, from the lowest on: of those that a strip excites, or of all.
     pub lateral: usize,
-    /// Radius of the bead \[m\], where the sidewalls are heard.
+    /// Radius of the bead \[m\], where the sidewalls radiate.
     pub bead: Option<f64>,
-    /// Errors of a draft round this tyre.
+    /// Errors of a draft round this tyre, where they are stated.
     pub draft: Option<DraftErrors>,
-    /// Grooves in which air goes through the patch; none where it is sealed.
+    /// Grooves with air through the patch; empty where it is sealed.
     pub channels: Vec<Channel>,
-    /// Places of the run whose voids between tread and road are open, or 1.
+    /// Number of places of the run whose voids between tread and road are open, or 1.
     pub places: usize,
-    /// True if blocks press volume into the voids beside them.
+    /// True if blocks squeeze volume into the voids beside them.
     pub squeezes: bool,
 }
 
 impl Sound {
-    /// Cells round the tyre and points across half of it that G is known on.
+    /// Cells round the tyre, and points across half of it, on which G is known.
     pub(crate) const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
 
-    /// Returns the points of all receivers.
+    /// Number of points of all receivers.
     pub(crate) fn points(&self) -> usize {
         self.positions.len()
     }
 
-    /// Returns the points whose pressures are made: those of all receivers, for each place, and one amid each groove.
+    /// Number of points whose pressures are computed: those of all receivers, for each place, and one in the middle of
+    /// each groove.
     pub(crate) fn streamed(&self) -> usize {
         self.spectra() + self.channels.len()
     }
 
-    /// Counts the spectra of pressures: of all points, place by place.
+    /// Number of spectra of pressures: of all points, place by place.
     pub(crate) fn spectra(&self) -> usize {
         self.points() * self.places
     }
 
-    /// Returns the spectrum that the pressures of a streamed point belong to; `None` of one amid a groove.
+    /// Index of the spectrum for the pressures of a streamed point; `None` for one in a groove.
     pub(crate) fn spectrum_of(&self, streamed: usize) -> Option<usize> {
         let others = self.points() + self.channels.len();
         (streamed < self.points()).then_some(streamed).or_else(|| Some(streamed.checked_sub(others)? + self.points()))
     }
 
-    /// Returns the transfers from a body to all points.
+    /// Transfers from a body to all points, to be solved for.
     pub(crate) fn problem<'a>(&'a self, body: &'a Body, memory_limit: u64) -> TransferProblem<'a> {
         TransferProblem {
             body,
@@ -175,12 +176,12 @@ impl Sound {
         }
     }
 
-    /// Returns the part of a body that is heard beside its tread.
+    /// Part of a body that radiates in addition to its tread.
     pub(super) fn flank(&self, body: &Body) -> Option<Flank> {
         Flank::new(body, self.bead?)
     }
 
-    /// Returns the integrals of G for each wavenumber.
+    /// Number of G's integrals per wavenumber.
     pub(super) fn integrals(&self) -> usize {
         let rings = if self.bead.is_some() { SplitRule::POINTS } else { 0 };
         let driven = match self.layout.across {
@@ -190,7 +191,7 @@ impl Sound {
         PressureModel::integrals(self.radiation.air, PressureModel::shape_count(self.layout.across, driven, rings))
     }
 
-    /// Returns the lateral numbers that are followed.
+    /// Lateral numbers of the waves that radiate.
     pub(crate) fn lateral_numbers(&self, tyre: &Tyre) -> Vec<usize> {
         let waves = Waves::new(tyre);
         match self.layout.across {
@@ -199,7 +200,7 @@ impl Sound {
         }
     }
 
-    /// Returns the symmetries of the fields that are heard: forces on cells are not even across.
+    /// Symmetries of the fields: forces on cells are not even across.
     fn blocks(&self) -> &'static [Block] {
         match self.layout.across {
             Across::Even => &Block::EVEN_ACROSS,
@@ -207,13 +208,13 @@ impl Sound {
         }
     }
 
-    /// Returns the frequencies that they are wanted at in some air.
+    /// Range of frequencies of the transfers in some air.
     pub(crate) fn range(&self, air: &Air) -> FrequencyRange {
         FrequencyRange::up_to(self.radiation.fmax, self.radiation.frequency_tolerance, air.sound_speed)
     }
 
-    /// Forecasts the cost of finding the transfers beside those that are kept, for a patch of a length \[m\]; `None`
-    /// for a body, places or air that the run will refuse.
+    /// Expected cost of the transfers that are not stored, for a patch of a length \[m\]; `None` for a body, positions
+    /// or air that the run will refuse.
     pub(crate) fn expected(&self, plan: &Plan, at_rest: f64) -> Option<SetUpCost> {
         let body = plan.radiating_body(&self.radiation, at_rest).ok()?;
         let problem = self.problem(&body, plan.scene.numerics.memory_bytes());
@@ -228,20 +229,20 @@ impl Sound {
         SetUpCost::expected(&problem, &range, &plan.kept_frequencies).ok()
     }
 
-    /// Returns the mid-frequency of the highest third octave that is radiated as a whole \[Hz\]; 0 where none is.
+    /// Mid-frequency of the highest third octave that is radiated as a whole \[Hz\]; 0 where there is none.
     pub(crate) fn complete_to(&self) -> f64 {
         let whole = ThirdOctaveBand::within(1.0..PressureModel::flat_to(self.radiation.fmax));
         whole.last().map_or(0.0, |band| band.mid_frequency())
     }
 
-    /// Tells how far off levels may be, at the receiver where it is most.
+    /// Errors of the levels, at the receiver where the transfer's is largest.
     pub(crate) fn error(&self) -> SoundError {
         let all = self.heard.iter().map(|heard| self.error_at(heard));
         let worst = all.reduce(|a, b| if b.way > a.way { b } else { a });
         worst.unwrap_or_else(|| self.with_way(0.0, 0.0, 0.0))
     }
 
-    /// Tells how far off the levels at a receiver may be.
+    /// Errors of the levels at a receiver.
     pub(crate) fn error_at(&self, heard: &Heard) -> SoundError {
         let Radiation { quality, nodes_per_wavelength, frequency_tolerance, lateral_waves, .. } = self.radiation;
         let waves = WAVES_ERROR * (Radiation::default().lateral_waves as f64 / lateral_waves as f64).powi(2);
@@ -263,8 +264,7 @@ impl Sound {
         }
     }
 
-    /// Returns the error of a draft over the points of a receiver; without bounds where none is stated, which scenes
-    /// refuse.
+    /// Error of a draft over the points of a receiver; infinite where none is stated, which scenes refuse.
     fn draft_error(&self, place: &ReceiverPlace, points: &[[f64; 3]]) -> DraftError {
         let none = DraftError { band: f64::INFINITY, from: 0.0, level: f64::INFINITY };
         let Some(errors) = self.draft else { return none };
@@ -275,28 +275,28 @@ impl Sound {
         all.reduce(|a, b| if b.band > a.band { b } else { a }).unwrap_or(none)
     }
 
-    /// Returns the errors of forces and way together; the way's of third octaves from a frequency \[Hz\] on and of the
-    /// A-weighted level \[dB\].
+    /// Errors of forces and transfer path together; `way` is that of third octaves from a frequency \[Hz\] on, `way_a`
+    /// that of the A-weighted level \[dB\].
     fn with_way(&self, way: f64, way_a: f64, from: f64) -> SoundError {
         let (of_forces, forces) = self.stated.ok().unzip();
         let [band, level_a] = [way, way_a].map(|way| forces.map(|forces| forces + way));
         SoundError { forces, way, band, from: from.max(of_forces.unwrap_or(0.0)), level_a }
     }
 
-    /// Returns the samples of a point's pressure that may be heard.
+    /// Largest number of samples of a point's pressure that are stored.
     pub(crate) fn kept_samples(&self) -> usize {
         (LISTENED / self.layout.time_step) as usize
     }
 }
 
 impl Sound {
-    /// Returns the length of a line of points that is passed \[m\].
+    /// Length of a line of points that is passed \[m\].
     fn line_length(&self, heard: &Heard) -> f64 {
         let line = heard.lines().first().cloned().and_then(|line| self.positions.get(line));
         line.and_then(|line| Some(line.first()?[0] - line.last()?[0])).unwrap_or(0.0)
     }
 
-    /// Returns the shortest `rolling.duration` that gives so many samples of pressure, up to the next hundredth \[s\]:
+    /// Shortest `rolling.duration` that gives so many samples of pressure, rounded up to the next hundredth \[s\]:
     /// pressures come in blocks.
     pub(crate) fn duration_for(&self, samples: u64) -> f64 {
         let (length, hop) = (self.layout.length() as u64, self.layout.hop() as u64);
@@ -305,8 +305,8 @@ impl Sound {
         (100.0 * steps as f64 * self.layout.time_step + 1e-6).ceil() / 100.0
     }
 
-    /// Returns the shortest `rolling.duration` at a speed \[m/s\] that gives sound, a passage at every receiver that is
-    /// passed included \[s\]; the way of the sound from the ends of a line counts as the whole line at 343 m/s.
+    /// Shortest `rolling.duration` at a speed \[m/s\] that gives sound, a passage at every receiver that is passed
+    /// included \[s\]; the propagation from the ends of a line counts as the whole line at 343 m/s.
     pub(crate) fn least_duration(&self, speed: f64) -> f64 {
         let lines = self.heard.iter().filter(|heard| heard.is_passed()).map(|heard| self.line_length(heard));
         let longest = lines.fold(0.0, f64::max);
@@ -315,8 +315,8 @@ impl Sound {
         self.duration_for((seconds / self.layout.time_step + ends) as u64 + 1)
     }
 
-    /// Counts the work of hearing so many samples of all points at a speed \[m/s\]: how many of them are kept, and how
-    /// many samples of passages are read.
+    /// For so many samples of all points at a speed \[m/s\]: the number of samples that are stored, and the number of
+    /// samples of passages that are computed.
     pub(crate) fn heard_samples(&self, samples: usize, speed: f64) -> [f64; 2] {
         let kept = self.kept_samples().min(samples) as f64;
         let one = |heard: &Heard| {
@@ -338,8 +338,8 @@ impl Sound {
 }
 
 impl Plan {
-    /// Returns the body that radiates. Its patch is as long as the scene says, or as that of the static contact \[m\]
-    /// in steps of a hundredth of the radius, so that runs of one tyre share its transfers.
+    /// Body that radiates. Its patch is as long as the scene says, or as that of the static contact \[m\] in steps of a
+    /// hundredth of the radius, so that runs of one tyre share its transfers.
     ///
     /// # Errors
     /// Sizes that do not fit each other.
@@ -349,21 +349,21 @@ impl Plan {
         Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
     }
 
-    /// Returns the length of the patch of the body that radiates, given that of the static contact \[m\].
+    /// Length of the patch of the body that radiates, given that of the static contact \[m\].
     fn patch_length(&self, radiation: &Radiation, at_rest: f64) -> f64 {
         let step = self.patch_step();
         radiation.patch_length.unwrap_or_else(|| (at_rest / step).round().max(1.0) * step)
     }
 
-    /// Returns the blocks of the forces; columns, phase and first position are the run's to say.
+    /// Blocks of the forces; columns, phase and first position are set by the run.
     pub(crate) fn sound_layout(&self) -> SegmentLayout {
         let Numerics { elements, substeps, .. } = self.scene.numerics;
         let revolution = (elements * substeps) as f64 * self.time_step;
         self.segment_layout((BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize)
     }
 
-    /// Returns the same, and how many lateral numbers are followed where a strip excites so many waves; of forces on
-    /// cells all that are no higher.
+    /// The same, and the number of lateral waves if a strip excites `lateral_waves` of them; for forces on cells all
+    /// that are no higher.
     fn followed(&self, lateral_waves: usize) -> (SegmentLayout, usize) {
         let layout = self.sound_layout();
         match self.decisions.zone {
@@ -377,12 +377,12 @@ impl Plan {
         }
     }
 
-    /// Returns the step to which the length of a body's patch is rounded \[m\].
+    /// Step to which the length of a body's patch is rounded \[m\].
     pub(crate) fn patch_step(&self) -> f64 {
         PATCH_STEP * self.radius
     }
 
-    /// Tells how many lateral waves radiate of forces on cells.
+    /// Number of lateral waves that radiate for forces on cells, as a choice.
     pub(super) fn radiating_waves(&self) -> Option<Choice> {
         let sound = self.sound().filter(|_| self.decisions.zone == Zone::Cells)?;
         Some(Choice {
@@ -392,7 +392,7 @@ impl Plan {
         })
     }
 
-    /// Returns the sound of the run; `None` without receivers.
+    /// Sound of the run; `None` without receivers.
     pub(crate) fn sound(&self) -> Option<Sound> {
         let Scene { tyre, receivers, radiation, .. } = &self.scene;
         if receivers.is_empty() {
@@ -434,7 +434,7 @@ impl Plan {
     }
 }
 
-/// Returns the grooves of a scene in which air goes through the patch.
+/// Grooves of a scene with air through the patch.
 pub(super) fn channels(scene: &Scene) -> Vec<Channel> {
     if taken_pattern(scene).is_none() {
         return Vec::new();
@@ -443,8 +443,8 @@ pub(super) fn channels(scene: &Scene) -> Vec<Channel> {
     scene.open_grooves().iter().filter(|groove| groove.depth > 0.0).map(channel).collect()
 }
 
-/// Returns the lateral waves that follow the steps of a field between grooves: twice the strip's width over that of the
-/// narrowest rib or groove, or of a cell where voids are open on so many across.
+/// Lateral waves that resolve the steps of a field between grooves: twice the strip's width over that of the narrowest
+/// rib or groove, or of a cell where voids are open on so many cells across.
 pub(super) fn waves_for(channels: &[Channel], contact_width: f64, voids: Option<usize>) -> usize {
     if let Some(cells) = voids {
         return 2 * cells;
@@ -458,8 +458,8 @@ pub(super) fn waves_for(channels: &[Channel], contact_width: f64, voids: Option<
     (2.0 * contact_width / widths.fold(contact_width, f64::min) - 1e-9).ceil() as usize
 }
 
-/// Returns the name of a receiver of this number, or with a number behind it, so that no other one has the same: not
-/// even on disks that do not tell capital letters.
+/// The name of receiver number `index`, with a number appended where another has the same, also on file systems that
+/// ignore case.
 fn unlike(name: &str, index: usize, others: &[String]) -> String {
     let taken = |name: &str| others.iter().any(|other| other.eq_ignore_ascii_case(name));
     let numbered = (index + 1..).map(|number| format!("{name}-{number}"));
@@ -494,7 +494,7 @@ mod tests {
         assert_eq!((sound.positions[209], sound.positions[427]), ([30.25, 6.75, 1.2], [-24.25, 6.75, 1.2]));
         assert_eq!((sound.positions[428], sound.positions[646]), ([30.25, 8.25, 1.2], [-24.25, 8.25, 1.2]));
         assert_eq!(short.points.len(), 2 * 217);
-        // Each tyre finds the microphone on its side's line, up to the ends of what one tyre passes.
+        // Each tyre finds the microphone on its side's line, up to the ends of the passage of one tyre.
         for x in [22.7, -22.7] {
             for (tyre, [ahead, aside, _]) in vehicle.seen_from_tyres([x, 7.5, 1.2]).into_iter().enumerate() {
                 let line = &sound.positions[four.lines()[tyre % 2].clone()];
@@ -522,13 +522,13 @@ mod tests {
 
     #[test]
     fn a_vehicle_is_heard_for_half_a_minute_within_1_1_gigabytes_and_a_point_more_takes_some_1_7_megabytes() {
-        // On springs the tread alone is heard. The sides of a tyre on arcs add five rings to four points across it.
+        // On springs the tread alone radiates. The sides of a tyre on arcs add five rings to four points across it.
         let tyres = [(on_springs(DEFAULT), 1.1e9, 1.8e6), (DEFAULT.to_owned(), 1.8e9, 9.0 / 4.0 * 1.8e6)];
         for (text, most, steepest) in tyres {
             let mut scene = Scene::from_str(&text, "scene").unwrap().scene;
             scene.numerics.elements = 1024;
             scene.rolling.duration = 40.0;
-            // A fit of the turning tyre takes more than its sound.
+            // A fit of the turning tyre takes more memory than its sound.
             scene.effects.rotation = Switch::Off;
             let receiver = |standard| Receiver { name: String::new(), place: ReceiverPlace::Standard(standard) };
             let vehicle = Vehicle { wheelbase: 2.7, track: 1.55 };

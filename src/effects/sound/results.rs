@@ -1,4 +1,4 @@
-//! Results of a run's sound: tables, pictures, files to listen to, the summary.
+//! Results of a run's sound: tables, pictures, sound files, the summary.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -30,11 +30,11 @@ use crate::sound::resample::{FILE_RATE, resample};
 use crate::sound::wav::{SampleFormat, full_scale_for};
 use crate::sound::{CoveredBands, Recording, SoundLevels, TotalLevel};
 
-/// Points of a pass-by's level that are written and drawn, a second.
+/// Points per second of a pass-by's level that are written and drawn.
 const LEVELS_A_SECOND: f64 = 200.0;
 
 impl SoundObserver {
-    /// Writes levels, pictures and sounds of a complete run; what the summary says of them.
+    /// Writes levels, pictures and sounds of a complete run; returns their summary.
     ///
     /// # Errors
     /// Errors of the files and pictures.
@@ -80,22 +80,22 @@ impl SoundObserver {
         })
     }
 
-    /// Returns the spectra at all points, the mean over places whose voids are open.
+    /// Spectra at all points, averaged over places whose voids are open.
     pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
         Ok(PowerSpectrum::means(self.place_spectra()?, self.sound.points()))
     }
 
-    /// Returns the spectra at all points, place by place.
+    /// Spectra at all points, place by place.
     fn place_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
         let finished = |spectrum: &SpectrumAccumulator| Ok(spectrum.clone().finish()?.valid_to(self.valid_to));
         in_parallel::map(&self.spectra, finished).into_iter().collect()
     }
 
-    /// Computes for each receiver the mean over its points that count, times the tyres that it hears: lines of points
-    /// have as many each.
+    /// For each receiver the mean over its points that count, times the number of its tyres: all lines of points have
+    /// as many points.
     ///
     /// # Errors
-    /// Too short for a spectrum.
+    /// Too few samples for a spectrum.
     pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Result<Vec<ReceiverSpectrum>, RunError> {
         let count = self.sound.points();
         let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(count, self.valid_to)).transpose()?;
@@ -189,18 +189,18 @@ impl SoundObserver {
         Ok((summary, recording))
     }
 
-    /// Returns the error of the overall A-weighted level of a receiver \[dB(A)\], where it is known.
+    /// Error of the overall A-weighted level of a receiver \[dB(A)\], where it is known.
     fn level_a_error(&self, heard: &Heard, levels: &SoundLevels) -> Option<f64> {
         let error = self.sound.error_at(heard);
         self.level_errors(error.of_bands()).overall(error.level_a, &levels.a_weighted)
     }
 
-    /// Returns the errors of levels that have a numerical one.
+    /// Errors of levels with this numerical error.
     fn level_errors(&self, numerical: Option<(f64, f64)>) -> LevelErrors {
         LevelErrors::new(numerical, self.by_slices, self.slice_errors.as_ref(), SliceErrors::sound)
     }
 
-    /// Writes the intensity by the pairs of a receiver; `None` where too little of the pressures is kept.
+    /// Writes the intensity by the pairs of a receiver; `None` where too few pressures are stored.
     fn write_intensity(
         &self,
         heard: &Heard,
@@ -208,7 +208,7 @@ impl SoundObserver {
         folder: &dyn ResultFiles,
     ) -> Result<Option<IntensitySummary>, RunError> {
         let time_step = self.sound.layout.time_step;
-        // Pressures come early by the whole steps of each point's delay.
+        // Pressures are early by the whole time steps of each point's delay.
         let delays = heard.points.clone().map(|point| self.way.delays[point]);
         let latest = delays.clone().max().unwrap_or(0);
         let signal = |point: usize| -> Vec<f64> {
@@ -253,7 +253,7 @@ impl SoundObserver {
         Ok(Some(IntensitySummary { file, level_a, probes: levels, bands, seconds }))
     }
 
-    /// Returns the levels by which runs are compared.
+    /// Levels by which runs are compared.
     pub(super) fn rated(&self, spectra: &[ReceiverSpectrum]) -> Vec<RatedLevel> {
         let one = |(heard, spectrum): (&Heard, &ReceiverSpectrum)| {
             let levels = vouched(&spectrum.spectrum);
@@ -271,7 +271,7 @@ impl SoundObserver {
         self.sound.heard.iter().zip(spectra).map(one).collect()
     }
 
-    /// Returns a receiver that is passed, and what it hears, or why that is nothing; `None` of one that is not passed.
+    /// A receiver that is passed, and its passages or the reason why there is none; `None` for one that is not passed.
     fn passing(&self, heard: &Heard) -> Option<(Passing, Result<HeardPassing, String>)> {
         let passing = Passing::of(&self.sound, &self.way, heard, self.speed, &self.band())?;
         let kept = self.sound.kept_samples().min(self.signals[heard.points.start].taken());
@@ -280,7 +280,7 @@ impl SoundObserver {
         Some((passing, found))
     }
 
-    /// Returns the frequencies of the bands that are vouched for \[Hz\]: what levels and files are made of.
+    /// Band of the valid third octaves \[Hz\], to which levels and sound files are restricted.
     pub(super) fn band(&self) -> Range<f64> {
         let bands = ThirdOctaveBand::within(LOWEST_FREQUENCY..0.5 / self.sound.layout.time_step);
         let last = bands.iter().rfind(|band| band.is_vouched_for(self.valid_to));
@@ -296,8 +296,8 @@ impl SoundObserver {
 }
 
 impl Sound {
-    /// Returns the points of a receiver that its spectrum is the mean over: all but those in which the detector settles
-    /// before a passage.
+    /// Points of a receiver over which its spectrum is averaged: all but those in which the detector settles before a
+    /// passage.
     pub(crate) fn counted(&self, heard: &Heard) -> impl Iterator<Item = usize> {
         let rear = self.positions[heard.points.clone()].last().map_or(0.0, |last| last[0]);
         let counts = move |point: &usize| !heard.is_passed() || self.positions[*point][0] <= 1e-9 - rear;
@@ -305,7 +305,7 @@ impl Sound {
     }
 }
 
-/// Returns the levels of all passages against time, written and drawn; their maxima.
+/// Writes and draws the mean level of all passages over time; returns the summary of their maxima.
 fn write_pass_by(
     loaded: &LoadedScene,
     heard: &Heard,
@@ -338,12 +338,12 @@ fn write_pass_by(
 struct Audible {
     channels: Vec<Vec<f64>>,
     description: &'static str,
-    /// Tyres of a vehicle that are in it.
+    /// Number of a vehicle's tyres in it.
     tyres: Option<usize>,
 }
 
 impl Audible {
-    /// Returns a passage; of a vehicle it says how many tyres are in it.
+    /// A passage; for a vehicle the description has the number of tyres in it.
     fn passing(heard: &Heard, HeardPassing { sound, sounding, .. }: HeardPassing) -> Self {
         let description = match (heard.vehicle(), sounding) {
             (None, _) => "a tyre passing by",
@@ -353,7 +353,7 @@ impl Audible {
         Self { channels: vec![sound], description, tyres: heard.vehicle().map(|_| sounding) }
     }
 
-    /// Returns the largest pressure \[Pa\].
+    /// Largest magnitude of the pressure \[Pa\].
     fn peak(&self) -> f64 {
         self.channels.iter().flatten().fold(0.0_f64, |peak, pressure| peak.max(pressure.abs()))
     }
@@ -375,7 +375,7 @@ impl Audible {
     }
 }
 
-/// Returns the levels, the overall ones of what the run vouches for.
+/// Levels whose overall ones are those of the valid bands.
 fn vouched(spectrum: &PowerSpectrum) -> SoundLevels {
     SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).vouched()
 }

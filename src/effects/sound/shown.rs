@@ -5,10 +5,9 @@ use crate::effects::stored::Stored;
 use crate::results::sound::{AudioSummary, SOUND_LEVEL};
 use crate::sound::wav::rescaled;
 
-/// Peak of a receiver's loudest sound, re full scale \[dB\]: as loud as can be played with some reserve.
+/// Peak of a receiver's loudest sound re full scale \[dB\]: as loud as possible with some reserve.
 const PLAYED_PEAK: f64 = -3.0;
 
-/// Tells the levels at the receivers.
 pub(super) fn figures(stored: &Stored) -> Vec<Figure> {
     let mut figures = Vec::new();
     for heard in stored.summary.sound.iter().flat_map(|sound| &sound.receivers) {
@@ -22,17 +21,16 @@ pub(super) fn figures(stored: &Stored) -> Vec<Figure> {
     figures
 }
 
-/// Returns the full scale at which the sounds of one receiver are played \[Pa\]: the loudest has its peak at
-/// [`PLAYED_PEAK`].
+/// Full scale at which the sounds of one receiver are played \[Pa\]: the loudest has its peak at [`PLAYED_PEAK`].
 fn played_full_scale<'a>(all: impl Iterator<Item = &'a AudioSummary>) -> f64 {
     // Files of earlier versions do not state their peak, which is no larger than their full scale.
     let loudest = all.map(|audio| audio.peak.unwrap_or(audio.full_scale)).fold(0.0, f64::max);
     if loudest > 0.0 { loudest * 10.0_f64.powf(-PLAYED_PEAK / 20.0) } else { 1.0 }
 }
 
-/// Shows the sound. A receiver has one full scale in all runs of the page, and the players state their gain over the
-/// calibrated files: what is louder in one run than in another is so when it is played. Each receiver has its own, for
-/// beside the road hardly anything is left of what is loud close to the tyre.
+/// Blocks of the sound. A receiver has one full scale in all runs of the page, and the players state their gain over
+/// the calibrated files: differences in loudness between runs are kept. Each receiver has its own scale, since levels
+/// beside the road are far below those close to the tyre.
 pub(super) fn blocks(stored: &Stored, all: &[Stored]) -> Result<Vec<Block>, ReportError> {
     let Some(sound) = &stored.summary.sound else { return Ok(Vec::new()) };
     let levels_at = sound.receivers.iter().map(|heard| [heard.name.clone(), heard.text()]);

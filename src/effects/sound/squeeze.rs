@@ -1,12 +1,12 @@
-//! Squeeze of blocks: the sound of the volume that they press into the voids beside them.
+//! Squeeze of blocks: sound of the volume that they displace into the voids beside them.
 //!
 //! ```text
 //! p = i w rho sum_b i w c_b F_b (mean of G over the voids beside block b - mean of G over block b)
 //! ```
 //!
-//! Blocks are material: i w is the change that the material sees, d(c_b F_b)/dt of one block that goes by, and the
-//! means of G go with its place. On the cells of the tread the volumes are a motion like any other, known without the
-//! tyre: their waves round the tyre are met by G as those of the surface are, with the rate w - n Omega of wave n.
+//! Blocks are material: i w is the rate that the material sees, d(c_b F_b)/dt of one block that goes by, and the means
+//! of G move with it. On the cells of the tread the volumes are a motion like any other, independent of the tyre's
+//! response: their waves round the tyre meet G as those of the surface do, with the rate w - n Omega of wave n.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,17 +23,17 @@ use crate::scene::Scene;
 use crate::storage::StateError;
 use crate::tyre::tread_pattern::squeeze::Squeeze;
 
-/// Parts of the pressure: by vibration, and by squeeze.
+/// Number of parts of the pressure: due to vibration, and due to squeeze.
 pub(super) const PARTS: usize = 2;
 
-/// Returns the blocks of a scene's tread with the voids beside them; `None` where none yields by itself.
+/// Blocks of a scene's tread with the voids beside them; `None` where none yields separately.
 pub(super) fn found_blocks(scene: &Scene, decisions: &Decisions) -> Option<Squeeze> {
     let map = tread_map(scene, decisions)?.ok()?;
     let blocks = tread_blocks(scene, &map)?;
     Some(Squeeze::new(&blocks, map.across))
 }
 
-/// Returns the layout of volumes that stand in windows of the sound's layout, wider by so many columns at either end.
+/// Layout of the volumes, in windows wider than the sound's by `margin` columns at either end.
 pub(super) fn layout(sound: &SegmentLayout, squeeze: &Squeeze, margin: usize) -> SegmentLayout {
     let element = sound.circumference / sound.elements as f64;
     SegmentLayout {
@@ -44,17 +44,16 @@ pub(super) fn layout(sound: &SegmentLayout, squeeze: &Squeeze, margin: usize) ->
     }
 }
 
-/// Volumes of a run's blocks on their way to the receivers.
+/// From the volumes of a run's blocks to pressures.
 pub(super) struct SqueezeStream {
     volumes: SqueezedVolumes,
-    /// First step whose forces count.
+    /// First step after the warm-up.
     first_step: u64,
     pub(super) stream: PressureStream,
-    /// By place and point, spectra of the pressure by vibration and of that by squeeze.
+    /// By place and point, spectra of the pressure due to vibration and due to squeeze.
     pub(super) parts: Vec<[SpectrumAccumulator; PARTS]>,
 }
 
-/// State of a [`SqueezeStream`].
 #[derive(Deserialize, Serialize)]
 pub(super) struct SqueezeState {
     stream: PressureState,
@@ -62,7 +61,7 @@ pub(super) struct SqueezeState {
 }
 
 impl SqueezeStream {
-    /// Makes the way of the volumes, given that of the forces; `None` where nothing is squeezed.
+    /// With the transfers of the forces; `None` where nothing is squeezed.
     ///
     /// # Errors
     /// Samples that are too few for a spectrum.
@@ -95,13 +94,13 @@ impl SqueezeStream {
         Ok(Some(Self { volumes, first_step: plan.warm_up_steps, stream, parts }))
     }
 
-    /// Takes in the forces of a step that counts \[N\], stage by stage and cell by cell.
+    /// Takes the forces of a step after the warm-up \[N\], stage by stage and cell by cell.
     pub(super) fn push(&mut self, forces: &[f64]) {
         let step = self.first_step + self.stream.steps();
         self.stream.push(self.volumes.of(step, forces));
     }
 
-    /// Returns the spectra at all points by vibration, and by squeeze, the mean over places.
+    /// Spectra at all points due to vibration, and due to squeeze, averaged over places.
     pub(super) fn spectra(&self, points: usize, valid_to: f64) -> Result<[Vec<PowerSpectrum>; PARTS], RunError> {
         let of = |part: usize| -> Result<Vec<PowerSpectrum>, RunError> {
             let finished = |parts: &[SpectrumAccumulator; PARTS]| Ok(parts[part].clone().finish()?.valid_to(valid_to));
@@ -110,16 +109,12 @@ impl SqueezeStream {
         Ok([PowerSpectrum::means(of(0)?, points), PowerSpectrum::means(of(1)?, points)])
     }
 
-    /// Takes the state down.
     pub(super) fn save(&self) -> SqueezeState {
         let parts = self.parts.iter().map(|parts| parts.each_ref().map(SpectrumAccumulator::save)).collect();
         SqueezeState { stream: self.stream.save(), parts }
     }
 
-    /// Goes on from the state of one of the same run.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Goes on from the state of a stream of the same run.
     pub(super) fn restore(&mut self, state: SqueezeState) -> Result<(), StateError> {
         let (expected, found) = (self.parts.len(), state.parts.len());
         if found != expected {

@@ -1,4 +1,4 @@
-//! The way of the sound: G from the cache or by boundary elements, and the waves of the tyre that it is met with.
+//! Transfer path of the sound: G from the cache or by boundary elements, and the waves of the tyre that meet it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -26,24 +26,23 @@ use crate::sound::Air;
 use crate::storage::Cache;
 use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 
-/// Tolerance of the waves' compliances.
+/// Relative tolerance of the waves' compliances.
 pub(crate) const WAVES: f64 = 1e-4;
 
-/// Rest of the way when its transfers are made.
+/// Facts of the transfer path that are kept once its transfers are known.
 pub(super) struct Way {
-    /// The air.
+    /// Air of the run.
     pub(super) air: Air,
-    /// Whole time steps of each point's propagation delay that its pressures come too early by.
+    /// Whole time steps of each point's propagation delay, by which its pressures are early.
     pub(super) delays: Vec<u64>,
-    /// The body and how it was solved.
+    /// Summary of the body and its solution.
     pub(super) body: BodySummary,
-    /// Fields in the grooves, where air goes through the patch.
+    /// Fields in the grooves, where air passes through the patch.
     pub(super) grooves: Option<GrooveFields>,
 }
 
 impl Way {
-    /// Returns the way as far as it is known before anything is solved; `None` for a body or air that the run will
-    /// refuse.
+    /// The path as far as it is known before anything is solved; `None` for a body or air that the run will refuse.
     pub(super) fn expected(plan: &Plan, sound: &Sound) -> Option<Self> {
         let air = Air::at(sound.radiation.temperature)?;
         let body = plan.radiating_body(&sound.radiation, plan.expected().length).ok()?;
@@ -53,7 +52,7 @@ impl Way {
     }
 }
 
-/// Returns the propagation delays of all points: in whole time steps, and what is left of them \[s\].
+/// Propagation delays of all points: in whole time steps, and the remainder \[s\].
 fn delays(sound: &Sound, body: &Body, air: &Air) -> (Vec<u64>, Vec<f64>) {
     let step = sound.layout.time_step;
     let late = |&position: &[f64; 3]| contact_distance(body, position) / air.sound_speed;
@@ -61,22 +60,22 @@ fn delays(sound: &Sound, body: &Body, air: &Air) -> (Vec<u64>, Vec<f64>) {
     sound.positions.iter().map(late).map(split).unzip()
 }
 
-/// Ingredients of a way.
+/// Input of a transfer path.
 pub(super) struct Seeking<'a> {
-    /// The scene.
+    /// Scene of the run.
     pub(super) loaded: &'a LoadedScene,
-    /// Its plan.
+    /// Plan of the run.
     pub(super) plan: &'a Plan,
-    /// The plan's sound.
+    /// Sound of the plan.
     pub(super) sound: &'a Sound,
     /// Blocks of the forces.
     pub(super) layout: SegmentLayout,
-    /// Ends the work once it is set.
+    /// Set to stop the work.
     pub(super) stop: &'a AtomicBool,
 }
 
 impl Seeking<'_> {
-    /// Finds the transfers to all points of a sound.
+    /// Finds the transfers to all points.
     ///
     /// # Errors
     /// Complaints about the scene; [`RunError::Interrupted`].
@@ -97,7 +96,7 @@ impl Seeking<'_> {
         let body = self.body(contact.at_rest.length)?;
         let (greens, summary, grooves) = self.greens(&air, &body, &contact.gaps, warnings, progress, meter)?;
         let (delays, of_points) = delays(sound, &body, &air);
-        // Points amid grooves are heard at once.
+        // Points in grooves have no delay.
         let left = |streamed| sound.spectrum_of(streamed).map_or(0.0, |spectrum| of_points[spectrum % sound.points()]);
         let left = (0..greens.len()).map(left).collect();
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
@@ -108,7 +107,7 @@ impl Seeking<'_> {
             plan.scene.has_tractions().then(|| Arc::new(TractionWaves::new(tyre, around, &lateral, wanted)));
         let (waves, known) = match Cache::open() {
             Ok(cache) => SurfaceWaves::fetch(&cache, tyre, around, lateral, wanted, rule.as_ref(), warnings),
-            // The transfers' entries have warned of that.
+            // The cache of the transfers has warned of that.
             Err(_) => (SurfaceWaves::with_flank(tyre, around, lateral, wanted, rule.as_ref()), false),
         };
         if !known {
@@ -134,7 +133,7 @@ impl Seeking<'_> {
         SceneError::from(self.loaded.complain(key, wrong, right)).into()
     }
 
-    /// Returns the body that radiates, with a patch as long as that of the static contact \[m\].
+    /// Body that radiates, with a patch as long as that of the static contact \[m\].
     fn body(&self, at_rest: f64) -> Result<Body, RunError> {
         let Self { plan, sound, .. } = *self;
         plan.radiating_body(&sound.radiation, at_rest).map_err(|error| {
@@ -147,7 +146,7 @@ impl Seeking<'_> {
         })
     }
 
-    /// Returns G from the tread to all points, kept on disk or solved for.
+    /// G from the tread to all points, stored on disk or solved for.
     fn greens(
         &self,
         air: &Air,
@@ -158,6 +157,7 @@ impl Seeking<'_> {
         meter: &mut Meter,
     ) -> Result<(Vec<SurfaceGreen>, BodySummary, Option<GrooveFields>), RunError> {
         let Self { plan, sound, .. } = *self;
+        // 1. Transfers of the welded body: a draft, or stored ones and boundary elements.
         let problem = sound.problem(body, plan.scene.numerics.memory_bytes());
         let range = sound.range(air);
         if sound.radiation.quality == RadiationQuality::Draft {
@@ -207,14 +207,16 @@ impl Seeking<'_> {
             reciprocal_condition: (report.solved > 0).then_some(report.reciprocal_condition),
             ..BodySummary::of(RadiationQuality::Full, body, air)
         };
+        // 2. Fields under an open patch.
         let Some(open) = open else { return Ok((surface_greens(set, body, sound), summary, None)) };
         let opened = open.open(set).map_err(|error| self.refused("air_pumping", error.to_string(), "other grooves"))?;
         let Opened { set, under, of_amid, fields } = opened;
         let mut greens = surface_greens(set, body, sound);
+        // 3. G by point: the first place, points in grooves, then the other places.
         let mut under = under.into_iter();
         let first = under.next().unwrap_or_default();
         let welded = if under.len() > 0 { greens.clone() } else { Vec::new() };
-        // Sources beyond the sheet are left out of the pressures amid grooves.
+        // The pressures in grooves leave out sources beyond the sheet.
         let silent = greens.first().filter(|_| !of_amid.is_empty()).map(|first| {
             let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
             SurfaceGreen { values, ..first.clone() }
@@ -230,7 +232,7 @@ impl Seeking<'_> {
         Ok((greens, summary, Some(fields)))
     }
 
-    /// Returns the grooves through the patch of a body; none where it is sealed.
+    /// Open patch of a body; `None` where it is sealed.
     fn open_patch<'b>(&'b self, air: &Air, body: &'b Body, gaps: &[GapMap]) -> Result<Option<OpenPatch<'b>>, RunError> {
         let Some(open) = OpenPatch::of(self.sound, body, air, gaps) else { return Ok(None) };
         let (highest, fmax) = (open.highest(), self.sound.radiation.fmax);
@@ -246,7 +248,7 @@ impl Seeking<'_> {
     }
 }
 
-/// Converts a set of transfers into the Green's function G over the tread, one for each receiver point.
+/// G on the tread for each receiver point, from a set of transfers.
 fn surface_greens(set: TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
     let mut by_receiver = vec![Vec::new(); sound.points()];
     for found in set.into_frequencies() {
@@ -254,6 +256,6 @@ fn surface_greens(set: TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGr
             known.push((found.frequency, transfer));
         }
     }
-    // Consumed: each receiver's transfers become its values in place.
+    // Takes the set apart: each receiver's transfers become its values in place.
     by_receiver.into_par_iter().map(|known| SurfaceGreen::of(body, known)).collect()
 }

@@ -16,7 +16,6 @@ use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::scene::{BlockModel, LoadedScene, Scene, SceneError, Switch, Zone};
 use crate::storage::state::{StateError, StateReader, StateWriter};
 
-/// Pattern of the tread.
 pub(crate) struct TreadPatternEffect;
 
 impl Effect for TreadPatternEffect {
@@ -81,7 +80,6 @@ impl Effect for TreadPatternEffect {
     }
 }
 
-/// Observer of the force by order of the revolution.
 pub(crate) struct PatternObserver {
     orders: Orders,
 }

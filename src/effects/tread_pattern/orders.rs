@@ -1,4 +1,4 @@
-//! Table and picture of the force by order of the revolution, and of the sound.
+//! Table and picture of the force and the sound by order of the revolution.
 
 use crate::effects::ReceiverOrders;
 use crate::response::Order;
@@ -6,10 +6,10 @@ use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::table::csv;
 
-/// Lowest level that is drawn, below the highest \[dB\].
+/// Range of levels that is drawn, below the highest \[dB\].
 const DEPTH: f64 = 80.0;
 
-/// Returns one row for each order: the force, and the pressures at some receivers.
+/// Table with a row for each order: the force, and the pressures at some receivers.
 pub(super) fn to_csv(orders: &[Order], heard: &[ReceiverOrders]) -> String {
     let pressures = heard.iter().map(|heard| format!("pressure_pa_{}", heard.receiver));
     let header = ["order", "frequency_hz", "force_n", "repeated_force_n"].map(str::to_owned);
@@ -21,12 +21,12 @@ pub(super) fn to_csv(orders: &[Order], heard: &[ReceiverOrders]) -> String {
     csv(header.iter().map(String::as_str), orders.iter().map(line))
 }
 
-/// Draws the forces over the order.
+/// Picture of the forces over the order.
 ///
 /// # Errors
 /// Errors of the picture.
 pub(super) fn picture(orders: &[Order], title: &str) -> Result<String, PlotError> {
-    // What is above a kilohertz or two is in the table.
+    // Orders above a kilohertz or two are in the table alone.
     let shown = &orders[1..orders.len().min(1 + orders.len() / 2)];
     let level = |force: f64| 20.0 * force.max(f64::MIN_POSITIVE).log10();
     let highest = shown.iter().map(|of| level(of.all)).fold(-DEPTH, f64::max);

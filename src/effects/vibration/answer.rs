@@ -1,4 +1,4 @@
-//! How the tyre answers the forces of a run: as a whole, or by lateral number where they are those of cells.
+//! Response of the tyre to the forces of a run: as a whole, or by lateral number for forces on cells.
 
 use std::sync::atomic::AtomicBool;
 
@@ -19,7 +19,7 @@ use crate::tyre::poles::{RationalModel, TangentialModel, lateral_tangential_mode
 /// Remedy where a fit is refused.
 const INSTEAD: &str = "another tolerance, or no [outputs.vibration]";
 
-/// The tyre.
+/// Response of the tyre to the forces of a run.
 pub(super) struct TyreAnswer {
     /// By component of the forces.
     components: Vec<Component>,
@@ -27,22 +27,22 @@ pub(super) struct TyreAnswer {
     angular_velocity: f64,
     scale: f64,
     spring: f64,
-    /// How it answers tangential forces, where there are any.
+    /// Response to tangential forces, where there are any.
     tangential_forces: Option<TangentialForces>,
 }
 
-/// How it answers one component.
+/// Response to one component.
 struct Component {
     /// Observed share of its velocity: the mean over the strip.
     share: f64,
-    /// m of a component of forces on cells.
+    /// Lateral number m of a component of forces on cells.
     number: Option<usize>,
     model: RationalModel,
     tangential: Option<TangentialModel>,
 }
 
 impl TyreAnswer {
-    /// Finds the answer of a prepared run, for these lateral numbers, or for forces that are even across.
+    /// Response for a prepared run, for these lateral numbers, or for forces that are even across.
     ///
     /// # Errors
     /// A fit that was refused; [`RunError::Interrupted`].
@@ -99,7 +99,7 @@ impl TyreAnswer {
         Ok(())
     }
 
-    /// Takes tangential forces in.
+    /// Adds the response to tangential forces.
     pub(super) fn take_tangential_forces(&mut self, plan: &Plan, layout: &SegmentLayout) {
         let components = self.components.iter();
         let numbers: Vec<(usize, f64)> =
@@ -108,12 +108,11 @@ impl TyreAnswer {
         self.tangential_forces = Some(TangentialForces::new(&plan.decisions.tyre, layout, &numbers, tolerance));
     }
 
-    /// Returns how it answers tangential forces, where there are any.
     pub(super) fn tangential_forces(&self) -> Option<&TangentialForces> {
         self.tangential_forces.as_ref()
     }
 
-    /// Returns for each component what is observed of its velocities, and the response.
+    /// For each component the share of its velocities that is observed, and the response.
     pub(super) fn responses(&self) -> Vec<(f64, TyreResponse<'_>)> {
         let Self { scale, spring, .. } = *self;
         let responses = self.components.iter().map(|Component { share, model, tangential, .. }| {
@@ -122,18 +121,18 @@ impl TyreAnswer {
         responses.collect()
     }
 
-    /// Tells whether waves that run either way are kept apart: of a tyre that turns, and of tangential forces.
+    /// True if waves of both directions have separate values: for a tyre that turns, and for tangential forces.
     pub(super) fn has_both_ways(&self) -> bool {
         self.tangential_forces.is_some() || self.components.iter().any(|component| component.model.turns())
     }
 
-    /// Returns the worst error and truncation of the tangential transfers, where there are any.
+    /// Worst error and truncation of the tangential transfers, where there are any.
     pub(super) fn tangential_error(&self) -> Option<[f64; 2]> {
         let errors = self.components.iter().filter_map(|component| component.tangential.as_ref());
         errors.map(|model| [model.error, model.omitted]).reduce(|[a, b], [c, d]| [a.max(c), b.max(d)])
     }
 
-    /// Returns the tyre's own waves below a frequency \[Hz\], as a field shows them.
+    /// Free waves of the tyre below a frequency \[Hz\], as a field shows them.
     pub(super) fn branches(&self, field: VibrationField, highest: f64) -> Vec<DispersionBranch> {
         let of_component = |Component { model, .. }: &Component| {
             let face = if field == VibrationField::Belt { Field::Bottom } else { model.driven };
@@ -143,7 +142,7 @@ impl TyreAnswer {
     }
 }
 
-/// Returns the models of lateral numbers, from the user's cache or fitted all at once.
+/// Models of lateral numbers, from the user's cache or fitted all at once.
 fn lateral_models(
     loaded: &LoadedScene,
     plan: &Plan,

@@ -1,4 +1,4 @@
-//! Velocities of belt and tread.
+//! Rows of the plan on the velocities of belt and tread.
 
 use crate::plan::decisions::{Decided, Row, given};
 use crate::scene::{Effects, Scene, Switch, Vibration};
@@ -41,7 +41,7 @@ const TANGENTIAL: Row = Row {
     of_cells: false,
 };
 
-/// Decides the vibration that the outputs ask for; without outputs, the default of the effects that are on.
+/// Vibration that the outputs ask for; without outputs, the default for the effects that are on.
 pub(super) fn wanted(scene: &Scene) -> Option<Vibration> {
     let Effects { tread_vibration, belt_vibration, tangential_motion, .. } = scene.effects;
     let [tread, belt, tangential] =
@@ -59,7 +59,7 @@ fn velocity(scene: &Scene, switch: Switch, key: &str, field: fn(&Vibration) -> b
     Decided { on, form, reason }
 }
 
-/// Asks for a velocity, or no more; settings that are then unused go.
+/// Adds or removes a velocity; the settings go if none is left.
 fn want(scene: &mut Scene, on: bool, field: fn(&mut Vibration) -> &mut bool) {
     let none = Vibration { tread: false, belt: false, tangential: false, ..Vibration::default() };
     let vibration = scene.outputs.vibration.get_or_insert(none);

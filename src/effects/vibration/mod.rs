@@ -1,6 +1,6 @@
-//! Vibration of a run that wants it: taken in step by step, written at the end by `results`.
+//! Vibration of a run: taken step by step, written at the end by `results`.
 //!
-//! The plan says whether anything is done at all: without a wish there is no recorder, no table, no model kept.
+//! Without a request in the plan there is no observer, no table, and no model is kept.
 
 mod answer;
 mod decision;
@@ -32,7 +32,6 @@ use answer::TyreAnswer;
 use resolved::{ResolvedForces, ResolvedState};
 pub(crate) use results::HeardVibration;
 
-/// Vibration of belt and tread.
 pub(crate) struct VibrationEffect;
 
 const fn map(name: &'static str, unit: &'static str, meaning: &'static str) -> Channel {
@@ -45,7 +44,7 @@ static CHANNELS: [Channel; 3] = [
     map("vibration_map", "m^2/s^2/Hz", "power of the velocity by frequency and wavenumber"),
 ];
 
-/// Returns the errors of its levels: those of the force by slices; others are not stated.
+/// Errors of its levels: those of the force by slices; others are not stated.
 fn level_errors(plan: &Plan, slices: Option<&SliceErrors>) -> LevelErrors {
     LevelErrors::new(None, plan.by_slices(), slices, SliceErrors::force)
 }
@@ -106,25 +105,24 @@ impl Effect for VibrationEffect {
     }
 }
 
-/// Observer of the patch's forces, which the tyre's velocities are made of.
+/// Observer of the patch's forces, from which the tyre's velocities are computed.
 pub struct VibrationObserver {
     wanted: Vibration,
     accumulator: VibrationAccumulator,
     tyre: TyreAnswer,
-    /// Lateral waves that are heard of forces of cells.
+    /// Lateral waves, for forces on cells, that the velocities depend on.
     heard: Option<LateralForces>,
-    /// Power that forces of cells put into the waves that the run carries; none with friction.
+    /// Power that forces on cells put into the waves that the run carries; `None` with friction.
     resolved: Option<ResolvedForces>,
     fields: Vec<VibrationField>,
-    /// Highest frequency that levels are vouched for \[Hz\].
+    /// Highest frequency up to which levels are valid \[Hz\].
     valid_to: f64,
-    /// Errors of its levels.
+    /// Errors of the levels.
     errors: LevelErrors,
-    /// Steps after the warm-up.
+    /// Number of steps after the warm-up.
     steps: u64,
 }
 
-/// State of a [`VibrationObserver`].
 #[derive(Deserialize, Serialize)]
 struct VibrationObserverState {
     accumulator: VibrationState,
@@ -169,8 +167,8 @@ impl EffectObserver for VibrationObserver {
 }
 
 impl VibrationObserver {
-    /// Begins the observer of a run; `None` if no vibration is wanted, or, with a warning, if the run is shorter than a
-    /// revolution.
+    /// Begins the observer of a run; `None` if no vibration is requested, or, with a warning, if the run is shorter
+    /// than a revolution.
     pub fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
         let Begin { loaded, plan, contact, .. } = *begin;
         let Some(vibration) = plan.vibration() else { return Ok(None) };
@@ -239,8 +237,8 @@ impl VibrationObserver {
         Ok(Some(observer))
     }
 
-    /// Adds points beside the axle and elements, by the fields' tables where they are known; `first_element` is in the
-    /// window's first column at the first step.
+    /// Adds points beside the axle and elements, with the fields' tables where they are known; `first_element` is in
+    /// the window's first column at the first step.
     fn add_points(&mut self, first_element: i64, known: Option<Vec<VelocityTable>>) {
         let layout = *self.accumulator.layout();
         let mut kept = Vec::new();
@@ -261,15 +259,15 @@ impl VibrationObserver {
         }
     }
 
-    /// Returns the velocities for unit force of some fields at all wavenumbers and frequencies, of a tyre that turns by
-    /// even and odd parts.
+    /// Number of velocities for unit force of some fields at all wavenumbers and frequencies; for a tyre that turns
+    /// even and odd parts count separately.
     fn evaluations(&self, fields: usize) -> u64 {
         let layout = self.accumulator.layout();
         let parts = if self.tyre.has_both_ways() { 2 } else { 1 };
         (parts * fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
     }
 
-    /// Takes in a step, and the power put in \[W\].
+    /// Takes a step, and the power that its forces put in \[W\].
     fn push(&mut self, step: &Step<'_>, power: f64, meter: &mut Meter) {
         let of_power = self.resolved.as_ref().is_some_and(ResolvedForces::completes_next);
         let completes = step.counts && (of_power || self.accumulator.completes_next());
@@ -292,7 +290,7 @@ impl VibrationObserver {
                 }
             }
         };
-        // A segment's end is long and rare: no step stands for it, and it stands for no other.
+        // A segment's end is long and rare: it is timed by itself, and does not represent other steps.
         let [complete, of_power] =
             if completes { meter.time(Stage::Vibration, work) } else { meter.time_in_step(Stage::Vibration, work) };
         if complete {
@@ -310,7 +308,7 @@ impl VibrationObserver {
     }
 }
 
-/// Computes the velocities of all fields that the tyre has, one after the other.
+/// Computes the table of each field that the tyre has, one after the other.
 fn tables(layout: &SegmentLayout, tyre: &TyreAnswer, fields: &[VibrationField], take: &mut dyn FnMut(VelocityTable)) {
     let responses = tyre.responses();
     let table = |&field| {
@@ -323,7 +321,7 @@ fn tables(layout: &SegmentLayout, tyre: &TyreAnswer, fields: &[VibrationField], 
     fields.iter().filter_map(table).for_each(take);
 }
 
-/// Returns the sums of forces on cells, and the tables that they are made from where they are kept.
+/// Transfers of forces on cells, and their tables if they are kept.
 fn known(
     layout: &SegmentLayout,
     tyre: &TyreAnswer,
@@ -340,7 +338,7 @@ fn known(
     (velocities, kept)
 }
 
-/// Counts a segment, with so many transforms and multiply-adds for its elements.
+/// Counts the cost of a segment; `transforms` and `multiply_adds` are those of its elements.
 fn count_segment(layout: &SegmentLayout, transforms: u64, multiply_adds: f64, meter: &mut Meter) {
     meter.count(Counter::VibrationTransforms, layout.transforms() + transforms);
     let bytes = 8 * (3 * (layout.places() * layout.base_length() + layout.bins() * layout.row())) as u64;
@@ -357,7 +355,7 @@ fn check_memory(
     let Begin { loaded, plan, planned_memory, .. } = *begin;
     let (points, elements) = (fields * vibration.points.len(), fields * vibration.elements.len());
     let map = if vibration.map { 3.0 * 16.0 * 1024.0 * layout.wavenumbers() as f64 } else { 0.0 };
-    // The powers are there a second time when they are looked at. What is there before is in the plan's sum.
+    // The powers are in memory a second time when results are computed. Memory in use before is part of the plan's sum.
     let at_the_end = map + 8.0 * (layout.bins() * layout.row()) as f64;
     let needed = point_bytes(layout, fields, vibration, planned::has_both_ways(plan)) + at_the_end;
     let limit = plan.scene.numerics.memory_limit;

@@ -1,4 +1,4 @@
-//! Numbers of the vibration.
+//! Sizes and expected cost of the vibration.
 
 use super::decision::wanted;
 use crate::counters::{Counter, Stage};
@@ -17,47 +17,47 @@ use crate::tyre::poles::lateral::{LateralFitOptions, lateral_terms};
 const MAP_PLOTS: f64 = 20.0;
 /// Memory of the vibration over that of its segments: velocities, tables and pictures at the end (measured).
 const VIBRATION_RESERVE: f64 = 1.8;
-/// Revolutions of the segments in which the power of all waves of cells is found, at most: there are ten times as many
-/// of them as are heard. What is blurred by the window falls with the square of their number, as it does for slices:
-/// 2e-3 of the power of a rough road at 2 of them, 3e-4 at 4.5 (N = 96, `sdirk2`).
+/// Most revolutions of the segments in which the power of all waves of cells is found: these waves are ten times as
+/// many as those of the velocities. The error by the window falls with the square of the number of revolutions, as it
+/// does for slices: 2e-3 of the power of a rough road at 2 of them, 3e-4 at 4.5 (N = 96, `sdirk2`).
 const POWER_REVOLUTIONS: usize = 4;
 /// Time of fitting one wave of a lateral number over that of a strip's sum over m (measured for cells' waves).
 const WAVE_FIT: f64 = 0.25;
 
-/// The segments of a run's vibration; phase and first position are the run's to say.
+/// Segments of a run's vibration; phase and first position are set by the run.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct VibrationSegments {
     /// Segments of the velocities.
     pub velocities: SegmentLayout,
-    /// Segments of contact over cells.
+    /// Further segments of contact over cells.
     pub cells: Option<CellSegments>,
 }
 
-/// Parts of the vibration of cells.
+/// Vibration of contact over cells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CellSegments {
-    /// Lateral numbers that the velocities, means across the strip, hear.
+    /// Lateral numbers that contribute to the velocities, which are means across the strip.
     pub heard: Vec<usize>,
-    /// How many the run carries: there may be more than a machine can list.
+    /// Number of lateral waves that the run carries: there may be more than a machine can list.
     pub carried: usize,
-    /// Segments of the power, which all waves put in.
+    /// Segments of the power, to which all waves contribute.
     pub power: SegmentLayout,
 }
 
 impl Vibration {
-    /// Returns the fields that are wanted.
+    /// Number of fields.
     fn fields(&self) -> usize {
         [self.tread, self.belt, self.tangential].map(usize::from).iter().sum()
     }
 }
 
 impl Plan {
-    /// Returns the velocities to follow from the forces, if any.
+    /// Velocities to compute from the forces; `None` if none is requested.
     pub fn vibration(&self) -> Option<Vibration> {
         wanted(&self.scene)
     }
 
-    /// Returns the segments for a window of so many columns; `None` where the run is shorter than a revolution.
+    /// Segments for a window of so many columns; `None` where the run is shorter than a revolution.
     pub(crate) fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
         let Numerics { elements, substeps, .. } = self.scene.numerics;
         let steps = self.steps - self.warm_up_steps;
@@ -79,7 +79,7 @@ impl Plan {
         Some(VibrationSegments { velocities, cells: Some(CellSegments { heard, carried, power }) })
     }
 
-    /// Tells how many lateral waves are heard of forces on cells.
+    /// Number of lateral waves that contribute to the velocities for forces on cells, as a choice.
     pub(super) fn heard_waves(&self) -> Option<Choice> {
         let vibration = self.vibration().filter(|_| self.decisions.zone == Zone::Cells)?;
         let cells = self.vibration_segments(&vibration, 1)?.cells?;
@@ -94,19 +94,19 @@ impl Plan {
         })
     }
 
-    /// Returns the requirements of the models of single lateral numbers.
+    /// Requirements on the models of single lateral numbers.
     pub(crate) fn lateral_fit(&self) -> LateralFitOptions {
         LateralFitOptions { fit: self.fit, aliases: self.scene.numerics.wavenumber_aliases }
     }
 }
 
-/// Tells whether waves that run either way are kept apart: even and odd parts of the waves of a tyre that turns, and
-/// what tangential forces move, which is odd.
+/// True if waves of both directions have separate values: for a tyre that turns, and for tangential forces, part of
+/// whose response is odd in n.
 pub(super) fn has_both_ways(plan: &Plan) -> bool {
     plan.decisions.tyre.turns() || plan.scene.has_tractions()
 }
 
-/// Complains about elements whose vibration is wanted and that the tyre does not have.
+/// Refuses elements that the tyre does not have.
 ///
 /// # Errors
 /// [`SceneError::Invalid`].
@@ -122,7 +122,6 @@ pub(super) fn check_elements(loaded: &LoadedScene, scene: &Scene) -> Result<(), 
     if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::invalid(diagnostics, 0)) }
 }
 
-/// Adds work and memory of the vibration.
 pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let Some(vibration) = &plan.vibration() else { return };
     let scene = &plan.scene;
@@ -143,8 +142,8 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         amounts.add(Stage::Vibration, unit, multiply_adds, Place::March);
     }
     let fields = wanted as f64;
-    // Each field once for the spectra, once more for the points and for the rule's own transfer; a pair of poles is
-    // one. Of resolved forces all is known before the first segment.
+    // Each field once for the spectra, once more for the points and for the exact transfer; a pair of poles counts as
+    // one. For resolved forces all is computed before the first segment.
     let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
     let times = match (&segments.cells, at_places) {
         (Some(_), _) => fields,
@@ -164,7 +163,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         amounts.add(Stage::Influence, Unit::TangentialPole, poles, Place::BeforeOnAll);
     }
     if scene.outputs.plots {
-        // A map has a thousand times as much to draw as a spectrum has.
+        // A map has a thousand times as much to draw as a spectrum.
         let maps = if vibration.map { 2.0 * fields * MAP_PLOTS } else { 0.0 };
         amounts.add(Stage::Response, Unit::Plot, 1.0 + maps, Place::Before);
     }
@@ -180,7 +179,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         let of_stages = (power.stages() * power.stages() * power.bins()) as f64;
         amounts.add(Stage::Vibration, Unit::VibrationPole, parts * 0.5 * amounts.poles * of_stages, Place::Before);
         amounts.count(Counter::VibrationEvaluations, parts * waves * of_stages);
-        // One field's table after the other, unless places want them all.
+        // Tables exist one after the other, unless places need them all.
         let double = if at_places { fields } else { 1.0 } * VelocityTable::bytes(&layout, turns);
         let of_power = HeardPower::bytes(power, waves, turns);
         let tables = fields * HeardVelocity::bytes(&layout, turns) + double + of_power;
@@ -189,7 +188,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     }
 }
 
-/// Adds the models of so many lateral numbers; gives their poles, pairs as one.
+/// Adds the models of so many lateral numbers; returns the number of their poles, a pair as one.
 fn add_models(amounts: &mut Amounts, plan: &Plan, numbers: usize) -> f64 {
     let waves = wavenumbers(&plan.scene) * numbers as f64;
     let terms = lateral_terms(plan.scene.numerics.wavenumber_aliases) as f64 / lateral_terms(Some(1)) as f64;

@@ -1,4 +1,4 @@
-//! Power that forces of cells put into all waves that a run carries.
+//! Power that forces on cells put into all waves that a run carries.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,21 +14,20 @@ use crate::response::vibration::{
 };
 use crate::storage::StateError;
 
-/// Parts of a recorder of cells beside that of slices.
+/// Power of forces on cells, found beside the velocities.
 pub(super) struct ResolvedForces {
-    /// All that the run carries.
+    /// Forces in all lateral waves that the run carries.
     carried: LateralForces,
     power: VibrationAccumulator,
-    /// Influence between cells within an instant beyond the waves.
+    /// Instantaneous influence between cells beyond these waves.
     beyond: CellProduct<f64>,
     /// Displacements of the step's instants by the waves alone \[m\].
     displacements: Vec<f64>,
-    /// The power put into the waves.
+    /// Power put into the waves.
     put_in: ContactPower,
     columns: usize,
 }
 
-/// State of [`ResolvedForces`].
 #[derive(Deserialize, Serialize)]
 pub(super) struct ResolvedState {
     power: VibrationState,
@@ -36,7 +35,7 @@ pub(super) struct ResolvedState {
 }
 
 impl ResolvedForces {
-    /// Makes the parts of a prepared run, whose segments have these begins; `None` without waves.
+    /// For a prepared run, whose segments begin as `begin`; `None` without waves.
     pub(super) fn new(
         plan: &Plan,
         models: &mut TyreModels,
@@ -66,8 +65,8 @@ impl ResolvedForces {
         })
     }
 
-    /// Returns the power that a step's forces \[N\] put into the waves, with the displacements \[m\], cell by cell from
-    /// number `first` on \[W\].
+    /// Power that a step's forces \[N\] put into the waves \[W\], from the displacements \[m\], cell by cell from
+    /// number `first` on.
     pub(super) fn put_in(&mut self, first: i64, forces: &[f64], displacements: &[f64]) -> f64 {
         let cells = forces.len() / self.layout().stages();
         let by_waves = self.displacements.chunks_exact_mut(cells);
@@ -79,23 +78,23 @@ impl ResolvedForces {
         self.put_in.push(first, forces, &self.displacements)
     }
 
-    /// Takes in a step's forces, cell by cell \[N\], and the power that they put into the waves \[W\]; whether a
-    /// segment of the power is complete.
+    /// Takes a step's forces, cell by cell \[N\], and the power that they put into the waves \[W\]; true if a segment
+    /// of the power is complete.
     pub(super) fn push(&mut self, forces: &[f64], power: f64) -> bool {
         self.power.push(self.carried.of(forces, self.columns), power)
     }
 
-    /// Tells whether the next step completes a segment of the power.
+    /// True if the next step completes a segment of the power.
     pub(super) fn completes_next(&self) -> bool {
         self.power.completes_next()
     }
 
-    /// Returns the segments of the power.
+    /// Segments of the power.
     pub(super) fn layout(&self) -> &SegmentLayout {
         self.power.layout()
     }
 
-    /// Returns the power put into the waves \[W\], and what of it is dissipated.
+    /// Power put into the waves \[W\], and the dissipated power.
     pub(super) fn power(&self) -> Option<(f64, Dissipation)> {
         let patch = self.power.finish()?;
         Some((patch.mean_power, heard_dissipation(&patch)))

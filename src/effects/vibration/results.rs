@@ -18,7 +18,7 @@ use crate::results::vibration::{
 };
 use crate::scene::{LoadedScene, TimeRule, Vibration};
 
-/// The frames' names in results.
+/// Names of the frames in results.
 const MATERIAL: &str = "material";
 const MATERIAL_VARYING: &str = "material-varying";
 const NON_ROTATING: &str = "non-rotating";
@@ -28,29 +28,29 @@ const NON_ROTATING: &str = "non-rotating";
 pub struct HeardVibration {
     /// Spectra by field, frame and place.
     pub spectra: Vec<VelocitySpectrum>,
-    /// Part of a summary on them.
+    /// Their part of the run's summary.
     pub(crate) summary: VibrationSummary,
 }
 
-/// Findings of a complete run.
+/// Results of a complete run.
 struct Heard {
     spectra: Vec<FieldSpectra>,
-    /// By the tyre's own transfer, where that is known.
+    /// With the exact transfer of the tyre, where it was computed.
     of_tyre: Vec<FieldSpectra>,
-    /// The power's balance; none with friction.
+    /// Power balance; `None` with friction.
     balance: Option<Balance>,
 }
 
-/// Power that is dissipated \[W\].
+/// Dissipated power \[W\].
 struct Balance {
-    /// Put into the waves that the run carries, where those are not all.
+    /// Power put into the waves that the run carries, where those are not all.
     put_into_waves: Option<f64>,
     dissipated: Dissipation,
     by_tyre: Option<f64>,
 }
 
 impl VibrationObserver {
-    /// Writes spectra, maps and pictures of a complete run; what the summary says of them.
+    /// Writes spectra, maps and pictures of a complete run; returns their summary.
     ///
     /// # Errors
     /// Errors of the files and pictures.
@@ -72,15 +72,15 @@ impl VibrationObserver {
         Ok(Some(summary))
     }
 
-    /// Returns the velocities of the steps so far, where a segment of them is complete.
+    /// Velocities of the steps so far; `None` before the first segment is complete.
     pub(crate) fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
         self.found(false, meter).map(|(heard, _)| heard)
     }
 
-    /// Returns the vibration of a complete run, with maps where they are wanted.
+    /// Vibration of a complete run, with maps if `maps`.
     pub(super) fn found(&self, maps: bool, meter: &mut Meter) -> Option<(HeardVibration, Vec<FieldSpectra>)> {
         let patch = self.accumulator.finish()?;
-        // The power balance is the tread's.
+        // The power balance is that of the tread.
         let mut fields = vec![VibrationField::Tread];
         fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
         let rule = self.accumulator.layout().rule;
@@ -115,10 +115,10 @@ impl VibrationObserver {
         Some((HeardVibration { spectra: self.named(&self.wanted, &patch, &spectra), summary }, spectra))
     }
 
-    /// Returns the velocities and the power's balance.
+    /// Velocities and power balance.
     fn heard(&self, patch: &PatchSpectra, request: &SpectraRequest<'_>, meter: &mut Meter) -> Option<Heard> {
         if self.heard.is_some() {
-            // By the tyre's own transfer every segment would have to be looked at once more.
+            // With the exact transfer every segment would have to be transformed again.
             let balance = match &self.resolved {
                 Some(resolved) => {
                     let (put_in, dissipated) = resolved.power()?;
@@ -140,7 +140,7 @@ impl VibrationObserver {
         Some(Heard { spectra, of_tyre, balance: Some(balance) })
     }
 
-    /// Returns all spectra that are written, in order.
+    /// All spectra that are written, in order.
     fn named(&self, vibration: &Vibration, patch: &PatchSpectra, spectra: &[FieldSpectra]) -> Vec<VelocitySpectrum> {
         let mut all = Vec::new();
         for field in spectra {
@@ -225,7 +225,7 @@ impl VibrationObserver {
     }
 }
 
-/// Returns the velocities of a field, and how far they are from those by the tyre's own transfer.
+/// Summary of the velocities of a field, and their difference from those with the exact transfer.
 fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) -> FieldSummary {
     let decibel = |ratio: f64| 10.0 * ratio.log10();
     let same = of_tyre.iter().find(|other| other.field == field.field && rule.is_quadrature());
@@ -247,7 +247,7 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
     }
 }
 
-/// Returns the third octaves: the means of all fields in one picture, the points of each field in one of its own.
+/// Draws the third octaves: the means of all fields in one picture, the points of each field in another.
 fn draw_levels(
     loaded: &LoadedScene,
     named: &[VelocitySpectrum],
@@ -294,7 +294,6 @@ fn draw_spectra<'a>(
     Ok(())
 }
 
-/// Writes a whole array.
 fn write_rows(
     folder: &dyn ResultFiles,
     name: &str,

@@ -22,12 +22,12 @@ use super::influence::LineInfluence;
 /// Most cells whose sums are kept in registers together: eight registers of eight lanes.
 const WIDE: usize = 64;
 
-/// The curve of one profile after [`Self::follow`], and the work arrays of the next; sized on first use.
+/// Load curve of one profile after [`Self::follow`]; its work arrays serve the next one. Sized on first use.
 #[derive(Clone, Debug, Default)]
 pub struct GrowingContact {
     /// Column j of L: rows j.. in pivot order, from `offset(j)`; slack at the end so that wide reads may pass it.
     factor: Vec<f64>,
-    /// Cells in pivot order.
+    /// Cells in pivot order: the order in which they touch.
     cells: Vec<usize>,
     a: Vec<f64>,
     b: Vec<f64>,
@@ -58,8 +58,10 @@ impl GrowingContact {
             let y = f64::max(touch, last);
             if touch.is_infinite() {
                 break;
+            // The next cell to touch becomes pivot k.
             }
             last = y;
+            // Step 2 of the head, then step 3 for the cells left.
             self.exchange(n, k, k + next);
             self.schur_column(arch, line.row(), n, k);
             let s = self.column[0];
@@ -82,20 +84,20 @@ impl GrowingContact {
         }
     }
 
-    /// Returns (y_k, w_k) of each cell in the order of touching: penetration \[m\] and stiffness gained \[1/m\], force
-    /// in units of E* times the cell's area.
+    /// (y_k, w_k) of each cell in the order of touching: penetration \[m\] and stiffness gained \[1/m\], force in
+    /// units of E* times the cell's area.
     pub fn events(&self) -> &[(f64, f64)] {
         &self.events
     }
 
-    /// Returns the multiply-adds of all factor columns since creation.
+    /// Multiply-adds of all factor columns since creation.
     pub fn multiply_adds(&self) -> u64 {
         self.multiply_adds
     }
 
-    /// Computes pressure/E* of every cell at penetration `y` >= 0, of the profile followed last.
+    /// Pressure/E* of every cell at penetration `y` >= 0 \[m\], for the profile followed last.
     ///
-    /// `pressure`: one per cell, overwritten. Cost: half a square of the cells in contact.
+    /// `pressure`: one per cell, overwritten. Cost: n^2/2 multiply-adds for n cells in contact.
     pub fn pressure_at(&self, y: f64, pressure: &mut [f64]) {
         let n = self.cells.len();
         pressure.fill(0.0);
@@ -128,7 +130,7 @@ impl GrowingContact {
         self.events.clear();
     }
 
-    /// Swaps two cells in everything that is kept in pivot order; leaves the other's row of L in `pivot`.
+    /// Swaps two cells in everything that is in pivot order; leaves row `other` of L, before the swap, in `pivot`.
     fn exchange(&mut self, n: usize, k: usize, other: usize) {
         let mut rest = &mut self.factor[..];
         for (j, pivot) in self.pivot[..k].iter_mut().enumerate() {
@@ -144,7 +146,7 @@ impl GrowingContact {
         self.touch.swap(k, other);
     }
 
-    /// Computes s_i = G_ik - sum_j L_ij L_kj for the cells i from the pivot `k` on, into `column`.
+    /// s_i = G_ik - sum_j L_ij L_kj for the cells i from the pivot `k` on, into `column`.
     fn schur_column(&mut self, arch: Arch, row: &[f64], n: usize, k: usize) {
         let cell = self.cells[k];
         for (s, &other) in self.column.iter_mut().zip(&self.cells[k..]) {
@@ -156,9 +158,9 @@ impl GrowingContact {
     }
 }
 
-/// Returns the place and value of the first least number; (0, infinity) if there is none.
+/// Index and value of the first least number; (0, infinity) if there is none.
 fn first_least(values: &[f64]) -> (usize, f64) {
-    // In lanes: a running place would make the loop scalar.
+    // In lanes: a running index would make the loop scalar.
     let mut lanes = [f64::INFINITY; 8];
     let (chunks, rest) = values.as_chunks::<8>();
     for chunk in chunks {
@@ -170,7 +172,7 @@ fn first_least(values: &[f64]) -> (usize, f64) {
     (values.iter().position(|&value| value <= least).unwrap_or(0), least)
 }
 
-/// Tells where column `j` of the packed lower triangle of order `n` starts.
+/// Start of column `j` of the packed lower triangle of order `n`.
 fn offset(n: usize, j: usize) -> usize {
     j * n - j * j.saturating_sub(1) / 2
 }

@@ -14,7 +14,7 @@
 
 use crate::half_space::love;
 
-/// Influence of the cells of one row upon each other.
+/// Influence of the cells of one row on each other, with the properties of its inverse.
 #[derive(Clone, Debug)]
 pub struct LineInfluence {
     row: Box<[f64]>,
@@ -23,14 +23,14 @@ pub struct LineInfluence {
 }
 
 impl LineInfluence {
-    /// Returns `cells` >= 1 cells of `length` (along the row's normal) by `pitch` (along the row), both positive \[m\].
+    /// `cells` >= 1 cells of `length` (along the row's normal) by `pitch` (along the row), both positive \[m\].
     ///
     /// Displacements are for a pressure of E*: multiply by p/E*.
     pub fn love(cells: usize, length: f64, pitch: f64) -> Self {
         Self::from_row((0..cells).map(|j| love::displacement(0.0, j as f64 * pitch, length, pitch)).collect())
     }
 
-    /// Makes the influence from that of a cell on itself and its neighbours, g_0, g_1, ..., which must make a positive
+    /// From the displacements g_0, g_1, ... of a cell itself and of its neighbours, which must make a positive
     /// definite matrix.
     pub fn from_row(row: Box<[f64]>) -> Self {
         let first = first_column_of_inverse(&row);
@@ -38,23 +38,22 @@ impl LineInfluence {
         Self { row, flat_stiffness, only_grows }
     }
 
-    /// Returns the number of cells.
+    /// Number of cells in the row.
     pub fn cells(&self) -> usize {
         self.row.len()
     }
 
-    /// Returns g_0, g_1, ..., one per cell \[m per unit of p/E*\].
+    /// g_0, g_1, ..., one per cell \[m per unit of p/E*\].
     pub fn row(&self) -> &[f64] {
         &self.row
     }
 
-    /// Returns the sum of all pressures/E* for a flat body pushed in by 1 m: 1^T G^-1 1 \[1/m\].
+    /// Sum of all pressures/E* for a flat body pushed in by 1 m: 1^T G^-1 1 \[1/m\].
     pub fn flat_stiffness(&self) -> f64 {
         self.flat_stiffness
     }
 
-    /// Tells whether the contact set provably only grows with the penetration, for any profile (see the module's step
-    /// 3).
+    /// True where the contact set provably only grows with the penetration, for any profile (see the module's step 3).
     pub fn only_grows(&self) -> bool {
         self.only_grows
     }
@@ -82,7 +81,7 @@ fn first_column_of_inverse(row: &[f64]) -> Vec<f64> {
     std::iter::once(1.0 / error).chain(y.iter().map(|y| y / error)).collect()
 }
 
-/// Returns the sum of all entries of the inverse, and whether it is a Stieltjes matrix with non-negative row sums.
+/// Sum of all entries of the inverse, and whether it is a Stieltjes matrix with non-negative row sums, to rounding.
 fn inverse_properties(first: &[f64]) -> (f64, bool) {
     let n = first.len();
     let mut row_sums = vec![0.0; n];

@@ -22,34 +22,33 @@ use crate::numeric::transform_length;
 /// Columns or rows that are transposed together.
 const BLOCK: usize = 8;
 
-/// Single or double precision.
+/// Floating-point types of the transforms: single or double precision.
 pub trait Precision: FftNum + Default + Into<f64> {}
 
 impl<T: FftNum + Default + Into<f64>> Precision for T {}
 
-/// Returns a number in this precision.
 fn rounded<T: Precision>(value: f64) -> T {
     // Every f64 has a nearest number of either precision.
     T::from_f64(value).unwrap_or_default()
 }
 
-/// Number of rows (x) and columns (y) of a row-major grid.
+/// Size of a row-major grid: rows along x, columns along y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extent {
-    /// Rows.
+    /// Rows, along x.
     pub nx: usize,
-    /// Columns.
+    /// Columns, along y.
     pub ny: usize,
 }
 
 impl Extent {
-    /// Returns the number of cells.
+    /// nx ny.
     pub fn cells(self) -> usize {
         self.nx * self.ny
     }
 }
 
-/// A convolution with one kernel on one grid, transforms and work arrays included.
+/// A convolution with one kernel on one grid, with its transforms and work arrays.
 pub struct Convolution<T: Precision> {
     extent: Extent,
     padded: Extent,
@@ -57,16 +56,18 @@ pub struct Convolution<T: Precision> {
     row_inverse: Arc<dyn ComplexToReal<T>>,
     column_forward: Arc<dyn Fft<T>>,
     column_inverse: Arc<dyn Fft<T>>,
-    /// Spectrum of the kernel over mx my, by columns 0..=my/2 of rows 0..=mx/2.
+    /// Spectrum of the kernel over mx my, column by column: columns 0..=my/2 of rows 0..=mx/2.
     symbol: Vec<T>,
     rows: Vec<Complex<T>>,
     columns: Vec<Complex<T>>,
+    /// Whether a row has a number other than zero.
     live: Vec<bool>,
 }
 
 impl<T: Precision> Convolution<T> {
-    /// Makes a convolution from the spectrum of the kernel on the `padded` grid (even numbers of rows and columns, at
-    /// least `extent`): `spectrum(i, j)` for wavenumbers 2 pi i/mx, 2 pi j/my per cell, i <= mx/2, j <= my/2.
+    /// From the spectrum of the kernel on the `padded` grid (even numbers of rows and columns, at least `extent`):
+    /// `spectrum(i, j)` for wavenumbers 2 pi i/mx, 2 pi j/my per cell, i <= mx/2, j <= my/2. Periodic where `padded`
+    /// is `extent`.
     pub fn from_spectrum(extent: Extent, padded: Extent, spectrum: impl Fn(usize, usize) -> f64 + Sync) -> Self {
         let mut this = Self::plan(extent, padded);
         let scale = 1.0 / padded.cells() as f64;
@@ -79,7 +80,7 @@ impl<T: Precision> Convolution<T> {
         this
     }
 
-    /// Makes a convolution from the kernel itself, without wrap-around: `kernel(i, j)` at distances i, j >= 0 in cells.
+    /// From the kernel itself, without wrap-around: `kernel(i, j)` at distances i, j >= 0 in cells.
     pub fn from_kernel(extent: Extent, kernel: impl Fn(usize, usize) -> f64 + Sync) -> Self {
         let padded = Extent { nx: transform_length(2 * extent.nx - 1), ny: transform_length(2 * extent.ny - 1) };
         let mut this = Self::plan(extent, padded);
@@ -140,7 +141,7 @@ impl<T: Precision> Convolution<T> {
         }
     }
 
-    /// Returns output = K * input, both nx x ny row-major; rows for which `wanted` is false are left as they are.
+    /// output = K * input, both nx x ny row-major; rows for which `wanted` is false are left as they are.
     pub fn apply(&mut self, input: &[f64], output: &mut [f64], wanted: impl Fn(usize) -> bool + Sync) {
         debug_assert_eq!((input.len(), output.len()), (self.extent.cells(), self.extent.cells()));
         self.transform_rows(input);

@@ -10,9 +10,9 @@
 //! 3. Residual r = -g on A; preconditioned residual z = (W r) on A, W ~ |k|/2 the inverse of the influence's lattice
 //!    spectrum on the *unpadded* periodic grid: its kernel falls like distance^-3, so neither wrap-around nor single
 //!    precision harms, and it costs an eighth of a product with G.
-//! 4. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)) (Polak-Ribiere: forgets by itself when
-//!    A or the rounding of W changes). With a given load z and t are kept at sum 0 by subtracting a multiple of W 1 on
-//!    A.
+//! 4. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)) (Polak-Ribiere: restarts by itself
+//!    when A or the rounding of W changes). With a given load z and t are kept at sum 0 by subtracting a multiple of W
+//!    1 on A.
 //! 5. p += alpha t, alpha = r.t/(t.G t). Negative pressures are cut to 0 (and the sum restored), G p then formed anew;
 //!    otherwise G p += alpha G t.
 //!
@@ -28,7 +28,7 @@ use super::map::IndentationLimits;
 use crate::half_space::{HalfSpaceError, love};
 use crate::numeric::transform_length;
 
-/// Prescribed quantity.
+/// What is prescribed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Constraint {
     /// Sum of p/E* over the cells.
@@ -45,7 +45,7 @@ pub(super) struct Progress {
     pub residual: f64,
 }
 
-/// Surroundings of the grid.
+/// Boundary condition of the half-space outside the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Boundary {
     /// The bare half-space.
@@ -76,9 +76,9 @@ pub(super) struct Solver<'a> {
     convolutions: usize,
 }
 
-/// Returns the W's spectrum: 1/sum over the images of 2/|k| sinc sinc, for wavenumbers 2 pi i/mx, 2 pi j/my per cell.
+/// W by its spectrum: 1/sum over the images of 2/|k| sinc sinc, for wavenumbers 2 pi i/mx, 2 pi j/my per cell.
 fn inverse_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f32> {
-    /// Images on either side: the rest of the sum changes W by some percent at the highest wavenumbers only.
+    /// Images on either side: further ones change W by some percent at the highest wavenumbers only.
     const IMAGES: i32 = 2;
     let padded = Extent { nx: transform_length(extent.nx), ny: transform_length(extent.ny) };
     let (step_x, step_y) = (2.0 * PI / (padded.nx as f64 * dx), 2.0 * PI / (padded.ny as f64 * dy));
@@ -98,7 +98,7 @@ fn inverse_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f32> {
     let mean = 0.25 * step_x.min(step_y);
     Convolution::from_spectrum(extent, padded, |i, j| {
         if i == 0 && j == 0 {
-            // The mean of a finite patch: half the lowest wavenumber.
+            // Mean mode of a finite patch: as half the lowest wavenumber.
             return mean;
         }
         let sum: f64 =
@@ -107,7 +107,7 @@ fn inverse_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f32> {
     })
 }
 
-/// Returns G of the periodic half-space: each wave of the grid by its own 2/|k|, the mean by 0.
+/// G of the periodic half-space: 2/|k| for each wave of the grid, 0 for the mean.
 fn periodic_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f64> {
     let (step_x, step_y) = (2.0 * PI / (extent.nx as f64 * dx), 2.0 * PI / (extent.ny as f64 * dy));
     Convolution::from_spectrum(extent, extent, |i, j| {
@@ -162,6 +162,7 @@ impl<'a> Solver<'a> {
             };
             let (violation, changed) = self.gaps(pressure, plane);
             worst = violation / (self.peak - plane).abs();
+            // Converged: only a displacement that was formed anew counts, see step 2 of the head.
             if worst <= limits.tolerance {
                 if fresh {
                     return Ok(Progress { plane, iterations, convolutions: self.convolutions, residual: worst });
@@ -189,7 +190,7 @@ impl<'a> Solver<'a> {
         Err(HalfSpaceError::NotConverged { iterations: limits.iterations, residual: worst })
     }
 
-    /// Makes the start value admissible and forms its displacement.
+    /// Makes the start value admissible (guesses one where it is 0) and forms its displacement.
     fn start(&mut self, constraint: Constraint, pressure: &mut [f64]) {
         match constraint {
             Constraint::Plane(plane) => {
@@ -230,7 +231,7 @@ impl<'a> Solver<'a> {
         self.convolutions += 1;
     }
 
-    /// Returns the plane of mean gap 0 over the cells that carry pressure.
+    /// Plane of mean gap 0 over the cells that carry pressure.
     fn mean_plane(&self, pressure: &[f64]) -> f64 {
         let ny = self.extent.ny;
         let rows = pressure.par_chunks(ny).zip(self.displacement.par_chunks(ny)).zip(self.heights.par_chunks(ny));
@@ -244,7 +245,7 @@ impl<'a> Solver<'a> {
         sum / count
     }
 
-    /// Returns the residual and working set for the current plane; the largest violation \[m\] and whether the set
+    /// Sets residual and working set for the current plane; returns the largest violation \[m\] and whether the set
     /// changed.
     fn gaps(&mut self, pressure: &[f64], plane: f64) -> (f64, bool) {
         let ny = self.extent.ny;
@@ -272,15 +273,17 @@ impl<'a> Solver<'a> {
         rows.iter().fold((0.0, false), |a, b| (f64::max(a.0, b.0), a.1 | b.1))
     }
 
-    /// Returns the new direction (step 4); returns z.r.
+    /// Sets the new direction (step 4 of the head); returns z.r.
     fn turn(&mut self, given_load: bool, set_changed: bool, old_product: f64) -> f64 {
         let ny = self.extent.ny;
         let occupied = &self.occupied;
+        // 1. W 1 on A, for the sums.
         if given_load && set_changed {
             let ones: Vec<f64> = self.set.iter().map(|&inside| if inside { 1.0 } else { 0.0 }).collect();
             self.inverse.apply(&ones, &mut self.unit, |row| occupied[row]);
             keep_set(&mut self.unit, &self.set, ny);
         }
+        // 2. z = W r on A, with a given load at sum 0.
         self.inverse.apply(&self.residual, &mut self.preconditioned, |row| occupied[row]);
         keep_set(&mut self.preconditioned, &self.set, ny);
         let unit_sum = if given_load { row_sums(&self.unit, ny) } else { 0.0 };
@@ -289,6 +292,7 @@ impl<'a> Solver<'a> {
             self.preconditioned.par_iter_mut().zip(&self.unit).for_each(|(z, unit)| *z -= excess * unit);
         }
         let product = dot(&self.preconditioned, &self.residual, ny);
+        // 3. t = z + beta t.
         let beta = if old_product > 0.0 {
             ((product - dot(&self.preconditioned, &self.previous, ny)) / old_product).max(0.0)
         } else {
@@ -305,7 +309,8 @@ impl<'a> Solver<'a> {
         product
     }
 
-    /// Returns one step along the direction; true if pressures had to be cut, and the displacement is then out of date.
+    /// One step along the direction (step 5); true if pressures had to be cut, and the displacement is then out of
+    /// date.
     fn step(&mut self, pressure: &mut [f64]) -> bool {
         let ny = self.extent.ny;
         self.influence.apply(&self.direction, &mut self.response, |_| true);
@@ -332,7 +337,6 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// Sets values outside the set to zero.
 fn keep_set(values: &mut [f64], set: &[bool], ny: usize) {
     values.par_chunks_mut(ny).zip(set.par_chunks(ny)).for_each(|(values, set)| {
         for (value, &inside) in values.iter_mut().zip(set) {
@@ -341,13 +345,13 @@ fn keep_set(values: &mut [f64], set: &[bool], ny: usize) {
     });
 }
 
-/// Returns the sum of all values, rows first: the order does not depend on the number of threads.
+/// Sum of all values, row by row: the order does not depend on the number of threads.
 fn row_sums(values: &[f64], ny: usize) -> f64 {
     let rows: Vec<f64> = values.par_chunks(ny).map(|row| row.iter().sum()).collect();
     rows.iter().sum()
 }
 
-/// Returns the scalar product, rows first.
+/// Scalar product, row by row as [`row_sums`].
 fn dot(a: &[f64], b: &[f64], ny: usize) -> f64 {
     let row = |(a, b): (&[f64], &[f64])| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let rows: Vec<f64> = a.par_chunks(ny).zip(b.par_chunks(ny)).map(row).collect();

@@ -20,13 +20,13 @@ use crate::half_space::HalfSpaceError;
 const COARSEST: usize = 48;
 /// Tolerance of the coarser levels: they only start the next one.
 const COARSE_TOLERANCE: f64 = 1e-3;
-/// By how much of the penetration the box of a given load is guessed too large.
+/// Fraction of the penetration by which the box of a given load is guessed too large.
 const BOX_MARGIN: f64 = 0.1;
 
-/// Steps of rounding of the heights that a penetration must have to mean anything.
+/// Least penetration in units of the heights' rounding.
 const RESOLVED: f64 = 1e4;
 
-/// Prescribed load or approach.
+/// What is prescribed: load or penetration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IndentationControl {
     /// Normal load \[N\].
@@ -35,7 +35,7 @@ pub enum IndentationControl {
     Penetration(f64),
 }
 
-/// The solved contact.
+/// Solved contact.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Indentation {
     /// Pressure \[Pa\], nx x ny row-major; exactly 0 outside the contact.
@@ -44,11 +44,11 @@ pub struct Indentation {
     pub load: f64,
     /// Penetration of the highest peak \[m\].
     pub penetration: f64,
-    /// Share of the cells that carry pressure.
+    /// Fraction of the cells that carry pressure.
     pub area_fraction: f64,
-    /// Iterations on the finest grid.
+    /// Iterations on the finest grid, over all boxes tried.
     pub iterations: usize,
-    /// Convolutions with the influence function on the finest grid.
+    /// Convolutions with the influence function on the finest grid, over all boxes tried.
     pub convolutions: usize,
     /// Largest violation of the contact conditions, relative to the penetration (see [`IndentationLimits::tolerance`]).
     pub residual: f64,
@@ -74,7 +74,7 @@ pub fn indent(
     map.check(&[("modulus", modulus), ("tolerance", limits.tolerance), pressed])?;
     let peak = map.peak();
     let area = map.dx * map.dy;
-    // At most what a load on a single cell penetrates, twice over.
+    // Twice what a load on a single cell penetrates, at most.
     let deepest = match control {
         IndentationControl::Load(load) => 2.0 * load / (modulus * area.sqrt()),
         IndentationControl::Penetration(penetration) => penetration,
@@ -101,7 +101,7 @@ pub fn indent(
     })
 }
 
-/// Solves one grid, the coarser ones first: pressure/E* of the whole grid, and how it was found.
+/// Solves one grid, the coarser ones first: pressure/E* of the whole grid, and how the run ended.
 fn solve_level(
     map: &HeightMap,
     constraint: Constraint,
@@ -111,6 +111,7 @@ fn solve_level(
     let Extent { nx, ny } = map.extent;
     let mut pressure = vec![0.0; nx * ny];
     let mut plane = None;
+    // 1. Start value and plane from the coarser grid.
     if nx.min(ny) >= 2 * COARSEST {
         let coarse = coarsened(map);
         let coarse_constraint = match constraint {
@@ -130,12 +131,14 @@ fn solve_level(
             }
         }
     }
+    // 2. Plane of the box: cells below it are left out.
     let peak = map.peak();
     let mut reached = match (constraint, plane) {
         (Constraint::Plane(plane), _) => plane,
         (Constraint::Sum(_), Some(plane)) => plane - BOX_MARGIN * (peak - plane),
         (Constraint::Sum(_), None) => f64::NEG_INFINITY,
     };
+    // 3. The box, widened until it holds every cell that the plane has reached.
     let (mut iterations, mut convolutions) = (0, 0);
     loop {
         let Some(window) = Window::above(map, reached) else {
@@ -149,7 +152,7 @@ fn solve_level(
         window.paste(&inside, &mut pressure, ny);
         iterations += progress.iterations;
         convolutions += progress.convolutions;
-        // Every cell that the plane reached must have been in the box (coarse levels need not be exact).
+        // Every cell above the plane must have been in the box (coarse levels need not be exact).
         if !finest || progress.plane >= reached {
             return Ok((pressure, Progress { iterations, convolutions, ..progress }));
         }
@@ -157,7 +160,7 @@ fn solve_level(
     }
 }
 
-/// Returns the mean heights of 2 x 2 cells; a last odd row or column is averaged with itself.
+/// Mean heights of 2 x 2 cells; a last odd row or column is averaged with itself.
 fn coarsened(map: &HeightMap) -> HeightMap {
     let Extent { nx, ny } = map.extent;
     let extent = Extent { nx: nx.div_ceil(2), ny: ny.div_ceil(2) };
@@ -183,7 +186,7 @@ struct Window {
 }
 
 impl Window {
-    /// Returns the bounding box of all cells higher than `plane`; None if there are none.
+    /// Bounding box of all cells higher than `plane`; `None` if there are none.
     fn above(map: &HeightMap, plane: f64) -> Option<Self> {
         let ny = map.extent.ny;
         let (mut top, mut bottom, mut left, mut right) = (usize::MAX, 0, ny, 0);

@@ -1,14 +1,14 @@
-//! The heights of a rigid body, and how exactly its contact is solved.
+//! Height map of a rigid body, and when its solution ends.
 
 use super::convolution::Extent;
 use crate::half_space::HalfSpaceError;
 
-/// A body's height map over a rectangular grid, peaks pointing into the half-space.
+/// Height map of a body over a rectangular grid, positive into the half-space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightMap {
     /// Heights \[m\], nx x ny row-major.
     pub heights: Vec<f64>,
-    /// Rows and columns.
+    /// Rows (along x) and columns (along y).
     pub extent: Extent,
     /// Spacing of the rows \[m\].
     pub dx: f64,
@@ -17,12 +17,11 @@ pub struct HeightMap {
 }
 
 impl HeightMap {
-    /// Returns the highest height \[m\].
     pub(super) fn peak(&self) -> f64 {
         self.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Refuses an invalid map, and whatever else must be positive.
+    /// Refuses an invalid map, and any of the named `others` that is not positive and finite.
     pub(super) fn check(&self, others: &[(&'static str, f64)]) -> Result<(), HalfSpaceError> {
         let Extent { nx, ny } = self.extent;
         if self.heights.len() != nx * ny || self.heights.is_empty() {
@@ -42,17 +41,17 @@ impl HeightMap {
     }
 }
 
-/// Ending of an iteration.
+/// When an iteration ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IndentationLimits {
     /// Largest violation of the contact conditions, relative to the penetration: |g| where p > 0 and -g elsewhere.
     pub tolerance: f64,
-    /// Iterations on the finest grid.
+    /// Most iterations on each grid.
     pub iterations: usize,
 }
 
 impl Default for IndentationLimits {
-    /// Returns 1e-8, the precision of published comparisons; far fewer than 1000 iterations are ever needed.
+    /// 1e-8, the precision of published comparisons; far fewer than 1000 iterations are ever needed.
     fn default() -> Self {
         Self { tolerance: 1e-8, iterations: 1000 }
     }

@@ -1,7 +1,7 @@
-//! A rigid rough body: its `map` of heights is pressed into the half-space.
+//! A rigid rough body: its height `map` is pressed into the half-space.
 //!
-//! `convolution` multiplies pressures with an influence, `gradients` find those that keep the contact
-//! conditions; `indentation` is the contact with a free boundary, `periodic` that of a piece repeated for ever.
+//! `convolution` multiplies pressures by an influence, `gradients` finds those that satisfy the contact conditions;
+//! `indentation` is the contact with a free boundary, `periodic` that of a patch repeated without end.
 
 mod convolution;
 mod gradients;

@@ -1,9 +1,9 @@
 //! Frictionless contact of a rigid rough body with an elastic half-space, both periodic along x and y.
 //!
-//! A pressure wave p_k displaces the surface by u_k = 2 p_k/(E* |k|). The mean mode is left out: a mean pressure sinks
-//! a half-space without end, and what of that belongs to a body is for others to say. So the mean displacement is 0,
-//! and the approach is the height of the highest peak over the plane that the undeformed surface reaches: it is 0 for a
-//! flat body, and that of the texture alone.
+//! A pressure wave p_k displaces the surface by u_k = 2 p_k/(E* |k|). The mean mode is left out: a mean pressure
+//! displaces a half-space without bound, and how much of it a finite body has is not decided here. So the mean
+//! displacement is 0, and the approach is the height of the highest peak over the plane that the undeformed surface
+//! reaches: it is 0 for a flat body, and that of the texture alone.
 //!
 //! The solver is that of `indentation` on one grid, with a given load (module `gradients`); each load starts from
 //! the one before.
@@ -12,7 +12,7 @@ use super::gradients::{Boundary, Constraint, Solver};
 use super::map::{HeightMap, IndentationLimits};
 use crate::half_space::HalfSpaceError;
 
-/// A body ready to be pressed at one load after the other.
+/// A body to be pressed at one load after another; each starts from the pressure of the one before.
 pub(crate) struct PeriodicContact<'a> {
     map: &'a HeightMap,
     solver: Solver<'a>,
@@ -20,23 +20,23 @@ pub(crate) struct PeriodicContact<'a> {
     pressure: Vec<f64>,
 }
 
-/// The body under one load.
+/// Solution under one load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pressed<'a> {
     /// Pressure/E*, nx x ny row-major; exactly 0 outside the contact.
     pub pressure: &'a [f64],
     /// Height of the highest peak over the plane that the undeformed surface reaches \[m\].
     pub approach: f64,
-    /// Share of the cells that carry pressure.
+    /// Fraction of the cells that carry pressure.
     pub area_fraction: f64,
-    /// Iterations.
+    /// Iterations done.
     pub iterations: usize,
     /// Largest violation of the contact conditions, relative to the approach.
     pub residual: f64,
 }
 
 impl<'a> PeriodicContact<'a> {
-    /// Returns a body of one period, of even numbers of rows and columns.
+    /// `map`: one period, with even numbers of rows and columns.
     ///
     /// # Errors
     /// [`HalfSpaceError::Shape`], [`HalfSpaceError::Odd`], [`HalfSpaceError::NotPositive`] for a cell,
@@ -51,7 +51,7 @@ impl<'a> PeriodicContact<'a> {
         Ok(Self { map, solver, pressure: vec![0.0; extent.cells()] })
     }
 
-    /// Returns the body under a mean pressure/E*.
+    /// Solves for a mean pressure/E*.
     ///
     /// # Errors
     /// [`HalfSpaceError::NotPositive`] for a pressure or tolerance, [`HalfSpaceError::NotConverged`] after too many
@@ -133,8 +133,8 @@ mod tests {
         }
     }
 
-    /// Solves by projected Gauss-Seidel on the dense matrix, with a compliance of its own given to the mean mode, which
-    /// only shifts the plane.
+    /// Projected Gauss-Seidel on the dense matrix, with an arbitrary compliance of the mean mode, which only shifts
+    /// the plane.
     fn oracle(map: &HeightMap, plane: f64) -> Vec<f64> {
         let Extent { nx, ny } = map.extent;
         let cells = nx * ny;
@@ -178,7 +178,7 @@ mod tests {
             for (p, e) in pressed.pressure.iter().zip(&expected) {
                 assert!((p - e).abs() < 1e-6 * highest, "{p:e} for {e:e}");
             }
-            // The mean mode of the oracle lifts its plane by so much.
+            // The mean mode of the oracle lifts its plane by this much.
             let lifted = plane + 0.3 * 8.0 * map.dx * mean;
             let peak = map.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             assert!((pressed.approach - (peak - lifted)).abs() < 1e-8 * peak);

@@ -33,7 +33,7 @@ pub(crate) struct Barycentric {
 }
 
 impl Barycentric {
-    /// Evaluates the approximant at s.
+    /// r(s); f(s) itself at a support point.
     pub(crate) fn evaluate(&self, s: Complex64) -> Complex64 {
         let (mut numerator, mut denominator) = (Complex64::ZERO, Complex64::ZERO);
         for ((&z, &f), &w) in self.points.iter().zip(&self.values).zip(&self.weights) {
@@ -55,14 +55,15 @@ impl Barycentric {
         numerator / denominator
     }
 
-    /// Returns all poles, conjugates included, wherever they lie.
+    /// All poles, conjugates included, stable or not.
     pub(crate) fn poles(&self) -> Result<Vec<Complex64>, RationalError> {
         let count: usize = self.points.iter().map(|z| if z.im > 0.0 { 2 } else { 1 }).sum();
-        // A real number away from every root that matters.
+        // -a, the root that is put in: real, and away from every root that matters.
         let shift = 7.3 * self.points.iter().fold(0.0_f64, |a, z| a.max(z.norm()));
         let mut matrix = Mat::<f64>::zeros(count, count);
         let (mut b, mut c) = (vec![0.0; count], vec![0.0; count]);
         let (mut d, mut index) = (0.0, 0);
+        // 1. A, b, c (A + a) and d in real form: a pair of support points takes two rows.
         for (z, w) in self.points.iter().zip(&self.weights) {
             if z.im > 0.0 {
                 matrix[(index, index + 1)] = z.im;
@@ -81,6 +82,7 @@ impl Barycentric {
                 index += 1;
             }
         }
+        // 2. The roots are the eigenvalues of A - b c^T/d; d = 0 would be a root at infinity.
         let largest = c.iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
         let d = if d.abs() > 1e-14 * largest { d } else { 1e-14 * largest };
         for j in 0..count {
@@ -92,6 +94,7 @@ impl Barycentric {
             return Err(RationalError::NotFinite { stage: "AAA" });
         }
         let mut roots = matrix.eigenvalues().map_err(|_| RationalError::NoConvergence { stage: "AAA" })?;
+        // 3. The root put in is removed.
         let foreign = (0..roots.len()).min_by(|&i, &j| (roots[i] + shift).norm().total_cmp(&(roots[j] + shift).norm()));
         if let Some(foreign) = foreign {
             roots.swap_remove(foreign);
@@ -100,8 +103,8 @@ impl Barycentric {
     }
 }
 
-/// Approximates `values` at `points` (Im >= 0) until the largest error is below `tolerance` times the largest value, or
-/// `most` support points are used, or `patience` of them have not halved the error: it is then that of the values.
+/// Approximates `values` at `points` (Im >= 0) until the largest error is below `tolerance` times the largest value,
+/// or `most` support points are used, or `patience` of them have not halved the error: it is then that of the values.
 pub(crate) fn approximate(
     points: &[Complex64],
     values: &[Complex64],
@@ -118,6 +121,7 @@ pub(crate) fn approximate(
     let mut model = Barycentric::default();
     let (mut halved, mut halved_at) = (f64::INFINITY, 0);
     loop {
+        // 1. The worst sample that is no support point yet; its error is that of the model.
         let worst = (0..values.len()).filter(|&k| !taken[k]).map(|k| (k, (values[k] - current[k]).norm())).fold(
             None,
             |best: Option<(usize, f64)>, next| match best {
@@ -134,6 +138,7 @@ pub(crate) fn approximate(
         if (error <= tolerance * scale && count > 0) || count == most || count - halved_at >= patience {
             break;
         }
+        // 2. It becomes a support point.
         taken[worst] = true;
         model.points.push(points[worst]);
         model.values.push(values[worst]);
@@ -142,6 +147,7 @@ pub(crate) fn approximate(
         if 2 * rest.len() < columns {
             return Err(RationalError::TooFewSamples { samples: values.len(), unknowns: columns });
         }
+        // 3. New weights, and the model at the samples left.
         model.weights = weights(&model, points, values, &rest, columns)?;
         for &k in &rest {
             current[k] = model.evaluate(points[k]);
@@ -150,7 +156,8 @@ pub(crate) fn approximate(
     Ok(model)
 }
 
-/// Returns the weights of least Loewner residual, of norm 1.
+/// Weights of least Loewner residual, of norm 1, by QR and the SVD of R; `rest` are the samples that are no support
+/// points.
 fn weights(
     model: &Barycentric,
     points: &[Complex64],

@@ -20,18 +20,16 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Returns `columns` columns of `rows` zeros.
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         Self { rows, entries: vec![0.0; rows * columns] }
     }
 
-    /// Returns one column.
     pub(super) fn column(&self, column: usize) -> &[f64] {
         &self.entries[column * self.rows..(column + 1) * self.rows]
     }
 }
 
-/// Points with weights, ready for columns.
+/// Points with weights, padded to whole vectors.
 #[derive(Clone, Debug)]
 pub(super) struct Points {
     /// s_k; 1 where filled up.
@@ -41,7 +39,6 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// Returns the points and their weights.
     pub(super) fn new(points: &[Complex64], weights: &[f64]) -> Self {
         let at = Parts::new(points.iter().copied(), 1.0);
         let mut weights = weights.to_vec();
@@ -49,7 +46,7 @@ impl Points {
         Self { at, weights }
     }
 
-    /// Returns the rows of a column.
+    /// Length of a column.
     pub(super) fn rows(&self) -> usize {
         2 * self.weights.len()
     }
@@ -64,8 +61,8 @@ impl Points {
         }
     }
 
-    /// Writes basis functions times a response, and the response itself as the last column: `left` are the basis
-    /// functions alone, in order.
+    /// Writes the basis functions (`left`, as [`Points::fill`] writes them) times `scale` and a response, and the
+    /// weighted response itself as the last column.
     pub(super) fn multiply(&self, left: &[f64], response: &Parts, scale: f64, columns: &mut [f64]) {
         Arch::new().dispatch(Multiply { points: self, left, response, scale, columns });
     }

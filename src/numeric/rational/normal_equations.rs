@@ -7,9 +7,9 @@
 //! S = sum over q of B_q^T B_q - W_q^T W_q,    W_q = L^-1 C^T B_q,    L L^T = C^T C.
 //! ```
 //!
-//! S knows the square of what reflections know: of a direction in which poles hardly matter, with a share of less than
+//! S holds the square of what reflections hold: of a direction in which poles hardly matter, with a share of less than
 //! 1e-7 or so, it holds nothing but rounding. c = 0 leaves the poles where they are, so that a ridge of the size of
-//! that rounding on c leaves alone what S does not know. Measured on the default tyre at 3e-6, N = 1024, before
+//! that rounding on c leaves alone what S does not determine. Measured on the default tyre at 3e-6, N = 1024, before
 //! removals were tried more often: a third fewer relocations than with reflections, which send such poles about (1291
 //! against 1871; with the removals of today 1702). A pivot that has lost its digits all the same is reported, and the
 //! caller takes reflections.
@@ -33,7 +33,7 @@ const LEAST_PIVOT: f64 = 1e-14;
 /// (half of the relocations lose their digits), a hundred times as much takes 9 % more poles.
 const RIDGE: f64 = 1e-13;
 
-/// Returns (c, d) of sigma; `None` where the pivots have lost their digits.
+/// (c, d) of sigma; `None` where pivots have lost their digits.
 pub(super) fn sigma(samples: &Samples, poles: &[Complex64], with_constant: bool) -> Option<Vec<f64>> {
     let count = order(poles);
     let (left, right) = (count + usize::from(with_constant), count + 1);
@@ -46,6 +46,7 @@ pub(super) fn sigma(samples: &Samples, poles: &[Complex64], with_constant: bool)
         let (known, rest) = columns.entries.split_at_mut((left + q * right) * columns.rows);
         points.multiply(&known[..count * columns.rows], &response, samples.weights[q], rest);
     }
+    // S, with the ridge on c.
     let mut reduced = reduced(&columns, left, right)?;
     for j in 0..count {
         let squares = columns.entries[left * columns.rows..].chunks_exact(columns.rows).skip(j).step_by(right);
@@ -73,8 +74,10 @@ pub(super) fn sigma(samples: &Samples, poles: &[Complex64], with_constant: bool)
     sigma.iter().all(|entry| entry.is_finite()).then_some(sigma)
 }
 
-/// Returns S, its lower triangle, from C (`left` columns) and the B_q (`right` columns each).
+/// S (lower triangle) from C (`left` columns) and the B_q (`right` columns each); `None` where a pivot of C^T C has
+/// lost its digits.
 fn reduced(columns: &Columns, left: usize, right: usize) -> Option<Columns> {
+    // 1. C^T C = L L^T, and L^-1.
     let padded = left.next_multiple_of(MOST_LANES);
     let mut factor = Columns::zeros(padded, left);
     products([columns, columns], 0..left, 0..left, &mut factor);
@@ -83,6 +86,7 @@ fn reduced(columns: &Columns, left: usize, right: usize) -> Option<Columns> {
     }
     let mut inverse = Columns::zeros(padded, left);
     invert(&factor, left, &mut inverse);
+    // 2. Sum over q of B_q^T B_q - W_q^T W_q.
     let mut reduced = Columns::zeros(right.next_multiple_of(MOST_LANES), right);
     let mut part = reduced.clone();
     let (mut mixed, mut projected) = (Columns::zeros(padded, right), Columns::zeros(padded, right));
@@ -105,9 +109,8 @@ fn accumulate(sum: &mut Columns, part: &Columns, sign: f64) {
     }
 }
 
-/// Computes products of columns: `target` column j - right.start, row i - left.start is column i of the first times
-/// column j of the second, for i in `left`, j in `right`. For columns times themselves only the lower triangle is
-/// right.
+/// Products of columns: `target` column j - right.start, row i - left.start is column i of the first times column j of
+/// the second, for i in `left`, j in `right`. Of columns times themselves only the lower triangle is valid.
 fn products(columns: [&Columns; 2], left: Range<usize>, right: Range<usize>, target: &mut Columns) {
     Arch::new().dispatch(Products { columns, left, right, target });
 }
@@ -158,8 +161,8 @@ impl WithSimd for Products<'_> {
     }
 }
 
-/// Replaces the lower triangle of a symmetric positive definite matrix by L, L L^T the matrix. `false`: a pivot has
-/// lost its digits.
+/// Cholesky: replaces the lower triangle of a symmetric positive definite matrix by L, L L^T the matrix. `false`: a
+/// pivot has lost its digits.
 fn factorise(matrix: &mut Columns, size: usize) -> bool {
     Arch::new().dispatch(Factorise { matrix, size })
 }
@@ -195,7 +198,7 @@ impl WithSimd for Factorise<'_> {
     }
 }
 
-/// Writes row i of the inverse of L as column i of `target`, for all rows.
+/// Writes row i of L^-1 as column i of `target`, for all rows.
 fn invert(factor: &Columns, size: usize, target: &mut Columns) {
     Arch::new().dispatch(Invert { factor, size, target });
 }

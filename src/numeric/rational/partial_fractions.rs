@@ -18,13 +18,12 @@ pub(crate) struct PartialFractions {
 }
 
 impl PartialFractions {
-    /// Evaluates the sum at s.
     pub(crate) fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(&self.poles, &self.residues, self.constant, s)
     }
 }
 
-/// Returns the value at s of given poles, residues and constant; see the module for the convention.
+/// Value at s; see the module for the convention.
 pub(crate) fn evaluate(poles: &[Complex64], residues: &[Complex64], constant: f64, s: Complex64) -> Complex64 {
     poles
         .iter()
@@ -32,7 +31,7 @@ pub(crate) fn evaluate(poles: &[Complex64], residues: &[Complex64], constant: f6
         .fold(Complex64::new(constant, 0.0), |sum, (&pole, &residue)| sum + term(pole, residue, s))
 }
 
-/// Returns one pole's share: of the pair, or of the real pole.
+/// One pole's contribution: that of the pair, or of the real pole.
 pub(crate) fn term(pole: Complex64, residue: Complex64, s: Complex64) -> Complex64 {
     if is_pair(pole) {
         // (R (s - conj p) + conj R (s - p))/((s - p)(s - conj p)), with one division.
@@ -43,12 +42,11 @@ pub(crate) fn term(pole: Complex64, residue: Complex64, s: Complex64) -> Complex
     }
 }
 
-/// Tells whether a stored pole stands for a conjugate pair.
 pub(crate) fn is_pair(pole: Complex64) -> bool {
     pole.im > 0.0
 }
 
-/// Returns the number of poles, conjugates counted: the real state variables that a time step has to move.
+/// Number of poles, conjugates counted: the real state variables that a time step has to move.
 pub(crate) fn order(poles: &[Complex64]) -> usize {
     poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
 }
@@ -58,8 +56,7 @@ pub(crate) fn sort(poles: &mut [Complex64]) {
     poles.sort_by(|a, b| is_pair(*b).cmp(&is_pair(*a)).then(a.norm_sqr().total_cmp(&b.norm_sqr())));
 }
 
-/// Returns one stored pole for each conjugate pair of a set of roots of a real polynomial; nearly real roots become
-/// real.
+/// One pole (Im >= 0) of each conjugate pair of roots of a real polynomial, and its real roots, sorted.
 pub(crate) fn fold_conjugates(roots: &[Complex64]) -> Vec<Complex64> {
     let mut poles: Vec<Complex64> = roots
         .iter()
@@ -70,7 +67,7 @@ pub(crate) fn fold_conjugates(roots: &[Complex64]) -> Vec<Complex64> {
     poles
 }
 
-/// Mirrors unstable poles into the left half plane and keeps every pole off the axis by a fraction of its size.
+/// Mirrors unstable poles into the left half plane and keeps every pole off the axis by 1e-9 of its size.
 pub(crate) fn stabilise(poles: &mut [Complex64]) {
     for pole in poles {
         let least = 1e-9 * pole.norm().max(f64::MIN_POSITIVE);

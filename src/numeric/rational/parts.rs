@@ -17,7 +17,7 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// Returns the parts of some numbers; `filler` up to whole vectors.
+    /// Filled up to whole vectors with the real number `filler`.
     pub(crate) fn new(values: impl Iterator<Item = Complex64>, filler: f64) -> Self {
         let (mut re, mut im): (Vec<f64>, Vec<f64>) = values.map(|value| (value.re, value.im)).unzip();
         let length = re.len().next_multiple_of(MOST_LANES);
@@ -26,14 +26,13 @@ impl Parts {
         Self { re, im }
     }
 
-    /// Returns the complex number k.
     pub(crate) fn get(&self, k: usize) -> Complex64 {
         Complex64::new(self.re[k], self.im[k])
     }
 }
 
 impl PartialFractions {
-    /// Returns the values at many points, as [`PartialFractions::evaluate`] to rounding.
+    /// Values at many points, equal to [`PartialFractions::evaluate`] to rounding.
     pub(crate) fn evaluate_all(&self, points: &Parts) -> Parts {
         let length = points.re.len();
         let mut values = Parts { re: vec![self.constant; length], im: vec![0.0; length] };

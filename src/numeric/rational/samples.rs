@@ -11,14 +11,14 @@ pub(crate) struct Samples {
     pub points: Vec<Complex64>,
     /// Row q: H_q(s_k).
     pub responses: Vec<Vec<Complex64>>,
-    /// One weight a response: 1/(what an error of 1 is).
+    /// One weight per response: the reciprocal of the error that counts as 1.
     pub weights: Vec<f64>,
-    /// One weight a point, for all responses: what an error there counts beside one where it is 1.
+    /// One weight per point, for all responses.
     pub point_weights: Vec<f64>,
 }
 
 impl Samples {
-    /// Checks that they are finite and enough for so many real unknowns.
+    /// Checks that responses are finite and samples enough for so many real unknowns.
     pub(super) fn check(&self, unknowns: usize, stage: &'static str) -> Result<(), RationalError> {
         if 2 * self.points.len() < unknowns {
             return Err(RationalError::TooFewSamples { samples: self.points.len(), unknowns });

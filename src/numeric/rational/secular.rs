@@ -22,12 +22,11 @@ const ROUNDS: usize = 4 * ROUNDS_OF_A_KIND;
 /// Relative change of a zero that ends its iteration; convergence is cubic, so that the error is below rounding then.
 const CHANGE: f64 = 1e-7;
 
-/// A zero on its way.
+/// A zero under iteration.
 #[derive(Clone, Copy, Debug)]
 struct Zero {
-    /// Where it is: of a pair the one above the axis.
+    /// Position; of a pair that above the axis.
     at: Complex64,
-    /// Marks a conjugate pair.
     pair: bool,
     settled: bool,
 }
@@ -39,10 +38,10 @@ impl Zero {
     }
 }
 
-/// Returns the zeros, one of each pair (upper half plane) and all real ones, in no order. `poles` and `residues` hold
-/// one of each pair as well. `None`: no convergence.
+/// The zeros, one of each pair (upper half plane) and all real ones, unsorted. `poles` and `residues` hold one of each
+/// pair as well. `None`: no convergence.
 pub(super) fn zeros(poles: &[Complex64], residues: &[Complex64]) -> Option<Vec<Complex64>> {
-    // All of them, conjugates included.
+    // Conjugates included.
     let mut all: Vec<[Complex64; 2]> = Vec::with_capacity(2 * poles.len());
     for (&pole, &residue) in poles.iter().zip(residues) {
         all.push([pole, residue]);
@@ -50,6 +49,7 @@ pub(super) fn zeros(poles: &[Complex64], residues: &[Complex64]) -> Option<Vec<C
             all.push([pole.conj(), residue.conj()]);
         }
     }
+    // 1. Starting values near the poles.
     let mut zeros: Vec<Zero> = poles
         .iter()
         .zip(residues)
@@ -59,6 +59,7 @@ pub(super) fn zeros(poles: &[Complex64], residues: &[Complex64]) -> Option<Vec<C
             Zero::new(pole - residue / (1.0 + others), is_pair(pole))
         })
         .collect();
+    // 2. Rounds over the zeros; each uses those that the round has already moved.
     for round in 1..=ROUNDS {
         for j in 0..zeros.len() {
             if !zeros[j].settled {
@@ -75,11 +76,11 @@ pub(super) fn zeros(poles: &[Complex64], residues: &[Complex64]) -> Option<Vec<C
     None
 }
 
-/// Returns one step of one zero. `None` where it leads nowhere.
+/// One step of the zero j. `None` where it is not finite.
 fn advanced(all: &[[Complex64; 2]], zeros: &[Zero], j: usize) -> Option<Zero> {
     let Zero { at: z, pair, .. } = zeros[j];
     let Some(newton) = newton_step(all, z) else {
-        // On a pole without a share: the zero cancels it.
+        // On a pole of residue 0: the zero cancels it.
         return Some(Zero { settled: true, ..zeros[j] });
     };
     let mut repulsion = Complex64::ZERO;
@@ -122,7 +123,7 @@ fn regroup(zeros: &mut Vec<Zero>) {
     *zeros = regrouped;
 }
 
-/// Returns 1/(P'/P) of P = sigma prod (s - p_r). `None` on a pole.
+/// 1/(P'/P) of P = sigma prod (s - p_r). `None` on a pole.
 fn newton_step(all: &[[Complex64; 2]], z: Complex64) -> Option<Complex64> {
     let (mut sigma, mut slope, mut logarithmic) = (Complex64::ONE, Complex64::ZERO, Complex64::ZERO);
     for &[pole, residue] in all {
@@ -136,11 +137,11 @@ fn newton_step(all: &[[Complex64; 2]], z: Complex64) -> Option<Complex64> {
         slope -= term * inverse;
         logarithmic += inverse;
     }
-    // sigma = 0: there already.
+    // sigma = 0: z is a zero.
     if sigma == Complex64::ZERO { Some(Complex64::ZERO) } else { Some(sigma / (slope + logarithmic * sigma)) }
 }
 
-/// Returns the zeros, if they are apart from each other and their sum is right: sum z = sum p - sum c.
+/// The zeros, if they are distinct and their sum is right: sum z = sum p - sum c.
 fn accepted(poles: &[Complex64], residues: &[Complex64], zeros: &[Zero]) -> Option<Vec<Complex64>> {
     let (mut sum, mut size) = (0.0, 0.0);
     let mut add = |value: Complex64, pair: bool, sign: f64| {
@@ -190,7 +191,7 @@ mod tests {
             let found = zeros(&poles, &residues).expect("converges");
             assert_eq!(super::super::partial_fractions::order(&found), 24);
             for (i, &zero) in found.iter().enumerate() {
-                // Against the size of its terms.
+                // Compared with the size of its terms.
                 let terms: f64 = poles.iter().zip(&residues).map(|(p, c)| (c / (zero - p)).norm()).sum();
                 assert!(sigma(&poles, &residues, zero).norm() < 1e-9 * (1.0 + terms), "size {size}, zero {i}");
                 assert!(found[..i].iter().all(|other| (other - zero).norm() > 1e-3 * zero.norm()));

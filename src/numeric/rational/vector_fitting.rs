@@ -6,10 +6,10 @@
 //!
 //! 1. sigma(s) = d + sum c_r phi_r(s), and sigma H_q = constant_q + sum c_qr phi_r(s) for each response q, are both
 //!    linear in the unknowns;
-//! 2. the columns of c_qr are the same for all responses (weights are one number a response and one a point):
+//! 2. the columns of c_qr are the same for all responses (weights are one number per response and one per point):
 //!    eliminated once by Householder reflections or, where poles need less accuracy, by normal equations
-//!    ([`Elimination`]); what is left of -H_q (phi_r, 1) determines (c, d), with one more row: the mean of Re sigma
-//!    over the samples is 1;
+//!    ([`Elimination`]); the residual block of -H_q (phi_r, 1) determines (c, d), with one more row: the mean of Re
+//!    sigma over the samples is 1;
 //! 3. the zeros of sigma, eigenvalues of A - b c^T/d, are the new poles; unstable ones are mirrored.
 //!
 //! Everything is real: a pair has the basis functions 1/(s - p) + 1/(s - conj p) and i/(s - p) - i/(s - conj p), each
@@ -26,7 +26,7 @@ use super::least_squares::{back_substitute, eliminate};
 use super::partial_fractions::{fold_conjugates, is_pair, order, sort, stabilise};
 use super::{PartialFractions, RationalError, Samples, normal_equations, secular};
 
-/// Calls `column(index, scale-free value of the basis function)` for every real basis function at s.
+/// Calls `column(index, value)` for every real basis function at s, scaled by |Re p|.
 fn basis(poles: &[Complex64], s: Complex64, mut column: impl FnMut(usize, Complex64)) {
     let mut index = 0;
     for &pole in poles {
@@ -53,8 +53,7 @@ pub(crate) enum Elimination {
     Products,
 }
 
-/// Returns one relocation: the poles that fit the samples better than `poles`. `with_constant`: whether the responses
-/// have one.
+/// One relocation: poles that fit the samples better than `poles`. `with_constant`: whether the responses have one.
 pub(crate) fn relocate(
     samples: &Samples,
     poles: &[Complex64],
@@ -71,6 +70,7 @@ pub(crate) fn relocate(
         return zeros(poles, &sigma);
     }
     let (points, responses) = (samples.points.len(), samples.responses.len());
+    // 1. Columns of the residues and constants (common to all responses), then those of (c, d) for each response.
     let rows = 2 * points;
     let mut matrix = Mat::<f64>::zeros(rows, left + right * responses);
     let mut sums = vec![0.0; right];
@@ -97,6 +97,7 @@ pub(crate) fn relocate(
             matrix[(points + k, left + q * right + count)] = value.im;
         }
     }
+    // 2. Elimination of the residues; the rows below R determine (c, d).
     eliminate(matrix.as_mut(), left);
 
     let kept = rows - left;
@@ -108,7 +109,8 @@ pub(crate) fn relocate(
             }
         }
     }
-    // The row that forbids sigma = 0: mean of Re sigma = 1, as heavy as all samples of a response of size 1 together.
+    // 3. The row that forbids sigma = 0: mean of Re sigma = 1, as heavy as all samples of a response of size 1
+    // together.
     let heavy = (responses as f64 / points as f64).sqrt();
     for (j, sum) in sums.iter().enumerate() {
         reduced[(kept * responses, j)] = sum * heavy;
@@ -117,11 +119,12 @@ pub(crate) fn relocate(
     eliminate(reduced.as_mut(), right);
     let mut sigma = vec![0.0; right];
     back_substitute(&reduced, right, right, &mut sigma);
+    // 4. The new poles.
     zeros(poles, &sigma)
 }
 
-/// Returns the zeros of sigma = d + sum c_r phi_r, mirrored into the left half plane. `sigma` holds the c_r (scaled
-/// basis), then d.
+/// Zeros of sigma = d + sum c_r phi_r, mirrored into the left half plane. `sigma` holds the c_r (scaled basis), then
+/// d.
 fn zeros(poles: &[Complex64], sigma: &[f64]) -> Result<Vec<Complex64>, RationalError> {
     let count = sigma.len() - 1;
     let largest = sigma[..count].iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
@@ -138,6 +141,7 @@ fn zeros(poles: &[Complex64], sigma: &[f64]) -> Result<Vec<Complex64>, RationalE
             share * scale
         })
         .collect();
+    // Iteration from the poles; the eigenvalues of A - b c^T where it does not converge.
     if let Some(mut moved) = secular::zeros(poles, &shares) {
         sort(&mut moved);
         stabilise(&mut moved);
@@ -181,7 +185,7 @@ fn zeros(poles: &[Complex64], sigma: &[f64]) -> Result<Vec<Complex64>, RationalE
     Ok(moved)
 }
 
-/// Returns the residues (and constants) of given poles for every response, by least squares.
+/// Residues (and constants) of given poles for every response, by least squares.
 pub(crate) fn residues(
     samples: &Samples,
     poles: &[Complex64],
@@ -190,7 +194,7 @@ pub(crate) fn residues(
     regularised_residues(samples, poles, with_constant, 0.0)
 }
 
-/// Returns the same for poles that the samples hardly tell apart: a coefficient (a pole's peak, weighted) of 1 counts
+/// As [`residues`], for poles that the samples hardly distinguish: a coefficient (a pole's peak, weighted) of 1 counts
 /// like an error of `ridge` (Tikhonov); 0 for none.
 pub(crate) fn regularised_residues(
     samples: &Samples,
@@ -207,6 +211,7 @@ pub(crate) fn regularised_residues(
     let mut columns = Columns::zeros(prepared.rows(), left);
     prepared.fill(poles, with_constant, &mut columns.entries);
     let half = columns.rows / 2;
+    // The ridges stand below the samples, one row per coefficient; the responses are right-hand sides.
     let mut matrix = Mat::<f64>::zeros(2 * points + ridges, left + responses);
     for index in 0..left {
         let column = columns.column(index);
@@ -234,7 +239,7 @@ pub(crate) fn regularised_residues(
     Ok(models)
 }
 
-/// Returns the partial fractions from coefficients of the scaled real basis.
+/// Partial fractions from coefficients of the scaled real basis.
 fn from_scaled(
     poles: &[Complex64],
     solution: &[f64],
@@ -262,8 +267,8 @@ fn from_scaled(
 mod tests {
     use super::*;
 
-    /// Returns the starting poles without any knowledge: `pairs` weakly damped pairs, spaced logarithmically from
-    /// `lowest` to `highest` angular frequency \[rad/s\], and a real pole at the lowest.
+    /// Starting poles without prior knowledge: `pairs` weakly damped pairs, spaced logarithmically from `lowest` to
+    /// `highest` angular frequency \[rad/s\], and a real pole at the lowest.
     fn starting_poles(pairs: usize, lowest: f64, highest: f64) -> Vec<Complex64> {
         let step = (highest / lowest).ln() / (pairs.max(2) - 1) as f64;
         let mut poles: Vec<Complex64> = (0..pairs)

@@ -4,8 +4,8 @@ use super::row::{Decided, Row};
 use super::values::Decisions;
 use crate::scene::{Axle, Scene};
 
-/// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is
-/// given where the axle is to move.
+/// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel, for a scene without these
+/// whose axle is switched to motion.
 pub(crate) const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
 
 pub(super) const AXLE: Row = Row {

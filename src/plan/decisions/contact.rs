@@ -1,4 +1,4 @@
-//! Zone of the contact, texture, and how points in contact feel each other.
+//! Zone of the contact, texture, and coupling of points in contact.
 
 use super::row::{Decided, Row, given};
 use super::tread_pattern::taken_pattern;
@@ -14,7 +14,7 @@ pub(super) const ZONE: Row = Row {
     switch: Some(|scene, on| {
         scene.contact.zone = if on { Zone::Cells } else { Zone::Slices };
         if !on {
-            // Cells are no resolution of the texture in slices.
+            // The cell size of contact over cells is not a resolution of the texture in slices.
             (scene.contact.cell, scene.contact.cells_across) = (None, None);
             scene.outputs.cells_every = None;
             // Slices have no blocks that press air out, and no voids of the road.
@@ -72,10 +72,10 @@ pub(super) const TREAD_COUPLING: Row = Row {
             (scene.contact.bedding_stiffness, scene.contact.equal_stiffness) = (None, false);
             return;
         }
-        // Springs keep no volume: the air under them has no ways.
+        // Independent springs do not conserve volume: the air under them has no paths.
         scene.air_pumping = None;
         if without == Tread::Uncoupled && scene.contact.slice_coupling == SliceCoupling::Implicit {
-            // For points that have no neighbours within a step the paper's two couplings are one.
+            // For points without neighbours within a step the paper's two couplings are the same.
             scene.contact.slice_coupling = SliceCoupling::Explicit;
         }
     }),
@@ -95,14 +95,14 @@ fn zone(scene: &Scene, _: &mut Decisions) -> Decided {
     Decided { on, form, reason: format!("contact.zone = \"{name}\"") }
 }
 
-/// Returns the cells across the strip: as they are given, or about as wide as they are long.
+/// Number of cells across the strip: as given, or so that cells are about square.
 pub(crate) fn cells_across(scene: &Scene) -> usize {
     let Scene { contact, tyre, numerics, .. } = scene;
     let given = contact.cell.map(|size| Lattice::across(tyre.contact_width, size));
     contact.cells_across.or(given).unwrap_or_else(|| square_cells(tyre, numerics.elements))
 }
 
-/// Returns how many cells stand across the strip where they are about as wide as elements are long.
+/// Number of cells across the strip for which cells are about as wide as elements are long.
 pub(crate) fn square_cells(tyre: &Tyre, elements: usize) -> usize {
     Lattice::across(tyre.contact_width, tyre.circumference / elements as f64)
 }
@@ -177,7 +177,7 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
         return explicit("", "cells have no law of their own".to_owned());
     }
     let coupling = scene.contact.slice_coupling;
-    // The factors of the explicit form can be kept.
+    // The explicit form can keep its factors.
     if decisions.slices == Slices::None {
         return explicit("", "slices that are level are the same by every form".to_owned());
     }

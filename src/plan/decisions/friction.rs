@@ -8,7 +8,7 @@ pub(super) const FRICTION: Row = Row {
     title: "friction",
     short: "friction",
     decide: friction,
-    // A scene that does not say how large it is refuses to have it.
+    // A scene without [friction] refuses to have it switched on.
     switch: Some(|scene, on| {
         scene.effects.friction = if on { Switch::On } else { Switch::Auto };
         if !on {

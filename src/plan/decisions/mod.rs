@@ -1,7 +1,7 @@
 //! Decisions on the physics that a run simulates and on its effects, with their reasons.
 //!
 //! Every later stage asks a [`Decisions`] value what to do; the rows of [`Decisions::rows`] say the same in words.
-//! [`PHYSICS`] lists the choices of the physics, a file a matter; each effect states its own rows.
+//! [`PHYSICS`] lists the choices of the physics, with a file for each subject; each effect states its rows itself.
 
 mod axle;
 mod contact;
@@ -17,7 +17,7 @@ pub(crate) use row::{Decided, Row, given};
 pub(crate) use tread_pattern::{taken_pattern, takes_depths, tread_blocks, tread_map};
 pub(crate) use values::{Decision, Decisions};
 
-/// Choices of the physics, in the order of the data's way.
+/// Choices of the physics, in the order of the computation.
 pub(crate) static PHYSICS: [Row; 7] = [
     rotation::ROTATION,
     contact::ZONE,
@@ -28,11 +28,11 @@ pub(crate) static PHYSICS: [Row; 7] = [
     Row { title: "memory of the tyre", short: "memory", decide: history, switch: None, of_cells: false },
 ];
 
-/// Choices of the physics that are told after the effects.
+/// Choices of the physics that are listed after the effects.
 pub(crate) static LATE: [Row; 3] = [friction::FRICTION, tread_pattern::TREAD_PATTERN, tread_pattern::BLOCKS];
 
 impl Decisions {
-    /// Decides on a scene by rows, one after the other; `takes_models`: an effect takes the models of the tyre.
+    /// Decides on a scene row by row; `takes_models`: an effect uses the models of the tyre.
     pub(crate) fn by<'a>(rows: impl Iterator<Item = &'a Row>, scene: &Scene, takes_models: bool) -> Self {
         let single = matches!(scene.road, Road::Smooth) || scene.contact.zone == Zone::Cells;
         let mut decisions = Self {

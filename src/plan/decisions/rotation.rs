@@ -22,7 +22,7 @@ fn decide(scene: &Scene, decisions: &mut Decisions) -> Decided {
     if !scene.tyre.curvature {
         return off("auto: a flat plate does not turn: no growth, no Coriolis forces".to_owned());
     }
-    // Elements count against the rotation.
+    // Element numbers increase against the rotation.
     decisions.tyre.angular_velocity = -scene.rolling.speed() / scene.tyre.radius();
     decisions.growth = growth(&decisions.tyre);
     if let Axle::Indentation { indentation, .. } = &mut decisions.axle {

@@ -5,29 +5,28 @@ use crate::scene::{Scene, Switch};
 
 /// One effect, or one choice of the physics.
 pub(crate) struct Row {
-    /// The effect in words.
+    /// Name of the effect, in words.
     pub title: &'static str,
-    /// The effect in a word.
+    /// Name of the effect, in a single word.
     pub short: &'static str,
-    /// Decides on it, and notes what later stages ask for.
+    /// Decides on the effect, and sets what later stages ask for.
     pub decide: fn(&Scene, &mut Decisions) -> Decided,
-    /// Switches it in a scene; `None` for what cannot be taken away.
+    /// Switches the effect in a scene; `None` for an effect that cannot be switched.
     pub switch: Option<fn(&mut Scene, bool)>,
-    /// True if it is looked at where the contact is one of cells.
+    /// True if the effect exists for contact over cells.
     pub of_cells: bool,
 }
 
-/// Decision on a row.
 pub(crate) struct Decided {
     /// True if it is simulated.
     pub on: bool,
-    /// Form of the simulation.
+    /// How it is simulated, in words.
     pub form: String,
-    /// Reason.
+    /// Why, in words.
     pub reason: String,
 }
 
-/// Gives the reason of a switch that the scene sets.
+/// The reason, if the scene sets the switch itself.
 pub(crate) fn given(switch: Switch, key: &str) -> Option<String> {
     match switch {
         Switch::On => Some(format!("effects.{key} = \"on\"")),

@@ -15,7 +15,7 @@ pub(super) const TREAD_PATTERN: Row = Row {
         scene.effects.tread_pattern = match (on, &scene.tread_pattern) {
             (false, _) => Switch::Off,
             (true, Some(_)) => Switch::Auto,
-            // Refused by name: a pattern that a scene does not give cannot be switched on.
+            // Refused by name: a pattern that the scene does not give cannot be switched on.
             (true, None) => Switch::On,
         };
     }),
@@ -41,17 +41,17 @@ pub(super) const BLOCKS: Row = Row {
     of_cells: true,
 };
 
-/// Tells whether contact takes depths of the tread in: over cells, and over slices of springs.
+/// Whether the contact law takes depths of the tread into account: over cells, and over slices of springs.
 pub(crate) fn takes_depths(scene: &Scene) -> bool {
     scene.contact.zone == Zone::Cells || scene.contact.slices == Slices::Winkler && scene.effects.texture != Switch::Off
 }
 
-/// Returns the pattern of the tread where contact takes it in.
+/// Pattern of the tread, if the contact law takes it into account.
 pub(crate) fn taken_pattern(scene: &Scene) -> Option<&TreadPattern> {
     scene.pattern().filter(|_| takes_depths(scene))
 }
 
-/// Returns the map of the tread where contact takes it in, or its fault; `None` without a pattern.
+/// Map of the tread if the contact law takes it into account, or its fault; `None` without such a pattern.
 pub(crate) fn tread_map(scene: &Scene, decisions: &Decisions) -> Option<Result<TreadMap, PatternFault>> {
     let pattern = taken_pattern(scene)?;
     let along = if decisions.zone == Zone::Cells { 1 } else { decisions.cells_along.unwrap_or(1) };
@@ -60,7 +60,7 @@ pub(crate) fn tread_map(scene: &Scene, decisions: &Decisions) -> Option<Result<T
     Some(TreadMap::new(pattern, scene, cells))
 }
 
-/// Returns the blocks of a map over cells; `None` where none yields by itself.
+/// Blocks of a map over cells; `None` if no block has a compliance of its own.
 pub(crate) fn tread_blocks(scene: &Scene, map: &TreadMap) -> Option<Blocks> {
     let pattern = scene.pattern().filter(|_| scene.contact.zone == Zone::Cells)?;
     Blocks::new(map, pattern, scene)
@@ -85,7 +85,7 @@ fn pattern(scene: &Scene, decisions: &mut Decisions) -> Decided {
     Decided { on: true, form, reason }
 }
 
-/// Returns a map in words: pitches and the frequency that they pass at, and shares of void.
+/// A map in words: pitches and their passing frequency, and shares of void.
 fn form(map: &TreadMap, scene: &Scene) -> String {
     let pitches = map.train.as_ref().map_or(String::new(), |train| {
         let (count, passing) = (train.count(), scene.rolling.speed() / train.circumference);

@@ -9,39 +9,39 @@ use crate::scene::{Axle, SliceCoupling, Slices, Tread, Tyre, Zone};
 pub(crate) struct Decisions {
     /// Zone of the contact: slices or cells.
     pub zone: Zone,
-    /// The slice law in use; [`Slices::None`] where a slice holds no texture.
+    /// Slice law; [`Slices::None`] if slices have no texture.
     pub slices: Slices,
-    /// Cells across the contact width, where that is decided; 1: the road's middle line, level across.
+    /// Cells across the contact width, if decided; 1: the road's middle line, level across.
     pub cells_across: Option<usize>,
-    /// Cells along an element, where that is decided.
+    /// Cells along an element, if decided.
     pub cells_along: Option<usize>,
-    /// The tread law.
+    /// Law of the tread.
     pub tread: Tread,
-    /// By how much a slice yields more than its element.
+    /// Coupling of a slice's additional compliance to its element.
     pub slice_coupling: SliceCoupling,
-    /// True if an effect takes the models of the tyre that the contact makes.
+    /// True if an effect uses the models of the tyre that the contact needs.
     pub takes_models: bool,
-    /// The tyre as it rolls: turning, where rotation is taken in.
+    /// The tyre as it rolls: with its angular velocity, if rotation is simulated.
     pub tyre: Tyre,
-    /// Growth of its radius by rotation \[m\].
+    /// Growth of the radius by rotation \[m\].
     pub growth: f64,
-    /// The axle that holds it: an indentation, which counts from the tyre at rest, and the growth.
+    /// The axle; an indentation is counted from the tyre at rest, plus the growth.
     pub axle: Axle,
-    /// All effects in words, in the order of the data's way.
+    /// All effects in words, in the order of the computation.
     pub rows: Vec<Decision>,
     /// Notes for the user before the run.
     pub notes: Vec<String>,
 }
 
-/// One effect as it was decided on.
+/// Decision on one effect, in words.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct Decision {
-    /// The effect.
+    /// Name of the effect.
     pub effect: &'static str,
     /// True if it is simulated.
     pub on: bool,
-    /// How.
+    /// How it is simulated.
     pub form: String,
-    /// Why.
+    /// Why it was decided so.
     pub reason: String,
 }

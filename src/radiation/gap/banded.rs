@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-/// Band matrix, or its factors.
+/// Band matrix; after [`Self::factorise`] its factors.
 #[derive(Clone, Debug)]
 pub(crate) struct Banded {
     size: usize,
@@ -10,30 +10,29 @@ pub(crate) struct Banded {
     band: usize,
     /// Row by row, columns from `row - band` to `row + 2 band`: pivoting fills the last `band` of them.
     entries: Vec<Complex64>,
-    /// By column, the row that its pivot stood in.
+    /// By column, the row in which its pivot stood.
     pivots: Vec<usize>,
-    /// By row, the last column with an entry that may not be zero.
+    /// By row, the last column whose entry may not be zero.
     ends: Vec<usize>,
     /// By row, the factor that brought its largest entry to 1.
     scales: Vec<f64>,
 }
 
 impl Banded {
-    /// Makes a matrix of zeros.
     pub(crate) fn zeros(size: usize, band: usize) -> Self {
         let entries = vec![Complex64::ZERO; size * (3 * band + 1)];
         let ends = (0..size).map(|row| (row + band).min(size - 1)).collect();
         Self { size, band, entries, pivots: Vec::new(), ends, scales: Vec::new() }
     }
 
-    /// Returns the bytes of such a matrix.
+    /// Memory \[bytes\] of such a matrix.
     pub(crate) fn bytes(size: usize, band: usize) -> usize {
         16 * size * (3 * band + 1)
     }
 
-    /// Counts the complex multiply-adds of its factors and of so many right sides.
+    /// Number of complex multiply-adds for the factors and for so many right sides.
     pub(crate) fn multiply_adds(size: usize, band: usize, rights: usize) -> f64 {
-        // Hardly any row is exchanged: the upper factor keeps the band.
+        // Rows are hardly ever exchanged: the upper factor keeps the band.
         size as f64 * (band * band + 2 * band * rights) as f64
     }
 
@@ -47,7 +46,7 @@ impl Banded {
         self.entries[place] += value;
     }
 
-    /// Makes the factors in place; false if a pivot is zero or no number.
+    /// Factorises in place, rows scaled by their largest entry; false if a pivot is zero or not finite.
     pub(crate) fn factorise(&mut self) -> bool {
         let (size, band, width) = (self.size, self.band, 3 * self.band + 1);
         self.scales = self
@@ -59,6 +58,7 @@ impl Banded {
             row.iter_mut().for_each(|entry| *entry *= scale);
         }
         self.pivots.clear();
+        // Column by column: the pivot, its exchange with the row of the column, elimination below.
         for column in 0..size {
             let last = (column + band).min(size - 1);
             let mut pivot = (column, 0.0);
@@ -78,7 +78,7 @@ impl Banded {
             let own = self.place(column, column);
             let (upper, lower) = self.entries.split_at_mut(own + longest - column + 1);
             let own = &mut upper[own..];
-            // Where the entries behind begin, `lower` begins.
+            // `lower` begins behind the entries of `upper`.
             let begin = column * width + band + longest - column + 1;
             let below = |row: usize| row * width + column + band - row - begin;
             if pivot.0 != column {
@@ -102,12 +102,12 @@ impl Banded {
         true
     }
 
-    /// Solves in place for so many right sides, row by row.
+    /// Solves in place for `count` right sides, given row by row.
     pub(crate) fn solve(&self, rights: &mut [Complex64], count: usize) {
         if count == 0 {
             return;
         }
-        // By row, all real parts, then all imaginary ones: loops over them are loops over lanes.
+        // By row, all real parts, then all imaginary ones: the loops over right sides vectorise.
         let width = 2 * count;
         let mut parts = vec![0.0; self.size * width];
         for ((row, parts), scale) in rights.chunks_exact(count).zip(parts.chunks_exact_mut(width)).zip(&self.scales) {
@@ -116,6 +116,7 @@ impl Banded {
                 (*re, *im) = (value.re * scale, value.im * scale);
             }
         }
+        // 1. Forwards through the lower factor, with the exchanges.
         for column in 0..self.size {
             let (above, below) = parts.split_at_mut((column + 1) * width);
             let own = &mut above[column * width..];
@@ -128,6 +129,7 @@ impl Banded {
                 take(into, own, self.entries[self.place(row, column)]);
             }
         }
+        // 2. Backwards through the upper factor.
         for row in (0..self.size).rev() {
             let (above, below) = parts.split_at_mut((row + 1) * width);
             let own = &mut above[row * width..];
@@ -149,7 +151,7 @@ impl Banded {
     }
 }
 
-/// Takes a row times a factor from another row, real parts before imaginary ones in both.
+/// Subtracts a row times a factor from another row, real parts before imaginary ones in both.
 fn take(into: &mut [f64], from: &[f64], factor: Complex64) {
     let count = into.len() / 2;
     let ((into_re, into_im), (from_re, from_im)) = (into.split_at_mut(count), from.split_at(count));

@@ -26,19 +26,19 @@ pub(crate) struct GapAir {
 }
 
 impl GapAir {
-    /// Returns F_v in a gap of a height \[m\] at an angular frequency \[rad/s\].
+    /// F_v in a gap of a height \[m\] at an angular frequency \[rad/s\].
     pub(crate) fn flow(&self, height: f64, angular: f64) -> Complex64 {
         share(height * (angular / self.viscosity).sqrt())
     }
 
-    /// Returns gamma - (gamma - 1) F_t in a gap of a height \[m\] at an angular frequency \[rad/s\].
+    /// gamma - (gamma - 1) F_t in a gap of a height \[m\] at an angular frequency \[rad/s\].
     pub(crate) fn compression(&self, height: f64, angular: f64) -> Complex64 {
         let share = share(height * (angular * self.prandtl / self.viscosity).sqrt());
         self.heat_ratio - (self.heat_ratio - 1.0) * share
     }
 }
 
-/// Returns 1 - tanh(q)/q for q = (1 + i) s/sqrt(8), s the height over sqrt(nu/w).
+/// 1 - tanh(q)/q for q = (1 + i) s/sqrt(8), s the height over sqrt(nu/w).
 fn share(s: f64) -> Complex64 {
     let q = Complex64::new(1.0, 1.0) * (s / 8.0_f64.sqrt());
     if s < SMALL {
@@ -50,7 +50,7 @@ fn share(s: f64) -> Complex64 {
     1.0 - (1.0 - fallen) / ((1.0 + fallen) * q)
 }
 
-/// Below it the difference 1 - tanh(q)/q loses more digits than the series leaves out.
+/// Height over sqrt(nu/w) below which 1 - tanh(q)/q loses more digits to cancellation than the truncated series.
 const SMALL: f64 = 0.1;
 
 #[cfg(test)]
@@ -70,7 +70,7 @@ mod tests {
             let isothermal = (AIR.compression(height, angular) - AIR.heat_ratio).norm();
             assert!(isothermal < 0.04 * next.max(1e-12) / 0.1, "{height}: {isothermal:e}");
         }
-        // The layers take delta (1 - i)/h of a wide gap.
+        // Relative reduction by the layers in a wide gap: delta (1 - i)/h.
         let layer = (2.0 * AIR.viscosity / angular).sqrt();
         for height in [0.01, 0.1] {
             let thin = Complex64::new(1.0, -1.0) * (layer / height);

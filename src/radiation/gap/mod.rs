@@ -3,8 +3,8 @@
 //!
 //! Where the gap is thin against the wavelength the pressure is even over its height h and follows the gap equation in
 //! two dimensions, with the losses in the boundary layers of both walls ([`medium`]). [`sheet`] solves it by finite
-//! volumes with [`banded`] factors; [`patch`] cuts the sheet out of a tyre on its road;
-//! [`resonance`] reads its responses.
+//! volumes with [`banded`] factors; [`patch`] cuts the sheet out of a tyre on its road; [`resonance`] finds resonances
+//! of its responses.
 
 pub(crate) mod banded;
 pub(crate) mod medium;

@@ -1,10 +1,9 @@
-//! The sheet of air under a tyre: its channels through the patch, and the wedges up to where the field outside is taken
-//! over.
+//! Sheet of air under a tyre: its channels through the patch, and the wedges up to where the field outside takes over.
 //!
 //! Along, the sheet has the cells of a transfer's grid, to [`REACH`] beyond the patch. Across, it is the straight
-//! tread, cut at the sides of the channels. Its height is the rise of the round tyre over the road, and the depth
-//! of the channels; the ribs between them are closed within the patch. With the total Green function G of the
-//! welded body the edges are
+//! tread, cut at the sides of the channels. Its height is the rise of the round tyre over the road, plus the depth of
+//! the channels; the ribs between them are closed within the patch. With the total Green function G of the welded body
+//! the edges are
 //!
 //! ```text
 //! p_n + (i k + h'/(2 h) + 1/(2 X_o)) p = the same of G     before and behind, |x| = X_o
@@ -12,7 +11,7 @@
 //! ```
 //!
 //! so that a sheet without channels has G again, but for the thin gap's approximation. Only the field that channels add
-//! to G sees the edges: at the ends it runs out along a horn whose height grows as h, spreading across by
+//! to G depends on the edges: at the ends it runs out along a horn whose height grows as h, spreading across by
 //! 1/sqrt(X_o), and at the sides as from a slot. h' is that of the parabola (x^2 - a^2)/(2 R).
 
 use num_complex::Complex64;
@@ -29,17 +28,17 @@ use crate::radiation::transfer::{Transfer, TransferGrid, across_points, half_tre
 pub(crate) const REACH: f64 = 0.06;
 /// Largest width of a cell across \[m\].
 const ACROSS: f64 = 3e-3;
-/// The same where cells of contact tell the heights: these are not cut in two for less.
+/// The same where cells of contact give the heights: these cells are halved only if they are wider.
 const ROUGH_ACROSS: f64 = 4e-3;
-/// Least cells across a channel or a rib.
+/// Fewest cells across a channel or a rib.
 const LEAST_ACROSS: usize = 2;
-/// End correction of the sides' slot by its height: that of a slot between the road and a wall \[1\].
+/// End correction of the slot at the sides relative to its height: that of a slot between the road and a wall.
 const SIDE_CORRECTION: f64 = 0.85;
 
-/// Channel through the patch: a groove round the tyre.
+/// Channel through the patch: a circumferential groove.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Channel {
-    /// Distance of its middle from the tyre's, to the left \[m\].
+    /// Distance of its middle from mid-width, positive to the left \[m\].
     pub position: f64,
     /// Width \[m\].
     pub width: f64,
@@ -47,32 +46,32 @@ pub(crate) struct Channel {
     pub depth: f64,
 }
 
-/// Heights of the gap under a tyre where it stands on a road that is not smooth.
+/// Heights of the gap under a tyre on a road that is not smooth.
 pub(crate) struct RoughGap<'a> {
-    /// Ends of its cells across \[m\].
+    /// Ends of the contact's cells across \[m\].
     pub ends: &'a [f64],
-    /// Height at a distance ahead of the contact's centre and to the left, 0 where tread and road touch; `None` where
-    /// it is not known and is that over a smooth road \[m\].
+    /// Height \[m\] at a distance ahead of the contact's centre and to the left, 0 where tread and road touch; `None`
+    /// where it is not known: there it is that over a smooth road.
     pub height: &'a dyn Fn(f64, f64) -> Option<f64>,
 }
 
-/// Sheet under a tyre.
+/// Sheet under a tyre, without the air's frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PatchSheet {
-    /// The sheet; its x is the horizontal distance from the contact's centre.
+    /// Sheet; its x is the horizontal distance from the contact's centre.
     pub sheet: Sheet,
-    /// Cells of the grid that it holds to either side of the contact's centre.
+    /// Number of the grid's cells that it covers to either side of the contact's centre.
     pub cells: usize,
-    /// By cell, the part of it that air moves: all of a channel, of ribs what is beyond the patch.
+    /// By cell, the open part: all of a channel, of ribs the part beyond the patch.
     open: Vec<f64>,
-    /// By cell of the sheet along, the height under ribs \[m\].
+    /// By cell along, the height under ribs \[m\].
     ribs: Vec<f64>,
     grid: TransferGrid,
     half_width: f64,
     half_patch: f64,
 }
 
-/// Sheet under a tyre at a frequency.
+/// Sheet under a tyre at a frequency, its equations factorised.
 pub(crate) struct FactoredPatch<'a> {
     patch: &'a PatchSheet,
     factored: FactoredSheet,
@@ -80,7 +79,7 @@ pub(crate) struct FactoredPatch<'a> {
 }
 
 impl PatchSheet {
-    /// Makes the sheet of a tyre that stands on the road, for transfers on a grid; `None` for other bodies.
+    /// Sheet of a tyre that stands on the road, for transfers on a grid; `None` for other bodies.
     pub(crate) fn new(
         body: &Body,
         grid: TransferGrid,
@@ -91,11 +90,13 @@ impl PatchSheet {
         if half_patch <= 0.0 || half_width <= 0.0 {
             return None;
         }
+        // 1. Cells: along those of the grid, across between the cuts.
         let turn = std::f64::consts::TAU / grid.around as f64;
         let outer = (half_patch + REACH).min(radius * FLATTEST);
         let cells = ((outer / radius).asin() / turn - 1e-9).ceil().max(1.0) as usize;
         let x: Vec<f64> = (-(cells as i64)..=cells as i64).map(|end| radius * (end as f64 * turn).sin()).collect();
         let y = across(half_width, channels, rough.map_or(&[], |rough| rough.ends));
+        // 2. Heights over a smooth road, and the open parts.
         let rise = |x: f64| {
             let x = x.abs();
             if x <= half_patch {
@@ -122,6 +123,7 @@ impl PatchSheet {
         let beyond = x.windows(2).map(beyond);
         let part = |beyond: f64| depths.iter().map(move |depth| if *depth > 0.0 { 1.0 } else { beyond });
         let mut open: Vec<f64> = beyond.flat_map(part).collect();
+        // 3. Known heights replace them.
         if let Some(rough) = rough {
             let middles =
                 |ends: &[f64]| -> Vec<f64> { ends.windows(2).map(|ends| 0.5 * (ends[0] + ends[1])).collect() };
@@ -136,12 +138,12 @@ impl PatchSheet {
         Some(Self { sheet: Sheet { x, y, heights }, cells, open, ribs, grid, half_width, half_patch })
     }
 
-    /// Returns the distance from the contact's centre at which the sheet ends, X_o \[m\].
+    /// Distance from the contact's centre at which the sheet ends, X_o \[m\].
     pub(crate) fn reach(&self) -> f64 {
         self.sheet.x.last().copied().unwrap_or(0.0)
     }
 
-    /// Returns the largest height of the sheet's ribs, at its ends \[m\].
+    /// Height under the ribs at the sheet's ends, its largest \[m\].
     pub(crate) fn height_at_ends(&self) -> f64 {
         self.sheet
             .heights
@@ -151,14 +153,14 @@ impl PatchSheet {
             .fold(f64::INFINITY, |least, &height| least.min(height))
     }
 
-    /// Returns the part by which a wave that runs out falls on a metre at the sheet's ends: by the horn's flare, half
-    /// of h'/h, and by its width \[1/m\].
+    /// Decay rate of a wave that runs out at the sheet's ends \[1/m\]: by the horn's flare, half of h'/h, and by its
+    /// width.
     fn spreading(&self) -> f64 {
         let (reach, half_patch) = (self.reach(), self.half_patch);
         reach / (reach.powi(2) - half_patch.powi(2)) + 0.5 / reach
     }
 
-    /// Returns the conditions of the edges at a wavenumber \[rad/m\].
+    /// Conditions of the edges at a wavenumber \[rad/m\].
     pub(crate) fn edges(&self, wavenumber: f64) -> Edges {
         let end = Edge {
             pressure: Complex64::new(self.spreading(), wavenumber),
@@ -169,20 +171,17 @@ impl PatchSheet {
         [end, end, side, side]
     }
 
-    /// Makes the factors of the sheet at a wavenumber \[rad/m\].
-    ///
-    /// # Errors
-    /// [`RadiationError::Singular`].
+    /// Factorises the sheet's equations at a wavenumber \[rad/m\]; [`RadiationError::Singular`].
     pub(crate) fn factorise(&self, air: &GapAir, wavenumber: f64) -> Result<FactoredPatch<'_>, RadiationError> {
         let factored = self.sheet.factorise(air, wavenumber * air.sound_speed, &self.edges(wavenumber))?;
         Ok(FactoredPatch { patch: self, factored, wavenumber })
     }
 
-    /// Returns the drive of the edges by a transfer of the welded body.
+    /// Drive of the edges by a transfer of the welded body.
     pub(crate) fn drive(&self, transfer: &Transfer) -> Drive {
         let edges = self.edges(transfer.wavenumber);
         let radius_turn = |cell: i64| {
-            // Middles of cells by the distance from the contact's centre.
+            // Middles of cells by the horizontal distance from the contact's centre.
             let turn = std::f64::consts::TAU / self.grid.around as f64;
             self.radius() * ((cell as f64 + 0.5) * turn).sin()
         };
@@ -196,7 +195,7 @@ impl PatchSheet {
         };
         let cells = self.cells as i64;
         let along = self.sheet.cells()[0];
-        // G and its outward derivative at a side: its polynomial is a cubic, so is the difference nearly exact.
+        // G and its outward derivative at a side: G's polynomial across is a cubic, so the difference is nearly exact.
         let side = |y: f64, edge: &Edge| -> Vec<Complex64> {
             let near = [y, y * (1.0 - SIDE_STEP), y * (1.0 + SIDE_STEP)].map(|y| self.weights(transfer, y));
             let value = |place: usize| {
@@ -218,7 +217,7 @@ impl PatchSheet {
         }
     }
 
-    /// Returns the rows of a transfer whose sum by these weights is G at a distance across.
+    /// Rows of a transfer, with the weights by which their sum is G at a distance across.
     fn weights(&self, transfer: &Transfer, y: f64) -> Vec<(usize, f64)> {
         let places: Vec<f64> = across_points(self.half_width, self.grid.across).iter().map(|[y, _]| *y).collect();
         let side = if transfer.sides == 2 && y < 0.0 { 1 } else { 0 };
@@ -226,37 +225,35 @@ impl PatchSheet {
         lagrange::weights(&places, y.abs()).enumerate().map(row).collect()
     }
 
-    /// Returns G of a cell of the grid, counted from the contact's centre.
+    /// G of a cell of the grid, counted from the contact's centre.
     fn at(&self, transfer: &Transfer, cell: i64, weights: &[(usize, f64)]) -> Complex64 {
         let cell = cell.rem_euclid(self.grid.around as i64) as usize;
         weights.iter().map(|&(row, weight)| double(transfer.values[row + cell]) * weight).sum()
     }
 
-    /// Returns G of a cell of the grid at the middles of the sheet's cells across.
+    /// G of a cell of the grid at the middles of the sheet's cells across.
     fn across(&self, transfer: &Transfer, cell: i64) -> Vec<Complex64> {
         let middle = |ends: &[f64]| self.weights(transfer, 0.5 * (ends[0] + ends[1]));
         self.sheet.y.windows(2).map(|ends| self.at(transfer, cell, &middle(ends))).collect()
     }
 
-    /// Returns G of the welded body on the grid's cells, those across after each other, as [`Self::on_grid`].
+    /// G of the welded body on the grid's cells, cell by cell across, as [`Self::on_grid`].
     #[cfg(test)]
     pub(crate) fn outside(&self, transfer: &Transfer) -> Vec<Complex64> {
         let cells = self.cells as i64;
         (-cells..cells).flat_map(|cell| self.across(transfer, cell)).collect()
     }
 
-    /// Returns the radius of the tyre \[m\].
     fn radius(&self) -> f64 {
         self.reach() / (std::f64::consts::TAU * self.cells as f64 / self.grid.around as f64).sin()
     }
 
-    /// Returns the means over the grid's cells of values on the sheet's: where ribs are welded they count as 0, as in a
-    /// transfer.
+    /// Means over the grid's cells of values on the sheet's: ribs welded to the road count as 0, as in a transfer.
     pub(crate) fn on_grid(&self, values: &[Complex64]) -> Vec<Complex64> {
         values.iter().zip(&self.open).map(|(value, open)| value * open).collect()
     }
 
-    /// Lists the values of the sheet's cells within the patch, 0 where it is closed, and their areas \[m^2\].
+    /// Values of the sheet's cells within the patch, 0 where it is closed, and their areas \[m^2\].
     pub(crate) fn within<'a>(&'a self, values: &'a [Complex64]) -> impl Iterator<Item = (Complex64, f64)> {
         let size = |ends: &[f64]| ends[1] - ends[0];
         let across = self.sheet.cells()[1];
@@ -268,14 +265,14 @@ impl PatchSheet {
         })
     }
 
-    /// Returns the two cells of the sheet amid the patch at a distance across.
+    /// The two cells of the sheet in the middle of the patch at a distance across.
     fn cells_amid(&self, y: f64) -> [usize; 2] {
         let [along, across] = self.sheet.cells();
         let j = self.sheet.y.partition_point(|&end| end <= y).clamp(1, across) - 1;
         [along / 2 - 1, along / 2].map(|i| i * across + j)
     }
 
-    /// Returns the pressure amid the patch at a distance across, of values on the sheet's cells.
+    /// Pressure in the middle of the patch at a distance across, from values on the sheet's cells.
     pub(crate) fn amid(&self, values: &[Complex64], y: f64) -> Complex64 {
         let [one, other] = self.cells_amid(y);
         0.5 * (values[one] + values[other])
@@ -283,15 +280,15 @@ impl PatchSheet {
 }
 
 impl FactoredPatch<'_> {
-    /// Solves for the field in the sheet of some transfers of the welded body, each on the sheet's cells.
+    /// Field in the sheet for some transfers of the welded body, each on the sheet's cells.
     pub(crate) fn solve(&self, transfers: &[Transfer]) -> Vec<Vec<Complex64>> {
         let drives: Vec<Drive> = transfers.iter().map(|transfer| self.patch.drive(transfer)).collect();
         debug_assert!(transfers.iter().all(|transfer| (transfer.wavenumber / self.wavenumber - 1.0).abs() < 1e-9));
         self.factored.solve(&drives)
     }
 
-    /// Solves for G of a point amid the patch at a distance across, on the sheet's cells: by reciprocity the field of a
-    /// source there that runs out through the edges \[1/m\].
+    /// G of a point in the middle of the patch at a distance across, on the sheet's cells \[1/m\]: by reciprocity the
+    /// field of a source there that radiates through the edges.
     pub(crate) fn sourced_amid(&self, y: f64) -> Vec<Complex64> {
         let [along, across] = self.patch.sheet.cells();
         let mut sources = vec![Complex64::ZERO; along * across];
@@ -301,7 +298,7 @@ impl FactoredPatch<'_> {
         self.factored.solve(&[Drive { sources, ..Drive::default() }]).remove(0)
     }
 
-    /// Solves for the field of ends that are driven by 1 \[1/m\] alike, on the sheet's cells.
+    /// Field of both ends driven by 1 \[1/m\] in phase, on the sheet's cells.
     pub(crate) fn between_equal_ends(&self) -> Vec<Complex64> {
         let ends = vec![Complex64::ONE; self.patch.sheet.cells()[1]];
         let drive = Drive { edges: [ends.clone(), ends, Vec::new(), Vec::new()], sources: Vec::new() };
@@ -309,17 +306,17 @@ impl FactoredPatch<'_> {
     }
 }
 
-/// Distance over which G's derivative at the sides is taken, by the tread's half width.
+/// Step over which G's derivative at the sides is taken, relative to the tread's half width.
 const SIDE_STEP: f64 = 1e-3;
 
 /// Largest distance of the sheet's ends from the contact's centre, relative to the radius.
 const FLATTEST: f64 = 0.8;
 
-/// Rule of three Gauss points on (0, 1).
+/// Three Gauss points on (0, 1) with their weights.
 const MEAN: [[f64; 2]; 3] =
     [[0.112_701_665_379_258_3, 5.0 / 18.0], [0.5, 8.0 / 18.0], [0.887_298_334_620_741_7, 5.0 / 18.0]];
 
-/// Returns the ends of the cells across a tread, cut at the sides of the channels and at other places \[m\].
+/// Ends of the cells across a tread, cut at the sides of the channels and at other places \[m\].
 fn across(half_width: f64, channels: &[Channel], other: &[f64]) -> Vec<f64> {
     let mut cuts = vec![-half_width, half_width];
     cuts.extend(other.iter().map(|y| y.clamp(-half_width, half_width)));

@@ -1,27 +1,26 @@
 //! Resonance of a response that is known at some frequencies.
 
-/// Resonance: frequency and quality.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Resonance {
     /// Frequency \[Hz\].
     pub frequency: f64,
-    /// Frequency over the width at half of the power.
+    /// Quality factor: frequency over the bandwidth at half power.
     pub quality: f64,
 }
 
-/// Part of a resonance within which what passes excites it.
+/// Largest relative distance from a resonance at which it is excited.
 const NEAR: f64 = 0.1;
 
 impl Resonance {
-    /// Tells whether what passes at a frequency \[Hz\] excites it.
+    /// True if a tone at a frequency \[Hz\] excites it.
     pub(crate) fn is_near(&self, passing: f64) -> bool {
         (passing / self.frequency - 1.0).abs() <= NEAR
     }
 
-    /// Finds the highest peak of magnitudes at rising frequencies \[Hz\]; `None` where it is at an end.
+    /// Highest peak of magnitudes at rising frequencies \[Hz\]; `None` where it is at an end.
     ///
-    /// One over the magnitude's square is a parabola about the resonance of a single mode; it is laid through the peak
-    /// and its neighbours.
+    /// One over the magnitude's square is a parabola about the resonance of a single mode; it is fitted to the peak and
+    /// its neighbours.
     pub(crate) fn of(response: &[(f64, f64)]) -> Option<Self> {
         let highest = (0..response.len()).max_by(|&one, &other| response[one].1.total_cmp(&response[other].1))?;
         if highest == 0 || highest + 1 >= response.len() {

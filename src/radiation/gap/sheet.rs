@@ -5,9 +5,9 @@
 //! ```
 //!
 //! q = -i w rho s of a volume source s per area. Cells of no height are closed. Between two cells h F_v is the harmonic
-//! mean by the halves of the way: through a step of height flow and pressure are continuous. On an edge alpha p +
-//! (beta + b h) p_n = r, p_n the derivative outwards. The matrix is symmetric, so that source and receiver may be
-//! exchanged.
+//! mean over both halves of the distance: through a step of height flow and pressure are continuous. On an edge
+//! alpha p + (beta + b h) p_n = r, p_n the derivative outwards. The matrix is symmetric, so that source and receiver
+//! may be exchanged.
 
 use num_complex::Complex64;
 
@@ -15,14 +15,13 @@ use super::banded::Banded;
 use super::medium::GapAir;
 use crate::radiation::error::RadiationError;
 
-/// Gap between two walls.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sheet {
     /// Ends of the cells along, rising \[m\].
     pub x: Vec<f64>,
     /// Ends of the cells across, rising \[m\].
     pub y: Vec<f64>,
-    /// Heights of the cells, those across after each other; 0 where the gap is closed \[m\].
+    /// Heights of the cells, cell by cell across; 0 where the gap is closed \[m\].
     pub heights: Vec<f64>,
 }
 
@@ -33,7 +32,7 @@ pub(crate) struct Edge {
     pub pressure: Complex64,
     /// Factor of the outward derivative \[m\] or \[1\].
     pub slope: Complex64,
-    /// Part of that factor by the cell's height.
+    /// Part of that factor that is proportional to the cell's height.
     pub slope_by_height: f64,
 }
 
@@ -48,7 +47,6 @@ impl Edge {
 /// Edges of a sheet in the order of [`Drive::edges`]: x low, x high, y low, y high.
 pub(crate) type Edges = [Edge; 4];
 
-/// Drive of a field.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Drive {
     /// Right sides r of the edges' conditions, by cell along the edge; an empty list is zeros.
@@ -64,36 +62,36 @@ pub(crate) struct FactoredSheet {
     /// By cell, its number among the open ones.
     numbers: Vec<Option<usize>>,
     open: usize,
-    /// Per edge, by cell along it: the cell, and its flow h F_v dp/dn dl for r = 1 less that which follows its own
-    /// pressure.
+    /// Per edge, by cell along it: the number of the open cell, and its flow h F_v dp/dn dl for r = 1, without the part
+    /// that follows the cell's own pressure.
     driven: [Vec<(usize, Complex64)>; 4],
     areas: Vec<f64>,
 }
 
 impl Sheet {
-    /// Returns the cells along and across.
+    /// Number of cells along and across.
     pub(crate) fn cells(&self) -> [usize; 2] {
         [self.x.len() - 1, self.y.len() - 1]
     }
 
-    /// Returns the length and the width of a cell \[m\].
+    /// Length and width of a cell \[m\].
     fn size(&self, i: usize, j: usize) -> [f64; 2] {
         [self.x[i + 1] - self.x[i], self.y[j + 1] - self.y[j]]
     }
 
-    /// Returns h F_v of all cells.
+    /// h F_v of all cells.
     fn conductances(&self, air: &GapAir, angular: f64) -> Vec<Complex64> {
         self.heights.iter().map(|&height| height * air.flow(height, angular)).collect()
     }
 
-    /// Returns k^2 h (gamma - (gamma - 1) F_t) dx dy of a cell \[m\].
+    /// k^2 h (gamma - (gamma - 1) F_t) dx dy of a cell \[m\].
     pub(super) fn storage(&self, air: &GapAir, angular: f64, i: usize, j: usize) -> Complex64 {
         let ([dx, dy], height) = (self.size(i, j), self.heights[i * self.cells()[1] + j]);
         let wavenumber = angular / air.sound_speed;
         air.compression(height, angular) * (wavenumber * wavenumber * height * dx * dy)
     }
 
-    /// Lists the faces between open cells: both cells, and the flow h F_v dp/dn dl by their difference of pressure.
+    /// Faces between open cells: both cells, and the flow h F_v dp/dn dl by their difference of pressure.
     pub(super) fn faces(&self, air: &GapAir, angular: f64) -> Vec<(usize, usize, Complex64)> {
         let ([along, across], flows) = (self.cells(), self.conductances(air, angular));
         let mut faces = Vec::new();
@@ -117,8 +115,8 @@ impl Sheet {
         faces
     }
 
-    /// Lists the open cells on an edge: place along the edge, cell, and with the flow = r times the first number less p
-    /// of the cell times the second.
+    /// Open cells on an edge: place along the edge, cell, and two factors: the flow is r times the first less the
+    /// cell's p times the second.
     pub(super) fn on_edge(
         &self,
         air: &GapAir,
@@ -146,7 +144,7 @@ impl Sheet {
         (0..count).filter_map(one).collect()
     }
 
-    /// Returns the unknowns and the band of the equations.
+    /// Number of unknowns, and band of the equations.
     pub(crate) fn unknowns(&self) -> [usize; 2] {
         let across = self.cells()[1];
         let numbers = self.numbers();
@@ -154,13 +152,13 @@ impl Sheet {
         [numbers.iter().flatten().count(), band.max().unwrap_or(0).max(1)]
     }
 
-    /// Counts the complex multiply-adds of its factors and of so many right sides.
+    /// Number of complex multiply-adds for the factors and for so many right sides.
     pub(crate) fn multiply_adds(&self, rights: usize) -> f64 {
         let [open, band] = self.unknowns();
         Banded::multiply_adds(open, band, rights)
     }
 
-    /// Returns the bytes of its factors.
+    /// Memory of the factors \[bytes\].
     pub(crate) fn bytes(&self) -> usize {
         let [open, band] = self.unknowns();
         Banded::bytes(open, band)
@@ -171,14 +169,12 @@ impl Sheet {
         self.heights.iter().map(|&height| if height > 0.0 { open.next() } else { None }).collect()
     }
 
-    /// Makes the factors of the equations at an angular frequency \[rad/s\].
-    ///
-    /// # Errors
-    /// [`RadiationError::Singular`].
+    /// Factorises the equations at an angular frequency \[rad/s\]; [`RadiationError::Singular`].
     pub(crate) fn factorise(&self, air: &GapAir, angular: f64, edges: &Edges) -> Result<FactoredSheet, RadiationError> {
         let [along, across] = self.cells();
         let (numbers, [open, band]) = (self.numbers(), self.unknowns());
         let mut factors = Banded::zeros(open, band);
+        // 1. Flows between cells.
         for (one, other, flow) in self.faces(air, angular) {
             let (Some(one), Some(other)) = (numbers[one], numbers[other]) else { continue };
             factors.add(one, one, -flow);
@@ -186,6 +182,7 @@ impl Sheet {
             factors.add(one, other, flow);
             factors.add(other, one, flow);
         }
+        // 2. Compression of each cell.
         let mut areas = Vec::with_capacity(along * across);
         for i in 0..along {
             for j in 0..across {
@@ -196,6 +193,7 @@ impl Sheet {
                 }
             }
         }
+        // 3. Edges.
         let mut driven: [Vec<(usize, Complex64)>; 4] = Default::default();
         for (edge, (condition, driven)) in edges.iter().zip(&mut driven).enumerate() {
             let count = if edge < 2 { across } else { along };
@@ -213,16 +211,15 @@ impl Sheet {
     }
 }
 
-/// Drives that are solved for together: the rows of a band stay in a processor's nearest memory.
+/// Drives that are solved for together: few enough for the rows of a band to stay in the fastest cache.
 const TOGETHER: usize = 32;
 
 impl FactoredSheet {
-    /// Returns the area of a cell \[m^2\].
     pub(crate) fn area(&self, cell: usize) -> f64 {
         self.areas[cell]
     }
 
-    /// Solves for the pressures of some drives: by drive, by cell; 0 where the gap is closed.
+    /// Pressures of some drives: by drive, by cell; 0 where the gap is closed.
     pub(crate) fn solve(&self, drives: &[Drive]) -> Vec<Vec<Complex64>> {
         drives.chunks(TOGETHER).flat_map(|some| self.solve_together(some)).collect()
     }

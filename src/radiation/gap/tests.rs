@@ -15,12 +15,12 @@ use crate::radiation::{Block, Body, Resolution, Transfer, TransferGrid, Transfer
 pub(crate) const AIR: GapAir = GapAir { sound_speed: 343.2, viscosity: 1.506e-5, prandtl: 0.709, heat_ratio: 1.4 };
 /// Air without losses.
 const PERFECT: GapAir = GapAir { viscosity: 1e-30, ..AIR };
-/// Density \[kg/m^3\].
+/// Density of the air \[kg/m^3\].
 const DENSITY: f64 = 1.204;
 /// Length 2 a of a patch \[m\].
 const LENGTH: f64 = 0.108;
 
-/// Returns a duct of one cell across, whose height is that of each cell's middle, from 0 to [`LENGTH`].
+/// A duct of one cell across, whose height is that of each cell's middle, from 0 to [`LENGTH`].
 fn duct(cells: usize, height: impl Fn(f64) -> f64) -> Sheet {
     let x: Vec<f64> = (0..=cells).map(|end| LENGTH * end as f64 / cells as f64).collect();
     let heights = x.windows(2).map(|ends| height(0.5 * (ends[0] + ends[1]))).collect();
@@ -30,7 +30,8 @@ fn duct(cells: usize, height: impl Fn(f64) -> f64) -> Sheet {
 const OPEN: Edges = [Edge::OPEN, Edge::OPEN, Edge::CLOSED, Edge::CLOSED];
 const CLOSED_AT_ONE_END: Edges = [Edge::CLOSED, Edge::OPEN, Edge::CLOSED, Edge::CLOSED];
 
-/// Finds the frequency near an expected one at which the pressure in a cell, no node, by a source there is infinite.
+/// Frequency near an expected one at which the pressure in a cell, not in a node of the field, due to a source there is
+/// infinite.
 fn resonance(sheet: &Sheet, edges: &Edges, expected: f64) -> f64 {
     let inverse = |frequency: f64| {
         let cell = 2 * sheet.heights.len() / 7;
@@ -220,11 +221,11 @@ fn power_that_comes_in_goes_out_or_is_lost() {
     let outgoing = through[1] + through[2] + through[3];
     assert!(incoming > 0.0 && through[1] > 0.0 && lost[0] > 0.0 && lost[1] > 0.0, "{through:?} {lost:?}");
     assert!((incoming - outgoing - lost[0] - lost[1]).abs() < 1e-8 * incoming, "{through:?} {lost:?}");
-    // The losses are no rounding.
+    // The losses are not just rounding.
     assert!(lost[0] + lost[1] > 0.01 * incoming, "{through:?} {lost:?}");
 }
 
-/// Returns the resonance amid a groove that the field before and behind the tyre drives alike.
+/// Resonance in the middle of a groove that the field before and behind the tyre drives in phase.
 fn groove(patch: f64, width: f64, depth: f64) -> Resonance {
     let channels = [Channel { position: 0.0, width, depth }];
     let sheet = sheet_of(patch, &channels);
@@ -252,7 +253,7 @@ fn grooves_in_the_horn_resonate_as_in_three_dimensions_and_not_as_flanged_pipes(
         assert!((found.frequency / frequency - 1.0).abs() < 0.1, "{patch} {width} {depth}: {found:?}");
     }
     let found = groove(0.108, 0.012, 0.008);
-    // It is 11 to 16 there.
+    // It is 11 to 16 in those fields.
     assert!(found.quality > 11.0 / 2.0 && found.quality < 16.0 * 2.0, "{found:?}");
     // A pipe with flanged ends: c/2 over L + 2 x 0.82 sqrt(S/pi).
     let flanged = 0.5 * AIR.sound_speed / (0.108 + 2.0 * 0.82 * (0.012 * 0.008 / PI).sqrt());
@@ -260,7 +261,7 @@ fn grooves_in_the_horn_resonate_as_in_three_dimensions_and_not_as_flanged_pipes(
     assert!(flanged / found.frequency > 1.25, "{flanged} Hz, {found:?}");
 }
 
-/// Near and far, beside and in the wheel's plane.
+/// Far and near beside the tyre, and in the wheel's plane.
 const RECEIVERS: [Vector; 3] = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [2.0, 0.3, 0.2]];
 
 fn transfers(body: &Body, frequency: f64) -> Vec<Transfer> {
@@ -276,8 +277,8 @@ fn transfers(body: &Body, frequency: f64) -> Vec<Transfer> {
     problem.solve(TAU * frequency / AIR.sound_speed).unwrap().0
 }
 
-/// Returns the largest difference in level of the sheet's field and G within the sheet of a welded tyre, averaged over
-/// the width \[dB\].
+/// Largest difference in level between the sheet's field and G within the sheet of a welded tyre, averaged over the
+/// width \[dB\].
 fn off_boundary_elements(frequency: f64) -> f64 {
     let body = tyre(0.108);
     let transfers = transfers(&body, frequency);
@@ -339,7 +340,7 @@ fn a_gap_that_is_told_cell_by_cell_is_the_one_of_its_channels_and_closed_pockets
     };
     assert_eq!(rough(&[channel], &|_, _| None), known);
     let is_under = |x: f64| x.abs() < 0.5 * LENGTH - 1e-9;
-    // The groove is there although no channel is.
+    // The groove is given by heights, without a channel.
     let place = |ends: &[f64], at: f64| ends.partition_point(|end| *end <= at) - 1;
     let told = rough(&[], &|x, y| {
         let Sheet { x: columns, y: strips, heights } = &known.sheet;

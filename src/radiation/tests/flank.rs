@@ -1,4 +1,4 @@
-//! The flank of a tyre that moves: tread and rings against the boundary problem with their velocity, and rings against
+//! Flank of a tyre that moves: tread and rings against the boundary problem with their velocity, and rings against
 //! others.
 
 use std::f64::consts::TAU;
@@ -20,15 +20,15 @@ const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
 /// At 7.5 m, near the side, ahead.
 const RECEIVERS: [Vector; 3] = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [2.0, 0.4, 0.2]];
 
-/// Returns R = 0.31 m, straight tread 0.136 m, shoulders of 20 mm, a patch of 0.108 m.
+/// R = 0.31 m, straight tread 0.136 m, shoulders of 20 mm, a patch of 0.108 m.
 fn tyre() -> Body {
     Body::standing_tyre(0.31, 0.176, 0.02, 0.054).unwrap()
 }
 
-/// Returns the worst error over some receivers of sums of G over tread and flank with a normal velocity by chart and
+/// Worst relative error over some receivers of sums of G over tread and flank with a normal velocity by chart and
 /// position, against the boundary problem with that velocity.
 fn against_velocity(body: &Body, velocity: &Velocity<'_>, blocks: &[Block]) -> f64 {
-    // The whole side.
+    // Down to the axle: the whole side.
     let flank = Flank::new(body, 1e-3).unwrap();
     let wavenumber = TAU * 400.0 / 343.0;
     let problem = TransferProblem {
@@ -107,8 +107,8 @@ fn error_of_other_motions() {
     println!("sides against each other: {:.1e}", against_velocity(&body, &against, &Block::ALL));
 }
 
-/// Returns the errors of G of some waves at places between the rings, by the polynomials through these, relative to its
-/// largest at the rings: by receiver and order the worst.
+/// Errors of G of some waves at places between the rings, by the polynomials through these, relative to its largest at
+/// the rings: by receiver and order the worst.
 fn errors(frequency: f64, orders: &[usize]) -> Vec<f64> {
     let body = tyre();
     let flank = Flank::new(&body, BEAD).unwrap();

@@ -1,4 +1,4 @@
-//! Against closed solutions and against itself.
+//! Tests against closed-form and independent solutions, and of convergence.
 
 mod flank;
 mod reference;

@@ -18,15 +18,15 @@ fn complex(values: &Value) -> Vec<Complex64> {
     values.as_array().unwrap().iter().map(|pair| Complex64::new(number(&pair[0]), number(&pair[1]))).collect()
 }
 
-/// Returns the largest difference over the largest exact value.
+/// Largest difference over the largest exact value.
 fn error(found: &[Complex64], exact: &[Complex64]) -> f64 {
     assert_eq!(found.len(), exact.len());
     let largest = exact.iter().map(|value| value.norm()).fold(0.0, f64::max);
     found.iter().zip(exact).map(|(a, b)| (a - b).norm() / largest).fold(0.0, f64::max)
 }
 
-/// Returns the spheres over the plane at the wavenumbers for which `wanted` holds: pulsating, heaving, swaying at
-/// receivers and on the surface, their power, G_N on the surface of two sources.
+/// Checks the spheres over the plane at the wavenumbers for which `wanted` holds: pulsating, heaving, swaying, at
+/// receivers and on the surface, their power, G_N on the surface for two sources.
 fn spheres_over_the_plane(nodes_per_wavelength: f64, bound: f64, wanted: impl Fn(f64, f64) -> bool) {
     let reference = reference("sphere_plane.json");
     for entry in reference["plane"].as_array().unwrap() {
@@ -85,7 +85,7 @@ fn spheres_over_the_plane_to_3e_minus_4_at_every_wavenumber() {
     spheres_over_the_plane(12.0, 3e-4, |_, _| true);
 }
 
-/// Checks a tyre's body in free field: every reference case at most at a frequency.
+/// Checks a tyre's body in the free field: all reference cases up to a frequency.
 fn tyre_body(highest: f64, orders: &[u32], nodes_per_wavelength: f64) {
     let reference = reference("tyre_body_free_field.json");
     for entry in reference["cases"].as_array().unwrap() {
@@ -116,7 +116,7 @@ fn tyre_body(highest: f64, orders: &[u32], nodes_per_wavelength: f64) {
             let near = error(surface, &complex(&json!([exact["p_surface_tread_centre_phi0"]])));
             let power = found["power"].as_f64().unwrap() / exact["power_over_rho_c"].as_f64().unwrap() - 1.0;
             assert!(far < 1e-3 && near < 2e-3, "order {order} at {}: {far} {near}", entry["f"]);
-            // The highest order radiates 1e-11 of what its velocity would in a plane wave: below any quadrature.
+            // The highest order radiates 1e-11 of a plane wave of the same velocity: below the error of any quadrature.
             if exact["power_over_rho_c"].as_f64().unwrap() > 1e-9 {
                 assert!(power.abs() < 1e-3, "order {order} at {}: power {power}", entry["f"]);
             }
@@ -135,7 +135,7 @@ fn tyre_body_in_free_field_to_1e_minus_3_in_every_case() {
     tyre_body(3000.0, &[0, 2, 5, 10], 10.0);
 }
 
-/// Returns the message of a file with one case, made of a good one by changing it.
+/// Error message for a file with one case, made from a valid one by a change.
 fn refused(change: impl Fn(&mut Value)) -> String {
     let mut case = json!({ "name": "one", "body": { "shape": "tyre", "radius": 0.3, "width": 0.2, "shoulder": 0.02,
         "height": 0.29 }, "plane": true, "wavenumber": 3.0, "source": [0.0, 2.0, 1.0], "points": [[0.0, 0.0, 0.59]] });

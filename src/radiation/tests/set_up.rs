@@ -1,4 +1,4 @@
-//! The frequencies of a set-up: chosen, kept, the same for any number of threads, stopped and gone on with.
+//! The frequencies of a set-up: chosen, stored, the same for any number of threads, stopped and resumed.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -31,7 +31,7 @@ fn range() -> FrequencyRange {
     FrequencyRange { coarsest: 90.0, ..FrequencyRange::up_to(300.0, 0.3, 343.0) }
 }
 
-/// Returns a set-up on so many threads that is stopped after some frequencies, and what the sink got.
+/// A set-up on so many threads that is stopped after some frequencies, and what the sink got.
 fn set_up(
     threads: usize,
     known: Vec<FrequencyTransfers>,

@@ -1,4 +1,4 @@
-//! Spheres, free and on the road: closed values, irregular frequencies, convergence, reciprocity, cut spheres.
+//! Spheres, free and on the road: closed-form values, irregular frequencies, convergence, reciprocity, cut spheres.
 
 use std::f64::consts::PI;
 
@@ -13,12 +13,12 @@ fn sphere(height: Option<f64>) -> Body {
     Body::new(Shape::Sphere { radius: 1.0 }, height).unwrap()
 }
 
-/// Returns the pressure of the pulsating sphere, a = rho = c = 1, v = 1, at r.
+/// Pressure of the pulsating sphere, a = rho = c = 1, v = 1, at r.
 fn pulsating(k: f64, r: f64) -> Complex64 {
     Complex64::new(0.0, k) / Complex64::new(1.0, k) / r * Complex64::from_polar(1.0, -k * (r - 1.0))
 }
 
-/// Returns its relative errors on the surface (between nodes), far away, of its power; and the reciprocal condition.
+/// Relative errors on the surface (between nodes), far away, and of the power; and the reciprocal condition.
 fn pulsating_errors(k: f64, resolution: &Resolution, interior: Option<usize>) -> [f64; 4] {
     let body = sphere(None);
     let mut problem = Problem::new(&body, k, k, resolution, &Block::ALL[..1], MEMORY).unwrap();
@@ -61,7 +61,8 @@ fn without_interior_points_the_inside_resonates() {
 
 #[test]
 fn error_falls_with_the_order_of_the_elements() {
-    // Between 3 x 3 elements of a side h and of h/2 at one wavenumber: the field far away falls at least as h^4.
+    // Between 3 x 3 elements of a side h and of h/2 at one wavenumber: the error of the field far away falls at least
+    // as h^4.
     let at = |nodes_per_wavelength| {
         let resolution = Resolution { order: 3, nodes_per_wavelength, wedge: Resolution::WEDGE };
         pulsating_errors(5.0, &resolution, None)[1]
@@ -72,8 +73,8 @@ fn error_falls_with_the_order_of_the_elements() {
 
 #[test]
 fn waves_of_a_source_and_of_a_velocity_are_reciprocal() {
-    // p at r of the velocity against i w rho int G_N v dS on a sphere over the road; the point on the surface is fine
-    // enough to take the quadrature of the elements' nodes.
+    // p at r of the velocity against i w rho int G_N v dS on a sphere over the road; the mesh is fine enough for the
+    // quadrature over the elements' nodes.
     let (k, body, receiver) = (3.0, sphere(Some(1.3)), [2.5, 1.0, 0.7]);
     let problem = Problem::new(&body, k, k, &Resolution::of(8.0), &Block::ALL, MEMORY).unwrap();
     let shape = |[x, y, z]: Vector| 1.0 + x + 0.5 * y * z;
@@ -93,7 +94,7 @@ fn waves_of_a_source_and_of_a_velocity_are_reciprocal() {
     assert!((direct - reciprocal).norm() < 3e-4 * direct.norm(), "{direct} against {reciprocal}");
 }
 
-/// Returns the pressure over the whole surface, the wedge at the road included, of a heaving and pulsating sphere.
+/// Pressure over the whole surface, the wedge at the road included, of a heaving and pulsating sphere.
 fn surface(height: f64, k: f64, resolution: &Resolution, points: &[Vector]) -> Vec<Complex64> {
     let body = sphere(Some(height));
     let problem = Problem::new(&body, k, k, resolution, &Block::ALL[..2], MEMORY).unwrap();
@@ -102,7 +103,7 @@ fn surface(height: f64, k: f64, resolution: &Resolution, points: &[Vector]) -> V
     problem.solve(&drives).unwrap().field(points, true).remove(0)
 }
 
-/// Returns the largest difference between two meshes over the surface's largest pressure.
+/// Largest difference between two meshes over the surface's largest pressure.
 fn self_convergence(height: f64, k: f64, coarse: &Resolution, fine: &Resolution) -> f64 {
     let start = if height < 1.0 { height.acos() } else { 0.0 };
     let points: Vec<Vector> = [0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.5, 2.5]

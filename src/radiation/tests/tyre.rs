@@ -1,4 +1,4 @@
-//! The tyre on the road: against itself, its horn, its symmetry.
+//! The tyre on the road: convergence, its horn, its symmetry.
 
 use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
@@ -17,7 +17,7 @@ const MEMORY: u64 = 1 << 31;
 /// At 7.5 m, near the side, in the plane of the wheel.
 const RECEIVERS: [Vector; 3] = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [2.0, 0.0, 0.0]];
 
-/// Returns the default tyre: R = 0.31 m, straight tread 0.2 m, shoulders of 20 mm, a patch of 0.1 m.
+/// The default tyre: R = 0.31 m, straight tread 0.2 m, shoulders of 20 mm, a patch of 0.1 m.
 fn tyre() -> Body {
     Body::standing_tyre(0.31, 0.24, 0.02, 0.05).unwrap()
 }
@@ -35,14 +35,14 @@ fn transfers(body: &Body, frequency: f64, resolution: Resolution, receivers: &[V
     problem.solve(TAU * frequency / 343.0).unwrap().0
 }
 
-/// Returns the sum over the tread of a wave of an order around.
+/// Sum over the tread of G times a wave of an order around.
 fn wave(body: &Body, transfer: &Transfer, order: f64) -> Complex64 {
     let theta = |cell: usize| TAU * ((cell % transfer.grid.around) as f64 + 0.5) / transfer.grid.around as f64;
     let wave = |cell| Complex64::from_polar(1.0, order * theta(cell));
     transfer.sum(body, &(0..transfer.values.len()).map(wave).collect::<Vec<_>>())
 }
 
-/// Returns the largest difference in level of waves' sums at all receivers \[dB\] between two meshes.
+/// Largest difference in level of waves' sums at all receivers between two meshes \[dB\].
 fn difference(frequency: f64, coarse: Resolution, fine: Resolution, orders: &[f64]) -> f64 {
     let body = tyre();
     let coarse = transfers(&body, frequency, coarse, &RECEIVERS);
@@ -67,7 +67,7 @@ fn a_finer_mesh_changes_less_than_0_2_db() {
 #[test]
 #[ignore = "a minute"]
 fn twice_the_mesh_changes_less_than_0_2_db_up_to_2500_hz() {
-    // At 1640 Hz the receiver at 7.5 m is in a null: what is left of the order 40 is 50 dB below that of the order 0.
+    // At 1640 Hz the receiver at 7.5 m is in a null: the residual of the order 40 is 50 dB below that of the order 0.
     for frequency in [100.0, 500.0, 1000.0, 1640.0, 2500.0] {
         let fine = Resolution { order: 4, nodes_per_wavelength: 14.0, wedge: 0.4 };
         let worst = difference(frequency, Resolution::default(), fine, &[0.0, 2.0, 8.0, 16.0, 40.0]);
@@ -78,8 +78,8 @@ fn twice_the_mesh_changes_less_than_0_2_db_up_to_2500_hz() {
 
 #[test]
 fn the_horn_amplifies_in_the_wheel_s_plane_and_not_when_lifted() {
-    // Cell 7 of 256 is 7 mm in front of the patch's edge. Sealed, in the plane of the wheel: 9, 18, 22 dB at 0.5, 1,
-    // 2 kHz in a two-dimensional model.
+    // Cell 7 of 256 is 7 mm in front of the patch's edge. Sealed, in the plane of the wheel: 9, 18, 22 dB at 0.5, 1, 2
+    // kHz in a two-dimensional model.
     for (frequency, expected) in [(500.0, 10.3), (1000.0, 19.1)] {
         let body = tyre();
         let horn = transfers(&body, frequency, Resolution::of(6.0), &RECEIVERS)[2].horn(&body, 0, 0, 7);
@@ -132,7 +132,7 @@ fn all_four_blocks_agree_with_the_two_even_ones() {
     assert!(here > 1.2 * there, "{here} {there}");
 }
 
-/// Returns the power through the surface over that through a far hemisphere, of a travelling wave on the tread.
+/// Power through the surface over that through a far hemisphere, for a travelling wave on the tread.
 fn power_balance(body: &Body, frequency: f64, resolution: &Resolution) -> f64 {
     let k = TAU * frequency / 343.0;
     let problem = Problem::new(body, k, k, resolution, &Block::EVEN_ACROSS, MEMORY).unwrap();
@@ -163,7 +163,7 @@ fn power_balance(body: &Body, frequency: f64, resolution: &Resolution) -> f64 {
 
 #[test]
 fn power_through_the_surface_is_that_through_a_far_hemisphere() {
-    // Also with a slit under the patch, where the equations are close to losing what drives them.
+    // Also with a slit under the patch, where the equations are close to losing their drive.
     for gap in [0.0, 1e-3] {
         let body = tyre().with_gap(gap).unwrap();
         let ratio = power_balance(&body, 400.0, &Resolution { wedge: 1.2, ..Resolution::of(6.0) });

@@ -1,10 +1,10 @@
-//! Why results are not exported.
+//! Reasons why results are not exported.
 
 use thiserror::Error;
 
 use crate::effects::stored::StoredError;
 
-/// Why results are not exported.
+/// Reasons why results are not exported.
 #[derive(Debug, Error)]
 pub(crate) enum ExportError {
     /// A results folder that cannot be read.
@@ -15,19 +15,19 @@ pub(crate) enum ExportError {
     Missing {
         /// Missing part.
         what: &'static str,
-        /// The key of the scene that would have it written.
+        /// Key of the scene that enables it.
         key: &'static str,
     },
-    /// Arrays that do not belong to each other.
+    /// Arrays whose shapes do not fit together.
     #[error("{file} does not fit the other files of its run")]
     Shape {
-        /// One of them.
+        /// One of their files.
         file: &'static str,
     },
-    /// More than the format has room for.
+    /// A variable too large for the format.
     #[error("{name} is larger than the 2 GiB that a variable of this format may have")]
     TooLarge {
-        /// Name of the part.
+        /// Name of the variable.
         name: String,
     },
 }

@@ -1,8 +1,8 @@
 //! A MATLAB file of all arrays and tables of a run; `scipy.io.loadmat` and Octave read it as well.
 //!
-//! An array is a matrix of its file's name, a table a struct of its columns, whose names say their units. A sound is a
-//! matrix of pressures over time, a column a channel, at `run.sample_rate`. The struct `units` has the units of the
-//! arrays and of the figures in the struct `run`.
+//! An array is a matrix named after its file, a table a struct of its columns, whose names contain their units. A sound
+//! is a matrix of pressures over time, a column per channel, at `run.sample_rate`. The struct `units` has the units of
+//! the arrays and of the figures in the struct `run`.
 
 use super::error::ExportError;
 use super::mat_file::{self, Value};
@@ -11,10 +11,10 @@ use crate::effects::stored::Stored;
 use crate::results::read_table::Column;
 use crate::sound::wav;
 
-/// Beginning of every file of ours.
+/// Begin of every exported file, by which an earlier export is recognised.
 pub(crate) const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
 
-/// Returns the bytes of the file.
+/// Content of the file.
 ///
 /// # Errors
 /// [`ExportError`].
@@ -70,7 +70,7 @@ pub(crate) fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
 
 type Fields = Vec<(String, Value)>;
 
-/// Returns the figures beside the arrays, and their units.
+/// Single numbers and texts beside the arrays, and their units.
 fn figures(stored: &Stored) -> (Fields, Fields) {
     let plan = &stored.plan;
     let mut run: Fields = [
@@ -96,7 +96,7 @@ fn figures(stored: &Stored) -> (Fields, Fields) {
     (run, units)
 }
 
-/// Returns the text as a name that none of the others has.
+/// A valid name made from the text that none of the others has.
 fn free(taken: &[(String, Value)], text: &str) -> String {
     let is_free = |name: &String| taken.iter().all(|(other, _)| other != name);
     let first = mat_file::name(text);

@@ -1,9 +1,9 @@
-//! MATLAB's files, level 5, not compressed: a header, then variables, each an element of elements with a type and a
-//! length. The layout is that of "MAT-File Format" by MathWorks, numbers with their least byte first.
+//! MATLAB's files, level 5, not compressed: a header, then variables, each an element of nested elements with a type
+//! and a length. The layout is that of "MAT-File Format" by MathWorks, little-endian.
 
 use super::error::ExportError;
 
-/// Types of elements.
+/// Types of elements in the format.
 mod element {
     pub(super) const INT8: u32 = 1;
     pub(super) const UINT16: u32 = 4;
@@ -13,46 +13,44 @@ mod element {
     pub(super) const MATRIX: u32 = 14;
 }
 
-/// Bytes of the text that a file begins with, and of all of its header.
+/// Bytes of the text that a file begins with, and of its whole header.
 const TEXT_BYTES: usize = 116;
 const HEADER_BYTES: usize = 128;
-/// Longest name of a variable or field, and the room for one with the byte of zero that ends it.
+/// Longest name of a variable or field; the format also stores a terminating zero.
 const LONGEST_NAME: usize = 63;
-/// A reader may count bytes with a sign.
+/// A reader may use signed 32-bit lengths.
 const MOST_BYTES: usize = i32::MAX as usize;
 
-/// Content of a variable.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
-    /// Numbers row by row, and their rows and columns.
+    /// Numbers row by row, and their numbers of rows and columns.
     Numbers(Vec<f64>, [usize; 2]),
-    /// Text.
+    /// UTF-16 in the file.
     Text(String),
     /// A column of values of any kind.
     Cells(Vec<Value>),
-    /// Values with names.
+    /// Values with names, in this order.
     Struct(Vec<(String, Value)>),
 }
 
 impl Value {
-    /// Returns a column of numbers.
     pub(super) fn column(numbers: Vec<f64>) -> Self {
         let rows = numbers.len();
         Self::Numbers(numbers, [rows, 1])
     }
 }
 
-/// Returns a file of variables; its text begins with `head` and goes on with `about`.
+/// Bytes of a file; its text begins with `head`, followed by `about`.
 ///
 /// # Errors
-/// [`ExportError::TooLarge`] of a variable beyond 2 GiB.
+/// [`ExportError::TooLarge`] for a variable beyond 2 GiB.
 pub(super) fn file(head: &str, about: &str, variables: &[(String, Value)]) -> Result<Vec<u8>, ExportError> {
     let text = format!("{head} {about}").replace(|letter: char| !letter.is_ascii() || letter.is_ascii_control(), "?");
     let mut bytes = text.into_bytes();
     bytes.resize(TEXT_BYTES, b' ');
-    // No place of data of subsystems.
+    // No offset of subsystem data.
     bytes.resize(HEADER_BYTES - 4, 0);
-    // Version 1, and the mark by which a reader knows the order of bytes.
+    // Version 1, and the mark by which a reader recognises the byte order.
     bytes.extend(0x0100_u16.to_le_bytes());
     bytes.extend(b"IM");
     for (name, value) in variables {
@@ -65,7 +63,7 @@ pub(super) fn file(head: &str, about: &str, variables: &[(String, Value)]) -> Re
     Ok(bytes)
 }
 
-/// Makes a valid name: a letter first, then letters, digits and underscores.
+/// A valid name from any text: a letter first, then letters, digits and underscores, 63 at most.
 pub(super) fn name(text: &str) -> String {
     let mut name: String = text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !name.starts_with(|first: char| first.is_ascii_alphabetic()) {
@@ -93,7 +91,7 @@ fn matrix(bytes: &mut Vec<u8>, name: &str, value: &Value) {
         nested(bytes, element::INT8, |bytes| bytes.extend(name.as_bytes()));
         match value {
             Value::Numbers(numbers, [rows, columns]) => nested(bytes, element::DOUBLE, |bytes| {
-                // Column by column.
+                // MATLAB stores columns.
                 bytes.reserve(8 * numbers.len());
                 for column in 0..*columns {
                     let column = (0..*rows).map(|row| numbers[row * columns + column]);
@@ -120,7 +118,7 @@ fn matrix(bytes: &mut Vec<u8>, name: &str, value: &Value) {
     });
 }
 
-/// Writes an element: its type, its length, what is put into it, and zeros up to a multiple of eight bytes.
+/// Writes an element: its type, its length, its content, and zeros up to a multiple of eight bytes.
 fn nested(bytes: &mut Vec<u8>, kind: u32, content: impl FnOnce(&mut Vec<u8>)) {
     bytes.extend(kind.to_le_bytes());
     let place = bytes.len();
@@ -145,7 +143,7 @@ mod tests {
         let bytes = file("MATLAB 5.0 MAT-file", "of \u{e4} run", &[("force".into(), numbers)]).unwrap();
         assert!(bytes.starts_with(b"MATLAB 5.0 MAT-file of ? run  ") && bytes[115] == b' ');
         assert_eq!(bytes[116..128], [0, 0, 0, 0, 0, 0, 0, 0, 0, 1, b'I', b'M']);
-        // Matrix; flags with the class of doubles; two lengths; five letters, filled up; six doubles.
+        // Matrix; flags with the class of doubles; two dimensions; five letters, padded; six doubles.
         let tags = words(&bytes[128..184]);
         assert_eq!(tags[..10], [14, 16 + 16 + 16 + 56, 6, 8, 6, 0, 5, 8, 2, 3]);
         assert_eq!((tags[10], tags[11], &bytes[176..184]), (1, 5, &b"force\0\0\0"[..]));
@@ -161,7 +159,7 @@ mod tests {
         let words = words(&bytes[128..]);
         assert_eq!(words[1] as usize, bytes.len() - 136);
         assert_eq!(words[4], 2, "a struct");
-        // After flags, lengths and name: the room of a name and the names.
+        // After flags and dimensions: length of a field name and the names.
         assert_eq!((&words[14..17], &words[18..20]), (&[5, 4, 64][..], &[1, 64][..]));
         let inner = &words[36..];
         assert_eq!((inner[0], inner[4], &inner[8..10]), (14, 1, &[2, 1][..]), "cells");

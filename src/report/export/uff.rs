@@ -2,8 +2,8 @@
 //! over time, third octaves and narrow-band spectra of force, velocities and sound, sound pressure over time.
 //!
 //! Third octaves are auto spectra: mean squares of bands over their exact mid-frequencies, those bands left out that
-//! the run does not vouch for. Narrow bands are power spectral densities. The step of evenly spaced abscissas has seven
-//! digits in this format.
+//! that are not valid. Narrow bands are power spectral densities. The step of evenly spaced abscissas has seven digits
+//! in this format.
 
 use std::ops::Range;
 
@@ -15,13 +15,13 @@ use crate::results::vibration::{VIBRATION_FILE, VIBRATION_NARROW_FILE};
 use crate::sound::levels::mean_square;
 use crate::sound::wav::recording;
 
-/// Beginning of every file of ours.
+/// Begin of every exported file, by which an earlier export is recognised.
 pub(crate) const UFF_HEAD: &str = "    -1\n   151\ntyrewave results";
 
-/// Smaller numbers are written as zero: their exponents would not fit.
+/// Smaller magnitudes are written as zero: their exponents would not fit.
 const SMALLEST: f64 = 1e-99;
 
-/// Kinds of functions, and of data on their axes.
+/// Types of functions, and of data on their axes, by number.
 mod kind {
     pub(super) const TIME_RESPONSE: u32 = 1;
     pub(super) const AUTO_SPECTRUM: u32 = 2;
@@ -35,18 +35,18 @@ mod kind {
     pub(super) const FREQUENCY: u32 = 18;
 }
 
-/// Directions: a quantity without one, and upwards.
+/// Direction numbers: none, and upwards.
 const SCALAR: i32 = 0;
 const UPWARDS: i32 = 3;
 
-/// A table of spectra and what is made of it.
+/// A table of spectra, and the type of the functions that are made of it.
 struct Source {
     file: &'static str,
     what: &'static str,
     function: u32,
     /// Columns of abscissas and ordinates.
     columns: [&'static str; 2],
-    /// From what stands in the second column to the unit.
+    /// Conversion of the second column to the unit.
     scale: fn(f64) -> f64,
     quantity: (u32, &'static str, &'static str),
     direction: i32,
@@ -101,31 +101,31 @@ const SPECTRA: [Source; 5] = [
     },
 ];
 
-/// Where ordinates stand.
+/// Abscissas of a function.
 enum Abscissas<'a> {
-    /// From the first on, evenly: first, step \[s\].
+    /// Evenly spaced: first, step \[s\].
     Even(f64, f64),
     /// At these \[Hz\].
     Uneven(&'a [f64]),
 }
 
-/// A function to be written.
+/// A function of data set 58.
 struct Function<'a> {
     what: &'a str,
-    /// Function type, and the node's number.
+    /// Function type, and number of the node.
     kind: u32,
     node: usize,
     direction: i32,
     abscissas: Abscissas<'a>,
-    /// Specific type, label and unit of both axes.
+    /// Specific data type, label and unit of both axes.
     axes: [(u32, &'a str, &'a str); 2],
     ordinates: &'a [f64],
 }
 
-/// Returns the text of the file.
+/// Text of the file.
 ///
 /// # Errors
-/// [`ExportError`]; [`ExportError::Missing`] of a run that has written neither arrays nor spectra.
+/// [`ExportError`]; [`ExportError::Missing`] if the run has written neither arrays nor spectra.
 pub(crate) fn uff(stored: &Stored) -> Result<String, ExportError> {
     let mut text = header(stored);
     let mut nodes = 0;
@@ -182,7 +182,7 @@ pub(crate) fn uff(stored: &Stored) -> Result<String, ExportError> {
 }
 
 impl Source {
-    /// Writes one signal of the table.
+    /// Writes one signal of the table, without bands that are not valid.
     #[allow(clippy::too_many_arguments, reason = "columns of one table")]
     fn write(
         &self,
@@ -223,7 +223,7 @@ impl Function<'_> {
         let (response, reference) = (field("TYRE", 10), field("NONE", 10));
         let places = format!(" {response}{node:10}{direction:4} {reference}{0:10}{0:4}", 0);
         line(text, &format!("{kind:5}{node:10}{0:5}{0:10}{places}", 0));
-        // Real numbers of double precision.
+        // Real numbers in double precision.
         let (even, first, step) = match abscissas {
             Abscissas::Even(first, step) => (1, *first, *step),
             Abscissas::Uneven(_) => (0, 0.0, 0.0),
@@ -248,7 +248,7 @@ impl Function<'_> {
     }
 }
 
-/// Writes the origin of the file, and SI units. It has no dates: the same results give the same bytes.
+/// Header and SI units. Without dates: the same results give the same bytes.
 fn header(stored: &Stored) -> String {
     let mut text = String::new();
     begin(&mut text, 151);
@@ -283,14 +283,14 @@ fn line(text: &mut String, content: &str) {
     text.push('\n');
 }
 
-/// Returns plain text of just that width; what the format has no letter for becomes a question mark.
+/// Text of exactly this width; characters outside printable ASCII become question marks.
 fn field(text: &str, width: usize) -> String {
     let plain = |letter: char| if letter.is_ascii() && !letter.is_ascii_control() { letter } else { '?' };
     let text: String = text.chars().take(width).map(plain).collect();
     format!("{text:width$}")
 }
 
-/// Returns a number as Fortran writes it, in that width.
+/// A number in Fortran's E format, right-aligned in the width.
 fn scientific(number: f64, width: usize, decimals: usize) -> String {
     let number = if number.abs() < SMALLEST { 0.0 } else { number };
     let text = format!("{number:.decimals$E}");

@@ -1,10 +1,10 @@
 //! The contact patch over time for ParaView and other readers of VTK's XML: a file of polygons (`.vtp`) for each
 //! instant and a collection (`.pvd`) that knows their times.
 //!
-//! A polygon is what the run has pressed by itself: an element over the whole contact width, or a cell of the patch
+//! A polygon is what the run has pressed individually: an element over the whole contact width, or a cell of the patch
 //! where cells were written (`outputs.cells_every`). Points are in metres from the axle's foot: x along the road in the
-//! direction of travel, y across, z = 0, which is the road's own zero; where the force of a step is a mean over it, as
-//! with `sdirk2`, they are those of the step's middle. Every polygon has its force \[N\] and its mean
+//! direction of travel, y across, z = 0, which is the zero of the road's heights; where the force of a step is a mean
+//! over it, as with `sdirk2`, they are those of the step's middle. Every polygon has its force \[N\] and its mean
 //! pressure \[Pa\].
 
 use std::fmt::Write;
@@ -12,35 +12,35 @@ use std::fmt::Write;
 use super::error::ExportError;
 use crate::effects::stored::{Stored, StoredArray};
 
-/// Beginning of every file of ours.
+/// Begin of every exported file, by which an earlier export is recognised.
 pub(crate) const VTK_HEAD: &str = "<?xml version=\"1.0\"?>\n<!-- A contact patch of tyrewave. -->\n";
 
 /// Most instants of an export.
 const MOST_FRAMES: usize = 400;
 
-/// The patch over time.
+/// The contact patch over time.
 pub(crate) struct Patch {
     /// Forces \[N\]: instants, then columns along, then cells across.
     force: StoredArray,
     /// Instants of the export: the row of `force`, the step of the run, and its time \[s\].
     frames: Vec<(usize, usize, f64)>,
-    /// Instants that were asked for and are more than an export has.
+    /// Number of requested instants beyond the most of an export.
     left_out: usize,
     /// Number of the first element of the window, for each step.
     first_element: Vec<f64>,
-    /// Elements along the window, and cells across.
+    /// Numbers of elements along the window, and of cells across.
     cells: [usize; 2],
-    /// Size of a cell \[m\].
+    /// Size of a cell along and across \[m\].
     size: [f64; 2],
     speed: f64,
-    /// Where the axle stands at t = 0, in the road's coordinate \[m\].
+    /// Position of the axle at t = 0, in the road's coordinate \[m\].
     start: f64,
-    /// Time from where a force acts to the end of its step \[s\].
+    /// Time from the instant at which a force acts to the end of its step \[s\].
     lag: f64,
 }
 
 impl Patch {
-    /// Reads a patch: after the warm-up at least `every` \[s\] apart, or evenly over the run; 400 instants at most.
+    /// Reads a patch: instants after the warm-up at least `every` \[s\] apart, or evenly over the run; 400 at most.
     ///
     /// # Errors
     /// [`ExportError`].
@@ -94,24 +94,24 @@ impl Patch {
         Ok(patch)
     }
 
-    /// Returns the instants.
+    /// Number of instants.
     pub(crate) fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// Notes the instants that are left out.
+    /// Note on the instants that are left out; `None` if none is.
     pub(crate) fn note(&self) -> Option<String> {
         let last = self.frames.last().map_or(0.0, |frame| frame.2);
         let cut = || format!("{} instants after {last:.4} s are left out: {MOST_FRAMES} are the most", self.left_out);
         (self.left_out > 0).then(cut)
     }
 
-    /// Returns the name of an instant's file.
+    /// Name of an instant's file.
     pub(crate) fn file(frame: usize) -> String {
         format!("patch_{frame:04}.vtp")
     }
 
-    /// Returns the file of an instant.
+    /// Content of an instant's file.
     pub(crate) fn frame(&self, frame: usize) -> String {
         let (row, step, time) = self.frames[frame];
         let [along, across] = self.cells;
@@ -156,7 +156,7 @@ impl Patch {
         text
     }
 
-    /// Returns the collection of all instants.
+    /// Content of the collection of all instants.
     pub(crate) fn collection(&self) -> String {
         let mut text = opened("Collection");
         text.push_str("<Collection>\n");
@@ -168,7 +168,7 @@ impl Patch {
     }
 }
 
-/// Returns the instants at least that far apart \[s\], or evenly over the run so that an export takes them.
+/// Instants at least `every` \[s\] apart, or evenly over the run so that an export holds them.
 fn apart(instants: &[(usize, usize, f64)], every: Option<f64>) -> Vec<(usize, usize, f64)> {
     let Some(every) = every else {
         return instants.iter().copied().step_by(instants.len().div_ceil(MOST_FRAMES).max(1)).collect();
@@ -177,7 +177,7 @@ fn apart(instants: &[(usize, usize, f64)], every: Option<f64>) -> Vec<(usize, us
     let mut taken = Vec::new();
     let mut next = 0.0;
     for instant in instants {
-        // The first one of every stretch of that length, rounding of times left aside.
+        // The first instant of every interval of this length; the margin covers rounding of times.
         let passed = (instant.2 - begin) / every * (1.0 + 1e-9);
         if passed >= next {
             taken.push(*instant);
@@ -187,15 +187,15 @@ fn apart(instants: &[(usize, usize, f64)], every: Option<f64>) -> Vec<(usize, us
     taken
 }
 
-/// Tells where the axle stands at t = 0 \[m\]. Where the scene leaves it open it is over an element: the one in the
-/// middle of the first window.
+/// Position of the axle at t = 0 \[m\]. If the scene leaves it open, it is above the element in the middle of the first
+/// window.
 fn start(stored: &Stored, first: f64, columns: usize) -> f64 {
     let open = (first + (columns / 2) as f64 - 1.0) * stored.plan.element;
     stored.plan.scene.rolling.start.unwrap_or(open)
 }
 
-/// Tells how long before a step's end its force acts \[s\]: it is a mean over the step by rules that solve more than
-/// once.
+/// Time from the instant at which a force acts to the end of its step \[s\]: rules with several solves give a mean over
+/// the step.
 fn lag(stored: &Stored) -> f64 {
     let rule = stored.plan.scene.numerics.time_rule;
     let parts = rule.nodes().iter().zip(rule.weights());

@@ -1,4 +1,4 @@
-//! Motions of the air at the tread: what is silent in each, and where all are one.
+//! Motions of the air at the tread: which motion of the tread is silent in each, and where all three agree.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -19,12 +19,12 @@ use crate::tyre::influence::SurfaceWaves;
 const AIRS: [AirMotion; 3] = [AirMotion::Axle, AirMotion::Road, AirMotion::WithTread];
 const ELEMENTS: usize = 256;
 const AROUND: usize = 512;
-/// Lateral numbers of forces that are resolved: even and odd waves.
+/// Number of lateral waves into which forces are resolved, even and odd ones.
 const COMPONENTS: usize = 4;
 /// Duration of a revolution \[s\].
 const REVOLUTION: f64 = 0.09;
 
-/// Makes the layout of forces all round the tyre, even over the strip or resolved across it.
+/// Forces all round the tyre, even over the strip or resolved across it.
 fn layout(across: Across, rule: TimeRule) -> SegmentLayout {
     SegmentLayout {
         elements: ELEMENTS,
@@ -40,7 +40,7 @@ fn layout(across: Across, rule: TimeRule) -> SegmentLayout {
     }
 }
 
-/// Returns the tyre as the air sees it in each of its motions.
+/// Models of the same tyre, one for each motion of the air.
 fn models(layout: SegmentLayout) -> [PressureModel; 3] {
     let tyre = plate_tyre();
     let lateral = match layout.across {
@@ -62,7 +62,7 @@ fn models(layout: SegmentLayout) -> [PressureModel; 3] {
     })
 }
 
-/// Returns G, even and odd across, of cells that are no further from the contact than an angle \[degrees\].
+/// G, even and odd across, that vanishes further from the contact than an angle \[degrees\].
 fn green_within(degrees: f64, frequencies: Vec<f64>) -> SurfaceGreen {
     let half_width = 0.5 * plate_tyre().width;
     let points: Vec<f64> = across(half_width, 4).into_iter().map(|[y, _]| y).collect();
@@ -81,7 +81,7 @@ fn green_within(degrees: f64, frequencies: Vec<f64>) -> SurfaceGreen {
     SurfaceGreen { frequencies, around: AROUND, across: points, half_width, rings: 0, values, under_patch: None }
 }
 
-/// Returns the root mean square of the pressure of forces by step and column, in each motion of the air \[Pa\].
+/// Root mean square of the pressure under forces by step and column, in each motion of the air \[Pa\].
 fn heard(models: &[PressureModel; 3], green: &SurfaceGreen, force: impl Fn(usize, usize) -> f64) -> [f64; 3] {
     models.each_ref().map(|model| {
         let (layout, steps) = (model.layout, 2 * model.layout.length());
@@ -108,13 +108,13 @@ fn a_texture_frozen_with_the_road_is_silent_where_tyre_and_road_touch() {
     for across in [Across::Even, resolved] {
         for (rule, n) in [(TimeRule::Bdf2, 20), (TimeRule::Sdirk2, 60)] {
             let models = models(layout(across, rule));
-            // An element that comes a step later finds what the one before it found: f(x + V t).
+            // An element finds what the one before it found a step earlier: f(x + V t).
             let frozen = |step: usize, column: usize| (TAU * (n * (column + step)) as f64 / ELEMENTS as f64).cos();
             let [axle, road, with_tread] = heard(&models, &green_within(5.0, vec![50.0, 1500.0]), frozen);
             println!("{across:?}, n = {n}: road {:.1e}, with-tread {:.1e}", road / axle, with_tread / axle);
             assert!(with_tread < 1e-6 * axle, "{across:?}, n = {n}: {with_tread} {axle}");
             assert!(road < 1e-2 * axle && road > 1e-4 * axle, "{across:?}, n = {n}: {road} {axle}");
-            // At the top the air runs against the tread: it is as if the texture went by at twice the speed.
+            // At the top the air runs against the tread: as if the texture went by at twice the speed.
             let top = green_within(5.0, vec![50.0, 1500.0]);
             let values = top.values.iter().map(|of| {
                 of.chunks_exact(AROUND).flat_map(|row| [&row[AROUND / 2..], &row[..AROUND / 2]].concat()).collect()
@@ -128,7 +128,7 @@ fn a_texture_frozen_with_the_road_is_silent_where_tyre_and_road_touch() {
 
 #[test]
 fn a_frozen_wave_alone_is_silent_to_rounding() {
-    // A force in the middle has all components; the one looked at runs as the road does.
+    // A force in the middle has all components; the one that is checked is fixed to the road.
     for n in [3_i64, 20, 60, 100] {
         let green = green_within(5.0, vec![n as f64 / REVOLUTION]);
         let models = models(layout(Across::Even, TimeRule::Bdf2));

@@ -1,12 +1,12 @@
 //! Pressures at receivers for unit amplitude of the forces' component of each wavenumber.
 //!
-//! For each n the sum over m, over the weights of G that the air's motion asks for and over the frequencies that G is
-//! interpolated between is one product of real matrices:
-//! G's integrals, receiver by receiver, with factors that the receivers share, bin by bin. G's integrals are held for
-//! the few frequencies that are interpolated between and made when the bins come to them.
+//! For each n the sum over m, over the weights of G that the air's motion requires and over the frequencies between
+//! which G is interpolated is one product of real matrices: G's integrals, receiver by receiver, with factors that the
+//! receivers share, bin by bin. G's integrals are kept for the few frequencies between which is interpolated, and
+//! computed when the bins reach them.
 //!
-//! Rings of a flank that moves are met as further shapes beside the tread's m. Each m has its own amplitude where
-//! forces are resolved across: there is no sum over m, and a product for each pair (n, m).
+//! Rings of a flank that moves count as further shapes beside the tread's m. Each m has its own amplitude where forces
+//! are resolved across: there is no sum over m, and a product for each pair (n, m).
 
 use std::ops::Range;
 
@@ -18,38 +18,38 @@ use rayon::prelude::*;
 use super::model::PressureModel;
 use super::surface::{SurfaceGreen, WaveIntegrals};
 
-/// G's integrals at the frequencies about some bins.
+/// G's integrals at the frequencies about some bins, and the buffers of their products.
 pub(super) struct Components {
     integrals: WaveIntegrals,
     strip: Vec<f64>,
     /// Largest |n|.
     most: usize,
     receivers: usize,
-    /// Components of the forces: 1, with all lateral waves, or one for each of them.
+    /// Components of the forces across: 1, with all lateral waves, or one for each of them.
     components: usize,
-    /// By slot, the number of the frequency that is there.
+    /// By slot, the index of the frequency that it holds.
     held: Vec<Option<usize>>,
-    /// By n from -most, component, slot, m, weight, and of them the real parts by receiver, then the imaginary ones.
+    /// By n from -most, component, slot, m, weight: the real parts by receiver, then the imaginary ones.
     parts: Vec<f32>,
-    /// Room for G's integrals at a frequency, receiver by receiver.
+    /// G's integrals at one frequency, receiver by receiver.
     known: Vec<Complex32>,
-    /// Room for what is found at some bins.
+    /// Pressures at some bins, as in [`Found`].
     found: Vec<f32>,
 }
 
 /// Pressures for unit amplitude at some bins.
 pub(super) struct Found<'a> {
-    /// Wavenumbers times components.
+    /// Number of wavenumbers times components.
     waves: usize,
-    /// Width of all receivers at a bin.
+    /// Twice the number of receivers: real and imaginary parts.
     width: usize,
     bins: usize,
-    /// By n from -most, component, bin, and of them the real parts by receiver, then the imaginary ones.
+    /// By n from -most, component, bin: the real parts by receiver, then the imaginary ones.
     values: &'a [f32],
 }
 
 impl Components {
-    /// Makes room for so many receivers with G that is known where this one is.
+    /// Room for `receivers` receivers whose G has the cells and frequencies of `green`.
     pub(super) fn new(model: &PressureModel, green: &SurfaceGreen, receivers: usize) -> Self {
         let integrals = WaveIntegrals::new(green, model.waves.waves, &model.shapes(), model.weights());
         let most = integrals.most_under(&model.layout);
@@ -61,18 +61,17 @@ impl Components {
         Self { integrals, strip, most, receivers, components, held, parts, known, found: Vec::new() }
     }
 
-    /// Returns the bytes of a receiver, with G on so many cells, so many integrals of a wavenumber, and so many
-    /// components of so many bins at a time.
+    /// Memory \[bytes\] of one receiver, for G on `around` cells, `integrals` integrals per wavenumber, and
+    /// `components` components of `bins` bins at a time.
     pub(super) fn bytes(around: usize, integrals: usize, components: usize, bins: usize) -> usize {
         8 * around * (4 * integrals + integrals + components * bins)
     }
 
-    /// Returns the largest |n|.
     pub(super) fn most(&self) -> usize {
         self.most
     }
 
-    /// Finds the integrals at bins from `begin` on, each with the frequencies about it, the same for all, and their
+    /// Pressures at bins from `begin` on; `bins` holds for each the frequencies about it, the same for all, and their
     /// weights.
     pub(super) fn at(
         &mut self,
@@ -81,15 +80,16 @@ impl Components {
         begin: usize,
         bins: &[(Range<usize>, Vec<f64>)],
     ) -> Found<'_> {
+        // 1. G's integrals at the frequencies about these bins.
         for frequency in bins.iter().take(1).flat_map(|(near, _)| near.clone()) {
             self.hold(greens, frequency);
         }
         let Self { integrals, strip, most, receivers, components, held, parts, found, .. } = self;
         let (of_wave, slots, width, components) = (integrals.of_wave(), held.len(), 2 * *receivers, *components);
-        // Of a component.
+        // Integrals of each component.
         let each = of_wave / components;
         let terms = 2 * each * slots;
-        // Every value is written; memory that is taken anew would be cleared again and again.
+        // Every value is overwritten: resizing avoids clearing the buffer each time.
         found.resize((2 * *most + 1) * components * bins.len() * width, 0.0);
         let parts = parts.par_chunks(components * terms * *receivers);
         found.par_chunks_mut(components * bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
@@ -123,7 +123,7 @@ impl Components {
         Found { waves: (2 * *most + 1) * components, width, bins: bins.len(), values: found }
     }
 
-    /// Makes the integrals at a frequency of G unless they are there.
+    /// Computes G's integrals at a frequency unless their slot holds them already.
     fn hold(&mut self, greens: &[SurfaceGreen], frequency: usize) {
         let Self { integrals, most, receivers, components, held, parts, known, .. } = self;
         let (slot, slots) = (frequency % held.len(), held.len());
@@ -154,7 +154,7 @@ impl Components {
 }
 
 impl Found<'_> {
-    /// Returns those at the bin of an index: n by n and component by component a column, the real parts by receiver,
+    /// Matrix at the bin of an index. Columns: n by n and component by component; rows: the real parts by receiver,
     /// then the imaginary ones.
     pub(super) fn matrix(&self, index: usize) -> MatRef<'_, f32> {
         let all = MatRef::from_column_major_slice(self.values, self.width * self.bins, self.waves);

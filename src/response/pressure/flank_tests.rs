@@ -1,4 +1,4 @@
-//! Pressures of a flank that moves: what its waves sum to, and its part beside the tread's.
+//! Pressures of a flank that moves: sums of its waves, and its contribution beside the tread's.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -49,7 +49,7 @@ fn model(tyre: &Tyre, lateral: Vec<usize>, across: Across, air: AirMotion) -> Pr
     }
 }
 
-/// Returns G that is 1 on the tread, and on each ring another function of the place round the tyre.
+/// G that is 1 on the tread, and on each ring another function of the place round the tyre.
 fn green(tyre: &Tyre, frequency: f64, ring: impl Fn(usize, usize) -> f32) -> SurfaceGreen {
     let mut across: Vec<f64> = legendre::gauss(3).iter().map(|[x, _]| 0.25 * tyre.width * (1.0 + x)).collect();
     across.reverse();
@@ -72,7 +72,7 @@ fn a_sound_field_that_is_the_same_all_over_hears_the_volume_that_tread_and_sidew
     let model = model(&tyre, vec![0], Across::Even, AirMotion::Axle);
     for frequency in [40.0, 180.0] {
         let shares = PressureShares::at(&model, &green(&tyre, frequency, |_, _| 1.0), 0);
-        // Of n = 0 alone: the belt's edge by the tread, and what any motion of the edge sweeps.
+        // Of n = 0 alone: the belt's edge under the tread, and the volume that any motion of the edge sweeps.
         let s = Complex64::new(0.0, TAU * frequency);
         let (surface, bottom) = CurvedStack::new(&tyre).compliance(0, 0, s, FINE_STEP);
         let edge = crate::sidewall::Sidewall::new(tyre.sidewall_arc(0.0).unwrap()).edge().unwrap();
@@ -98,7 +98,7 @@ fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure_with_every_motion_of_the
         for sum in [shares.parts.iter().sum::<Complex64>(), shares.cells.iter().sum(), shares.waves.iter().sum()] {
             assert!((sum - whole).norm() < 1e-5 * whole.norm(), "{air:?}: {sum} {whole}");
         }
-        // Forces that are resolved across, of a strip's shares, are the same sound.
+        // Forces that are resolved across, with the shares of a strip, give the same sound.
         let apart = model(&tyre, vec![0, 2], Across::Resolved { components: 2, kept: 0 }, air);
         let waves = tyre_waves(&tyre);
         let (strip, shapes) = (apart.strip(), apart.shapes());

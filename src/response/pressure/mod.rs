@@ -11,38 +11,38 @@
 //! ```
 //!
 //! in the frame of the axle, in which F_c is the force at a place x_c of the contact window, e_m = 2 (1 for m = 0) and
-//! a_m = sinc(ky_m b/2). All of it is linear in F_c and stands still: a product over the wavenumbers n for each bin,
-//! made for many blocks of forces at once. Forces of cells are resolved into F_nm = sum_j s_m(y_j) F_nj, which stand
-//! for a_m F_n; among them are waves that are odd about mid-width, sin(ky_m y) there, with which G's odd part is met: a
-//! receiver beside the tyre hears them, and hears another tyre from its other side. The frequency shift is that of
-//! `vibration`.
+//! a_m = sinc(ky_m b/2). All of it is linear in F_c and does not depend on time: a product over the wavenumbers n for
+//! each bin, computed for many blocks of forces at once. Forces of cells are resolved into F_nm = sum_j s_m(y_j) F_nj,
+//! which replace a_m F_n; among them are waves that are odd about mid-width, sin(ky_m y) there, which meet G's odd
+//! part: they reach a receiver beside the tyre, which hears the tyre differently from either side. The frequency shift
+//! is that of `vibration`.
 //!
-//! The air stands on the road: past the axle it runs back at the speed V, along the tread at V cos(theta). Where the
-//! tread stands on the road, too, a texture that it has taken on moves no air, however fast it goes by; at the top the
-//! air runs against the tread. With I_n = Int G exp(i kx_n x) dS the wave n is heard as
+//! The air is at rest relative to the road: relative to the axle it runs back at the speed V, along the tread at V
+//! cos(theta). Where the tread rests on the road, too, a texture that it has taken on moves no air, however fast it
+//! goes by; at the top the air runs against the tread. With I_n = Int G exp(i kx_n x) dS the wave n contributes
 //!
 //! ```text
 //! w I_n - (n Omega/2)(I_(n-1) + I_(n+1)) = (w - n Omega) I_n + n Omega Int G (1 - cos(theta)) exp(i kx_n x) dS
 //! ```
 //!
 //! times its displacement. Air at rest beside the axle, w I_n, and air that turns with the tread, (w - n Omega) I_n,
-//! are measures of the doubt. A static flattening is silent in all three.
+//! are measures of the uncertainty. A static flattening is silent in all three.
 //!
-//! n is signed throughout: of a tyre that turns C_nm and C_-nm differ, one of waves that run forwards, the other of
+//! n is signed throughout: for a tyre that turns, C_nm and C_-nm differ, one of waves that run forwards, the other of
 //! those that run backwards.
 //!
-//! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and what the tread's waves take of it;
+//! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and its integrals with the tread's waves;
 //! - [`transfer`]: pressures from the spectra of forces, by way of `components`, for unit amplitude of each wavenumber,
 //!   and `window`, from places to wavenumbers;
-//! - [`shares`]: which waves and which part of the circumference make it;
+//! - [`shares`]: contributions of the waves and of the parts of the circumference;
 //! - [`stream`]: forces, step by step, to pressures over time.
 //!
-//! Volumes of cells may be given in place of forces: a motion that the tyre does not answer for, of material cells with
-//! the rate of the material, w - n Omega, whatever the air does. Each cell across meets the mean of G over its strip.
+//! Volumes of cells may be given in place of forces: a motion independent of the tyre's response, of material cells at
+//! the material's rate, w - n Omega, whatever the air does. Each cell across meets the mean of G over its strip.
 //!
-//! Whole time steps are taken off the propagation delay r0/c from the contact to the receiver: a response then
-//! begins with its force however far away it is heard. The forces of a Runge-Kutta rule's stages act at their own times
-//! with their own weights, on the tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
+//! Whole time steps are taken off the propagation delay r0/c from the contact to the receiver: a response then begins
+//! with its force, however far the receiver. The forces of a Runge-Kutta rule's stages act at their own times with
+//! their own weights, on the tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
 
 #[cfg(test)]
 mod air_tests;

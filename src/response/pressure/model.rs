@@ -1,4 +1,4 @@
-//! Model of the pressures at receivers beside the air's part: the tyre, and the action of forces on it.
+//! Model of the pressures at receivers except for the air's transfer G: the tyre, and the action of forces on it.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,17 +11,18 @@ use crate::response::vibration::{Across, SegmentLayout, TransferKind};
 use crate::scene::AirMotion;
 use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 
-/// Part of the highest frequency over which the transfers fall to zero, so that they ring for a short time only.
+/// Part of the band below the highest frequency over which the transfers fall to zero, so that they ring for a short
+/// time only.
 const TAPER: f64 = 0.05;
 
-/// Ingredients of transfers beside G.
+/// Ingredients of the transfers except G.
 #[derive(Clone, Debug)]
 pub(crate) struct PressureModel {
     /// Segments in which forces are transformed; whole revolutions.
     pub layout: SegmentLayout,
-    /// The tyre.
+    /// Response of the tyre's surface to normal forces.
     pub waves: Arc<SurfaceWaves>,
-    /// The tyre under tangential forces, where there are any.
+    /// Response to tangential forces, where there are any.
     pub tangential: Option<Arc<TractionWaves>>,
     /// Factor of all compliances; 1 unless a bedding's carcass is scaled.
     pub scale: f64,
@@ -33,28 +34,27 @@ pub(crate) struct PressureModel {
     pub air: AirMotion,
     /// Highest frequency \[Hz\].
     pub highest: f64,
-    /// By receiver, what is left of the propagation delay r0/c when whole time steps are taken off \[s\].
+    /// By receiver, the propagation delay r0/c less whole time steps \[s\].
     pub delays: Vec<f64>,
-    /// Ends of cells across, rising, by which a cell's inward volume is given \[m^3\] in the place of each component of
-    /// a force \[m\]; none of forces, which the tyre answers.
+    /// Ends of the cells across, rising \[m\], where a cell's inward volume \[m^3\] is given in place of each component
+    /// of a force; `None` for forces, to which the tyre responds.
     pub strips: Option<Arc<[f64]>>,
 }
 
 impl PressureModel {
-    /// Returns the frequency \[Hz\] up to which all is radiated where nothing is above a highest one \[Hz\].
+    /// Frequency \[Hz\] below which the transfers are not tapered, for a highest frequency \[Hz\].
     pub(crate) fn flat_to(highest: f64) -> f64 {
         (1.0 - TAPER) * highest
     }
 
-    /// Returns the bins 0..=highest of a segment that are radiated.
+    /// Number of bins of a segment that radiate, 0 to the highest frequency.
     pub(crate) fn bins(&self) -> usize {
         let last = (self.highest / self.layout.resolution()).floor() as usize;
         last.min(self.layout.length() / 2) + 1
     }
 
-    /// Returns (e_m/B) a_m of each wave's part in the strip's force; of forces that are resolved across, which have
-    /// their shares already, what the wave is to cos(ky_m y) or sin(ky_m y) instead of a_m.
-    /// The parts are listed for each component of the forces.
+    /// (e_m/B) a_m of each wave's part in the strip's force, for each component of the forces. Forces that are resolved
+    /// across contain their a_m already; for them it is the sign of the wave relative to cos(ky_m y) or sin(ky_m y).
     pub(super) fn strip(&self) -> Vec<f64> {
         if self.strips.is_some() {
             return vec![1.0; self.driven()];
@@ -70,12 +70,12 @@ impl PressureModel {
         (0..self.forces()).flat_map(|_| self.waves.lateral.iter().map(part)).collect()
     }
 
-    /// Counts the components of a force that are heard: all three, or the normal one.
+    /// Number of components of a force: all three, or the normal one.
     fn forces(&self) -> usize {
         if self.tangential.is_some() { 3 } else { 1 }
     }
 
-    /// Counts the waves across that all components of the forces drive, or the cells whose volumes are given.
+    /// Number of waves across that all components of the forces drive, or of the cells whose volumes are given.
     fn driven(&self) -> usize {
         match &self.strips {
             None => self.forces() * self.waves.lateral.len(),
@@ -83,13 +83,13 @@ impl PressureModel {
         }
     }
 
-    /// Counts the rings of a flank that moves: given volumes move none.
+    /// Number of rings of a flank that moves; given volumes move none.
     fn rings(&self) -> usize {
         if self.strips.is_some() { 0 } else { self.waves.pieces() }
     }
 
-    /// Returns the shapes that so many lateral waves have with so many rings on a flank that moves: the rings sum over
-    /// the waves, or follow each of those that are resolved across.
+    /// Number of shapes of `lateral` lateral waves with `rings` rings on a flank that moves: the rings sum over the
+    /// waves, or follow each of those that are resolved across.
     pub(crate) fn shape_count(across: Across, lateral: usize, rings: usize) -> usize {
         match across {
             Across::Even => lateral + rings,
@@ -97,7 +97,7 @@ impl PressureModel {
         }
     }
 
-    /// Returns these shapes, component by component across.
+    /// Shapes with which G is integrated, component by component across.
     pub(super) fn shapes(&self) -> Vec<Shape> {
         if let Some(ends) = &self.strips {
             return ends.windows(2).map(|ends| Shape::Strip([ends[0], ends[1]])).collect();
@@ -119,7 +119,7 @@ impl PressureModel {
         }
     }
 
-    /// Returns the integrals of G for each wavenumber, of so many shapes: with one of the weights of G, or both.
+    /// Number of G's integrals per wavenumber for so many shapes: with one of the weights of G, or both.
     pub(crate) fn integrals(air: AirMotion, shapes: usize) -> usize {
         match air {
             AirMotion::Axle | AirMotion::WithTread => shapes,
@@ -127,18 +127,17 @@ impl PressureModel {
         }
     }
 
-    /// Returns the integrals of this model.
     pub(crate) fn integrals_of_wave(&self) -> usize {
         Self::shape_count(self.layout.across, self.driven(), self.rings()) * self.weights()
     }
 
-    /// Returns the number of [`super::surface::WEIGHTS`] that the air's motion asks for.
+    /// Number of [`super::surface::WEIGHTS`] that the air's motion needs.
     pub(super) fn weights(&self) -> usize {
         if self.strips.is_some() { 1 } else { Self::integrals(self.air, 1) }
     }
 
-    /// Returns the rates at which the air sees a wave of n periods move, at an angular frequency beside the axle:
-    /// factors of the wave's integrals with G, weight by weight \[rad/s\].
+    /// Rates \[rad/s\] at which the air sees a wave of n periods move, at an angular frequency in the frame of the
+    /// axle: factors of the wave's integrals with G, weight by weight.
     ///
     /// Under a stream U along the tread a displacement u moves the air with du/dt - U du/dx. From the axle, with the
     /// angle theta from the contact, U is 0, V or V cos(theta), V du/dx of the wave is i n Omega u, and
@@ -147,8 +146,8 @@ impl PressureModel {
         let layout = &self.layout;
         let turned = std::f64::consts::TAU * n as f64 * layout.revolutions as f64 * layout.resolution();
         if self.strips.is_some() {
-            // The volume of a cell changes in time as the material sees it. Between the steps it is the smooth course
-            // that they define: nothing is above half of their rate.
+            // The volume of a cell changes in time as the material sees it. Between the steps it is the smooth
+            // interpolation of its samples: nothing is above half of their rate.
             let material = angular - turned;
             let is_seen = material.abs() * layout.time_step <= std::f64::consts::PI * (1.0 + 1e-9);
             return [if is_seen { material } else { 0.0 }, 0.0];
@@ -160,20 +159,20 @@ impl PressureModel {
         }
     }
 
-    /// Returns the share of a wave of n periods that a force even over an element has.
+    /// Factor by which the force's mean over an element weakens a wave of n periods.
     pub(super) fn mean_over_element(&self, n: i64) -> f64 {
         let tyre = self.waves.waves;
         sinc(0.5 * tyre.kx(n) * tyre.circumference / self.layout.elements as f64)
     }
 
-    /// Returns the room for the flows of all lateral waves; none without a flank that moves.
+    /// Buffer for the flows of all lateral waves; empty without a flank that moves.
     pub(super) fn room_for_flows(&self) -> Vec<Complex64> {
         vec![Complex64::ZERO; self.driven() * self.rings()]
     }
 
-    /// Finds the factors from the integrals of G to the pressure at a bin, shape by shape, weight by weight, for unit
-    /// amplitude of the forces' component n at each stage; `strip` is [`Self::strip`], `mean`
-    /// [`Self::mean_over_element`], `flows` [`Self::room_for_flows`].
+    /// Factors from the integrals of G to the pressure at a bin, shape by shape, weight by weight, for unit amplitude
+    /// of the forces' component n at each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`],
+    /// `flows` [`Self::room_for_flows`].
     pub(super) fn factors(
         &self,
         bin: usize,
@@ -188,7 +187,7 @@ impl PressureModel {
         self.factors_at([bin as f64 * resolution, material], n, mean, strip, flows, out);
     }
 
-    /// Finds the same at any frequency beside the road and the one that it is to the material \[Hz\].
+    /// The same at any frequency in the frame of the road, and the frequency that this is to the material \[Hz\].
     pub(super) fn factors_at(
         &self,
         [frequency, material]: [f64; 2],
@@ -208,7 +207,7 @@ impl PressureModel {
         self.compliances(n, material, &mut out[..strip.len()], flows);
         let together = layout.across == Across::Even;
         let each = if together { weights } else { weights * (1 + rings) };
-        // From the last on, since each makes room for all of its weights.
+        // From the last on, since each compliance is overwritten by the factors of earlier waves' weights.
         for (m, strip) in strip.iter().enumerate().rev() {
             let compliance = out[m];
             for (out, factor) in out[m * each..][..weights].iter_mut().zip(factors) {
@@ -230,21 +229,21 @@ impl PressureModel {
         }
     }
 
-    /// Returns for each of some receivers what the rest of its delay is at a bin.
+    /// Phase factors of the fractional delays of some receivers at a bin.
     pub(super) fn late(&self, receivers: Range<usize>, bin: usize) -> impl Iterator<Item = Complex64> {
         let angular = self.layout.angular_frequency(bin);
         self.delays[receivers].iter().map(move |delay| Complex64::from_polar(1.0, -angular * delay))
     }
 
-    /// Computes C_nm at a frequency of the material, as the run's rule sees it, for each component of the forces, and
-    /// the flows of the sidewalls with them, if they are heard.
+    /// C_nm at a frequency of the material, as the run's time rule sees it, for each component of the forces, and the
+    /// flows of the sidewalls with them, if they radiate.
     fn compliances(&self, n: i64, frequency: f64, out: &mut [Complex64], flows: &mut [Complex64]) {
         if self.strips.is_some() {
             out.fill(Complex64::ONE);
             return;
         }
         let SegmentLayout { rule, time_step, .. } = self.layout;
-        // The waves are known on the imaginary axis, where a multistep rule's s is nearly.
+        // The waves are tabulated on the imaginary axis; a multistep rule's s lies close to it.
         let seen = if rule.is_multistep() {
             TransferKind::Rule.symbol(rule, std::f64::consts::TAU * frequency, time_step).im / std::f64::consts::TAU
         } else {
@@ -262,7 +261,7 @@ impl PressureModel {
         for (index, own) in by_normal.iter().enumerate() {
             let answers = waves.at(n, seen, index);
             (along[index], aside[index]) = (answers[0], answers[1]);
-            // The sides follow the surface as they do under normal forces.
+            // The flows follow the surface's motion as they do under normal forces.
             for (force, answer) in answers.into_iter().enumerate() {
                 let out = &mut more_flows[(force * lateral + index) * pieces..][..pieces];
                 let known = &flows[index * pieces..][..pieces];
@@ -274,7 +273,7 @@ impl PressureModel {
 
     fn taper(&self, frequency: f64) -> f64 {
         let into = ((frequency / self.highest - (1.0 - TAPER)) / TAPER).clamp(0.0, 1.0);
-        // Below it is one for nearly all frequencies: no cosine is needed to say so.
+        // Most frequencies are below the taper: saves the cosine.
         if into <= 0.0 {
             return 1.0;
         }

@@ -21,7 +21,7 @@ use crate::tyre::influence::{CellGrid, SurfaceWaves, TractionWaves, traction_sha
 const ELEMENTS: usize = 32;
 const COLUMNS: usize = 5;
 const ACROSS: usize = 4;
-/// Count of the lateral numbers m in the model.
+/// Number of lateral waves in the model.
 const COMPONENTS: usize = 5;
 
 fn layout() -> SegmentLayout {
@@ -56,7 +56,6 @@ fn model(tyre: &Tyre, air: AirMotion) -> PressureModel {
     }
 }
 
-/// Returns the same with tangential forces.
 fn with_tangential(tyre: &Tyre, air: AirMotion) -> PressureModel {
     let model = model(tyre, air);
     let waves = TractionWaves::new(tyre, AROUND / 2, &model.waves.lateral, [3000.0, 1e-6]);
@@ -64,7 +63,7 @@ fn with_tangential(tyre: &Tyre, air: AirMotion) -> PressureModel {
     PressureModel { tangential: Some(Arc::new(waves)), layout: SegmentLayout { across, ..model.layout }, ..model }
 }
 
-/// Returns the pressures by bin for a unit force along, across or inwards on the cell j of a column.
+/// Pressures by bin for a unit force along, across or inwards on the cell j of a column.
 fn pressures(
     model: &PressureModel,
     tyre: &Tyre,
@@ -88,13 +87,13 @@ fn pressures(
     transfers.pressures(0..1, &[block]).of_block(0, 0).map(double).collect()
 }
 
-/// Returns some smooth G that is not even across.
+/// A smooth G that is not even across.
 fn green(x: f64, y: f64) -> Complex64 {
     let turn = TAU * x / CIRCUMFERENCE;
     even_green(x, y) + Complex64::new(6.0 * y * turn.cos(), 8.0 * y - 300.0 * y * y * y)
 }
 
-/// Returns G, or that of the mirrored receiver.
+/// G, or for `side` -1 that of the mirrored receiver.
 fn surface_green(half_width: f64, side: f64) -> SurfaceGreen {
     let length = CIRCUMFERENCE / AROUND as f64;
     let points: Vec<f64> = across(half_width, 4).into_iter().map(|[y, _]| y).collect();
@@ -199,7 +198,8 @@ fn a_tyre_heard_from_its_other_side_is_its_mirror() {
 
 #[test]
 fn both_sides_of_a_tread_are_heard_apart() {
-    // Receivers to the left and to the right hear each other's side; their even part is what one side alone gives.
+    // The odd parts of a receiver to the left and one to the right are opposite; the even part is that of one side
+    // alone.
     let body = Body::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();
     let receivers = [[0.2, 1.0, 0.4], [0.2, -1.0, 0.4]];
     let problem = |blocks| TransferProblem {

@@ -1,15 +1,15 @@
-//! Which waves of the tread, and which part of its circumference, make the pressure at a receiver.
+//! Contributions of the tread's waves, and of the parts of its circumference, to the pressure at a receiver.
 //!
-//! For a unit force at the contact's centre the integral over the tread is a sum over wavenumbers n, and as well one
-//! over pieces of the circumference:
+//! For a unit force at the contact's centre the integral over the tread is a sum over wavenumbers n, and also one over
+//! pieces of the circumference:
 //!
 //! ```text
 //! p = sum_n p_n,      p_n = sum_m,j f_nmj Int w_j G exp(i kx_n x) cos(ky_m y) dS
 //! p = sum_c p_c,      p_c = sum_m g_m(c) sum_n,j f_nmj Int_c w_j exp(i kx_n x) dx
 //! ```
 //!
-//! (rings of a flank that moves add to both as further m) with f_nmj what the tyre makes of the force
-//! ([`PressureModel`]), w_j the weights that the air's motion asks for and g_m(c) the integral of G cos(ky_m y) across
+//! (rings of a flank that moves add to both as further m) with f_nmj the tyre's response to the force
+//! ([`PressureModel`]), w_j the weights that the air's motion requires and g_m(c) the integral of G cos(ky_m y) across
 //! the tread at the cell c. The share of a part is Re(p_part conj(p))/|p|^2. Shares add up to one. A part that is not
 //! in phase with the whole has a small share or a negative one, and others more than one: they cancel each other.
 //!
@@ -22,10 +22,10 @@ use super::model::PressureModel;
 use super::surface::{Shape, SurfaceGreen, WEIGHTS, WaveIntegrals};
 use crate::numeric::{SplitRule, double};
 
-/// Share that may be missing, or too much, where the rest is called enough.
+/// Largest deviation from one of a running sum of shares that is called enough.
 pub(crate) const ENOUGH: f64 = 0.1;
 
-/// The pressure at a receiver for a unit force at the contact's centre, and what it is the sum of \[Pa/N\].
+/// Pressure at a receiver for a unit force at the contact's centre, and its contributions \[Pa/N\].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PressureShares {
     /// Pressure, the sum of all contributions; its only delay is the sound's travel time from the contact.
@@ -35,15 +35,15 @@ pub(crate) struct PressureShares {
     /// Contributions by cell round the tyre; the first cell begins under the axle, the others follow in the rolling
     /// direction.
     pub cells: Vec<Complex64>,
-    /// Contributions by part of the tyre, [`Self::PARTS`].
+    /// Contributions by part of the tyre, in the order of [`Self::PARTS`].
     pub parts: [Complex64; 3],
 }
 
 impl PressureShares {
-    /// Parts of the tyre; shoulders and sides are 0 where they are not heard.
+    /// Names of the parts; shoulders and sides contribute 0 where they are not modelled.
     pub(crate) const PARTS: [&'static str; 3] = ["tread", "shoulders", "sides"];
 
-    /// Computes the pressures at one of G's frequencies; `model` gives the tyre, not the frequency.
+    /// Pressure at G's frequency of an index; `model` gives the tyre, not the frequency.
     pub(crate) fn at(model: &PressureModel, green: &SurfaceGreen, index: usize) -> Self {
         let frequency = green.frequencies[index];
         let (weights, shapes) = (model.weights(), model.shapes());
@@ -54,7 +54,8 @@ impl PressureShares {
         let mut known = vec![Complex32::ZERO; integrals.count()];
         integrals.of(green, index, &mut integrals.room(), &mut known);
         let mut factors = vec![Complex64::ZERO; integrals.of_wave()];
-        // By shape, its wave of each n as a cell takes it.
+        // By shape, the sum over n of its waves, as coefficients of a transform round the tyre.
+        // 1. Sum over wavenumbers, which also gives the sum over parts.
         let mut turning = vec![Complex64::ZERO; shapes.len() * around];
         let mut parts = vec![Complex64::ZERO; shapes.len()];
         let waves: Vec<Complex64> = (-most..=most)
@@ -76,6 +77,7 @@ impl PressureShares {
                 each().sum()
             })
             .collect();
+        // 2. Sum over cells: of each shape its motion by cell times G's integral across.
         let transform = FftPlanner::new().plan_fft_inverse(around);
         let mut cells = vec![Complex64::ZERO; around];
         let mut across = vec![Complex64::ZERO; around];
@@ -86,6 +88,7 @@ impl PressureShares {
                 *cell += across * *motion;
             }
         }
+        // 3. Shapes to parts of the tyre.
         let of = |is: fn(&Shape) -> bool| {
             shapes.iter().zip(&parts).filter(|(shape, _)| is(shape)).map(|(_, part)| part).sum::<Complex64>()
         };
@@ -97,41 +100,39 @@ impl PressureShares {
         Self { pressure: waves.iter().sum(), waves, cells, parts }
     }
 
-    /// Returns the largest |n|.
     pub(crate) fn most(&self) -> usize {
         self.waves.len() / 2
     }
 
-    /// Returns the share of every wavenumber, from -[`Self::most`] on.
+    /// Share of each wavenumber, from -[`Self::most`] on.
     pub(crate) fn of_waves(&self) -> Vec<f64> {
         self.waves.iter().map(|&part| self.share(part)).collect()
     }
 
-    /// Returns the share of every part of the tyre.
     pub(crate) fn of_parts(&self) -> [f64; 3] {
         self.parts.map(|part| self.share(part))
     }
 
-    /// Returns the level of every part over that of the whole \[dB\]; minus infinity where it is not heard.
+    /// Level of each part relative to the whole \[dB\]; minus infinity for a part without contribution.
     pub(crate) fn levels_of_parts(&self) -> [f64; 3] {
         self.parts.map(|part| 20.0 * (part.norm() / self.pressure.norm()).log10())
     }
 
-    /// Returns the share of the waves up to each |n|, from 0 on.
+    /// Share of all waves up to each |n|, from 0 on.
     pub(crate) fn up_to_wave(&self) -> Vec<f64> {
         let (most, shares) = (self.most(), self.of_waves());
         let both = |n: usize| if n == 0 { shares[most] } else { shares[most - n] + shares[most + n] };
         (0..=most).map(both).scan(0.0, running).collect()
     }
 
-    /// Returns the share of everything from the top of the tyre round by the rear and the contact as far as each of so
-    /// many evenly spaced angles, the last of which is the top again.
+    /// Share of everything from the top of the tyre round by the rear and the contact as far as each of `angles` evenly
+    /// spaced angles, the last of which is the top again.
     pub(crate) fn up_to_angle(&self, angles: usize) -> Vec<f64> {
         let around = self.cells.len();
         let behind = &self.cells[around / 2..];
         let from_top: Vec<f64> =
             behind.iter().chain(&self.cells[..around / 2]).map(|&part| self.share(part)).scan(0.0, running).collect();
-        // Cells do not end at the angles: what is between two ends grows evenly.
+        // The angles do not fall on ends of cells: interpolated linearly.
         let at = |angle: usize| {
             let place = (angle + 1) as f64 / angles as f64 * around as f64;
             let below = place.floor() as usize;
@@ -141,12 +142,12 @@ impl PressureShares {
         (0..angles).map(at).collect()
     }
 
-    /// Returns the |n| up to which waves are enough: from it on, the share so far stays within [`ENOUGH`] of all.
+    /// Smallest |n| from which on the share of all waves so far stays within [`ENOUGH`] of one.
     pub(crate) fn enough_waves(&self) -> usize {
         enough(&self.up_to_wave())
     }
 
-    /// Returns the angle to either side of the contact that is enough, in the same sense \[degrees\].
+    /// The angle to either side of the contact for which the same holds \[degrees\].
     pub(crate) fn enough_angle(&self) -> f64 {
         let (ahead, behind) = self.cells.split_at(self.cells.len() / 2);
         let both = ahead.iter().zip(behind.iter().rev()).map(|(ahead, behind)| self.share(ahead + behind));
@@ -159,12 +160,11 @@ impl PressureShares {
     }
 }
 
-/// Returns the first place from which on the share so far stays within [`ENOUGH`] of all.
+/// First index from which on the running sum stays within [`ENOUGH`] of one; the last at most.
 fn enough(so_far: &[f64]) -> usize {
     so_far.iter().rposition(|share| (share - 1.0).abs() > ENOUGH).map_or(0, |last| (last + 1).min(so_far.len() - 1))
 }
 
-/// Returns the sum so far.
 fn running(sum: &mut f64, value: f64) -> Option<f64> {
     *sum += value;
     Some(*sum)

@@ -27,12 +27,12 @@ const ACROSS: usize = 5;
 const REVOLUTION: f64 = 0.09;
 const DENSITY: f64 = 1.2;
 
-/// Returns a window over two fifths of the tyre.
+/// A window over two fifths of the circumference.
 fn window(substeps: usize) -> Geometry {
     Geometry::new(CIRCUMFERENCE, ELEMENTS, substeps, 0.013, 0.2 * CIRCUMFERENCE)
 }
 
-/// Returns the tyre on which volumes are given by cells.
+/// A model whose volumes are given by cells.
 fn model(window: &Geometry, rule: TimeRule) -> PressureModel {
     let tyre = plate_tyre();
     let layout = SegmentLayout {
@@ -51,7 +51,7 @@ fn model(window: &Geometry, rule: TimeRule) -> PressureModel {
         layout,
         waves: Arc::new(SurfaceWaves::new(&tyre, 2, 1, 100.0, 1e-3)),
         tangential: None,
-        // Volumes do not ask for the tyre's compliance.
+        // Given volumes do not depend on the tyre's compliance.
         scale: 3.0,
         contact_width: tyre.contact_width,
         density: DENSITY,
@@ -62,13 +62,13 @@ fn model(window: &Geometry, rule: TimeRule) -> PressureModel {
     }
 }
 
-/// Returns the ends of the cells across.
+/// Ends of the cells across \[m\].
 fn ends() -> Vec<f64> {
     let width = plate_tyre().contact_width;
     (0..=ACROSS).map(|end| width * (end as f64 / ACROSS as f64 - 0.5)).collect()
 }
 
-/// Returns G of a place; its parts along and across are factors of each other.
+/// G is the product of this function of x and of [`aside`] of y.
 fn along(x: f64) -> f64 {
     let turn = TAU * x / CIRCUMFERENCE;
     0.3 + turn.cos() - 0.4 * (2.0 * turn).sin()
@@ -78,7 +78,7 @@ fn aside(y: f64) -> f64 {
     1.0 + 8.0 * y + 20.0 * y * y - 90.0 * y * y * y
 }
 
-/// Returns that field on the tread, or one of some strips in its place.
+/// G on the tread, or with values by strip under the patch in place of those at points.
 fn field(along: fn(f64) -> f64, aside: fn(f64) -> f64, strips: Option<(&[f64], &[f64])>) -> SurfaceGreen {
     let half_width = 0.5 * plate_tyre().width;
     let length = CIRCUMFERENCE / AROUND as f64;
@@ -90,7 +90,7 @@ fn field(along: fn(f64) -> f64, aside: fn(f64) -> f64, strips: Option<(&[f64], &
         })
     };
     let values: Vec<Complex32> = part(1.0).chain(part(-1.0)).collect();
-    // All round: sums over waves would ring at ends of it.
+    // All round: sums over waves would ring at an end of the open part.
     let cells = AROUND / 2;
     let under_patch = strips.map(|(ends, of_strip)| {
         let row = |place: usize| {
@@ -110,7 +110,7 @@ fn field(along: fn(f64) -> f64, aside: fn(f64) -> f64, strips: Option<(&[f64], &
     }
 }
 
-/// Returns the pressures of volumes by step, in their order along the stream, and the first of their steps.
+/// Pressures of the volumes that `volumes` gives by step, in the order of time, and the step of the first.
 fn heard(
     model: &PressureModel,
     green: SurfaceGreen,
@@ -134,7 +134,7 @@ fn mean(of: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
 
 #[test]
 fn a_volume_on_a_cell_that_goes_by_sounds_as_its_change_in_time_at_its_place() {
-    // Ends of strips that are not those of cells.
+    // Ends of strips that do not coincide with those of cells.
     let half = 0.5 * plate_tyre().width;
     let (strips, of_strip) = ([-half, -0.041, -0.007, 0.012, 0.03, half], [0.0, 2.0, -1.0, 0.7, 0.3]);
     let in_strips = |[from, to]: [f64; 2]| -> f64 {
@@ -147,10 +147,10 @@ fn a_volume_on_a_cell_that_goes_by_sounds_as_its_change_in_time_at_its_place() {
         let model = model(&window, rule);
         let SegmentLayout { time_step, columns, .. } = model.layout;
         let steps = 2 * model.layout.length() as u64;
-        // The instants of a step are before its end.
+        // Times of the stages relative to the step's end.
         let late: Vec<f64> = model.layout.actions().iter().map(|[_, time]| *time).collect();
         for (j, is_open) in [(0, false), (2, false), (3, true), (1, true)] {
-            // Strongest where the element is under the axle, amid the pressures that are given.
+            // Largest where the element is under the axle, in the middle of the pressures that the stream gives.
             let middle = 5 * model.layout.length() as u64 / 8;
             let element = window.first_element(middle) + columns as i64 / 2;
             let volume = |time: f64| 1e-6 * (-0.5 * ((time - middle as f64 * time_step) / 3.5e-3).powi(2)).exp();
@@ -192,7 +192,7 @@ fn a_volume_on_a_cell_that_goes_by_sounds_as_its_change_in_time_at_its_place() {
 
 #[test]
 fn squeeze_is_silent_in_a_field_that_is_the_same_everywhere_and_not_in_another() {
-    // Blocks of two columns and two cells with voids between them, and a groove.
+    // Blocks of three columns and two cells with voids between them, and a groove.
     let block = |i: usize, j: usize| if i % 4 < 3 && j < 2 { (i / 4) as u32 } else { NO_BLOCK };
     let of_cell = (0..ELEMENTS).flat_map(|i| (0..ACROSS).map(move |j| block(i, j))).collect();
     let count = ELEMENTS / 4;
@@ -217,6 +217,6 @@ fn squeeze_is_silent_in_a_field_that_is_the_same_everywhere_and_not_in_another()
     };
     let (even, uneven) = (level(|_| 1.0, |_| 1.0), level(|_| 1.0, aside));
     println!("G = 1: {even:.1e} Pa; G that differs across: {uneven:.1e} Pa");
-    // In single precision volumes cancel to that.
+    // Cancellation of the volumes in single precision.
     assert!(even < 1e-4 * uneven && uneven > 0.0, "{even:e} {uneven:e}");
 }

@@ -1,11 +1,11 @@
-//! Forces, step by step, to pressures over time: overlap-save with whole revolutions.
+//! From the forces of each step to pressures over time: overlap-save with whole revolutions.
 //!
-//! A block holds the last K steps, and the next begins half a block later. Of the K pressures that a block gives the
-//! half that knows all that came before it is kept, three eighths from its beginning: a response may last three eighths
-//! of a block, and, since transfers end at a highest frequency, may begin an eighth before its force.
+//! A block holds the last K steps, and the next begins half a block later. Of the K pressures of a block half are kept,
+//! from three eighths of the block on: a response may last three eighths of a block, and, since transfers end at a
+//! highest frequency, may begin an eighth before its force.
 //!
-//! Complete blocks wait as spectra of their forces until there are many, or until the last one is there. Then their
-//! pressures are made all at once, some receivers after the others.
+//! Complete blocks wait as spectra of their forces until there are many, or until the last one is complete. Then their
+//! pressures are computed all at once, one batch of receivers after another.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,28 +20,27 @@ use crate::numeric::{double, single};
 use crate::response::vibration::SegmentLayout;
 use crate::storage::StateError;
 
-/// Most blocks that wait, and most bytes of them: the more, the rarer is what they share.
+/// Most blocks that wait, and most bytes of them: the more, the smaller is the cost of what they share.
 const MOST_WAITING: usize = 32;
 const WAITING_BYTES: usize = 100_000_000;
 /// Most receivers whose pressures are in memory together.
 const RECEIVERS: usize = 160;
 
-/// From the forces of every step to the pressures at some receivers, sampled at the steps.
+/// From the forces of each step to the pressures at some receivers, sampled at the steps.
 pub(crate) struct PressureStream {
     transfers: PressureTransfers,
     forward: Arc<dyn RealToComplex<f64>>,
     backward: Arc<dyn ComplexToReal<f64>>,
-    /// Forces of the block, step by step \[N\].
+    /// Forces of the block so far, step by step \[N\].
     forces: Vec<f64>,
-    /// Steps taken in so far.
+    /// Steps so far.
     steps: u64,
-    /// Blocks that are still to come.
+    /// Blocks that are still to be completed.
     ahead: u64,
-    /// Forces of the complete blocks whose pressures are still to be made.
+    /// Spectra of the complete blocks whose pressures are still to be computed.
     waiting: Vec<BlockSpectra>,
 }
 
-/// State of a [`PressureStream`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct PressureState {
     forces: Vec<f64>,
@@ -57,8 +56,8 @@ pub(crate) struct BlockPressures<'a> {
 }
 
 impl PressureStream {
-    /// Makes the stream of so many steps' forces in windows of the model's layout, whose segments are the blocks and
-    /// begin with the layout's substep.
+    /// Stream of `steps` steps of forces in windows of the model's layout, whose segments are the blocks. The first
+    /// step has the layout's substep.
     pub(crate) fn new(transfers: PressureTransfers, steps: u64) -> Self {
         let mut planner = RealFftPlanner::new();
         let layout = &transfers.model.layout;
@@ -73,8 +72,8 @@ impl PressureStream {
         }
     }
 
-    /// Returns the bytes beside G of so many receivers, on so many cells with so many integrals of a wavenumber, for so
-    /// many steps.
+    /// Memory \[bytes\] except G for so many receivers, G on `around` cells with `integrals` integrals per wavenumber,
+    /// and `steps` steps.
     pub(crate) fn bytes(
         layout: &SegmentLayout,
         bins: usize,
@@ -83,52 +82,52 @@ impl PressureStream {
         [around, integrals]: [usize; 2],
     ) -> f64 {
         let waiting = Self::together(layout, bins, steps);
-        // The spectra of a block are there twice while they are put in order.
+        // One further block: the spectra are there twice while they are reordered.
         let forces = 8 * layout.length() * layout.width() + 8 * layout.places() * bins * (waiting + 1);
         let (_, most) = Self::batches(receivers);
         forces as f64 + PressureTransfers::work_bytes(layout, bins, waiting, most, [around, integrals])
     }
 
-    /// Returns the receivers by batch: how many batches, and how many receivers are in the largest.
+    /// Number of batches of receivers, and the receivers in the largest.
     pub(crate) fn batches(receivers: usize) -> (usize, usize) {
         let batches = receivers.div_ceil(RECEIVERS).max(1);
         (batches, receivers.div_ceil(batches))
     }
 
-    /// Returns the most blocks whose pressures are made at once, of so many steps.
+    /// Most blocks of `steps` steps whose pressures are computed at once.
     pub(crate) fn together(layout: &SegmentLayout, bins: usize, steps: u64) -> usize {
         let bytes = 8 * layout.places() * bins;
         let most = (WAITING_BYTES / bytes.max(1)).clamp(1, MOST_WAITING);
         most.min(Self::blocks(layout, steps) as usize)
     }
 
-    /// Returns the blocks that so many steps give.
+    /// Number of complete blocks in `steps` steps.
     pub(crate) fn blocks(layout: &SegmentLayout, steps: u64) -> u64 {
         let (length, hop) = (layout.length() as u64, layout.hop() as u64);
         steps.checked_sub(length).map_or(0, |more| more / hop + 1)
     }
 
-    /// Returns the pressures that so many steps give, per receiver.
+    /// Number of pressures per receiver that `steps` steps give.
     pub(crate) fn samples(layout: &SegmentLayout, steps: u64) -> u64 {
         Self::blocks(layout, steps) * layout.hop() as u64
     }
 
-    /// Returns the step whose pressure is the first.
+    /// Step of the first pressure.
     pub(crate) fn first_step(layout: &SegmentLayout) -> u64 {
         (layout.length() * 3 / 8) as u64
     }
 
-    /// Returns the columns of the forces' windows.
+    /// Columns of the window of the forces.
     pub(crate) fn columns(&self) -> usize {
         self.layout().columns
     }
 
-    /// Returns the number of transforms of a block.
+    /// Number of Fourier transforms per block.
     pub(crate) fn transforms(&self) -> u64 {
         (self.layout().places() + self.transfers.greens.len()) as u64
     }
 
-    /// Returns the multiply-adds of the pressures of the blocks that wait.
+    /// Multiply-adds for the pressures of the blocks that wait.
     pub(crate) fn multiply_adds(&self) -> u64 {
         let PressureTransfers { model, greens } = &self.transfers;
         let around = greens.first().map_or(0, |green| green.around);
@@ -138,12 +137,12 @@ impl PressureStream {
         (shared * Self::batches(receivers).0 as f64 + each * receivers as f64) as u64
     }
 
-    /// Tells whether the next step completes a block.
+    /// True if the next step completes a block.
     pub(crate) fn completes_next(&self) -> bool {
         self.forces.len() + self.layout().width() == self.layout().length() * self.layout().width()
     }
 
-    /// Takes in the forces of a step \[N\], channel by channel, column by column; whether a block is complete.
+    /// Takes the forces of a step \[N\], channel by channel, column by column; true if a block is complete.
     pub(crate) fn push(&mut self, forces: &[f64]) -> bool {
         self.forces.extend_from_slice(forces);
         self.steps += 1;
@@ -158,19 +157,20 @@ impl PressureStream {
         complete
     }
 
-    /// Tells whether the pressures of the blocks that wait are to be made now.
+    /// True if the pressures of the blocks that wait are to be computed now.
     pub(crate) fn is_due(&self) -> bool {
         let most = Self::together(self.layout(), self.transfers.model.bins(), u64::MAX);
         self.waiting.len() >= most || (self.ahead == 0 && !self.waiting.is_empty())
     }
 
-    /// Counts the steps taken in so far.
+    /// Steps so far.
     pub(crate) fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Makes the pressures of the blocks that wait, and gives them for some receivers after the others; beside them
-    /// those of another stream, which has taken in as many steps and is heard by the same receivers.
+    /// Computes the pressures of the blocks that wait and hands them to `take`, batch by batch of receivers; beside
+    /// them those of `other`, a stream that has taken as many steps and has the same receivers. No block waits
+    /// afterwards.
     pub(crate) fn hear(
         &mut self,
         mut other: Option<&mut Self>,
@@ -199,7 +199,7 @@ impl PressureStream {
         &self.transfers.model.layout
     }
 
-    /// Returns the spectra of the block that has just been completed.
+    /// Spectra of the block that has just been completed.
     fn spectra(&self) -> BlockSpectra {
         let (layout, forward, forces) = (self.layout(), &self.forward, &self.forces);
         let (length, width, places) = (layout.length(), layout.width(), layout.places());
@@ -216,11 +216,11 @@ impl PressureStream {
                 }
             }
             let mut spectrum = forward.make_output_vec();
-            // Both are of the planned lengths.
+            // The only error is a wrong length; both have the planned length.
             let transformed = forward.process(&mut series, &mut spectrum);
             debug_assert!(transformed.is_ok());
             out.iter_mut().zip(&spectrum).for_each(|(out, value)| *out = single(*value));
-            // The two real lines hold nothing that sounds.
+            // The two real bins, mean and Nyquist frequency, do not radiate.
             out[0] = Complex32::ZERO;
             if 2 * (bins - 1) == length {
                 out[bins - 1] = Complex32::ZERO;
@@ -234,21 +234,17 @@ impl PressureStream {
         spectra
     }
 
-    /// Returns the blocks that wait, for tests.
+    /// Spectra of the blocks that wait.
     #[cfg(test)]
     pub(super) fn blocks_that_wait(&self) -> &[BlockSpectra] {
         &self.waiting
     }
 
-    /// Takes the state down.
     pub(crate) fn save(&self) -> PressureState {
         PressureState { forces: self.forces.clone(), steps: self.steps, waiting: self.waiting.clone() }
     }
 
-    /// Goes on from the state of a stream of the same run.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Goes on from the state of a stream of the same run. An error for a state of other lengths.
     pub(crate) fn restore(&mut self, state: PressureState) -> Result<(), StateError> {
         let PressureState { forces, steps, waiting } = state;
         let (layout, bins) = (self.layout(), self.transfers.model.bins());
@@ -269,7 +265,6 @@ impl PressureStream {
 }
 
 impl<'a> BlockPressures<'a> {
-    /// Finds pressures from spectra of blocks of a layout.
     #[cfg(test)]
     pub(super) fn new(
         layout: &'a SegmentLayout,
@@ -279,7 +274,7 @@ impl<'a> BlockPressures<'a> {
         Self { layout, backward, spectra }
     }
 
-    /// Gives the pressures at a receiver, counted among these, block after block \[Pa\].
+    /// Gives the pressures at a receiver, by its index in the batch, block after block \[Pa\].
     pub(crate) fn of(&self, receiver: usize, mut take: impl FnMut(&[f64])) {
         let Self { layout, backward, spectra } = self;
         let (length, hop) = (layout.length(), layout.hop());
@@ -291,7 +286,7 @@ impl<'a> BlockPressures<'a> {
             lines.fill(Complex64::ZERO);
             let found = spectra.of_block(receiver, block);
             lines.iter_mut().zip(found).for_each(|(line, found)| *line = double(found) / length as f64);
-            // All are of the planned lengths.
+            // The only error is a wrong length; all have the planned length.
             let transformed = backward.process_with_scratch(&mut lines, &mut series, &mut scratch);
             debug_assert!(transformed.is_ok());
             take(&series[first..first + hop]);

@@ -1,12 +1,12 @@
 //! G on the tread, and its integrals with the tread's waves.
 //!
 //! G is known as means over cells round the tyre, at Gauss points across half of the width, at some frequencies: its
-//! even part, which is all that a centred contact strip can feel, and, for forces that are resolved across, its odd
-//! part, which waves that are odd about mid-width feel; and likewise on the rings of a flank that moves. With the delay
-//! r0/c removed it is smooth over frequency and interpolated by cubics.
+//! even part, which is all that a centred contact strip meets, and, for forces that are resolved across, its odd part,
+//! which waves that are odd about mid-width meet; and likewise on the rings of a flank that moves. With the delay r0/c
+//! removed it is smooth over frequency and interpolated by cubics.
 //!
-//! Where air goes through the patch the field has steps of the grooves' widths there: on those cells it is known strip
-//! by strip across the whole width, in place of the points.
+//! Where air passes through the patch the field has steps of the grooves' widths there: on those cells it is known
+//! strip by strip across the whole width, in place of the points.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -25,13 +25,13 @@ use crate::tyre::influence::Waves;
 pub(crate) struct SurfaceGreen {
     /// Frequencies, rising \[Hz\].
     pub frequencies: Vec<f64>,
-    /// Cells round the whole tyre; the first begins under the axle, they follow each other in the rolling direction.
+    /// Cells round the whole tyre; the first begins under the axle, the others follow in the rolling direction.
     pub around: usize,
-    /// Distances from mid-width \[m\], rising; each part of G is the polynomial through its values there.
+    /// Distances from mid-width \[m\], rising; each part of G is the interpolation polynomial through its values there.
     pub across: Vec<f64>,
     /// Half of the tread's width \[m\].
     pub half_width: f64,
-    /// Rings of the flank, which follow the points across.
+    /// Rings of the flank, whose rows follow those of the points across.
     pub rings: usize,
     /// G exp(i k r0) by frequency, point by point and ring by ring, cell by cell \[1/m\]: the even part, and after it
     /// the odd one where it is known.
@@ -43,7 +43,7 @@ pub(crate) struct SurfaceGreen {
 /// G under an open patch, in place of that at the points across.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct UnderPatch {
-    /// Cells of G that it holds, to either side of the contact's centre.
+    /// Number of cells to either side of the contact's centre where it holds.
     pub cells: usize,
     /// Ends of the strips across the whole width, rising \[m\].
     pub ends: Vec<f64>,
@@ -51,19 +51,19 @@ pub(crate) struct UnderPatch {
     pub values: Vec<Vec<Complex32>>,
 }
 
-/// Shape of a part of the tyre's motion, of a wave round the tyre.
+/// Shape across of a part of the tyre's motion that is a wave round the tyre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Shape {
     /// The tread's wave of a lateral number.
     Tread(usize),
-    /// A strip of the tread between two distances from mid-width, to the left \[m\], that moves as one.
+    /// A strip of the tread between two distances from mid-width \[m\], positive to the left, that moves as one.
     Strip([f64; 2]),
-    /// Rings of a number on both sides, whose flow is the same or opposite.
+    /// Rings of a number on both sides, whose flow is equal or, if `odd`, opposite.
     Ring { number: usize, odd: bool },
 }
 
 impl SurfaceGreen {
-    /// Makes G from the transfers from a body's tread to one receiver at rising frequencies \[Hz\], of one side or
+    /// From the transfers of a body's tread to one receiver at rising frequencies \[Hz\], computed for one side or
     /// both.
     pub(crate) fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
         let half_width = half_tread(body);
@@ -92,31 +92,32 @@ impl SurfaceGreen {
     }
 }
 
-/// Weights that G is met with: 1, and 1 - cos(theta) with the angle theta = 2 pi x/L from the contact. Each makes of
-/// the wave n the waves n - 1, n and n + 1, times these factors.
+/// Weights of G: 1, and 1 - cos(theta) with the angle theta = 2 pi x/L from the contact. Each turns the wave n into the
+/// waves n - 1, n and n + 1, times these factors.
 pub(super) const WEIGHTS: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [-0.5, 1.0, -0.5]];
 
-/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, weight by weight, of
-/// those that are odd about mid-width with sin(ky_m y) \[m\]; of rings 2 Int G exp(i n theta) dtheta \[1/m\], for a
-/// flow per radian; of strips the integral along of G's mean across \[1\], for a flow per length.
+/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, weight by weight; for
+/// waves that are odd about mid-width with sin(ky_m y) \[m\]; for rings 2 Int G exp(i n theta) dtheta \[1/m\], for a
+/// flow per radian; for strips the integral along of G's mean across \[1\], for a flow per length.
 pub(super) struct WaveIntegrals {
     /// Largest |n|: as far as the cells can tell waves apart.
     most_around: usize,
-    /// By shape, the first row of G that it meets, and weights from there on.
+    /// By shape, the first row of G that it meets, and the weights of the rows from there on.
     shapes: Vec<(usize, Vec<f64>)>,
-    /// By shape of the tread, its integrals over the strips of an open patch, or the shares that these have of it; none
-    /// of rings, or of a sealed one.
+    /// By shape of the tread, its integrals over the strips of an open patch, or their shares of it; empty for rings,
+    /// and for a sealed patch.
     strips: Vec<Vec<f64>>,
-    /// Number of [`WEIGHTS`] that are taken.
+    /// Number of [`WEIGHTS`] in use.
     weights: usize,
-    /// By n, the wave's mean over a cell, whose middle is half a cell from its beginning, times its length \[m\]; one n
-    /// more than the largest at either end.
+    /// By n, the wave's mean over a cell that begins at x = 0, times the cell's length \[m\]; one n beyond the largest
+    /// at either end.
     means: Vec<Complex64>,
     transform: Arc<dyn Fft<f64>>,
 }
 
 impl WaveIntegrals {
-    /// Plans integrals with waves of these shapes and the first of [`WEIGHTS`], of G that is known where this one is.
+    /// Plans integrals with waves of these shapes and the first `weights` of [`WEIGHTS`], for every G with the cells
+    /// and points of `green`.
     pub(super) fn new(green: &SurfaceGreen, waves: Waves, shapes: &[Shape], weights: usize) -> Self {
         let SurfaceGreen { around, across, half_width, rings, .. } = green;
         let rows = |odd: bool| if odd { across.len() + rings } else { 0 };
@@ -134,7 +135,7 @@ impl WaveIntegrals {
         Self {
             strips: shapes.iter().map(strips).collect(),
             most_around: around / 2 - 1,
-            // Both halves of the width.
+            // The weights cover both halves of the width.
             shapes: shapes
                 .iter()
                 .map(|&shape| match shape {
@@ -155,38 +156,38 @@ impl WaveIntegrals {
         }
     }
 
-    /// Returns the largest |n|.
+    /// Largest |n|.
     pub(super) fn most_around(&self) -> usize {
         self.most_around
     }
 
-    /// Returns the largest |n| that elements can tell apart, too.
+    /// Largest |n| that the elements can tell apart, too.
     pub(super) fn most_under(&self, layout: &SegmentLayout) -> usize {
         self.most_around.min(layout.elements / 2 - 1)
     }
 
-    /// Returns the integral of a wave over the first cell, |n| no more than one above the largest \[m\].
+    /// Integral of a wave over the first cell \[m\]; |n| may exceed the largest by one.
     pub(super) fn mean(&self, n: i64) -> Complex64 {
         self.means[(n + self.most_around as i64 + 1) as usize]
     }
 
-    /// Returns the integrals of a wavenumber.
+    /// Number of integrals per wavenumber.
     pub(super) fn of_wave(&self) -> usize {
         self.shapes.len() * self.weights
     }
 
-    /// Returns how many integrals a receiver has.
+    /// Number of integrals per receiver and frequency.
     pub(super) fn count(&self) -> usize {
         (2 * self.most_around + 1) * self.of_wave()
     }
 
-    /// Returns the room for the work on a receiver: cells, scratch of their transform, and waves.
+    /// Buffers for the work on a receiver: cells, scratch of their transform, and waves.
     pub(super) fn room(&self) -> [Vec<Complex64>; 3] {
         let scratch = self.transform.get_inplace_scratch_len();
         [self.transform.len(), scratch, self.means.len()].map(|length| vec![Complex64::ZERO; length])
     }
 
-    /// Computes the integrals of a receiver at the G's frequency of an index.
+    /// Integrals of a receiver at G's frequency of an index.
     pub(super) fn of(
         &self,
         green: &SurfaceGreen,
@@ -196,6 +197,7 @@ impl WaveIntegrals {
     ) {
         let half = green.around / 2;
         for index in 0..self.shapes.len() {
+            // 1. Across the tread, then the transform round it.
             self.across(green, frequency, index, cells);
             self.transform.process_with_scratch(cells, scratch);
             // From n = -around/2 on: the transform has negative numbers behind the others.
@@ -203,6 +205,7 @@ impl WaveIntegrals {
             for ((wave, mean), cell) in waves.iter_mut().zip(&self.means).zip(turned) {
                 *wave = mean * cell;
             }
+            // 2. Each weight combines neighbouring waves.
             for (out, near) in integrals.chunks_exact_mut(self.of_wave()).zip(waves.windows(3)) {
                 let out = &mut out[index * self.weights..][..self.weights];
                 for (out, factors) in out.iter_mut().zip(WEIGHTS) {
@@ -212,8 +215,8 @@ impl WaveIntegrals {
         }
     }
 
-    /// Computes Int G cos(ky_m y) dy, or sin, across the tread of the shape of an index, cell by cell \[1\]; of a ring
-    /// 2 G/R, of a strip G's mean across \[1/m\].
+    /// Int G cos(ky_m y) dy, or sin, across the tread of the shape of an index, cell by cell \[1\]; of a ring 2 G/R, of
+    /// a strip G's mean across \[1/m\].
     pub(super) fn across(&self, green: &SurfaceGreen, frequency: usize, index: usize, cells: &mut [Complex64]) {
         cells.fill(Complex64::ZERO);
         let (first, weights) = &self.shapes[index];
@@ -234,7 +237,7 @@ impl WaveIntegrals {
     }
 }
 
-/// Computes Int cos(k y) dy, or sin, over strips across.
+/// Int cos(k y) dy, or sin, over each strip across \[m\].
 fn strip_weights(odd: bool, ends: &[f64], k: f64) -> Vec<f64> {
     let strip = |ends: &[f64]| {
         let (middle, length) = (0.5 * (ends[0] + ends[1]), ends[1] - ends[0]);
@@ -244,18 +247,18 @@ fn strip_weights(odd: bool, ends: &[f64], k: f64) -> Vec<f64> {
     ends.windows(2).map(strip).collect()
 }
 
-/// Returns the share of each strip across in the mean over an interval.
+/// Share of each strip in the mean over an interval across.
 fn strip_shares([right, left]: [f64; 2], ends: &[f64]) -> Vec<f64> {
     let share = |ends: &[f64]| (ends[1].min(left) - ends[0].max(right)).max(0.0) / (left - right);
     ends.windows(2).map(share).collect()
 }
 
-/// Computes the weights of all rows of G by which its mean over an interval across is their sum: of the polynomials
-/// through its even part, of rings, of which it has none, and of the polynomials through its odd part.
+/// Weights of all rows of G whose sum is its mean over an interval across: of the polynomials through its even part, of
+/// rings, zero, and of the polynomials through its odd part.
 fn strip_means([right, left]: [f64; 2], points: &[f64], rings: usize) -> Vec<f64> {
     let odd = points.len() + rings;
     let mut sums = vec![0.0; odd + points.len()];
-    // Polynomials in |y|.
+    // Polynomials in |y|: each side of mid-width on its own.
     for [from, to] in [[right, left.min(0.0)], [right.max(0.0), left]] {
         if to <= from {
             continue;
@@ -272,10 +275,10 @@ fn strip_means([right, left]: [f64; 2], points: &[f64], rings: usize) -> Vec<f64
     sums
 }
 
-/// Computes Int cos(k y) L_j(y) dy, or sin, over the whole width of polynomials that are 1 at one point and 0 at the
-/// others: weights that are exact for the product of such a polynomial, even in y as the wave is or odd, with the wave.
+/// Int cos(k y) L_j(y) dy, or sin, over the whole width, of the polynomials L_j that are 1 at one point and 0 at the
+/// others: weights that are exact for the product of such a polynomial, even or odd in y as the wave is, with the wave.
 fn wave_weights(wave: fn(f64) -> f64, points: &[f64], half_width: f64, k: f64) -> Vec<f64> {
-    // The product turns as often as the wave does within half of the width.
+    // The product oscillates as often as the wave does within half of the width.
     let order = 16 + points.len() + (k * half_width) as usize;
     let mut sums = vec![0.0; points.len()];
     for [node, weight] in legendre::gauss(order) {
@@ -287,8 +290,8 @@ fn wave_weights(wave: fn(f64) -> f64, points: &[f64], half_width: f64, k: f64) -
     sums
 }
 
-/// Returns up to four neighbours of a frequency and the weights of the cubic through them; beyond the ends those at the
-/// end.
+/// Up to four neighbours of a frequency and the weights of the cubic through them; frequencies outside count as the
+/// nearest end.
 pub(super) fn interpolation(frequencies: &[f64], frequency: f64) -> (Range<usize>, Vec<f64>) {
     let within = frequency.clamp(frequencies[0], frequencies[frequencies.len() - 1]);
     let near = lagrange::cubic_neighbours(frequencies, within);
@@ -430,7 +433,7 @@ mod tests {
         for shape in 0..3 {
             let (sealed, open) = (of(&sealed, shape), of(&open, shape));
             for (cell, (sealed, open)) in sealed.iter().zip(&open).enumerate() {
-                // The fifth of six from the rearmost on.
+                // The fifth of six, counted from the rearmost.
                 let expected = if cell == 1 { Complex64::ZERO } else { *sealed };
                 assert!((open - expected).norm() < 1e-6, "shape {shape}, cell {cell}: {open} {expected}");
             }

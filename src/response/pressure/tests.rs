@@ -35,7 +35,7 @@ fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
     }
 }
 
-/// Returns a tyre that is a little softer than its waves, up to 150 Hz.
+/// A tyre that is a little softer than its waves, up to 150 Hz.
 fn model(
     layout: SegmentLayout,
     waves: &Arc<SurfaceWaves>,
@@ -58,11 +58,11 @@ fn model(
     }
 }
 
-/// The pressure of unit force at each place, by bin and place.
+/// Pressure of a unit force at each place, by bin and place.
 struct UnitPressures(PressureSpectra);
 
 impl UnitPressures {
-    /// Computes the pressures at a receiver with this G: a block for each place, in which it alone has a force.
+    /// At a receiver with this G: a block for each place, in which it alone has a force.
     fn of(model: &PressureModel, green: SurfaceGreen) -> Self {
         let transfers = PressureTransfers { model: model.clone(), greens: vec![green].into() };
         let (bins, places) = (model.bins(), model.layout.places());
@@ -77,7 +77,7 @@ impl UnitPressures {
     }
 }
 
-/// Returns the points across half of the tread, rising, with their weights.
+/// Gauss points across half of the tread, rising, with their weights \[m\].
 pub(super) fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
     let scaled = |[node, weight]: [f64; 2]| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
     let mut points: Vec<[f64; 2]> = legendre::gauss(count).into_iter().map(scaled).collect();
@@ -85,7 +85,7 @@ pub(super) fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
     points
 }
 
-/// Returns some smooth G, the same at all frequencies.
+/// A smooth G, the same at all frequencies.
 pub(super) fn green(x: f64, y: f64) -> Complex64 {
     let turn = TAU * x / CIRCUMFERENCE;
     Complex64::new(0.3 + turn.cos() - 0.4 * (2.0 * turn).sin(), turn.sin() + 20.0 * y * y)
@@ -107,8 +107,8 @@ fn surface_green(half_width: f64) -> SurfaceGreen {
     }
 }
 
-/// Returns the mean over a cell of a wave of n periods times the rate at which the air sees it move, beside the axle at
-/// an angular frequency, with one revolution in 2 pi/`turning` \[rad/s\].
+/// Mean over a cell of a wave of n periods times the rate at which the air sees it move, in the frame of the axle at an
+/// angular frequency, with one revolution in 2 pi/`turning` \[rad/s\].
 pub(super) fn moving_wave(air: AirMotion, [angular, turning]: [f64; 2], n: i64, cell: usize) -> Complex64 {
     let of = |[node, weight]: [f64; 2]| {
         let angle = TAU * (cell as f64 + 0.5 + 0.5 * node) / AROUND as f64;
@@ -122,7 +122,7 @@ pub(super) fn moving_wave(air: AirMotion, [angular, turning]: [f64; 2], n: i64, 
     legendre::gauss(8).into_iter().map(of).sum()
 }
 
-/// Returns the tyre, curved and turning: once in 0.09 s, as it does here.
+/// The curved tyre, turning once in 0.09 s as in the layout.
 fn turning_tyre() -> Tyre {
     Tyre { curvature: true, angular_velocity: -TAU / 0.09, ..plate_tyre() }
 }
@@ -250,7 +250,7 @@ fn what_radiates_is_the_velocity_of_the_vibration() {
 
 fn radiates_what_vibrates(tyre: Tyre) {
     // A strip as wide as the tyre, so that the strip's mean is that of the tread. G is a smooth hump over elements
-    // beside the patch: what is shorter than two elements is the vibration's own, folded, and not the sound's.
+    // beside the patch: waves shorter than two elements are aliased in the vibration, and absent in the sound.
     const ELEMENTS: usize = 128;
     const CELL: usize = 31;
     let tyre = Tyre { contact_width: tyre.width, ..tyre };
@@ -327,7 +327,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
         let layout = layout(TimeRule::Sdirk2, substeps);
         let length = layout.length();
         let bins = length / 2 + 1;
-        // One place is heard, later by whole steps; the others are not.
+        // One place alone radiates, later by whole steps.
         let heard = (layout.columns + 2) * substeps + substeps - 1;
         let waves = Arc::new(SurfaceWaves::new(&plate_tyre(), 2, 1, 100.0, 1e-3));
         let model = PressureModel {
@@ -342,7 +342,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
         let mut found = Vec::new();
         for step in 0..steps {
             let forces: Vec<f64> = (0..layout.width()).map(|place| force(step, place)).collect();
-            // Half-way a stream is stopped while a block waits, and another one goes on.
+            // Half-way the stream is stopped while a block waits, and another one goes on from its state.
             if step == length + 5 {
                 assert_eq!(stream.blocks_that_wait().len(), 1);
                 let state = stream.save();
@@ -371,7 +371,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
         };
         let sign = |step: usize| if step.is_multiple_of(2) { 1.0 } else { -1.0 };
         for (block, pressures) in found.chunks_exact(layout.hop()).enumerate() {
-            // Mean and highest frequency of a block do not sound.
+            // Mean and highest frequency of a block do not radiate.
             let forces = whole(block);
             let mean = forces.iter().sum::<f64>() / length as f64;
             let fastest = forces.iter().enumerate().map(|(n, force)| sign(n) * force).sum::<f64>() / length as f64;

@@ -1,10 +1,10 @@
 //! From the spectra of forces to those of the pressures at receivers.
 //!
-//! Shared parts, the tyre's compliances and the forces' part in each wavenumber, are found once for each bin.
-//! The rest are products of real matrices in single precision, whose rows are the receivers: over the integrals
-//! of a wavenumber and the frequencies that G is interpolated between, then over the wavenumbers to the blocks of
-//! forces. They are made for the bins between two of G's frequencies at a time, and for many blocks at a time: the
-//! first product serves them all, so nothing of the size of places times bins is kept of a receiver.
+//! Shared parts, the tyre's compliances and the forces' part in each wavenumber, are found once for each bin. The rest
+//! are products of real matrices in single precision, whose rows are the receivers: over the integrals of a wavenumber
+//! and the frequencies between which G is interpolated, then over the wavenumbers to the blocks of forces. They are
+//! computed for the bins between two of G's frequencies at a time, and for many blocks at a time: the first product
+//! serves them all, so nothing of the size of places times bins is kept per receiver.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -21,7 +21,6 @@ use super::window::{Folded, Window};
 use crate::numeric::single;
 use crate::response::vibration::SegmentLayout;
 
-/// Most bins whose components are in memory together.
 const TOGETHER: usize = 32;
 
 /// Ingredients of pressures: the tyre, and G of every receiver.
@@ -29,12 +28,12 @@ const TOGETHER: usize = 32;
 pub(crate) struct PressureTransfers {
     /// The tyre and its forces.
     pub model: PressureModel,
-    /// G by receiver, all of the same cells and frequencies; shared by transfers of other motions.
+    /// G by receiver, all of the same cells and frequencies; shared by the transfers of other motions.
     pub greens: Arc<[SurfaceGreen]>,
 }
 
-/// Forces of a block at the bins from 0 on, bin by bin, place by place; a place is (channel x columns + column) x
-/// substeps + substep, the channels of several stages, or components across, one after the other \[N\].
+/// Forces of a block at the bins from 0 on, bin by bin, place by place \[N\]. A place is (channel x columns + column) x
+/// substeps + substep; channels are the stages, or components across, one after the other.
 pub(crate) type BlockSpectra = Vec<Complex32>;
 
 /// Pressures at some receivers in some blocks \[Pa\].
@@ -46,7 +45,7 @@ pub(crate) struct PressureSpectra {
     values: Vec<Complex32>,
 }
 
-/// Room for the work on a bin.
+/// Buffers for the work on a bin.
 struct Room {
     folded: Folded,
     /// By block, n by n: the real parts of all blocks, then the imaginary ones.
@@ -58,8 +57,8 @@ struct Room {
 }
 
 impl PressureTransfers {
-    /// Counts the real multiply-adds for so many blocks, with G on so many cells and so many integrals of a wavenumber:
-    /// what some receivers share, and what each takes.
+    /// Number of real multiply-adds for `blocks` blocks, with G on `around` cells and `integrals` integrals per
+    /// wavenumber: those that all receivers share, and those of each.
     pub(crate) fn multiply_adds(
         layout: &SegmentLayout,
         bins: usize,
@@ -73,7 +72,7 @@ impl PressureTransfers {
         [shared, each].map(|amount| (amount * bins) as f64)
     }
 
-    /// Returns the bytes that so many receivers take while the pressures of so many blocks are made.
+    /// Memory \[bytes\] of so many receivers while the pressures of so many blocks are computed.
     pub(crate) fn work_bytes(
         layout: &SegmentLayout,
         bins: usize,
@@ -85,7 +84,6 @@ impl PressureTransfers {
         (receivers * (8 * bins * blocks + components)) as f64
     }
 
-    /// Returns the pressures at some of the receivers.
     pub(crate) fn pressures(&self, receivers: Range<usize>, blocks: &[BlockSpectra]) -> PressureSpectra {
         let Self { model, greens } = self;
         let greens = &greens[receivers.clone()];
@@ -93,10 +91,12 @@ impl PressureTransfers {
         let mut found = PressureSpectra { receivers: greens.len(), blocks: count, values: Vec::new() };
         let Some(first) = greens.first().filter(|_| count > 0) else { return found };
         found.values.reserve_exact(bins * greens.len() * count);
+        // 1. G's integrals, the window's shapes, and for each bin the frequencies between which G is interpolated.
         let mut components = Components::new(model, first, greens.len());
         let window = Window::new(&model.layout, components.most());
         let frequency = |bin: usize| bin as f64 * model.layout.resolution();
         let near: Vec<_> = (0..bins).map(|bin| interpolation(&first.frequencies, frequency(bin))).collect();
+        // 2. Groups of bins with the same neighbours: components once for all blocks, then bin by bin.
         let mut begin = 0;
         let alike = near.chunk_by(|(one, _), (next, _)| one == next);
         for group in alike.flat_map(|group| group.chunks(TOGETHER)) {
@@ -139,7 +139,7 @@ impl Room {
         matmul(products, Accum::Replace, unit, forces, 1.0_f32, Par::Seq);
     }
 
-    /// Returns the pressures of a bin, receiver by receiver, block by block.
+    /// Pressures of a bin, receiver by receiver, block by block, with the fractional delays.
     fn pressures(&self, blocks: usize) -> Vec<Complex32> {
         let receivers = self.late.len();
         let (real, imaginary) = self.products.split_at(2 * receivers * blocks);
@@ -155,7 +155,6 @@ impl Room {
 }
 
 impl PressureSpectra {
-    /// Returns the some, for tests: by receiver, block and bin.
     #[cfg(test)]
     pub(super) fn of(
         [receivers, blocks, bins]: [usize; 3],
@@ -170,12 +169,11 @@ impl PressureSpectra {
         Self { receivers, blocks, values }
     }
 
-    /// Returns the blocks.
     pub(crate) fn blocks(&self) -> usize {
         self.blocks
     }
 
-    /// Returns the pressure at a receiver in a block, bin by bin \[Pa\].
+    /// Pressure at a receiver in a block, bin by bin \[Pa\].
     pub(crate) fn of_block(&self, receiver: usize, block: usize) -> impl Iterator<Item = Complex32> {
         let each = self.receivers * self.blocks;
         self.values.iter().skip(receiver * self.blocks + block).step_by(each.max(1)).copied()

@@ -18,7 +18,7 @@ use super::model::PressureModel;
 use crate::numeric::single;
 use crate::response::vibration::SegmentLayout;
 
-/// Room for the work on a bin.
+/// Buffers for the work on a bin.
 pub(super) struct Folded {
     /// Sums and differences of opposite columns: the real parts by block, column by column, then the imaginary ones.
     sides: [Vec<f32>; 2],
@@ -26,7 +26,7 @@ pub(super) struct Folded {
     products: [Vec<f32>; 2],
 }
 
-/// The columns of a window and the components that it is made of.
+/// Columns of a window, and the waves of which its components are made.
 pub(super) struct Window {
     /// Largest |n|.
     most: usize,
@@ -44,7 +44,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Makes the window of a layout, for components up to a largest |n|.
+    /// Window of a layout, for components up to the largest |n| `most`.
     pub(super) fn new(layout: &SegmentLayout, most: usize) -> Self {
         let (columns, half) = (layout.columns, layout.columns.div_ceil(2));
         let from_middle = 0.5 * (columns as f64 - 1.0);
@@ -62,12 +62,11 @@ impl Window {
         Self { most, columns, components, half, places, shapes: [table(f64::cos), table(f64::sin)], actions }
     }
 
-    /// Returns the wavenumbers -most..=most, with every component across.
+    /// Number of wavenumbers -most..=most times components across.
     pub(super) fn waves(&self) -> usize {
         (2 * self.most + 1) * self.components
     }
 
-    /// Returns the room for a bin of so many blocks.
     pub(super) fn room(&self, blocks: usize) -> Folded {
         let width = 2 * blocks;
         Folded {
@@ -76,8 +75,8 @@ impl Window {
         }
     }
 
-    /// Computes the components of the forces of some blocks at a bin, each place by place: by block, n by n, component
-    /// by component across, the real parts of all blocks, then the imaginary ones.
+    /// Components of the forces of some blocks at a bin: by block, n by n, component by component across, the real
+    /// parts of all blocks, then the imaginary ones.
     pub(super) fn components<'a>(
         &self,
         model: &PressureModel,
@@ -96,14 +95,17 @@ impl Window {
         for (channel, substep) in channels.flat_map(|a| (0..substeps).map(move |b| (a, b))) {
             let (stage, component) = (channel / components, channel % components);
             for (block, forces) in blocks.clone().enumerate() {
+                // 1. Sums and differences of opposite columns.
                 self.fold(|column| forces[(channel * self.columns + column) * substeps + substep], block, sides);
             }
+            // 2. Products with cosines and sines, n >= 0.
             for ((side, shape), product) in sides.iter().zip(&self.shapes).zip(&mut *products) {
                 let product = MatMut::from_column_major_slice_mut(product, most + 1, width);
                 let shape = MatRef::from_column_major_slice(shape, most + 1, half);
                 let side = MatRef::from_column_major_slice(side, half, width);
                 matmul(product, Accum::Replace, shape, side, 1.0_f32, Par::Seq);
             }
+            // 3. Both signs of n, moved to the window's place and the stage's time.
             let acts: Vec<Complex32> =
                 (-(most as i64)..=most as i64).map(|n| self.act(model, bin, n, stage, substep)).collect();
             let [even, odd] = products.each_ref().map(|product| product.split_at(product.len() / 2));
@@ -128,7 +130,7 @@ impl Window {
         for index in 0..half {
             let [ahead, behind] = [self.columns / 2 + index, (self.columns - 1) / 2 - index];
             let one = force(ahead);
-            // A middle column is there once.
+            // A middle column counts once.
             let other = if ahead == behind { Complex32::ZERO } else { force(behind) };
             let (sum, difference) = (one + other, one - other);
             let place = block * half + index;
@@ -137,7 +139,7 @@ impl Window {
         }
     }
 
-    /// Adds the part of a unit force at the window's middle in the component n at a bin.
+    /// Contribution of a unit force at the window's middle to the component n at a bin.
     fn act(&self, model: &PressureModel, bin: usize, n: i64, stage: usize, substep: usize) -> Complex32 {
         let [weight, time] = self.actions[stage];
         let ahead = self.places[substep * (self.most + 1) + n.unsigned_abs() as usize];

@@ -1,11 +1,10 @@
-//! The forces of the patch, taken in step by step, as mean powers by bin and wavenumber: memory does not grow with the
-//! record.
+//! Patch forces, taken step by step, to mean powers by bin and wavenumber: memory does not grow with the record.
 //!
-//! 1. Two hops of forces are kept as they come, by column of the window: over the axle the window stands still but for
-//!    its substeps. The stages of a Runge-Kutta rule are further columns.
-//! 2. When a segment is complete, the mean pattern of the first segment is taken off (it stands over the axle: 4000 N
-//!    at 0 Hz beside some newtons of vibration, from which a window's side lobes would not keep it away), each place is
-//!    weighted and transformed over time.
+//! 1. Two hops of forces are kept as they come, by column of the window: relative to the axle the window stands still
+//!    but for its substeps. The stages of a Runge-Kutta rule are further columns.
+//! 2. When a segment is complete, the mean pattern of the first segment is taken off (it stands relative to the axle:
+//!    4000 N at 0 Hz beside some newtons of vibration, which the side lobes of a window would leak into them), each
+//!    place is weighted and transformed over time.
 //! 3. `share` transforms each bin over the columns and adds |F_n(k)|^2, for several stages their products, see
 //!    `products`.
 //! 4. At the end the mean pattern of the whole record is known, m, and with d = m - m_0 the powers of the lowest bins
@@ -15,8 +14,8 @@
 //! Cost of a segment: q C real transforms of length K/q, K/2 complex ones of length N, and K N/2 squares; for s stages
 //! s times the transforms and s^2 times the squares and their memory.
 //!
-//! Forces that are resolved across have a transform for every component, and what they move is found in step 3:
-//! [`super::heard`].
+//! Forces that are resolved across have a transform for each component, and the motion that they cause is found in
+//! step 3: [`super::heard`].
 
 use std::sync::Arc;
 
@@ -33,18 +32,18 @@ use super::share::{Share, change};
 use super::velocity_table::VelocityTable;
 use crate::storage::state::{StateError, fill, fill_all, restore_part};
 
-/// Base bins in which the mean pattern is corrected.
 const LOWEST: usize = 8;
-/// Parts that the bins are shared out in: enough for the threads of a desk, the same for any number of them.
+/// Parts into which the bins are divided: enough for the threads of a desktop computer, and the same for any number of
+/// threads, so that results do not depend on it.
 const SHARES: usize = 16;
 
-/// Sums over all segments so far.
+/// Sums over all segments so far, and the forces of the segment in progress.
 pub struct VibrationAccumulator {
     layout: SegmentLayout,
     transform: Arc<dyn RealToComplex<f64>>,
     /// Forces \[N\] of two hops: steps x channels x columns.
     forces: Vec<f64>,
-    /// Power put in by the contact, by step \[W\].
+    /// Power that the contact forces put into the tyre, by step \[W\].
     powers: Vec<f64>,
     /// Steps in [`Self::forces`].
     filled: usize,
@@ -53,7 +52,7 @@ pub struct VibrationAccumulator {
     reference: Vec<f64>,
     /// Sum of the squared window times the forces, by place.
     weighted: Vec<f64>,
-    /// Sum of the squared window times the power put in.
+    /// Sum of the squared window times that power.
     weighted_power: f64,
     /// Sums of the transforms at the lowest base bins: base x places.
     lowest: Vec<Complex64>,
@@ -65,12 +64,12 @@ pub struct VibrationAccumulator {
     scratch: Vec<Complex64>,
 }
 
-/// State of a [`VibrationAccumulator`].
+/// State of a [`VibrationAccumulator`], by which a run goes on.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct VibrationState {
     segments: u64,
     weighted_power: f64,
-    /// Forces of the steps so far.
+    /// Forces of the steps in [`Self::powers`].
     forces: Vec<f64>,
     powers: Vec<f64>,
     reference: Vec<f64>,
@@ -80,7 +79,6 @@ pub struct VibrationState {
     elements: Option<ElementState>,
 }
 
-/// State of a [`Share`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct ShareState {
     powers: Vec<f64>,
@@ -88,12 +86,12 @@ struct ShareState {
 }
 
 impl VibrationAccumulator {
-    /// Makes an accumulator with nothing taken in yet. Points are added by [`Self::add_points`], before the first step.
+    /// An empty accumulator. Points are added by [`Self::add_points`], before the first step.
     pub fn new(layout: SegmentLayout) -> Self {
         Self::keeping(layout, None)
     }
 
-    /// Makes an accumulator of forces that are resolved across, with the motion to keep of them.
+    /// An accumulator of forces that are resolved across, which keeps the motion `heard` of them.
     pub fn resolved(layout: SegmentLayout, heard: Heard) -> Self {
         Self::keeping(layout, Some(Arc::new(heard)))
     }
@@ -126,7 +124,8 @@ impl VibrationAccumulator {
         }
     }
 
-    /// Adds points whose velocities of a table's field are wanted, at positions from the axle \[m\], in their order.
+    /// Adds points, at positions from the axle \[m\], at which the velocities of a table's field are computed, in their
+    /// order.
     pub fn add_points(&mut self, table: &VelocityTable, positions: &[f64]) {
         for &position in positions {
             let mut transfers = table.at_position(position);
@@ -134,12 +133,12 @@ impl VibrationAccumulator {
         }
     }
 
-    /// Sets the elements whose velocities are wanted.
+    /// Sets the elements whose velocities are computed.
     pub fn set_elements(&mut self, elements: ElementVelocities) {
         self.elements = Some(elements);
     }
 
-    /// Returns the bytes that an accumulator with that many points takes.
+    /// Memory \[bytes\] of an accumulator with that many points.
     pub fn bytes(layout: &SegmentLayout, points: usize) -> f64 {
         let (bins, places) = (layout.bins() as f64, layout.places() as f64);
         let forces = layout.length() as f64 * (layout.width() as f64 + 1.0);
@@ -147,23 +146,23 @@ impl VibrationAccumulator {
         8.0 * (forces + spectra + bins * layout.row() as f64 + points as f64 * bins * (2.0 * places + 1.0))
     }
 
-    /// Returns the sizes.
+    /// Sizes of the segments.
     pub fn layout(&self) -> &SegmentLayout {
         &self.layout
     }
 
-    /// Returns the segments complete so far.
+    /// Number of complete segments.
     pub fn segments(&self) -> u64 {
         self.segments
     }
 
-    /// Tells whether the next step completes a segment.
+    /// True if the next step completes a segment.
     pub fn completes_next(&self) -> bool {
         self.filled + 1 == self.layout.length()
     }
 
-    /// Takes in a step: its forces, channel after channel by column of the window \[N\], and the power that they put in
-    /// \[W\]. Whether it completed a segment.
+    /// Takes a step: its forces, channel after channel by column of the window \[N\], and the power that they put in
+    /// \[W\]. True if it completed a segment.
     pub fn push(&mut self, forces: &[f64], power: f64) -> bool {
         let width = self.layout.width();
         self.forces[self.filled * width..][..width].copy_from_slice(forces);
@@ -176,10 +175,11 @@ impl VibrationAccumulator {
         complete
     }
 
-    /// Adds the complete segment to the sums and makes room for the next hop.
+    /// Adds the complete segment to the sums and moves the forces on by a hop.
     fn close(&mut self) {
         let layout = self.layout;
         let (width, substeps, bases) = (layout.width(), layout.substeps, layout.base_bins());
+        // 1. The first segment's mean pattern off, weighted, transformed over time.
         for place in 0..layout.places() {
             let (column, phase) = (place / substeps, place % substeps);
             let steps = || (layout.first_step(phase)..layout.length()).step_by(substeps);
@@ -195,12 +195,13 @@ impl VibrationAccumulator {
             }
             self.weighted[place] += weighted;
             let spectrum = &mut self.spectra[place * bases..][..bases];
-            // Planned lengths: nothing to refuse.
+            // The only error is a wrong length; both have the planned length.
             let _ = self.transform.process_with_scratch(&mut self.series, spectrum, &mut self.scratch);
             for (base, sums) in self.lowest.chunks_exact_mut(layout.places()).enumerate() {
                 sums[place] += spectrum[base];
             }
         }
+        // 2. Over the columns, bin by bin, and for single elements.
         let powers = self.powers.iter().enumerate();
         self.weighted_power += powers.map(|(step, power)| layout.weight(step).powi(2) * power).sum::<f64>();
         let spectra = &self.spectra;
@@ -210,12 +211,13 @@ impl VibrationAccumulator {
             elements.add(|step, column| forces[step * width + column] - reference[layout.place(step, column)]);
         }
         self.segments += 1;
+        // 3. The second half of the segment is the first of the next.
         self.forces.copy_within(layout.hop() * width.., 0);
         self.powers.copy_within(layout.hop().., 0);
         self.filled = layout.length() - layout.hop();
     }
 
-    /// Returns the mean of the segments so far; `None` before the first one.
+    /// Mean of the segments so far; `None` before the first one.
     pub fn finish(&self) -> Option<PatchSpectra> {
         if self.segments == 0 {
             return None;
@@ -223,8 +225,9 @@ impl VibrationAccumulator {
         let layout = self.layout;
         let hop = layout.hop() as f64;
         let segments = self.segments as f64;
-        // A place is there in every q-th step of a segment.
+        // A place occurs in each q-th step of a segment.
         let steps = segments * hop / layout.substeps as f64;
+        // 1. The mean pattern of the whole record.
         let mean: Vec<f64> = self.weighted.iter().map(|sum| sum / steps).collect();
         let scale = 1.0 / (segments * hop * layout.length() as f64);
         let mut spectra = PatchSpectra {
@@ -241,9 +244,10 @@ impl VibrationAccumulator {
             segments: self.segments,
             layout,
         };
+        // 2. Powers, corrected in the lowest bins for the difference from the first segment's mean pattern.
         let windows = self.window_transforms();
         for share in &self.shares {
-            // The sums stay as they are: a run may be looked at before its end.
+            // The sums themselves are not changed: results may be read before a run's end.
             let mut share = share.clone();
             for base in share.bases.clone() {
                 spectra.take(&share, base);
@@ -284,21 +288,21 @@ impl VibrationAccumulator {
         Some(spectra)
     }
 
-    /// Returns the transforms of the window at the steps of each substep.
+    /// Transform of the window at the steps of each substep.
     fn window_transforms(&self) -> Vec<Vec<Complex64>> {
         let layout = self.layout;
         let transform = |phase: usize| {
             let steps = (layout.first_step(phase)..layout.length()).step_by(layout.substeps);
             let mut series: Vec<f64> = steps.map(|step| layout.weight(step)).collect();
             let mut spectrum = self.transform.make_output_vec();
-            // Planned lengths: nothing to refuse.
+            // The only error is a wrong length; both have the planned length.
             let _ = self.transform.process(&mut series, &mut spectrum);
             spectrum
         };
         (0..layout.substeps).map(transform).collect()
     }
 
-    /// Takes the state down.
+    /// State of all sums and of the segment in progress.
     pub fn save(&self) -> VibrationState {
         let share =
             |share: &Share| ShareState { powers: share.powers.clone(), point_powers: share.point_powers.clone() };
@@ -318,7 +322,7 @@ impl VibrationAccumulator {
     /// Goes on from the state of an accumulator of the same layout and points.
     ///
     /// # Errors
-    /// [`StateError`].
+    /// [`StateError`] for a state of other lengths.
     pub fn restore(&mut self, state: VibrationState) -> Result<(), StateError> {
         self.filled = state.powers.len();
         self.segments = state.segments;
@@ -342,28 +346,27 @@ impl VibrationAccumulator {
 /// Mean powers of the patch forces, in the non-rotating frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchSpectra {
-    /// Sizes.
+    /// Sizes of the segments.
     pub layout: SegmentLayout,
-    /// Segments averaged.
+    /// Number of segments averaged.
     pub segments: u64,
     /// Mean of |F_n(k)|^2 \[N^2\], bins 0..=K/2 x wavenumbers -N/2..=N/2, the mean pattern taken off; a bin counts
     /// [`SegmentLayout::sides`] times, a wavenumber [`SegmentLayout::share`]. For several stages a bin has a row of
     /// wavenumbers for |F_i|^2 of each stage, then two for each pair of stages i < j: real and imaginary part of the
-    /// mean of F_i conj F_j. Of resolved forces a bin has a row for each of what is [`Heard`] of them instead.
+    /// mean of F_i conj F_j. For resolved forces a bin has instead a row for each quantity of [`Heard`].
     pub powers: Vec<f64>,
-    /// The same of the mean pattern: bins with their rows.
+    /// The same of the mean pattern: numbers of its bins, with their rows.
     pub mean_pattern: Vec<(usize, Vec<f64>)>,
     /// By point: |v|^2 \[m^2/s^2\], bins 0..=K/2.
     pub points: Vec<Vec<f64>>,
-    /// By element that was asked for: |v|^2 \[m^2/s^2\] without the mean pattern's lines, bins 0..=K/2 of the material
-    /// frame.
+    /// By element selected: |v|^2 \[m^2/s^2\] without the mean pattern's lines, bins 0..=K/2 of the material frame.
     pub elements: Vec<Vec<f64>>,
-    /// Mean power that the forces put in \[W\].
+    /// Mean power that the forces put into the tyre \[W\].
     pub mean_power: f64,
 }
 
 impl PatchSpectra {
-    /// Returns the kept values of a bin: [`Self::powers`].
+    /// Values of a bin, as in [`Self::powers`].
     pub fn row(&self, bin: usize) -> &[f64] {
         let width = self.layout.row();
         &self.powers[bin * width..][..width]
@@ -374,7 +377,7 @@ impl PatchSpectra {
         &mut self.powers[bin * width..][..width]
     }
 
-    /// Takes over a share's sums at a base bin.
+    /// Copies a share's sums at a base bin.
     fn take(&mut self, share: &Share, base: usize) {
         let (first, width) = (share.first_row(base), self.layout.row());
         for (slot, shared) in self.layout.shared_bins(base).enumerate() {

@@ -1,4 +1,4 @@
-//! Waves that run either way round a tyre.
+//! Waves that run in either direction round a tyre.
 //!
 //! With rotation, the waves of n and of -n periods differ: H_n = E_n + i O_n and H_-n = E_n - i O_n, with E and O
 //! real functions of s ([`InfluenceSum`](crate::tyre::influence::InfluenceSum)). At a frequency w of either sign, with
@@ -10,13 +10,13 @@
 //! | n < 0 | E - i O | conj(E + i O) |
 //!
 //! Waves exp(i (kx x + w t)) with n w > 0 run to smaller elements, forwards as the tyre turns (in the contact against
-//! the rolling direction), and have E + i O; those with n w < 0 run backwards. The sign of w says what is conjugate.
-//! Rates of a rule and whatever else is linear in H keep this: they are found of E and of O alone. At rest there is one
-//! value for both.
+//! the rolling direction), and have E + i O; those with n w < 0 run backwards. The sign of w decides which is
+//! conjugate. Rates of a time rule and everything else linear in H keep this: they follow from those of E and of O
+//! alone. At rest there is one value for both.
 
 use num_complex::Complex64;
 
-/// Something of the waves of |n| periods, once where both ways are alike.
+/// A quantity of the waves of |n| periods; one value where both directions are alike.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BothWays<T> {
     /// Value of waves that run forwards; of all at rest.
@@ -26,12 +26,11 @@ pub(super) struct BothWays<T> {
 }
 
 impl<T> BothWays<T> {
-    /// Tells whether the two differ.
     pub(super) fn differ(&self) -> bool {
         self.backwards.is_some()
     }
 
-    /// Returns the one of a wavenumber and a bin of the material frame, negative or not.
+    /// Value of a wavenumber and a bin of the material frame, of either sign.
     pub(super) fn of(&self, wavenumber: i64, material_bin: i64) -> &T {
         match &self.backwards {
             Some(backwards) if (wavenumber < 0) != (material_bin < 0) => backwards,
@@ -39,14 +38,13 @@ impl<T> BothWays<T> {
         }
     }
 
-    /// Returns the same by what is made of each.
     pub(super) fn map<U>(&self, of: impl Fn(&T) -> U) -> BothWays<U> {
         BothWays { forwards: of(&self.forwards), backwards: self.backwards.as_ref().map(of) }
     }
 }
 
 impl BothWays<Vec<Complex64>> {
-    /// Returns E + i O and E - i O from E and, of a tyre that turns, O.
+    /// E + i O and E - i O from E and, for a tyre that turns, O.
     pub(super) fn of_parts(mut even: Vec<Complex64>, odd: Option<Vec<Complex64>>) -> Self {
         let backwards = odd.map(|mut odd| {
             for (even, odd) in even.iter_mut().zip(&mut odd) {

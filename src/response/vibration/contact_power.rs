@@ -1,11 +1,11 @@
-//! Power that the contact forces put into the tyre, from the run's own displacements.
+//! Power that the contact forces put into the tyre, from the displacements of the run itself.
 //!
 //! P_l = sum_e F_e v_e over the elements in contact. With backward differences v is the difference quotient of the rule
 //! itself, so that in the mean P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. A Runge-Kutta rule has
 //! its own quadrature, P_l = sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages,
 //! v_i = (u_i - base_i)/(gamma dt), base_i made of the displacements at the step's beginning and of the stages before
-//! (`RungeKutta::bases`): the same holds exactly with the rule's matrices (`stage_transfer`). For the trapezoidal
-//! rule and the hold the work of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)): right to second order.
+//! (`RungeKutta::bases`): the same holds exactly with the rule's matrices (`stage_transfer`). For the trapezoidal rule
+//! and the first-order hold the work of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)), which is of second order.
 //!
 //! Limits of the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre
 //! stores what it has not yet dissipated when the record ends, and with the trapezoidal rule and the hold both sides
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::storage::state::{StateError, fill};
 use crate::time_rule::{RungeKutta, TimeRule};
 
-/// Displacements of the last steps.
+/// Power by step, with the displacements of the last two steps.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactPower {
     rule: TimeRule,
@@ -29,7 +29,7 @@ pub(crate) struct ContactPower {
     earlier: [Window; 2],
 }
 
-/// A window of elements.
+/// Values of the elements in the window of a step, from `first` on.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct Window {
     first: i64,
@@ -38,27 +38,26 @@ struct Window {
 }
 
 impl Window {
-    /// Returns a value of an element that is in it.
+    /// Value of an element; `None` outside the window.
     fn at(&self, values: &[f64], element: i64) -> Option<f64> {
         usize::try_from(element - self.first).ok().and_then(|column| values.get(column)).copied()
     }
 }
 
-/// State of a [`ContactPower`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct PowerState {
     earlier: [Window; 2],
 }
 
 impl ContactPower {
-    /// Makes steps with everything at rest, for windows of `columns`.
+    /// Everything at rest before the first step; windows of `columns` elements.
     pub(crate) fn new(rule: TimeRule, time_step: f64, columns: usize) -> Self {
         let window = Window { first: 0, displacement: vec![0.0; columns], force: vec![0.0; columns] };
         Self { rule, time_step, columns, earlier: [window.clone(), window] }
     }
 
-    /// Returns the power in the step with these forces \[N\] and displacements \[m\], stage after stage, of the
-    /// elements from `first` on, in W. An element that was not in the window is taken as one that has not moved.
+    /// Power of a step \[W\] with these forces \[N\] and displacements \[m\], stage after stage, of the elements from
+    /// `first` on. An element that was not in the window is taken as one that has not moved.
     pub(crate) fn push(&mut self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let work = match self.rule.runge_kutta() {
             Some(method) => self.work_of_stages(method, first, forces, displacement),
@@ -74,7 +73,7 @@ impl ContactPower {
         work / self.time_step
     }
 
-    /// Returns sum_i b_i F_i v_i dt over the stages.
+    /// sum_i b_i F_i v_i dt over the stages.
     fn work_of_stages(&self, method: RungeKutta, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let (columns, last) = (self.columns, &self.earlier[0]);
         let (bases, weights) = (method.bases(), method.weights());
@@ -92,7 +91,7 @@ impl ContactPower {
         work
     }
 
-    /// Returns the work in the step of a rule of one stage.
+    /// Work in a step of a rule of one stage \[J\].
     fn work(&self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let [last, before] = &self.earlier;
         let mut work = 0.0;
@@ -108,15 +107,11 @@ impl ContactPower {
         work
     }
 
-    /// Takes the state down.
     pub(crate) fn save(&self) -> PowerState {
         PowerState { earlier: self.earlier.clone() }
     }
 
-    /// Goes on from the state of an equal one.
-    ///
-    /// # Errors
-    /// [`StateError`].
+    /// Goes on from a saved state. An error for a window of another length.
     pub(crate) fn restore(&mut self, state: PowerState) -> Result<(), StateError> {
         for (window, saved) in self.earlier.iter_mut().zip(state.earlier) {
             window.first = saved.first;

@@ -1,37 +1,37 @@
-//! The tyre's own waves: frequencies of its poles over the wavenumber.
+//! Free waves of the tyre: frequencies of its poles over the wavenumber.
 //!
-//! A pole lambda of H_n is a free wave of n periods round the tyre, of frequency Im lambda/(2 pi) in the material, in
-//! whose resonance the velocity for unit force is about
-//! |lambda R|/(-Re lambda).
+//! A pole lambda of H_n is a free wave of n periods round the tyre, of frequency Im lambda/(2 pi) in the material
+//! frame. In its resonance the velocity for unit force is about |lambda R|/(-Re lambda).
 //!
 //! 1. Poles damped by less than [`MOST_DAMPING`] of critical are waves. Those of neighbouring wavenumbers are joined to
 //!    branches, one for each lateral order and kind of wave, the closest continuations first. The square of the
-//!    frequency is nearly a polynomial of n^2, as that of a beam on springs, so it is carried on as a parabola, from n
-//!    = 0 on as an even one.
-//! 2. Of each branch that part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
+//!    frequency is nearly a polynomial of n^2, as that of a beam on springs, so it is extrapolated by a parabola, from
+//!    n = 0 on by an even one.
+//! 2. Of each branch the part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
 //!
-//! With rotation, waves with the rotation and against it differ: each direction has branches of its own, of the
-//! poles that have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)). The rotation Om shifts
-//! a wave of an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola is carried on without that.
+//! With rotation, waves with the rotation and against it differ: each direction has its own branches, of the poles that
+//! have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)). The rotation Om shifts a wave of
+//! an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola extrapolates the frequency without that
+//! shift.
 //!
-//! They are the tyre's own. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the ridges of a run's
-//! map lie lower by so much.
+//! The waves are those of the tyre itself. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the
+//! ridges of a run's map lie lower by that.
 
 use std::f64::consts::PI;
 
 use crate::tyre::influence::Field;
 use crate::tyre::poles::{Direction, RationalModel};
 
-/// Largest part of critical damping of a wave that is shown.
+/// Largest damping of a wave that is shown, as a part of critical damping.
 pub(crate) const MOST_DAMPING: f64 = 0.15;
-/// Smallest peak of the velocity, as a part of the largest of all waves: 50 dB less.
+/// Smallest velocity peak of a shown wave, as a part of the largest of all waves: 50 dB less.
 pub(crate) const LEAST_PEAK: f64 = 0.003;
-/// How far a wave may lie beside its branch's continuation, as a part of its frequency: fitted poles of weak waves
-/// wander by more than that, and make no branch.
+/// Largest distance of a wave from its branch's continuation, as a part of its frequency: fitted poles of weak waves
+/// scatter by more than that, and form no branch.
 const JUMP: f64 = 0.015;
-/// The same for the second wavenumber, whose direction is not known yet.
+/// The same for the second wavenumber, where the branch has no slope yet.
 const FIRST_JUMP: f64 = 0.08;
-/// Frequency below which both are parts of this one \[Hz\].
+/// Frequency below which both distances are relative to this one \[Hz\].
 const LOWEST: f64 = 100.0;
 /// Fewest wavenumbers of a branch that is shown.
 const SHORTEST: usize = 8;
@@ -47,7 +47,6 @@ pub(crate) struct DispersionBranch {
     pub frequencies: Vec<f64>,
 }
 
-/// A wave of one wavenumber.
 #[derive(Clone, Copy, Debug)]
 struct Wave {
     frequency: f64,
@@ -55,22 +54,22 @@ struct Wave {
     peak: f64,
 }
 
-/// Waves that are taken for one branch.
+/// Waves joined to one branch.
 struct Followed {
     first: usize,
     waves: Vec<Wave>,
-    /// Om, negative of waves against it \[Hz\].
+    /// Frequency of the rotation, negative for waves against it \[Hz\].
     turning: f64,
 }
 
-/// Returns the shift of an inextensional ring's wave of n periods by the rotation.
+/// Shift of an inextensional ring's wave of n periods by the rotation \[Hz\].
 fn shift(n: usize, turning: f64) -> f64 {
     let n = n as f64;
     2.0 * n * turning / (n * n + 1.0)
 }
 
 impl Followed {
-    /// Tells where the branch is expected to go on, and how far from there it may \[Hz\].
+    /// Expected frequency of the next wavenumber, and the largest distance from it \[Hz\].
     fn next(&self) -> (f64, f64) {
         let next = self.first + self.waves.len();
         let numbers = (self.first..next).rev();
@@ -83,12 +82,12 @@ impl Followed {
             (Some(now), Some(before), None) => (2.0 * now - before, 2.0 * JUMP),
             _ => (last * last, FIRST_JUMP),
         };
-        // The square of the shift comes on top of a ring's frequency squared: most at one period.
+        // The square of the shift adds to a ring's frequency squared: most at one period.
         let split = 2.0 * shift(1, self.turning).powi(2) / last.max(LOWEST);
         (square.max(0.0).sqrt() + shift(next, self.turning), jump * last.max(LOWEST) + split)
     }
 
-    /// Returns the longest part with peaks of at least `least` and frequencies below `highest`.
+    /// Longest part with peaks of at least `least` and frequencies below `highest`; `None` if it is too short.
     fn shown(&self, direction: Option<Direction>, least: f64, highest: f64) -> Option<DispersionBranch> {
         let taken = |wave: &Wave| wave.peak >= least && wave.frequency < highest;
         let mut first = self.first;
@@ -104,9 +103,9 @@ impl Followed {
     }
 }
 
-/// Returns the branches below `highest` \[Hz\] as a field shows them, of a tyre that turns (`angular_velocity`
-/// \[rad/s\], elements counted against it where it is negative) with the rotation, then against it; none if the model
-/// does not hold the field.
+/// Branches below `highest` \[Hz\] as a field shows them; for a tyre that turns (`angular_velocity` \[rad/s\], negative
+/// where elements are counted against it) those with the rotation, then those against it. None if the model does not
+/// hold the field.
 pub(crate) fn dispersion_branches(
     model: &RationalModel,
     angular_velocity: f64,
@@ -125,7 +124,7 @@ pub(crate) fn dispersion_branches(
     }
 }
 
-/// Returns the branches of one direction, or of both where they are the same.
+/// Branches of one direction, or of both where they are the same.
 fn branches_towards(
     model: &RationalModel,
     field: Field,
@@ -136,6 +135,7 @@ fn branches_towards(
     let (mut open, mut closed): (Vec<Followed>, Vec<Followed>) = (Vec::new(), Vec::new());
     let mut largest = 0.0_f64;
     for n in 0..=model.largest_wavenumber() {
+        // 1. Pairs of a branch and a wave near its continuation, the closest first.
         let waves = waves(model, n, field, direction);
         largest = waves.iter().fold(largest, |largest, wave| largest.max(wave.peak));
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
@@ -146,6 +146,7 @@ fn branches_towards(
             pairs.extend(near.map(|(wave, distance)| (distance / waves[wave].frequency, index, wave)));
         }
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // 2. Each branch and each wave is used once.
         let (mut continued, mut used) = (vec![false; open.len()], vec![false; waves.len()]);
         for (_, branch, wave) in pairs {
             if !continued[branch] && !used[wave] {
@@ -153,6 +154,7 @@ fn branches_towards(
                 open[branch].waves.push(waves[wave]);
             }
         }
+        // 3. Branches without a wave end; waves without a branch begin one.
         let mut kept = Vec::new();
         for (branch, continued) in open.into_iter().zip(continued) {
             if continued { kept.push(branch) } else { closed.push(branch) }
@@ -168,7 +170,7 @@ fn branches_towards(
     branches
 }
 
-/// Returns the waves of n periods.
+/// Waves of n periods, of one direction.
 fn waves(model: &RationalModel, n: usize, field: Field, direction: Option<Direction>) -> Vec<Wave> {
     let Some(modes) = model.modes(n, field) else { return Vec::new() };
     let direction = direction.unwrap_or(Direction::Forwards);
@@ -220,7 +222,7 @@ mod tests {
         for (found, resonance) in lowest.frequencies.iter().zip([91.5, 95.8, 107.8, 125.5, 147.5, 172.5, 200.0]) {
             assert!((found / resonance - 1.0).abs() < 2e-3, "{found} {resonance}");
         }
-        // To the upper end of the band, and smooth: second differences are 8 Hz where the branch begins, and small
+        // Up to the upper end of the band, and smooth: second differences are 8 Hz where the branch begins, and small
         // beside the frequency.
         assert_eq!(lowest.frequencies.len(), 31, "1500 Hz is between n = 30 and 31: {:?}", lowest.frequencies);
         for branch in &branches {

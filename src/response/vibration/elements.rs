@@ -1,17 +1,17 @@
-//! Velocities of named elements, which turn with the tyre.
+//! Velocities of selected elements, which turn with the tyre.
 //!
 //! ```text
 //! v_E(w') = sum_e T_(E - e)(w') F_e(w'),
 //! T_d(w') = sum_n exp(2 pi i n d/N) Y_n(w'),   n = -N/2...N/2 with half of either end
 //! ```
 //!
-//! 1. The forces of every element over a segment, which are zero but for its passages through the patch, less the mean
-//!    pattern as it passes, weighted and transformed over time: N real transforms of length K, for any number of
-//!    points, and as many more for every further channel of a step.
+//! 1. The forces of every element over a segment, which are zero except during its passages through the patch, less the
+//!    mean pattern as it passes, weighted and transformed over time: N real transforms of length K, for any number of
+//!    points, and as many more for each further channel of a step.
 //! 2. For every point and bin the sum over all e, and over the channels.
-//! 3. The mean pattern of the whole record is known at its end. What is to be taken off then differs only by the place
-//!    of the point at the segment's begin, of which there are two, half a circumference apart where a segment is an odd
-//!    number of revolutions: two sums of v are kept for that, by bin, and |v|^2 becomes that of v less its share in
+//! 3. The mean pattern of the whole record is known at its end. The correction then depends only on the point's place
+//!    at the segment's begin, of which there are two, half a circumference apart where a segment is an odd number of
+//!    revolutions: two sums of v are kept for that, by bin, and |v|^2 becomes that of v less its mean-pattern share in
 //!    every bin.
 //!
 //! The mean pattern itself passes all elements alike: its lines are those of the mean over the circumference.
@@ -28,28 +28,28 @@ use super::layout::SegmentLayout;
 use super::velocity_table::VelocityTable;
 use crate::storage::state::{StateError, fill, fill_all};
 
-/// Parts that the elements are shared out in: enough for the threads of a desk, the same for any number of them.
+/// Parts into which the elements are divided: enough for the threads of a desktop computer, and the same for any number
+/// of threads, so that results do not depend on it.
 const PARTS: usize = 16;
 
 /// Sums of the velocities at some elements, for one or several fields.
 pub struct ElementVelocities {
     layout: SegmentLayout,
-    /// Element in the window's first column at the segments' first steps: even and odd ones.
+    /// Element in the window's first column at the first step of a segment: of even and of odd segments.
     first: [i64; 2],
     tables: Vec<VelocityTable>,
     elements: Vec<usize>,
     parts: Vec<Part>,
     /// Velocities of the last segment: points x bins.
     velocities: Vec<Complex64>,
-    /// Segments of either kind.
+    /// Number of even and of odd segments.
     segments: [u64; 2],
-    /// Sums of v over the segments of either kind: points x bins.
+    /// Sums of v over the even and over the odd segments: points x bins.
     sums: [Vec<Complex64>; 2],
     /// Sums of |v|^2: points x bins.
     powers: Vec<f64>,
 }
 
-/// State of [`ElementVelocities`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct ElementState {
     segments: [u64; 2],
@@ -58,8 +58,8 @@ pub(super) struct ElementState {
 }
 
 impl ElementVelocities {
-    /// Makes sums at the elements 0..N of each table's field, in the order field by field; `first_element` is in the
-    /// window's first column at the record's first step. The tables are turned from wavenumbers to distances.
+    /// Sums at `elements` (of 0..N) of each table's field, field by field; `first_element` is in the window's first
+    /// column at the record's first step. The tables are turned from wavenumbers to distances.
     pub fn new(
         layout: &SegmentLayout,
         first_element: i64,
@@ -88,8 +88,7 @@ impl ElementVelocities {
         }
     }
 
-    /// Returns the bytes that so many elements of so many fields take, the tables included, of a tyre that turns or of
-    /// one at rest.
+    /// Memory \[bytes\] for so many elements of so many fields, the tables included; `turns` for a tyre that turns.
     pub fn bytes(layout: &SegmentLayout, fields: usize, elements: usize, turns: bool) -> f64 {
         let (bins, length) = (layout.bins() as f64, layout.length() as f64);
         let points = (fields * elements) as f64;
@@ -97,20 +96,20 @@ impl ElementVelocities {
         fields as f64 * VelocityTable::bytes(layout, turns) + 8.0 * (parts + 7.0 * points * bins)
     }
 
-    /// Returns the multiply-adds of a segment: a real transform takes about 5/4 K log2 K, a complex sum four.
+    /// Number of multiply-adds per segment: a real transform takes about 5/4 K log2 K, a complex sum four.
     pub fn multiply_adds(layout: &SegmentLayout, points: usize) -> f64 {
         let length = layout.length() as f64;
         let transform = 1.25 * length * length.log2();
         (layout.channels() * layout.elements) as f64 * (transform + 4.0 * (points * layout.bins()) as f64)
     }
 
-    /// Returns the number of transforms of a segment.
+    /// Number of Fourier transforms per segment.
     pub fn transforms(layout: &SegmentLayout) -> u64 {
         (layout.channels() * layout.elements) as u64
     }
 
-    /// Adds a segment: `force(step, column)` is that in its window, the columns of all channels counted, the mean
-    /// pattern of the first segment taken off \[N\].
+    /// Adds a segment: `force(step, column)` is the force in its window \[N\], the mean pattern of the first segment
+    /// taken off; columns are counted through all channels.
     pub(super) fn add(&mut self, force: impl Fn(usize, usize) -> f64 + Copy + Sync) {
         let kind = self.segments.iter().sum::<u64>() as usize % 2;
         self.segments[kind] += 1;
@@ -124,8 +123,8 @@ impl ElementVelocities {
         self.velocities = velocities;
     }
 
-    /// Returns for each point the sums over the segments of |v|^2 with the rest of the mean pattern taken off:
-    /// `offset(step, column)` is that rest \[N\].
+    /// For each point the sums over the segments of |v|^2 without the rest of the mean pattern: `offset(step, column)`
+    /// is that rest \[N\].
     pub(super) fn finish(&self, offset: impl Fn(usize, usize) -> f64 + Copy + Sync) -> Vec<Vec<f64>> {
         let mut powers = self.powers.clone();
         let mut parts = self.parts.clone();
@@ -154,7 +153,7 @@ impl ElementVelocities {
     }
 }
 
-/// Adds up the parts' velocities in their order.
+/// Adds up the parts' velocities, always in the same order.
 fn together(parts: &[Part], velocities: &mut [Complex64]) {
     velocities.fill(Complex64::ZERO);
     for part in parts {
@@ -168,7 +167,7 @@ struct Part {
     range: Range<usize>,
     layout: SegmentLayout,
     transform: Arc<dyn RealToComplex<f64>>,
-    /// Velocities by the forces of these elements: points x bins.
+    /// Velocities due to the forces of these elements: points x bins.
     velocities: Vec<Complex64>,
     series: Vec<f64>,
     spectrum: Vec<Complex64>,
@@ -197,7 +196,7 @@ impl Part {
             self.range.clone().flat_map(|element| channels.clone().map(move |channel| (element, channel)))
         {
             self.passages(element, first, |step, column| force(step, channel * columns + column));
-            // Planned lengths: nothing to refuse.
+            // The only error is a wrong length; all have the planned length.
             let _ = self.transform.process_with_scratch(&mut self.series, &mut self.spectrum, &mut self.scratch);
             let points = tables.iter().flat_map(|table| elements.iter().map(move |&point| (table, point)));
             for ((table, point), velocities) in points.zip(self.velocities.chunks_exact_mut(bins)) {
@@ -209,12 +208,12 @@ impl Part {
         }
     }
 
-    /// Returns the weighted forces of an element over the segment.
+    /// Fills the series with the weighted forces of an element over the segment.
     fn passages(&mut self, element: usize, first: i64, force: impl Fn(usize, usize) -> f64) {
         let SegmentLayout { elements, substeps, revolutions, columns, phase, .. } = self.layout;
         self.series.fill(0.0);
         for column in 0..columns {
-            // How many elements the window has moved on when the element is in the column.
+            // Number of elements by which the window has moved on when the element is in the column.
             let moved = (element as i64 - first - column as i64).rem_euclid(elements as i64) as usize;
             for shift in (0..=revolutions).map(|revolution| (moved + revolution * elements) * substeps) {
                 for step in (shift..shift + substeps).filter_map(|step| step.checked_sub(phase)) {

@@ -1,23 +1,23 @@
-//! Velocities and power of laterally resolved forces, kept instead of their products.
+//! Velocities and power of laterally resolved forces, kept instead of products of the forces.
 //!
 //! The forces of a column are F_m = sum_j s_m(y_j) F_j, m by m. Waves of different m are different motions of the tyre,
-//! so that everything that is observed is a sum over m: the mean velocity across the strip a coherent one,
+//! so that every observed quantity is a sum over m: the mean velocity across the strip a coherent one,
 //!
 //! ```text
 //! v_n = sum_m a_m Y_nm F_nm,   a_m = (1/M) sum_j s_m(y_j)
 //! ```
 //!
-//! to which waves that are odd about mid-width add nothing; the power put in one of powers, to which all do,
+//! to which waves that are odd about mid-width add nothing; the power put in is a sum of powers, to which all do,
 //!
 //! ```text
 //! P = sum_n sum_m Re Y_nm |F_nm|^2
 //! ```
 //!
-//! or the rule's own form of the stages' forces. (What follows the forces at once, beyond the waves that the run
-//! carries, puts nothing into waves: it is taken off the displacements before the power is found.) The sums over m are
-//! taken segment by segment, where |v_n|^2 is one number for each field and the mean products of all components would
-//! be as many as the square of their number. So the tyre's transfers are to be known before the first segment: in
-//! single precision, which changes a level by 1e-6 dB.
+//! or the rule's form of it in the stages' forces. (The part of the displacement that follows the forces at once,
+//! beyond the waves that the run carries, puts nothing into waves: it is taken off the displacements before the power
+//! is found.) The sums over m are taken segment by segment, where |v_n|^2 is one number for each field; the mean
+//! products of all components would be as many as the square of their number. So the tyre's transfers must be known
+//! before the first segment: in single precision, which changes a level by 1e-6 dB.
 //!
 //! The power's waves are those that the run itself carries, each on its own ring ([`CarriedWaves`]): a ring that is a
 //! part of the tyre's length has every part-th n.
@@ -35,45 +35,45 @@ use crate::numeric::{double, single};
 use crate::tyre::influence::CellRow;
 use crate::tyre::poles::cells::CellModel;
 
-/// Values that are kept of a wavenumber at a bin.
+/// Quantities that are kept for each wavenumber at a bin.
 pub enum Heard {
     /// |v_n|^2, field by field.
     Velocities(Vec<HeardVelocity>),
-    /// The power put in.
+    /// Power that the forces put into the tyre.
     Power(HeardPower),
 }
 
-/// a_m Y_nm of a field.
+/// a_m Y_nm of a field, in single precision.
 pub struct HeardVelocity {
     field: VibrationField,
     /// By |n| = 0..=N/2, bin of the material frame and channel.
     values: BothWays<Vec<Complex32>>,
 }
 
-/// The waves that a run carries on one ring, and their poles.
+/// Waves that a run carries on one ring, and their poles.
 #[derive(Clone, Debug)]
 pub struct CarriedWaves {
-    /// The ring is the tyre's length over this.
+    /// The ring's length is that of the tyre divided by this.
     pub part: usize,
-    /// The waves by lateral number.
+    /// Waves by lateral number.
     pub rows: Vec<CellRow>,
-    /// Their poles.
+    /// Poles and residues of the waves, in their order.
     pub model: CellModel,
 }
 
-/// Forms of the power of all carried waves, by n = 0..=N/2.
+/// Quadratic forms of the power of all carried waves, by n = 0..=N/2.
 pub struct HeardPower(Vec<Forms>);
 
-/// Forms of the waves of one n.
+/// Quadratic forms of the waves of one n.
 struct Forms {
-    /// Components that have one.
+    /// Components of the forces that have a wave of this n.
     components: Vec<usize>,
-    /// By bin of the material frame, component of these and product of the stages' forces; of several rings their sum.
+    /// By bin of the material frame, entry of `components` and product of the stages' forces; summed over the rings.
     weights: BothWays<Vec<f32>>,
 }
 
 impl HeardVelocity {
-    /// Makes the sums of a table.
+    /// From the transfers of a table, in another order.
     pub fn of(table: &VelocityTable, layout: &SegmentLayout) -> Self {
         let (bins, channels) = (layout.bins(), layout.channels());
         let values = table.values().map(|table| {
@@ -90,12 +90,12 @@ impl HeardVelocity {
         Self { field: table.field(), values }
     }
 
-    /// Returns its field.
+    /// Field whose velocities these are.
     pub fn field(&self) -> VibrationField {
         self.field
     }
 
-    /// Returns the bytes of one, of a tyre that turns or of one at rest.
+    /// Memory \[bytes\] of one field; `turns` for a tyre that turns.
     pub fn bytes(layout: &SegmentLayout, turns: bool) -> f64 {
         0.5 * VelocityTable::bytes(layout, turns)
     }
@@ -108,7 +108,7 @@ impl HeardVelocity {
             let material = layout.material_bin(bin, n);
             let first = (n.unsigned_abs() as usize * bins + material.unsigned_abs() as usize) * channels;
             let values = self.values.of(n, material);
-            // What is odd in n changes its sign with it, all components alike.
+            // The sign of a transfer that is odd in n is the same for all components, and does not change the square.
             let velocity = values[first..first + channels].iter().enumerate().fold(
                 Complex64::ZERO,
                 |velocity, (channel, value)| {
@@ -122,11 +122,11 @@ impl HeardVelocity {
 }
 
 impl HeardPower {
-    /// Makes the sums of all waves that a run carries, for forces whose components are these lateral numbers.
+    /// Forms of all waves that a run carries, for forces whose components have the lateral numbers `numbers`.
     pub fn new(layout: &SegmentLayout, carried: &[CarriedWaves], numbers: &[usize]) -> Self {
         let transfers = Transfers::new(layout, TransferKind::Rule);
         let count = products::count(layout.stages());
-        // By n, components with the waves that are theirs.
+        // By n, components with their waves.
         let mut waves: Vec<Vec<(usize, ScaledModes<'_>)>> = (0..=layout.elements / 2).map(|_| Vec::new()).collect();
         for CarriedWaves { part, rows, model } in carried {
             let mut known = 0..model.len();
@@ -139,6 +139,7 @@ impl HeardPower {
                 }
             }
         }
+        // Forms of one n: one per component, summed over the rings.
         let forms = |mut waves: Vec<(usize, ScaledModes<'_>)>| {
             waves.sort_by_key(|(component, _)| *component);
             let mut components: Vec<usize> = waves.iter().map(|(component, _)| *component).collect();
@@ -168,7 +169,7 @@ impl HeardPower {
         Self(waves.into_par_iter().map(forms).collect())
     }
 
-    /// Returns the bytes of the forms of so many waves, of a tyre that turns or of one at rest.
+    /// Memory \[bytes\] of the forms of so many waves; `turns` for a tyre that turns.
     pub fn bytes(layout: &SegmentLayout, waves: f64, turns: bool) -> f64 {
         let ways = if turns { 2.0 } else { 1.0 };
         4.0 * ways * waves * (products::count(layout.stages()) * layout.bins()) as f64
@@ -197,7 +198,7 @@ impl HeardPower {
 }
 
 impl Heard {
-    /// Returns how many numbers are kept of a wavenumber at a bin.
+    /// Number of values that are kept for each wavenumber at a bin.
     pub fn kept(&self) -> usize {
         match self {
             Self::Velocities(fields) => fields.len(),
@@ -205,12 +206,11 @@ impl Heard {
         }
     }
 
-    /// Tells whether squares of velocities are kept.
     pub(super) fn is_velocity(&self) -> bool {
         matches!(self, Self::Velocities(_))
     }
 
-    /// Adds what F_n at a bin, by channel and wavenumber, moves.
+    /// Adds the velocities or the power due to F_n at a bin, given by channel and wavenumber.
     pub(super) fn add(&self, layout: &SegmentLayout, bin: usize, row: &[Complex64], sums: &mut [f64]) {
         match self {
             Self::Velocities(fields) => {

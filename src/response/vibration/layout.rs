@@ -1,15 +1,15 @@
-//! Sizes of a segment and the bins of both frames.
+//! Sizes of a segment, and the bins of both frames.
 //!
 //! A revolution is exactly N q steps. A segment of r revolutions has K = r N q steps, bins df = 1/(K dt) apart, and the
-//! rotation shifts the wavenumber n by n V/L = n r df: a whole number of bins, in either frame the same ones. The
-//! forces are known at instants of the material, so the material frequency is the one within the Nyquist interval: w' =
-//! w - n Omega, brought there by whole sampling rates where it lies outside.
+//! rotation shifts the wavenumber n by n V/L = n r df: a whole number of bins, so both frames have the same bins. The
+//! forces are sampled at instants of the material, so the material frequency is the one within the Nyquist interval: w'
+//! = w - n Omega, aliased there by whole sampling rates where it lies outside.
 //!
-//! A Runge-Kutta rule has several instants in a step, each with forces of its own. They all belong to the same
-//! elements, since the window moves on between steps only: the forces of one stage are a sequence over the steps as
-//! those of a multistep rule are, and when in the step they act is the matter of the rule's transfer. So they are
-//! further columns, stage after stage. Forces of cells are resolved into the tyre's lateral waves, and so are those
-//! components: the channels of a column are its stages, and of each of them the components.
+//! A Runge-Kutta rule has several instants in a step, each with its own forces. They all belong to the same elements,
+//! since the window moves on between steps only: the forces of one stage are a sequence over the steps as those of a
+//! multistep rule are, and the time in the step at which they act is a matter of the rule's transfer. So they are
+//! further columns, stage after stage. Forces of cells are resolved into the tyre's lateral waves, and those components
+//! are further columns, too: the channels of a column are its stages, and of each of them the components.
 
 use std::f64::consts::PI;
 
@@ -25,11 +25,12 @@ pub enum Across {
     /// One force, even over the width. Mean products of the stages' forces are kept, from which any velocity follows.
     #[default]
     Even,
-    /// Lateral components. There would be too many products: what the forces move is kept instead.
+    /// Lateral components. There would be too many products: the velocities or the power that they cause are kept
+    /// instead.
     Resolved {
-        /// Components of a force.
+        /// Number of components of a force.
         components: usize,
-        /// Numbers that are kept of a wavenumber at a bin.
+        /// Number of values that are kept for each wavenumber at a bin.
         kept: usize,
     },
 }
@@ -45,9 +46,9 @@ pub struct SegmentLayout {
     pub revolutions: usize,
     /// Columns of the contact window.
     pub columns: usize,
-    /// How the forces of a column are resolved.
+    /// Resolution of a column's forces across the strip.
     pub across: Across,
-    /// The rule that the forces were found by.
+    /// Time rule of the run that found the forces.
     pub rule: TimeRule,
     /// Time step \[s\].
     pub time_step: f64,
@@ -62,48 +63,48 @@ pub struct SegmentLayout {
 /// A bin of the non-rotating frame that shares the transforms of a base bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SharedBin {
-    /// Its number k.
+    /// Number k of the bin.
     pub bin: usize,
     /// True if it takes the conjugate transforms.
     pub conjugate: bool,
 }
 
 impl SegmentLayout {
-    /// Returns the revolutions for segments of about `segment` seconds in a record of `steps`; `None` if the record is
-    /// shorter than a revolution.
+    /// Revolutions for segments of about `segment` seconds in a record of `steps` steps, `revolution` steps each;
+    /// `None` if the record is shorter than a revolution.
     pub fn revolutions_for(segment: f64, revolution: u64, time_step: f64, steps: u64) -> Option<usize> {
         let fitting = steps / revolution;
         let wanted = (segment / (revolution as f64 * time_step)).round().clamp(1.0, 1e6) as u64;
         (fitting > 0).then(|| wanted.min(fitting) as usize)
     }
 
-    /// Returns the number of steps K of a segment.
+    /// Number of steps K of a segment.
     pub fn length(&self) -> usize {
         self.revolutions * self.elements * self.substeps
     }
 
-    /// Returns the number of steps from one segment to the next.
+    /// Number of steps from one segment to the next.
     pub fn hop(&self) -> usize {
         self.length() / 2
     }
 
-    /// Returns the number of steps K/q of a segment in which the window stands at one substep.
+    /// Number of steps K/q of a segment in which the window stands at one substep.
     pub fn base_length(&self) -> usize {
         self.revolutions * self.elements
     }
 
-    /// Returns the base bins, 0..=K/(2q).
+    /// Number of base bins, 0..=K/(2q).
     pub fn base_bins(&self) -> usize {
         self.base_length() / 2 + 1
     }
 
-    /// Returns the number of transforms of a segment: along time for every place, along the columns for every base bin.
+    /// Number of Fourier transforms per segment: over time for every place, over the columns for every base bin.
     pub fn transforms(&self) -> u64 {
         (self.places() + self.channels() * self.substeps * self.base_bins()) as u64
     }
 
-    /// Returns the multiply-adds of a segment: real transforms over time, complex ones over the columns, two for every
-    /// mean product, or four for every channel of what is moved.
+    /// Number of multiply-adds per segment: real transforms over time, complex ones over the columns, two for every
+    /// mean product, or four for every channel of a velocity or power.
     pub fn multiply_adds(&self) -> f64 {
         let over_time = 0.5 * self.places() as f64 * transform_multiply_adds(self.base_length());
         let over_columns =
@@ -115,17 +116,17 @@ impl SegmentLayout {
         over_time + over_columns + (of_number * self.bins() * self.row()) as f64
     }
 
-    /// Returns the bins of a one-sided spectrum, 0..=K/2.
+    /// Number of bins of a one-sided spectrum, 0..=K/2.
     pub fn bins(&self) -> usize {
         self.length() / 2 + 1
     }
 
-    /// Returns the instants of a step, each with forces of its own.
+    /// Number of instants of a step, each with its own forces.
     pub fn stages(&self) -> usize {
         self.rule.nodes().len()
     }
 
-    /// Returns for every instant of a step the weight of its force, and the time from the step's end at which it acts
+    /// For each instant of a step the weight of its force, and the time relative to the step's end at which it acts
     /// \[s\].
     pub(in crate::response) fn actions(&self) -> Vec<[f64; 2]> {
         let Some(method) = self.rule.runge_kutta() else { return vec![[1.0, 0.0]] };
@@ -133,7 +134,7 @@ impl SegmentLayout {
         nodes.map(|(node, weight)| [weight, (node - 1.0) * self.time_step]).collect()
     }
 
-    /// Returns the lateral components of the forces at an instant.
+    /// Number of lateral components of the forces at an instant.
     pub fn components(&self) -> usize {
         match self.across {
             Across::Even => 1,
@@ -141,23 +142,23 @@ impl SegmentLayout {
         }
     }
 
-    /// Returns the number of forces of a column in a step: the components of every stage.
+    /// Number of forces of a column in a step: the components of every stage.
     pub fn channels(&self) -> usize {
         self.stages() * self.components()
     }
 
-    /// Returns the number of forces of a step: the columns of every channel.
+    /// Number of forces of a step: the columns of every channel.
     pub fn width(&self) -> usize {
         self.channels() * self.columns
     }
 
-    /// Returns the pairs of a force of a step and a substep.
+    /// Number of places: pairs of a force of a step and a substep.
     pub fn places(&self) -> usize {
         self.width() * self.substeps
     }
 
-    /// Returns how many numbers are kept of a bin: for every wavenumber the mean products of the stages' forces, or
-    /// what resolved forces move.
+    /// Number of values that are kept for each bin: for every wavenumber the mean products of the stages' forces, or
+    /// the velocities or the power of resolved forces.
     pub fn row(&self) -> usize {
         let kept = match self.across {
             Across::Even => products::count(self.stages()),
@@ -166,22 +167,23 @@ impl SegmentLayout {
         kept * self.wavenumbers()
     }
 
-    /// Returns the wavenumbers -N/2..=N/2. The two ends are the same sequence of elements; each counts half.
+    /// Number of wavenumbers -N/2..=N/2. The two ends are the same sequence of elements; each counts half.
     pub fn wavenumbers(&self) -> usize {
         self.elements + 1
     }
 
-    /// Returns n of an index of [`Self::wavenumbers`].
+    /// Wavenumber n of an index in 0..[`Self::wavenumbers`].
     pub fn wavenumber(&self, index: usize) -> i64 {
         index as i64 - self.elements as i64 / 2
     }
 
-    /// Returns the frequency distance of the bins \[Hz\].
+    /// Distance df of neighbouring bins \[Hz\].
     pub fn resolution(&self) -> f64 {
         1.0 / (self.length() as f64 * self.time_step)
     }
 
-    /// Returns the bins k = m K/q +- kappa, 0..=K/2, that a base bin kappa serves, rising; q of them at most, or one.
+    /// Bins k = m K/q +- kappa within 0..=K/2 that share the transforms of the base bin kappa, rising; q of them at
+    /// most, or one.
     pub(crate) fn shared_bins(&self, base: usize) -> impl Iterator<Item = SharedBin> + use<> {
         let (period, last) = (self.base_length(), self.length() / 2);
         let twice = base > 0 && 2 * base != period;
@@ -192,63 +194,61 @@ impl SegmentLayout {
         })
     }
 
-    /// Returns the most bins that a base bin serves.
+    /// Most bins that share a base bin.
     pub fn most_shared(&self) -> usize {
         self.substeps
     }
 
-    /// Returns the bin of the material frame, -K/2 < k' <= K/2, of the bin k and the wavenumber n in the non-rotating
-    /// one.
+    /// Bin k' of the material frame, -K/2 < k' <= K/2, for the bin k and the wavenumber n of the non-rotating one.
     pub fn material_bin(&self, bin: usize, wavenumber: i64) -> i64 {
         let length = self.length() as i64;
         let shifted = (bin as i64 - wavenumber * self.revolutions as i64).rem_euclid(length);
         if 2 * shifted > length { shifted - length } else { shifted }
     }
 
-    /// Returns the same between the bins: what a frequency in the non-rotating frame is to the material \[Hz\].
+    /// The same between the bins: frequency in the material frame \[Hz\] of a frequency in the non-rotating one.
     pub fn material_frequency(&self, frequency: f64, wavenumber: i64) -> f64 {
         let shifted = frequency - wavenumber as f64 * self.revolutions as f64 * self.resolution();
         shifted - (shifted * self.time_step).round() / self.time_step
     }
 
-    /// Tells how often the power of a bin counts that a one-sided spectrum lists once.
+    /// Factor of a bin's power in a one-sided spectrum: 2, but 1 at 0 and at the Nyquist frequency.
     pub fn sides(&self, bin: usize) -> f64 {
         if bin == 0 || 2 * bin == self.length() { 1.0 } else { 2.0 }
     }
 
-    /// Tells how much of a wavenumber counts: the two ends half each.
+    /// Factor of a wavenumber's power: 1, but 1/2 at the two ends, which are the same wave.
     pub fn share(&self, index: usize) -> f64 {
         if index == 0 || index == self.elements { 0.5 } else { 1.0 }
     }
 
-    /// Returns the angular material frequency of a bin \[rad/s\].
+    /// Angular frequency of a bin of the material frame \[rad/s\].
     pub fn angular_frequency(&self, bin: usize) -> f64 {
         2.0 * PI * bin as f64 * self.resolution()
     }
 
-    /// Returns the substep of a step of a segment.
+    /// Substep of a step of a segment.
     pub fn phase_of(&self, step: usize) -> usize {
         (self.phase + step) % self.substeps
     }
 
-    /// Returns the place of a force, counted channel after channel, at a step of a segment.
+    /// Place of a force, counted channel after channel, at a step of a segment.
     pub fn place(&self, step: usize, force: usize) -> usize {
         force * self.substeps + self.phase_of(step)
     }
 
-    /// Returns the first step of a segment at a substep.
+    /// First step of a segment at a substep.
     pub fn first_step(&self, phase: usize) -> usize {
         (phase + self.substeps - self.phase) % self.substeps
     }
 
-    /// Returns exp(-2 pi i k l_p/K): the transform of a substep p begins with its first step l_p.
+    /// exp(-2 pi i k l_p/K): the transform of a substep p begins with its first step l_p.
     pub(super) fn delay(&self, bin: usize, phase: usize) -> Complex64 {
         let turns = (bin * self.first_step(phase)) as f64 / self.length() as f64;
         Complex64::from_polar(1.0, -2.0 * PI * turns)
     }
 
-    /// Returns the weight of a step of a segment: the sine window; its square and that of the neighbour segment add to
-    /// 1.
+    /// Weight of a step of a segment: the sine window, whose square and that of the neighbour segment add up to 1.
     pub fn weight(&self, step: usize) -> f64 {
         (PI * (step as f64 + 0.5) / self.length() as f64).sin()
     }

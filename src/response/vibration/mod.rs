@@ -5,34 +5,34 @@
 //! v(x, w) = sum_n exp(i kx_n x) v_n(w - n Omega),   Omega = V/R        non-rotating frame, x from the axle
 //! ```
 //!
-//! The velocity is that of the material, du/dt of an element, in both frames; seen from beside the road a wave of n
-//! periods has its frequency shifted by n Omega and nothing else. (The rate at which the outline changes at a fixed x,
-//! which pushes air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
+//! The velocity is that of the material, du/dt of an element, in both frames; seen from the road a wave of n periods
+//! has its frequency shifted by n Omega and nothing else. (The rate at which the outline changes at a fixed x, which
+//! moves air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
 //!
-//! With rotation, H_n and H_-n differ. All of this is written for signed n and holds; `both_ways` says which of
-//! the two counts where. The velocity is still du/dt as the turning material sees it, without Omega x u, by which the
-//! directions along and outwards turn.
+//! With rotation, H_n and H_-n differ. All of this is written for signed n and holds; `both_ways` defines which of the
+//! two applies where. The velocity is still du/dt as the turning material sees it, without Omega x u, by which the
+//! longitudinal and the outward direction turn.
 //!
-//! The run's time rule says what i w' and H_n stand for. The displacement is that of the run's own
-//! recursion for every rule; its rate is the rule's difference quotient for a multistep rule, which the work of the
-//! forces is made of too, and i w' itself for a Runge-Kutta rule, whose displacements are those at the ends of the
-//! steps. At w dt = 1 the quotient of `bdf2` is 1.9 dB more than i w', that of `bdf1` 0.4 dB less.
+//! The run's time rule determines i w' and H_n. The displacement is that of the run's own recursion for every rule; its
+//! rate is the rule's difference quotient for a multistep rule, from which the work of the forces is computed too, and
+//! i w' itself for a Runge-Kutta rule, whose displacements are those at the ends of the steps. At w dt = 1 the quotient
+//! of `bdf2` is 1.9 dB more than i w', that of `bdf1` 0.4 dB less.
 //!
-//! In the order of the data's way:
+//! In the order of the data flow:
 //!
 //! - [`layout`]: segments of whole revolutions, in which the shift is a whole number of bins;
-//! - `products`: of the forces of several stages, and what is quadratic in these forces;
+//! - `products`: mean products of the forces of several stages, and forms quadratic in these forces;
 //! - [`transfer`]: the velocity for unit force; `stage_transfer`: for the forces of a Runge-Kutta rule's stages;
-//!   `both_ways`: of waves that run either way round;
+//!   `both_ways`: for waves that run in either direction;
 //! - [`velocity_table`]: the same of all wavenumbers, and for points beside the axle, coherent over n;
 //! - [`tangential_forces`]: velocities by tangential forces;
 //! - [`elements`]: velocities of points that turn with the tyre;
-//! - [`heard`]: what forces that are resolved across the strip move;
+//! - [`heard`]: velocities and power of forces that are resolved across the strip;
 //! - `share`: a part of the bins with its sums, for a thread; [`accumulator`]: forces, step by step, to mean powers
 //!   |F_n|^2 by bin, averaged over half overlapping segments (Welch 1967);
-//! - [`spectra`]: velocities everywhere, maps, dissipated power;
+//! - [`spectra`]: spectra of the velocities, maps, dissipated power;
 //! - [`contact_power`]: the power put in, in the time domain;
-//! - [`dispersion`]: the tyre's own waves.
+//! - [`dispersion`]: free waves of the tyre.
 //!
 //! Levels are means over segments and over the circumference, or at points. Forces are transformed by segments and the
 //! response to each segment is taken as if it had begun at rest and rung out within, so |F_n|^2 is blurred by the
@@ -72,12 +72,12 @@ pub(crate) use tangential_forces::TangentialForces;
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
 pub(crate) use velocity_table::VelocityTable;
 
-/// Returns the bytes of the sums over the forces with the points and elements of so many fields, of a tyre that turns
-/// or of one at rest.
+/// Memory \[bytes\] of the sums over the forces with the points and elements of so many fields; `turns` for a tyre that
+/// turns.
 pub(crate) fn point_bytes(layout: &SegmentLayout, fields: usize, vibration: &Vibration, turns: bool) -> f64 {
     let sums = VibrationAccumulator::bytes(layout, fields * vibration.points.len());
     match vibration.elements.len() {
-        // A table is there while points are added.
+        // A table is in memory while points are added.
         0 if vibration.points.is_empty() => sums,
         0 => sums + VelocityTable::bytes(layout, turns),
         elements => sums + ElementVelocities::bytes(layout, fields, elements, turns),

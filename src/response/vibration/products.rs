@@ -1,19 +1,18 @@
-//! Mean products of the forces of a step's stages, and what is quadratic in these forces.
+//! Mean products of the forces of a step's stages, and forms quadratic in these forces.
 //!
-//! A velocity is v = sum_i Y_i F_i over the stages i of a step, so |v|^2 takes the means of F_i conj F_j for all pairs
-//! of stages. Kept are, as planes of real numbers, |F_i|^2 of every stage, then for every pair i < j the real and the
-//! imaginary part of F_i conj F_j: one number for a rule of one stage, four for two stages, nine for three. A form that
-//! is quadratic in the forces,
-//! |v|^2 or a power, is a sum of these numbers times weights.
+//! A velocity is v = sum_i Y_i F_i over the stages i of a step, so |v|^2 needs the means of F_i conj F_j for all pairs
+//! of stages. They are kept as planes of real numbers: |F_i|^2 of every stage, then for every pair i < j the real and
+//! the imaginary part of F_i conj F_j: one number for a rule of one stage, four for two stages, nine for three. A form
+//! that is quadratic in the forces, |v|^2 or a power, is a sum of these numbers times weights.
 
 use num_complex::Complex64;
 
-/// Returns how many numbers there are for so many stages.
+/// Number of real products for so many stages.
 pub(super) const fn count(stages: usize) -> usize {
     stages * stages
 }
 
-/// Returns the pairs of stages i < j in the order of their numbers.
+/// Pairs of stages i < j in the order of their products.
 fn pairs(stages: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..stages).flat_map(move |i| (i + 1..stages).map(move |j| (i, j)))
 }
@@ -39,7 +38,7 @@ pub(super) fn add(
     }
 }
 
-/// Returns the weights of |sum_i Y_i F_i|^2.
+/// Weights of |sum_i Y_i F_i|^2.
 pub(super) fn weights_of_square(stages: usize, transfer: impl Fn(usize) -> Complex64, out: &mut [f64]) {
     (0..stages).for_each(|i| out[i] = transfer(i).norm_sqr());
     for (slot, (i, j)) in pairs(stages).enumerate() {
@@ -48,7 +47,7 @@ pub(super) fn weights_of_square(stages: usize, transfer: impl Fn(usize) -> Compl
     }
 }
 
-/// Returns the weights of Re sum_ij conj F_i M_ij F_j.
+/// Weights of Re sum_ij conj F_i M_ij F_j.
 pub(super) fn weights_of_power(stages: usize, matrix: impl Fn(usize, usize) -> Complex64, out: &mut [f64]) {
     (0..stages).for_each(|i| out[i] = matrix(i, i).re);
     for (slot, (i, j)) in pairs(stages).enumerate() {
@@ -57,8 +56,8 @@ pub(super) fn weights_of_power(stages: usize, matrix: impl Fn(usize, usize) -> C
     }
 }
 
-/// Returns the form with these weights, from its numbers. At the negative of their frequency, where all transfers are
-/// conjugate, imaginary parts count the other way round.
+/// Value of the form with these weights. At a negative frequency, where all transfers are conjugate, imaginary parts
+/// have the opposite sign.
 pub(super) fn form(stages: usize, weights: &[f64], negative: bool, product: impl Fn(usize) -> f64) -> f64 {
     let mut sum = weights[0] * product(0);
     for (number, weight) in weights.iter().enumerate().skip(1) {

@@ -1,4 +1,4 @@
-//! A part of the bins with its sums: what one thread works on at a time.
+//! A part of the bins with its sums: the work of one thread at a time.
 //!
 //! For every base bin kappa, every substep p of the window and every channel of a step, one transform of length N over
 //! the columns gives A_p(n). Up to a phase that is the same for all channels, so that no power sees it, the bins k that
@@ -21,18 +21,17 @@ use super::heard::Heard;
 use super::layout::{SegmentLayout, SharedBin};
 use super::products;
 
-/// A part of the base bins.
 #[derive(Clone)]
 pub(super) struct Share {
     pub(super) bases: Range<usize>,
     layout: SegmentLayout,
     transform: Arc<dyn Fft<f64>>,
-    /// Sums of resolved forces.
+    /// Transfers of resolved forces; `None` where products of the forces are kept.
     heard: Option<Arc<Heard>>,
     /// Sums over the segments of the stages' products, |F_n|^2 for one stage, by base bin, shared bin and wavenumber:
-    /// see [`products`]; of resolved forces what is [`Heard`] of them.
+    /// see [`products`]; for resolved forces the quantities of [`Heard`].
     pub(super) powers: Vec<f64>,
-    /// By point: response at the point to unit force at each place, by base bin, shared bin and place.
+    /// By point: velocity at the point for unit force at each place, by base bin, shared bin and place.
     pub(super) point_transfers: Vec<Vec<Complex64>>,
     /// By point: sums of |v|^2 by base bin and shared bin.
     pub(super) point_powers: Vec<Vec<f64>>,
@@ -65,7 +64,7 @@ impl Share {
         }
     }
 
-    /// Makes room for a point: `transfers(bin, out)` writes the responses at it by place.
+    /// Adds a point: `transfers(bin, out)` writes the velocities at it for unit force by place.
     pub(super) fn add_point(&mut self, mut transfers: impl FnMut(usize, &mut [Complex64])) {
         let (shared, places) = (self.layout.most_shared(), self.layout.places());
         let mut table = vec![Complex64::ZERO; self.bases.len() * shared * places];
@@ -100,17 +99,16 @@ impl Share {
         }
     }
 
-    /// Returns the keeper of the forces' waves.
     pub(super) fn keeper(&self) -> Keeper {
         Keeper { layout: self.layout, heard: self.heard.clone() }
     }
 
-    /// Returns the number of the first row of a base bin.
+    /// Index of the first row of a base bin.
     pub(super) fn first_row(&self, base: usize) -> usize {
         (base - self.bases.start) * self.layout.most_shared()
     }
 
-    /// Returns v of a point for given transforms of the places.
+    /// Velocity of a point for given transforms of the places.
     pub(super) fn at_point(
         &self,
         point: usize,
@@ -127,8 +125,8 @@ impl Share {
         })
     }
 
-    /// Returns F_n(k) of all bins that share a base bin, for given transforms of the places: `visit(slot, bin, row)`,
-    /// the row by channel and wavenumber.
+    /// Computes F_n(k) of all bins that share a base bin, for given transforms of the places, and calls `visit(slot,
+    /// bin, row)` with the row by channel and wavenumber.
     pub(super) fn waves_at(
         &mut self,
         base: usize,
@@ -137,6 +135,7 @@ impl Share {
     ) {
         let Self { layout, waves, row, scratch, transform, .. } = self;
         let SegmentLayout { elements, substeps, columns, .. } = *layout;
+        // 1. Transforms over the columns, for each channel and substep.
         for (index, wave) in waves.chunks_exact_mut(elements).enumerate() {
             let (channel, phase) = (index / substeps, index % substeps);
             wave.fill(Complex64::ZERO);
@@ -145,6 +144,7 @@ impl Share {
             }
             transform.process_with_scratch(wave, scratch);
         }
+        // 2. Sum over the substeps, for each bin that shares the base bin.
         let half = elements / 2;
         for (slot, SharedBin { bin, conjugate }) in layout.shared_bins(base).enumerate() {
             row.fill(Complex64::ZERO);
@@ -172,14 +172,14 @@ impl Share {
     }
 }
 
-/// Kept sums of the waves of forces: mean products of the stages' forces, or the motion by resolved ones.
+/// What is kept of the forces' waves: mean products of the stages' forces, or the motion of resolved ones.
 pub(super) struct Keeper {
     layout: SegmentLayout,
     heard: Option<Arc<Heard>>,
 }
 
 impl Keeper {
-    /// Adds what is kept of F_n at a bin, by channel and wavenumber.
+    /// Adds the kept quantities of F_n at a bin, given by channel and wavenumber.
     pub(super) fn add(&self, bin: usize, row: &[Complex64], sums: &mut [f64]) {
         let (width, stages) = (self.layout.wavenumbers(), self.layout.stages());
         match &self.heard {
@@ -188,8 +188,8 @@ impl Keeper {
         }
     }
 
-    /// Adds what the sums over so many segments become where D is taken off the forces of each: from sum |X|^2 to sum
-    /// |X - D|^2 = sum |X|^2 - 2 Re(conj D sum X) + S |D|^2, and likewise for whatever is quadratic in the forces.
+    /// Adds the change of the sums over so many segments if D is taken off the forces of each: from sum |X|^2 to
+    /// sum |X - D|^2 = sum |X|^2 - 2 Re(conj D sum X) + S |D|^2, and likewise for every form quadratic in the forces.
     pub(super) fn correct(&self, bin: usize, [offset, row]: [&[Complex64]; 2], segments: f64, sums: &mut [f64]) {
         let (width, stages) = (self.layout.wavenumbers(), self.layout.stages());
         let Some(heard) = &self.heard else {
@@ -209,7 +209,7 @@ impl Keeper {
         }
     }
 
-    /// Returns how many numbers of a bin, the first ones, are squares.
+    /// Number of a bin's values, the first ones, that are squares, and so not negative.
     pub(super) fn squares(&self) -> usize {
         match &self.heard {
             None => self.layout.stages() * self.layout.wavenumbers(),
@@ -219,7 +219,7 @@ impl Keeper {
     }
 }
 
-/// Computes by how much sum |X|^2 over so many segments changes where d is taken off each X.
+/// Change of sum |X|^2 over so many segments if `offset` is taken off each X; `sum` is sum X.
 pub(super) fn change(segments: f64, offset: Complex64, sum: Complex64) -> f64 {
     segments * offset.norm_sqr() - 2.0 * (offset.conj() * sum).re
 }

@@ -1,17 +1,17 @@
-//! From the forces' powers to velocities: spectra of both frames, maps, dissipated power.
+//! From powers of the forces to velocities: spectra of both frames, maps, dissipated power.
 //!
 //! A wave of the non-rotating frame, exp(i (kx x + w t)), is a wave of the material one with w' = w - n Omega; its
-//! velocity is that of the material, Y_n(w') = s H_n(s) times its force, in both frames. So every wave's power
-//! |Y_n|^2 |F_n|^2 belongs to one bin of each frame, and both sums are the same: the mean of v^2 over the circumference
-//! and over time. Only the mean pattern, which stands in the non-rotating frame, is there 0 Hz and no vibration, in the
-//! material frame lines at the multiples of the rotation; it is listed by itself, and is a part of the material frame's
-//! spectrum.
+//! velocity is that of the material, Y_n(w') = s H_n(s) times its force, in both frames. So every wave's power |Y_n|^2
+//! |F_n|^2 belongs to one bin of each frame, and both sums are the same: the mean of v^2 over the circumference and
+//! over time. Only the mean pattern differs: it stands still in the non-rotating frame, where it is at 0 Hz and no
+//! vibration, and in the material frame has lines at the multiples of the rotation; it is listed by itself, and is a
+//! part of the material frame's spectrum.
 //!
-//! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates. Where
+//! Power: in the mean the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2, all of which the tyre dissipates. Where
 //! it turns Y_n and Y_-n differ (`both_ways`); gyroscopic forces do no work.
 //!
-//! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them (`stage_transfer`); the rest
-//! is the same. Of forces that are resolved across |v_n|^2 and the power are there already ([`super::heard`]).
+//! With the forces of several stages |Y_n|^2 and Re Y_n are quadratic forms of all of them (`stage_transfer`); the rest
+//! is the same. For forces that are resolved across |v_n|^2 and the power are known already ([`super::heard`]).
 
 use super::accumulator::PatchSpectra;
 use super::both_ways::BothWays;
@@ -21,26 +21,25 @@ use super::transfer::{Forms, TransferKind, Transfers, TyreResponse, VibrationFie
 use crate::numeric::in_parallel;
 use crate::response::PowerSpectrum;
 
-/// Most rows of frequency that a map has.
+/// Most rows of frequency in a map.
 const MOST_ROWS: usize = 1024;
-/// Wavenumbers whose transfers are in memory at once.
+/// Number of wavenumbers whose transfers are in memory at once.
 const BLOCK: usize = 32;
 
-/// Selection of spectra.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SpectraRequest<'a> {
-    /// The fields.
+    /// Fields whose spectra are computed.
     pub fields: &'a [VibrationField],
-    /// Meaning of s.
+    /// Transfer: that of the time rule or the exact one.
     pub kind: TransferKind,
-    /// True if maps are made.
+    /// True if maps are computed.
     pub maps: bool,
 }
 
-/// Spectra of a field, means over the circumference; (m/s)^2, two-dimensional by frequency and wavenumber in the maps.
+/// Spectra of a field, means over the circumference \[m^2/s^2\]; the maps by frequency and wavenumber.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FieldSpectra {
-    /// The field.
+    /// Field of the velocities.
     pub field: VibrationField,
     /// In the material frame, the mean pattern's lines included.
     pub material: PowerSpectrum,
@@ -54,35 +53,33 @@ pub(crate) struct FieldSpectra {
     pub maps: Option<[WavenumberMap; 2]>,
 }
 
-/// Power by frequency and wavenumber.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct WavenumberMap {
     /// Wavenumbers -N/2..=N/2 of a row; n > 0 goes towards -x, against the rolling direction.
     pub wavenumbers: usize,
     /// Width of a row \[Hz\]; row i reaches from i to i + 1 of it.
     pub row_width: f64,
-    /// Power spectral density \[m^2/s^2/Hz\], rows of frequency.
+    /// Power spectral density \[m^2/s^2/Hz\], row by row of frequency.
     pub density: Vec<f64>,
 }
 
-/// Dissipated power \[W\].
+/// Power that the tyre dissipates \[W\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Dissipation {
-    /// Power of the mean pattern: the cost of rolling on a smooth road.
+    /// Power of the mean pattern: the loss of rolling on a smooth road \[W\].
     pub mean_pattern: f64,
-    /// Power of the vibration.
+    /// Power of the vibration \[W\].
     pub vibration: f64,
 }
 
 impl Dissipation {
-    /// Returns both together.
+    /// Sum of both \[W\].
     pub(crate) fn total(&self) -> f64 {
         self.mean_pattern + self.vibration
     }
 }
 
-/// Returns the spectra of all fields, and the power that the forces' work dissipates; `None` where the response does
-/// not have a field.
+/// Spectra of all fields, and the dissipated power; `None` where the response does not have a field.
 pub(crate) fn field_spectra(
     patch: &PatchSpectra,
     response: &TyreResponse<'_>,
@@ -124,7 +121,7 @@ impl FieldSpectra {
         }
     }
 
-    /// Adds the power of the wavenumbers +-n, n = first...
+    /// Adds the power of the wavenumbers +-n, from n = `first` on.
     fn add(&mut self, patch: &PatchSpectra, first: usize, forms: &[BothWays<Forms>], dissipation: &mut Dissipation) {
         let layout = &patch.layout;
         let (half, width, stages) = (layout.elements / 2, layout.wavenumbers(), layout.stages());
@@ -153,7 +150,8 @@ impl FieldSpectra {
         }
     }
 
-    /// Adds the mean square velocity of a wave at a bin, which is this one of the material frame.
+    /// Adds the mean square velocity of a wave at a bin of the non-rotating frame; `material` is its bin of the
+    /// material frame.
     fn add_wave(
         &mut self,
         layout: &SegmentLayout,
@@ -186,11 +184,11 @@ impl FieldSpectra {
     }
 }
 
-/// Kept values of a bin.
+/// Values of a bin.
 struct Line<'a> {
     bin: usize,
     row: &'a [f64],
-    /// True if it is the mean pattern's.
+    /// True for the mean pattern.
     standing: bool,
 }
 
@@ -207,7 +205,7 @@ impl Dissipation {
     }
 }
 
-/// Returns the spectra of the fields whose velocities were heard of resolved forces, in their order.
+/// Spectra of fields whose velocities were kept of resolved forces, in their order.
 pub(crate) fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], maps: bool) -> Vec<FieldSpectra> {
     let layout = &patch.layout;
     let width = layout.wavenumbers();
@@ -226,7 +224,7 @@ pub(crate) fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], map
     fields.iter().enumerate().map(of_field).collect()
 }
 
-/// Returns the power that resolved forces put in and the tyre dissipates.
+/// Power that resolved forces put in and the tyre dissipates.
 pub(crate) fn heard_dissipation(patch: &PatchSpectra) -> Dissipation {
     let layout = &patch.layout;
     let mut dissipation = Dissipation::default();
@@ -238,12 +236,12 @@ pub(crate) fn heard_dissipation(patch: &PatchSpectra) -> Dissipation {
     dissipation
 }
 
-/// Returns the bins of a map's row.
+/// Number of bins in a map's row.
 fn bins_of_row(layout: &SegmentLayout) -> usize {
     layout.bins().div_ceil(MOST_ROWS)
 }
 
-/// Returns the one-sided powers as a spectrum.
+/// Spectrum of one-sided powers by bin.
 fn spectrum(layout: &SegmentLayout, power: Vec<f64>) -> PowerSpectrum {
     PowerSpectrum {
         mean: 0.0,
@@ -258,12 +256,12 @@ fn one_sided(layout: &SegmentLayout, powers: &[f64]) -> PowerSpectrum {
     spectrum(layout, powers.iter().enumerate().map(|(bin, power)| layout.sides(bin) * power).collect())
 }
 
-/// Returns the spectrum at a point of the non-rotating frame.
+/// Spectrum at a point of the non-rotating frame.
 pub(crate) fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
     one_sided(&patch.layout, &patch.points[point])
 }
 
-/// Returns the spectrum at an element, the mean pattern that passes it left out.
+/// Spectrum at an element, without the mean pattern that passes it.
 pub(crate) fn element_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
     one_sided(&patch.layout, &patch.elements[point])
 }

@@ -10,16 +10,16 @@
 //! H_n(s) = D + sum_r R_r/(s - lambda_r) following the last stage,
 //!
 //! 1. the displacement at the ends of the steps is U = sum_i F_i (D delta_is + sum_r R_r dt q_i/(1 - R zeta));
-//! 2. the velocity is i w U: the rate of the displacement as it goes on between the ends of the steps without
+//! 2. the velocity is i w U: the rate of the displacement, interpolated between the ends of the steps without
 //!    frequencies above half the sampling rate;
 //! 3. the rates of the stages are V_i = sum_j Y_ij F_j, Y = (D/dt) A^-1 (1 - zeta 1 e_s^T) + sum_r R_r (G + z zeta r
 //!    q^T/(1 - R zeta)), and the power that the forces put in is the rule's own quadrature, Re sum_i b_i conj F_i V_i,
 //!    in the frequency domain exactly as in the time domain ([`super::contact_power`]).
 //!
-//! Why i w U and not V: the stages' rates are right to first order, and their mean is the difference over a step, lower
-//! by the sine of w dt/2 over w dt/2: 0.4 dB at w dt = 1.
+//! Why i w U and not V: the stages' rates are accurate to first order, and their mean is the difference over a step,
+//! lower by the sine of w dt/2 over w dt/2: 0.4 dB at w dt = 1.
 //!
-//! Cost of a pole and bin: two complex reciprocals, four multiply-adds for every stage, or for every entry of Y.
+//! Cost of a pole and bin: two complex reciprocals, and four multiply-adds for each stage, or for each entry of Y.
 
 use num_complex::Complex64;
 use pulp::Arch;
@@ -27,12 +27,12 @@ use pulp::Arch;
 use crate::time_rule::RungeKutta;
 use crate::tyre::poles::Modes;
 
-/// Bins that are evaluated side by side.
+/// Bins that are evaluated together, for vector instructions.
 const LANE: usize = 64;
-/// Most numerators over one pole's denominator: Y of three stages.
+/// Most numerators over one pole's denominator: entries of Y for three stages.
 const MOST: usize = 9;
 
-/// A rule at the bins of the material frame.
+/// Transfers of a rule at the bins of the material frame.
 pub(super) struct StageTransfer {
     method: RungeKutta,
     time_step: f64,
@@ -51,36 +51,36 @@ struct Pole {
     numerators: [Complex64; MOST],
 }
 
-/// H_n as it is needed here: the modes, a factor of them, and a compliance that is added \[m/N\].
+/// H_n as it is needed here: the modes, a factor of them, and a compliance `own` that is added \[m/N\].
 pub(super) struct ScaledModes<'a> {
     pub(super) modes: Modes<'a>,
     pub(super) scale: f64,
     pub(super) own: f64,
-    /// Constant of the odd part, which the modes have none of \[m/N\].
+    /// Constant of the odd part, which the modes do not hold \[m/N\].
     pub(super) odd_constant: f64,
 }
 
 impl<'a> ScaledModes<'a> {
-    /// Tells whether they are of a tyre that turns.
+    /// True for a tyre that turns.
     pub(super) fn turns(&self) -> bool {
         !self.modes.odd.is_empty()
     }
 
-    /// Returns the odd part, of a tyre that turns.
+    /// The odd part; `None` at rest.
     pub(super) fn odd(&self) -> Option<ScaledModes<'a>> {
         let modes = self.modes;
         let odd = Modes { residues: modes.odd, odd: &[], constant: self.odd_constant, ..modes };
         self.turns().then_some(ScaledModes { modes: odd, own: 0.0, odd_constant: 0.0, ..*self })
     }
 
-    /// Returns D \[m/N\].
+    /// D \[m/N\].
     fn constant(&self) -> f64 {
         self.scale * self.modes.constant + self.own
     }
 }
 
 impl StageTransfer {
-    /// Makes the transfer of a rule at i w of every bin, for a time step \[s\].
+    /// At i w of each bin, for a time step \[s\].
     pub(super) fn new(method: RungeKutta, symbols: Vec<Complex64>, time_step: f64) -> Self {
         let zetas = symbols.iter().map(|symbol| (-symbol * time_step).exp()).collect();
         Self { method, time_step, symbols, zetas }
@@ -90,7 +90,7 @@ impl StageTransfer {
         self.method.nodes.len()
     }
 
-    /// Computes i w U for unit force at each stage \[m/(N s)\]: stages x bins.
+    /// i w U for unit force at each stage \[m/(N s)\]: stages x bins.
     pub(super) fn velocities(&self, tyre: &ScaledModes<'_>, out: &mut [Complex64]) {
         let (stages, bins) = (self.stages(), self.symbols.len());
         let poles = self.poles(tyre, |residue, _, _, ends| {
@@ -108,24 +108,26 @@ impl StageTransfer {
         }
     }
 
-    /// Computes b_i Y_ij \[m/(N s)\]: stages x stages x bins.
+    /// b_i Y_ij \[m/(N s)\]: stages x stages x bins.
     pub(super) fn powers(&self, tyre: &ScaledModes<'_>, out: &mut [Complex64]) {
         let (stages, bins) = (self.stages(), self.symbols.len());
         let (weights, bases) = (self.method.weights(), self.method.bases());
         let mut at_once = [0.0; MOST];
+        // 1. The poles: the term with zeta over the denominator, and G itself, which does not depend on zeta.
         let poles = self.poles(tyre, |residue, z, inverse, ends| {
             let mut numerators = [Complex64::ZERO; MOST];
             for (slot, numerator) in numerators[..stages * stages].iter_mut().enumerate() {
                 let (i, j) = (slot / stages, slot % stages);
                 let begin: Complex64 = inverse[i].iter().sum();
                 *numerator = weights[i] * residue * z * begin * ends[j];
-                // With its conjugate a pair gives twice the real part.
+                // A pair with its conjugate gives twice the real part.
                 let count = if z.im == 0.0 { 1.0 } else { 2.0 };
                 at_once[slot] += count * weights[i] * (residue * inverse[i][j]).re;
             }
             numerators
         });
         self.fractions(&poles, stages * stages, out);
+        // 2. The constant D, whose rates are those of its values.
         let rate = tyre.constant() / (self.method.gamma * self.time_step);
         for (slot, row) in out.chunks_exact_mut(bins).enumerate() {
             let (i, j) = (slot / stages, slot % stages);
@@ -139,7 +141,7 @@ impl StageTransfer {
         }
     }
 
-    /// Returns the poles with `numerators(R, z, G, q)`.
+    /// Poles, with their numerators from `numerators(R_r, z, G, q)`.
     fn poles(
         &self,
         tyre: &ScaledModes<'_>,
@@ -162,8 +164,8 @@ impl StageTransfer {
         tyre.modes.poles.iter().zip(tyre.modes.residues).enumerate().map(of_pole).collect()
     }
 
-    /// Sums numerator/(1 - R zeta) over all poles and their conjugates: numerators x bins. These are plain loops over
-    /// many bins, which the compiler makes vectors of.
+    /// Sums numerator/(1 - R zeta) over all poles and their conjugates: numerators x bins. Plain loops over many bins,
+    /// which the compiler vectorises.
     fn fractions(&self, poles: &[Pole], count: usize, out: &mut [Complex64]) {
         let (arch, bins) = (Arch::new(), self.zetas.len());
         for (block, zetas) in self.zetas.chunks(LANE).enumerate() {
@@ -214,7 +216,7 @@ mod tests {
     use super::*;
     use crate::scene::TimeRule;
 
-    /// Checks forces that turn with zeta^-l at one stage, stepped until everything turns with them.
+    /// Forces proportional to zeta^-l at one stage, stepped until the transient has decayed.
     #[test]
     fn transfers_are_what_the_rule_gives_step_by_step() {
         let poles = [Complex64::new(-900.0, 2500.0), Complex64::new(-700.0, 0.0)];
@@ -256,8 +258,8 @@ mod tests {
                         displacement += tyre.scale * residue * *state;
                     }
                 }
-                // What follows the force at once has the rates that A gives for its values, the last of which began the
-                // step.
+                // The part that follows the force at once has the rates that A gives for its values, the last of which
+                // began the step.
                 let at = |stage: usize| if stage == loaded { tyre.constant() } else { 0.0 };
                 displacement += at(stages - 1);
                 let begin = at(stages - 1) / turn;

@@ -1,8 +1,8 @@
-//! Velocities by tangential forces, beside those by normal ones (`velocity_table`).
+//! Velocities due to tangential forces, beside those due to normal ones (`velocity_table`).
 //!
-//! A lateral number has three components of force, each in its own shape across. The tyre answers all of them at the s
-//! of the run's rule by C_zx, C_zy and, along the tread, C_xx and C_xy, wave by wave ([`TractionLines`]). There are no
-//! poles of them: shear waves are not among those of the normal motion.
+//! A lateral number has three components of force, each with its own shape across. The tyre responds to all of them at
+//! the s of the run's rule by C_zx, C_zy and, along the tread, C_xx and C_xy, wave by wave ([`TractionLines`]). They
+//! have no poles here: shear waves are not among those of the normal motion.
 
 use num_complex::Complex64;
 
@@ -11,18 +11,18 @@ use super::transfer::{TransferKind, VibrationField, symbols};
 use crate::scene::Tyre;
 use crate::tyre::influence::TractionLines;
 
-/// The tyre as it answers tangential forces.
+/// Response of the tyre to tangential forces.
 pub(crate) struct TangentialForces {
     lines: TractionLines,
-    /// Share that is observed of what each lateral number moves.
+    /// Share of each lateral number's motion that is observed.
     shares: Vec<f64>,
     /// s at the bins of the material frame.
     symbols: Vec<Complex64>,
 }
 
 impl TangentialForces {
-    /// Prepares the answer of a tyre to forces of some lateral numbers, each with the share that is observed of it;
-    /// compliances within a relative `tolerance`.
+    /// Response to forces of some lateral numbers, each with the share of its motion that is observed; compliances
+    /// within a relative `tolerance`.
     pub(crate) fn new(tyre: &Tyre, layout: &SegmentLayout, numbers: &[(usize, f64)], tolerance: f64) -> Self {
         let (kind, highest) = (TransferKind::Rule, 0.5 / layout.time_step);
         let angular = |frequency: f64| std::f64::consts::TAU * frequency;
@@ -33,7 +33,7 @@ impl TangentialForces {
     }
 
     /// Writes the velocities of a field for unit forces along, then across, in the waves n and -n \[m/(N s)\], into the
-    /// channels behind those of normal forces, bin by bin; a motion along the tread over i, and over -i.
+    /// channels behind those of normal forces, bin by bin; a motion along the tread divided by i, and by -i.
     pub(super) fn put(
         &self,
         layout: &SegmentLayout,

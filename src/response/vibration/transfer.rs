@@ -1,15 +1,15 @@
 //! Velocity for unit force: s H_n(s) at the bins of the material frame.
 //!
-//! The standard transfer, [`TransferKind::Rule`], is that of the run's rule. For a multistep rule the s by which it
-//! stands for i w is mu(zeta)/dt at zeta = exp(-i w dt), difference quotients of the rule for derivatives. The
-//! velocities are then those that the run's own recursion gives. The tyre's own transfer, s = i w, looks more exact and
-//! is not: the forces of a rolling contact have a notch wherever the tyre they were found with resonates, and that is
-//! the rule's tyre. Peaks of another one, (w dt)^2/3 higher and less damped, stand beside the notches. Measured, N =
-//! 128, 4 steps an element, `bdf2`, against elements followed in the time domain: +0.4 dB at 100 Hz, +1.4 at 200, +5 at
-//! 630. How far the two are apart is a measure of the rule's error.
+//! The standard transfer, [`TransferKind::Rule`], is that of the run's time rule. For a multistep rule the s that
+//! replaces i w is mu(zeta)/dt at zeta = exp(-i w dt), difference quotients of the rule for derivatives. The velocities
+//! are then those of the run's own recursion. The exact transfer of the tyre, s = i w, seems more accurate and is not:
+//! the forces of a rolling contact have a notch wherever the tyre that they were computed with resonates, and that is
+//! the tyre under the rule. Peaks of another one, (w dt)^2/3 higher and less damped, stand beside the notches.
+//! Measured, N = 128, 4 steps an element, `bdf2`, against elements followed in the time domain: +0.4 dB at 100 Hz, +1.4
+//! at 200, +5 at 630. The difference of the two is a measure of the rule's error.
 //!
-//! The forces of a Runge-Kutta rule's stages each have a transfer of their own, again the run's recursion and nothing
-//! else: `stage_transfer`. The hold has i w.
+//! The forces of a Runge-Kutta rule's stages each have their own transfer, again that of the run's recursion:
+//! `stage_transfer`. The first-order hold has i w.
 
 use num_complex::Complex64;
 use pulp::Arch;
@@ -22,7 +22,7 @@ use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::{Modes, RationalModel, TangentialModel};
 
-/// Which velocity is observed.
+/// Velocity that is observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum VibrationField {
     /// Normal velocity of the tread surface, local deformation included.
@@ -34,7 +34,7 @@ pub enum VibrationField {
 }
 
 impl VibrationField {
-    /// Returns its name in results.
+    /// Name in results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Tread => "tread",
@@ -44,18 +44,18 @@ impl VibrationField {
     }
 }
 
-/// Value of s at an angular frequency: the rule's, or the exact one.
+/// Choice of s at an angular frequency: that of the time rule, or the exact one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TransferKind {
     /// i w; the forces of a step's stages act at their own times.
     Exact,
-    /// mu(zeta)/dt of the run's rule; i w for the hold. A Runge-Kutta rule has matrices instead.
+    /// mu(zeta)/dt of the run's rule; i w for the first-order hold. A Runge-Kutta rule has matrices instead.
     Rule,
 }
 
 impl TransferKind {
-    /// Returns s at the angular frequency w \[rad/s\] for a rule and a time step \[s\]: for a Runge-Kutta rule i w,
-    /// which its displacements are multiplied with.
+    /// Value of s at the angular frequency w \[rad/s\] for a rule and a time step \[s\]. For a Runge-Kutta rule i w,
+    /// the factor of its displacements.
     pub fn symbol(self, rule: TimeRule, angular_frequency: f64, time_step: f64) -> Complex64 {
         let exact = Complex64::new(0.0, angular_frequency);
         if self == Self::Rule && rule.is_multistep() && angular_frequency != 0.0 {
@@ -65,21 +65,21 @@ impl TransferKind {
     }
 }
 
-/// The tyre as it answers forces on the tread elements.
+/// Response of the tyre to forces on the tread elements.
 #[derive(Clone, Copy, Debug)]
 pub struct TyreResponse<'a> {
     /// Poles and residues.
     pub model: &'a RationalModel,
     /// Factor of all influence functions; 1 unless a bedding's carcass is scaled.
     pub scale: f64,
-    /// Compliance of an element's own spring \[m/N\]; 0 without a bedding.
+    /// Compliance of an element's spring \[m/N\]; 0 without a bedding.
     pub spring: f64,
-    /// Residues of the tangential displacement over the same poles, where it is wanted.
+    /// Residues of the tangential displacement over the same poles, where that field is needed.
     pub tangential: Option<&'a TangentialModel>,
 }
 
 impl TyreResponse<'_> {
-    /// Returns the modes of a wavenumber n >= 0 with the residues of a field; `None` where they are not there.
+    /// Modes of a wavenumber n >= 0 with the residues of a field; `None` where the field is missing.
     fn modes(&self, n: usize, field: VibrationField) -> Option<ScaledModes<'_>> {
         let mut odd_constant = 0.0;
         let modes = match field {
@@ -95,14 +95,13 @@ impl TyreResponse<'_> {
         Some(ScaledModes { modes: modes?, scale: self.scale, own, odd_constant })
     }
 
-    /// Tells whether it is of a tyre that turns.
     pub(super) fn turns(&self) -> bool {
         self.model.turns()
     }
 
-    /// Returns s H_n(s) \[m/(N s)\] of a field for every s of a list, n >= 0, into `out`; whether the field is there.
-    /// The tangential displacement is odd in n and this times i. Of a tyre that turns the even part E_n of H_n, and for
-    /// the tangential displacement that of H_n/i.
+    /// Writes s H_n(s) \[m/(N s)\] of a field for every s of a list, n >= 0, into `out`; false where the field is
+    /// missing. The tangential displacement is odd in n and this times i. For a tyre that turns it is the even part E_n
+    /// of H_n, and for the tangential displacement that of H_n/i.
     pub fn velocities(&self, n: usize, field: VibrationField, symbols: &[Complex64], out: &mut [Complex64]) -> bool {
         let Some(modes) = self.modes(n, field) else { return false };
         velocities_of(&modes, symbols, out);
@@ -121,7 +120,7 @@ fn velocities_of(
     }
 }
 
-/// Returns s at the bins 0..=K/2 of the material frame.
+/// Values of s at the bins 0..=K/2 of the material frame.
 pub fn symbols(layout: &SegmentLayout, kind: TransferKind) -> Vec<Complex64> {
     (0..layout.bins()).map(|bin| kind.symbol(layout.rule, layout.angular_frequency(bin), layout.time_step)).collect()
 }
@@ -134,34 +133,34 @@ pub(super) struct Transfers {
 }
 
 enum Way {
-    /// One force a step.
+    /// One force per step.
     OneForce,
-    /// A Runge-Kutta rule's own.
+    /// The recursion of a Runge-Kutta rule.
     Stages(StageTransfer),
-    /// For every stage the weight of its force, turned by the time from the step's end at which it acts: stages x bins.
+    /// For every stage the weight of its force, with the phase of the time relative to the step's end at which it acts:
+    /// stages x bins.
     AtTheirTimes(Vec<Complex64>),
 }
 
 /// Part of H_n.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
-    /// E_n; all at rest.
+    /// E_n; the whole at rest.
     Even,
-    /// O_n.
+    /// O_n; zero at rest.
     Odd,
 }
 
-/// Quadratic forms of the forces of one wavenumber and way round, bin by bin: weights of the stages' products.
+/// Quadratic forms of the forces of one wavenumber and direction, bin by bin: weights of the stages' products.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Forms {
     /// |v|^2.
     pub(super) squares: Vec<f64>,
-    /// The power that the forces put in; empty where it is not wanted.
+    /// Power that the forces put in; empty where it is not needed.
     pub(super) powers: Vec<f64>,
 }
 
 impl Transfers {
-    /// Makes the transfers for the layout's rule.
     pub(super) fn new(layout: &SegmentLayout, kind: TransferKind) -> Self {
         let symbols = symbols(layout, kind);
         let way = match (layout.rule.runge_kutta(), kind) {
@@ -180,8 +179,8 @@ impl Transfers {
         Self { stages: layout.stages(), symbols, way }
     }
 
-    /// Returns the velocities of a field by a part of H_n for unit force at each stage \[m/(N s)\], stages x bins, n >=
-    /// 0; whether the field is there.
+    /// Writes the velocities of a field by a part of H_n for unit force at each stage \[m/(N s)\], stages x bins, n >=
+    /// 0; false where the field is missing.
     pub(super) fn velocities(
         &self,
         tyre: &TyreResponse<'_>,
@@ -212,7 +211,7 @@ impl Transfers {
         }
     }
 
-    /// Returns the forms linear in H_n, `rows` x bins, of waves that run either way.
+    /// Quantities linear in H_n, `rows` x bins, for waves of both directions.
     fn both_ways(
         &self,
         modes: &ScaledModes<'_>,
@@ -231,7 +230,7 @@ impl Transfers {
         self.both_ways(modes, self.stages, |modes, out| self.velocities_of(modes, out))
     }
 
-    /// Returns the weights of the stages' products in the power that forces put in, bin by bin.
+    /// Weights of the stages' products in the power that forces put in, bin by bin.
     pub(super) fn forms_of_power(&self, modes: &ScaledModes<'_>) -> BothWays<Vec<f64>> {
         self.powers(modes, || self.velocities_both_ways(modes)).map(|matrices| self.weights_of_power(matrices))
     }
@@ -246,8 +245,8 @@ impl Transfers {
         powers
     }
 
-    /// Returns the forms of a wavenumber n >= 0, that of the power where the velocity is the one that forces work on;
-    /// `None` if the field is not there.
+    /// Quadratic forms of a wavenumber n >= 0; that of the power only for the velocity on which the forces do work.
+    /// `None` where the field is missing.
     pub(super) fn forms(&self, tyre: &TyreResponse<'_>, n: usize, field: VibrationField) -> Option<BothWays<Forms>> {
         let (stages, bins) = (self.stages, self.symbols.len());
         let modes = tyre.modes(n, field)?;
@@ -268,7 +267,7 @@ impl Transfers {
         Some(forms)
     }
 
-    /// Returns the matrices of the power put in, stages x stages x bins, of a tyre with these velocities.
+    /// Matrices of the power put in, stages x stages x bins, for a tyre with these velocities.
     fn powers(
         &self,
         tyre: &ScaledModes<'_>,
@@ -276,11 +275,11 @@ impl Transfers {
     ) -> BothWays<Vec<Complex64>> {
         match &self.way {
             Way::OneForce => velocities(),
-            // These are not made of velocities.
+            // These do not follow from the velocities.
             Way::Stages(transfer) => {
                 self.both_ways(tyre, self.stages * self.stages, |modes, out| transfer.powers(modes, out))
             }
-            // The force is sum_i a_i F_i and the velocity the tyre's own for it, Y_i = Y a_i.
+            // The force is sum_i a_i F_i and the velocity the exact one for it, Y_i = Y a_i.
             Way::AtTheirTimes(acts) => velocities().map(|velocities| {
                 acts.chunks_exact(self.symbols.len())
                     .flat_map(|acts| velocities.iter().zip(acts.iter().cycle()).map(|(v, act)| act.conj() * v))
@@ -290,11 +289,11 @@ impl Transfers {
     }
 }
 
-/// Points that are evaluated side by side.
+/// Points that are evaluated together, for vector instructions.
 const LANE: usize = 64;
 
-/// Computes constant + sum of the poles' shares at every s. A pair is (b s + a)/(s^2 - p s + m), a real pole b/(s -
-/// lambda): plain loops over many s, which the compiler makes vectors of.
+/// The constant plus the sum of the poles' contributions at every s. A pair is (b s + a)/(s^2 - p s + m), a real pole
+/// b/(s - lambda). Plain loops over many s, which the compiler vectorises.
 fn partial_fractions(modes: &Modes<'_>, constant: f64, symbols: &[Complex64], out: &mut [Complex64]) {
     let arch = Arch::new();
     for (symbols, out) in symbols.chunks(LANE).zip(out.chunks_mut(LANE)) {

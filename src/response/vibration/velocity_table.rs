@@ -1,16 +1,16 @@
-//! Velocities for unit force by wavenumber, and from them that at a point which stands beside the axle, for unit force
-//! at each place of the window.
+//! Velocities for unit force by wavenumber, and from them those at a point which stands relative to the axle, for unit
+//! force at each place of the window.
 //!
 //! With x_c the position of column c, T_c(w) = sum_n exp(i kx_n (x - x_c)) Y_n(w - n Omega), n = -N/2...N/2 with half
-//! of either end: the interpolation between the elements that has no wave shorter than two of them. For every bin one
-//! transform of length N a substep; what is kept is as long as the window is wide.
+//! of either end: the interpolation between the elements that has no wave shorter than two of them. One transform of
+//! length N for every bin and substep; only as many values are kept as the window has columns.
 //!
 //! Beside the patch levels are those of the elements that pass to 0.04 dB (`bdf2`, N = 256, flat stones, segments of 1
-//! s). In its middle the road holds the tread, velocities are what the forces' shares leave of each other, some 26 dB
-//! less, and forces blurred by the window leave more: up to 7 dB from 80 to 315 Hz, where the tyre resonates, 0.1 dB
-//! above.
+//! s). In its middle the road holds the tread: velocities are the residual of contributions that nearly cancel, some 26
+//! dB less, and forces blurred by the window cancel less: up to 7 dB too much from 80 to 315 Hz, where the tyre
+//! resonates, 0.1 dB above.
 //!
-//! With rotation, there is a second table, of the waves that run the other way (`both_ways`).
+//! With rotation, there is a second table, of the waves that run in the other direction (`both_ways`).
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -32,7 +32,7 @@ pub struct VelocityTable {
 }
 
 impl VelocityTable {
-    /// Makes the table of a field; `None` where the response does not have it.
+    /// Table of a field; `None` where the response does not have it.
     pub fn new(
         layout: &SegmentLayout,
         response: &TyreResponse<'_>,
@@ -42,8 +42,8 @@ impl VelocityTable {
         Self::resolved(layout, &[(1.0, *response)], kind, field)
     }
 
-    /// Returns the same of forces that are resolved across, by component the share that is observed of what it moves,
-    /// and how the tyre answers it.
+    /// The same for forces that are resolved across: by component the share of its motion that is observed, and the
+    /// tyre's response to it.
     pub fn resolved(
         layout: &SegmentLayout,
         responses: &[(f64, TyreResponse<'_>)],
@@ -78,7 +78,7 @@ impl VelocityTable {
         Some(Self { field, layout: *layout, values: BothWays::of_parts(even, odd) })
     }
 
-    /// Adds tangential forces, whose components follow those of the normal ones, of a rule of one stage.
+    /// Adds tangential forces, whose components follow those of the normal ones, for a rule of one stage.
     pub(crate) fn with_tangential(mut self, tangential: &TangentialForces) -> Self {
         let Self { field, layout, values: BothWays { forwards, backwards } } = &mut self;
         let width = layout.channels() * layout.bins();
@@ -88,30 +88,29 @@ impl VelocityTable {
         self
     }
 
-    /// Returns its field.
     pub(super) fn field(&self) -> VibrationField {
         self.field
     }
 
-    /// Returns the values by wavenumber |n|, channel and bin.
+    /// Values by wavenumber |n|, channel and bin.
     pub(super) fn values(&self) -> &BothWays<Vec<Complex64>> {
         &self.values
     }
 
-    /// Returns the bins of a channel at a wavenumber, or a distance, 0..=N/2.
+    /// Range of a channel's bins at a wavenumber, or a distance, 0..=N/2.
     fn bins_of(&self, channel: usize, n: usize) -> Range<usize> {
         let (channels, bins) = (self.layout.channels(), self.layout.bins());
         let first = (n * channels + channel) * bins;
         first..first + bins
     }
 
-    /// Returns Y_n of a channel's force at a bin of the material frame, wavenumber and bin negative or not \[m/(N s)\].
+    /// Y_n of a channel's force at a bin of the material frame \[m/(N s)\]; wavenumber and bin of either sign.
     pub(super) fn at(&self, channel: usize, wavenumber: i64, material_bin: i64) -> Complex64 {
         let row = self.bins_of(channel, wavenumber.unsigned_abs() as usize).start;
         let value = self.values.of(wavenumber, material_bin)[row + material_bin.unsigned_abs() as usize];
         let value = if material_bin < 0 { value.conj() } else { value };
         let sign = match wavenumber {
-            // A tyre that turns is twisted by what moves it outwards.
+            // Radial motion of a tyre that turns also twists it.
             0 if self.values.differ() => 1.0,
             n => n.signum() as f64,
         };
@@ -122,7 +121,7 @@ impl VelocityTable {
     }
 
     /// Turns the wavenumbers n into distances of d = 0..=N/2 elements, T_d = sum_n exp(2 pi i n d/N) Y_n, in place. A
-    /// normal velocity is even in d, a tangential one odd; of a tyre that turns T_-d takes the backward waves' place.
+    /// normal velocity is even in d, a tangential one odd; for a tyre that turns T_-d takes the backward waves' place.
     pub(super) fn turn_to_distances(&mut self) {
         let (elements, bins) = (self.layout.elements, self.layout.bins());
         let transform = FftPlanner::<f64>::new().plan_fft_inverse(elements);
@@ -147,7 +146,7 @@ impl VelocityTable {
         }
     }
 
-    /// Returns T_d of a channel's force at the bins of the material frame as a factor and what it multiplies, after
+    /// T_d of a channel's force at the bins of the material frame as a factor and the values that it multiplies, after
     /// [`Self::turn_to_distances`].
     pub(super) fn over_distance(&self, channel: usize, distance: i64) -> (f64, &[Complex64]) {
         let elements = self.layout.elements;
@@ -164,14 +163,13 @@ impl VelocityTable {
         }
     }
 
-    /// Returns the bytes of a table, of a tyre that turns or of one at rest.
+    /// Memory \[bytes\] of a table; `turns` for a tyre that turns.
     pub fn bytes(layout: &SegmentLayout, turns: bool) -> f64 {
         let one = 16.0 * (layout.elements as f64 / 2.0 + 1.0) * (layout.channels() * layout.bins()) as f64;
         if turns { 2.0 * one } else { one }
     }
 
-    /// Returns the velocity at a position from the axle \[m\] for unit force at each place, by bin of the non-rotating
-    /// frame.
+    /// Velocity at a position from the axle \[m\] for unit force at each place, by bin of the non-rotating frame.
     pub(in crate::response) fn at_position(&self, position: f64) -> impl FnMut(usize, &mut [Complex64]) + '_ {
         let layout = self.layout;
         let SegmentLayout { elements, substeps, columns, .. } = layout;

@@ -16,21 +16,20 @@ pub(crate) struct Axis {
 enum Scale {
     Linear,
     Logarithmic,
-    /// The root of the value with its sign, zero in the middle.
+    /// Square root of the absolute value with its sign, zero in the middle.
     SignedRoot,
     /// Words at 0, 1, 2, ...
     Words,
 }
 
-/// About how many labelled ticks an axis gets.
+/// Approximate number of labelled ticks.
 const TICKS: f64 = 8.0;
-/// Labels with more decimals, or of larger values, have a power of ten.
+/// Labels with more decimals, or of larger values, are written with a power of ten.
 const MOST_DECIMALS: usize = 3;
 const LARGEST_PLAIN: f64 = 1e6;
 
 impl Axis {
-    /// Returns a linear axis over exactly `range`, in the unit that `title` names. An empty or non-finite range becomes
-    /// 0 to 1.
+    /// Linear axis over exactly `range`, in the unit that `title` names. An empty or non-finite range becomes 0 to 1.
     pub(crate) fn linear(title: impl Into<String>, range: Range<f64>) -> Self {
         let range = sound(range, 0.0..1.0);
         let step = round_step((range.end - range.start) / TICKS);
@@ -40,8 +39,8 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
     }
 
-    /// Returns a linear axis that holds all of `values` with a margin, ends on round numbers and does not blow a
-    /// constant up to noise.
+    /// Linear axis that holds all of `values` with a margin, ends on round numbers and does not magnify the rounding of
+    /// a constant.
     pub(crate) fn linear_around(title: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let (low, high) = extent(values);
         let margin = 0.05 * (high - low).max(1e-6 * high.abs().max(low.abs())).max(f64::MIN_POSITIVE);
@@ -50,7 +49,7 @@ impl Axis {
         Self::linear(title, range)
     }
 
-    /// Returns a logarithmic axis over exactly `range`; both ends positive, else 1 to 10.
+    /// Logarithmic axis over exactly `range`; 1 to 10 unless both ends are positive.
     pub(crate) fn logarithmic(title: impl Into<String>, range: Range<f64>) -> Self {
         let range = sound(range, 1.0..10.0);
         let range = if range.start > 0.0 { range } else { 1.0..10.0 };
@@ -80,7 +79,7 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Logarithmic, range, ticks, minor }
     }
 
-    /// Returns a logarithmic axis from `below` times the smallest to `above` times the largest of `values`.
+    /// Logarithmic axis from `below` times the smallest to `above` times the largest of `values`.
     pub(crate) fn logarithmic_around(
         title: impl Into<String>,
         values: impl IntoIterator<Item = f64>,
@@ -90,11 +89,11 @@ impl Axis {
         Self::logarithmic(title, below * low..above * high)
     }
 
-    /// Returns an axis from minus to plus `largest` that follows the root of the value: small ones are not lost beside
+    /// Axis from minus to plus `largest` that follows the square root of the value: small values remain visible beside
     /// large ones.
     pub(crate) fn signed_root(title: impl Into<String>, largest: f64) -> Self {
         let largest = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
-        // Labels of two digits: they stand beside a bar of colours, and the axis' title must have its place.
+        // Labels of two digits: they are beside a colour bar, and must leave room for the axis' title.
         let two_digits = |value: f64| {
             let scale = 10.0_f64.powi(1 - value.abs().max(f64::MIN_POSITIVE).log10().floor() as i32);
             four_digits(if value == 0.0 { 0.0 } else { (value * scale).round() / scale })
@@ -104,40 +103,38 @@ impl Axis {
         Self { title: title.into(), scale: Scale::SignedRoot, range: -largest..largest, ticks, minor: Vec::new() }
     }
 
-    /// Returns an axis with ticks of one's own.
+    /// Linear axis with given ticks: values and labels.
     pub(super) fn with_ticks(title: impl Into<String>, range: Range<f64>, ticks: Vec<(f64, String)>) -> Self {
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
     }
 
-    /// Returns an axis of words, at 0, 1, 2, ...
+    /// Axis of words, at 0, 1, 2, ...
     pub(crate) fn of_words(title: impl Into<String>, words: &[&str]) -> Self {
         let ticks = words.iter().enumerate().map(|(place, word)| (place as f64, (*word).to_owned())).collect();
         Self { scale: Scale::Words, ..Self::with_ticks(title, -0.5..words.len() as f64 - 0.5, ticks) }
     }
 
-    /// Tells whether its ticks are words, between which there is nothing.
     pub(super) fn is_of_words(&self) -> bool {
         self.scale == Scale::Words
     }
 
-    /// Returns the label of a value: its tick's, else the number.
+    /// Label of a value: that of its tick, else the number.
     pub(super) fn label(&self, value: f64) -> String {
         let tick = self.ticks.iter().find(|(tick, _)| tick.total_cmp(&value).is_eq());
         tick.map_or_else(|| four_digits(value), |(_, label)| label.clone())
     }
 
-    /// Returns the axis' title, unit included.
+    /// Title of the axis, unit included.
     pub(crate) fn title(&self) -> &str {
         &self.title
     }
 
-    /// Returns its two ends.
     pub(crate) fn range(&self) -> Range<f64> {
         self.range.clone()
     }
 
-    /// Tells where a value lies, as a part of the axis' length; outside \[0, 1\]: beside it. NaN where a logarithm has
-    /// no value.
+    /// Position of a value as a part of the axis' length; outside \[0, 1\] for values beyond its ends. NaN where a
+    /// logarithm has no value.
     pub(super) fn place(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear | Scale::Words => (value - self.range.start) / (self.range.end - self.range.start),
@@ -149,7 +146,7 @@ impl Axis {
         }
     }
 
-    /// Returns the value at a part of the axis' length.
+    /// Value at a part of the axis' length, the inverse of [`Self::place`].
     pub(super) fn value(&self, place: f64) -> f64 {
         let Range { start, end } = self.range;
         match self.scale {
@@ -159,18 +156,18 @@ impl Axis {
         }
     }
 
-    /// Returns the places and labels of the labelled ticks.
+    /// Positions and labels of the labelled ticks.
     pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, &str)> {
         self.ticks.iter().map(|(value, label)| (self.place(*value), label.as_str()))
     }
 
-    /// Returns the places of ticks without a label.
+    /// Positions of ticks without a label.
     pub(super) fn minor_ticks(&self) -> impl Iterator<Item = f64> + '_ {
         self.minor.iter().map(|value| self.place(*value))
     }
 }
 
-/// Returns a value with four digits.
+/// A value with four digits.
 pub(crate) fn four_digits(value: f64) -> String {
     let size = value.abs();
     if (1e-3..1e6).contains(&size) {
@@ -183,7 +180,7 @@ pub(crate) fn four_digits(value: f64) -> String {
     }
 }
 
-/// Returns the smallest and largest finite value; 0 and 1 if there is none.
+/// Smallest and largest finite value; 0 and 1 if there is none.
 pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .into_iter()
@@ -197,7 +194,7 @@ fn sound(range: Range<f64>, otherwise: Range<f64>) -> Range<f64> {
     if usable { range } else { otherwise }
 }
 
-/// Returns the smallest of 1, 2, 2.5, 5 times a power of ten that is not below `step`.
+/// Smallest of 1, 2, 2.5, 5 times a power of ten that is not below `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10.0_f64.powf(step.log10().floor());
     [1.0, 2.0, 2.5, 5.0, 10.0]
@@ -207,8 +204,8 @@ fn round_step(step: f64) -> f64 {
         .unwrap_or(step)
 }
 
-/// Returns a multiple of a step, with the digits that all multiples up to a largest one have; with a power of ten where
-/// they would not find room beside an axis.
+/// A multiple of a step, with the digits that all multiples up to a largest one have; with a power of ten where it
+/// would be too long for the room beside an axis.
 fn multiple(value: f64, step: f64, largest: f64) -> String {
     let power = |of: f64| (of * (1.0 + 1e-9)).log10().floor() as i32;
     // 2.5 times a power of ten has a digit more than the others.
@@ -233,7 +230,7 @@ fn multiples(range: &Range<f64>, step: f64) -> impl Iterator<Item = f64> + use<>
 
 fn power_label(value: f64) -> String {
     if (0.009..20_000.0).contains(&value) {
-        // Enough digits for 0.01, none for whole numbers.
+        // Enough digits for 0.01, none for integers.
         let text = format!("{value:.2}");
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {
@@ -241,7 +238,7 @@ fn power_label(value: f64) -> String {
     }
 }
 
-/// Returns a hyphen is no minus sign.
+/// Replaces hyphens by minus signs.
 fn with_minus(text: String) -> String {
     text.replace('-', "\u{2212}")
 }

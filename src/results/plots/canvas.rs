@@ -1,6 +1,6 @@
 //! A white sheet with a frame, axes and labels, drawn with plotters into SVG.
 //!
-//! The SVG backend has whole-number coordinates: the sheet is drawn `FINE` times larger than it is shown, so lines are
+//! The SVG backend has integer coordinates: the sheet is drawn `FINE` times larger than it is shown, so lines are
 //! smooth. Colour maps go beneath, as one path per colour (see `heat_map`): the backend would write a rectangle per
 //! cell.
 
@@ -25,23 +25,23 @@ pub(super) const INK: RGBColor = RGBColor(30, 30, 30);
 pub(super) const GRID: RGBColor = RGBColor(222, 222, 222);
 const FAINT_GRID: RGBColor = RGBColor(240, 240, 240);
 
-/// Why there is no picture.
+/// Error of drawing a picture.
 #[derive(Debug, Error)]
 pub enum PlotError {
-    /// The drawing library gave up.
+    /// The drawing library failed.
     #[error("cannot draw {picture}: {message}")]
     Draw {
-        /// Which picture.
+        /// Kind of picture.
         picture: &'static str,
         /// Message of the library (its error has a type per backend).
         message: String,
     },
-    /// Data of lengths that do not belong together.
+    /// Data whose lengths do not fit each other.
     #[error("cannot draw {picture}: {got} values of {quantity} where {expected} are needed")]
     Shape {
-        /// Which picture.
+        /// Kind of picture.
         picture: &'static str,
-        /// Which data.
+        /// Name of the data.
         quantity: &'static str,
         /// Length needed.
         expected: usize,
@@ -50,7 +50,7 @@ pub enum PlotError {
     },
 }
 
-/// Where text is anchored at its point.
+/// Position of a text relative to its point.
 #[derive(Clone, Copy)]
 pub(super) enum Anchor {
     /// Centred below.
@@ -68,14 +68,14 @@ pub(super) enum Anchor {
 /// Size of a mark in shown pixels.
 pub(super) const MARK: f64 = 8.0;
 
-/// The form of a mark.
+/// Form of a mark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
     /// A disk.
     Circle,
     /// A square.
     Square,
-    /// A triangle that stands.
+    /// A triangle on its base.
     Triangle,
     /// A square on its corner.
     Diamond,
@@ -86,12 +86,12 @@ pub(super) enum Form {
 }
 
 impl Form {
-    /// Returns those for curves come in turn.
+    /// Forms of curves, which repeat after five.
     pub(super) fn of_curve(index: usize) -> Self {
         [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Tip][index % 5]
     }
 
-    /// Returns the corners in units of the half size; none of a circle.
+    /// Corners in units of the half size, y upwards; empty for a circle.
     fn corners(self) -> Vec<(f64, f64)> {
         match self {
             Self::Circle => Vec::new(),
@@ -109,12 +109,12 @@ impl Form {
     }
 }
 
-/// Which grid lines an axis pair gets.
+/// Grid lines of a pair of axes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Grid {
-    /// None: a colour map fills the frame.
+    /// None, under a colour map that fills the frame.
     None,
-    /// Across only: bars stand for themselves.
+    /// Horizontal lines only, for bars.
     Horizontal,
     /// Both ways.
     Both,
@@ -122,12 +122,12 @@ pub(super) enum Grid {
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Drawing area of the pictures. Errors of the backend are kept until the end: it writes to memory and has none of its
-/// own.
+/// Drawing area of the pictures. An error of the backend is kept until the end; as it writes to memory, none is
+/// expected.
 pub(super) struct Sheet<'a> {
     area: Area<'a>,
     failure: Option<String>,
-    /// Places that say their values to a pointer, as SVG; they lie over everything.
+    /// SVG of rectangles that show their values under a pointer; they lie over everything.
     values: String,
 }
 
@@ -179,13 +179,12 @@ impl Sheet<'_> {
         self.keep(result);
     }
 
-    /// Draws a filled rectangle.
     pub(super) fn fill(&mut self, x: Range<i32>, y: Range<i32>, colour: RGBColor) {
         let result = self.area.draw(&Rectangle::new([(x.start, y.start), (x.end, y.end)], colour.filled()));
         self.keep(result);
     }
 
-    /// Adds the text that a pointer shows over a place.
+    /// Adds the text that a pointer shows over a rectangle.
     pub(super) fn value(&mut self, x: Range<i32>, y: &Range<i32>, text: &str) {
         // Writing to a string does not fail.
         let _ = writeln!(
@@ -199,17 +198,17 @@ impl Sheet<'_> {
         );
     }
 
-    /// Draws a small note beside a point.
+    /// Draws a small text beside a point.
     pub(super) fn note(&mut self, text: &str, at: (i32, i32), anchor: Anchor) {
         self.sized_text(text, at, anchor, TICK_LABEL);
     }
 
-    /// Draws a small note that begins at a point and stands on it.
+    /// Draws a small text that begins at a point and stands on it.
     pub(super) fn note_left(&mut self, text: &str, at: (i32, i32)) {
         self.sized_text(text, (at.0, at.1 - TICK_LABEL * FINE / 2), Anchor::Right, TICK_LABEL);
     }
 
-    /// Draws the lines of a heading in the middle of the sheet.
+    /// Draws the lines of a heading in the middle of the sheet; `top` in shown pixels.
     pub(super) fn heading(&mut self, text: &[String], top: i32) {
         for (row, line) in text.iter().enumerate() {
             let y = top + row as i32 * line_height(TITLE);
@@ -239,7 +238,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// Draws a level dashed line across a frame.
+    /// Draws a horizontal dashed line across a frame, at a part of its height.
     pub(super) fn dashes(&mut self, frame: &Frame, place: f64, colour: RGBColor) {
         let (at, dash) = (frame.up(place), 7 * FINE);
         let mut from = frame.x.start;
@@ -264,7 +263,7 @@ impl Sheet<'_> {
         self.keep(result);
     }
 
-    /// Draws the title over the frame, grid lines (`grid`), frame, ticks and axis titles.
+    /// Draws the title over the frame, grid lines, ticks and axis titles; not the frame itself.
     pub(super) fn axes(&mut self, title: &str, frame: &Frame, x: &Axis, y: &Axis, grid: Grid) {
         if grid == Grid::Both {
             self.grid_lines(x, |place| {
@@ -311,7 +310,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// Draws an entry of a legend: a line, thinner where a mark of a form and with an inside lies on it, and a name.
+    /// Draws an entry of a legend: a line and a name; with a mark, given by form and inside, the line is thinner.
     pub(super) fn legend_entry(
         &mut self,
         ((x, y), name): &((i32, i32), Vec<String>),
@@ -351,7 +350,7 @@ impl Sheet<'_> {
         self.line(corners, INK, 1.0);
     }
 
-    /// Returns the colour bar in `frame` with its ticks and title on the right.
+    /// Draws a colour bar in `frame` with its ticks and title on the right.
     pub(super) fn colour_bar(&mut self, frame: &Frame, axis: &Axis, colour: impl Fn(f64) -> RGBColor, levels: usize) {
         for level in 0..levels {
             let part = |count: f64| count / levels as f64;
@@ -362,7 +361,7 @@ impl Sheet<'_> {
         self.frame(frame);
     }
 
-    /// Draws the ticks of an axis on one side of a frame, and its title beyond their labels.
+    /// Draws the ticks of an axis on the left (`side` -1) or right (1) of a frame, and its title beyond their labels.
     fn ticks_beside(&mut self, frame: &Frame, axis: &Axis, x: i32, side: i32) {
         for (place, label) in axis.ticks() {
             let at = frame.up(place);
@@ -370,7 +369,7 @@ impl Sheet<'_> {
             let anchor = if side < 0 { Anchor::Left } else { Anchor::Right };
             self.sized_text(label, (x + side * TICK * FINE, at), anchor, TICK_LABEL);
         }
-        // Upwards, the first line is the leftmost.
+        // Rotated upwards, the first line is the leftmost.
         let title = side_title(axis, (frame.y.end - frame.y.start) / FINE);
         for (row, line) in title.iter().enumerate() {
             let outwards = if side < 0 { title.len() - 1 - row } else { row } as i32;
@@ -379,7 +378,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// Returns the lines at an axis' ticks, from one end to the other of where a place is.
+    /// Draws grid lines at an axis' ticks; `ends` gives both ends of the line at a position.
     fn grid_lines(&mut self, axis: &Axis, ends: impl Fn(f64) -> [(i32, i32); 2]) {
         let minor = axis.minor_ticks().map(|place| (place, FAINT_GRID));
         for (place, colour) in minor.chain(axis.ticks().map(|(place, _)| (place, GRID))) {
@@ -388,7 +387,7 @@ impl Sheet<'_> {
     }
 }
 
-/// Returns a text that viewers show where the pointer is on the element around it.
+/// SVG title with an escaped text, which viewers show under the pointer.
 pub(super) fn told(text: &str) -> String {
     let escaped = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     format!("<title>{escaped}</title>")

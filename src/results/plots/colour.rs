@@ -1,4 +1,4 @@
-//! Colours: viridis for heights and forces, a set of line colours that the colour-blind can tell apart.
+//! Colours: viridis for heights and forces, and line colours that colour-blind readers can distinguish.
 
 use plotters::style::RGBColor;
 
@@ -30,7 +30,7 @@ const DIVERGING: [[u8; 3]; 11] = [
     [103, 0, 31],
 ];
 
-/// Okabe and Ito's palette without yellow, which no white paper shows, and five of P. Tol's muted scheme: as many as
+/// Okabe and Ito's palette without yellow, which is invisible on white, and five of P. Tol's muted scheme: as many as
 /// runs on a page.
 const LINES: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
@@ -47,28 +47,28 @@ const LINES: [RGBColor; 12] = [
     RGBColor(68, 170, 153),
 ];
 
-/// Colour of levels that a run does not vouch for.
+/// Colour of levels that are not valid.
 pub(super) const UNVOUCHED: RGBColor = RGBColor(190, 190, 190);
 
 /// Colour of a range between two curves.
 pub(super) const RANGE: RGBColor = RGBColor(213, 229, 240);
 
-/// Returns a colour as SVG writes it.
+/// A colour in SVG's notation.
 pub(super) fn as_svg(RGBColor(red, green, blue): RGBColor) -> String {
     format!("#{red:02X}{green:02X}{blue:02X}")
 }
 
-/// Returns the colour of the part `fraction` of a range, cut to \[0, 1\].
+/// Colour at the part `fraction` of a range, limited to \[0, 1\].
 pub(super) fn viridis(fraction: f64) -> RGBColor {
     between(&VIRIDIS, fraction)
 }
 
-/// Returns the colour of the part `fraction` of a range whose middle is zero: blue below, red above.
+/// Colour at the part `fraction` of a range whose middle is zero: blue below, red above.
 pub(super) fn diverging(fraction: f64) -> RGBColor {
     between(&DIVERGING, fraction)
 }
 
-/// Returns a colour between the points of a map.
+/// Linear interpolation between the points of a map.
 fn between(points: &[[u8; 3]], fraction: f64) -> RGBColor {
     let position = fraction.clamp(0.0, 1.0) * (points.len() - 1) as f64;
     let below = (position as usize).min(points.len() - 2);
@@ -80,7 +80,7 @@ fn between(points: &[[u8; 3]], fraction: f64) -> RGBColor {
     RGBColor(channel(0), channel(1), channel(2))
 }
 
-/// Returns the colour of the n-th line; they come round again after twelve.
+/// Colour of the n-th line; they repeat after twelve.
 pub(super) fn line(index: usize) -> RGBColor {
     LINES[index % LINES.len()]
 }

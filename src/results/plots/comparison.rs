@@ -11,32 +11,31 @@ use super::lines::cut;
 /// Height of a panel's frame in shown pixels.
 const HEIGHT: i32 = 240;
 
-/// One panel.
 #[derive(Clone, Debug)]
 pub(crate) struct ComparisonPanel {
     /// Vertical axis.
     pub y: Axis,
-    /// Points by name, in the order of the names.
+    /// Points by name, in the order of [`ComparisonPlot::names`].
     pub points: Vec<Vec<(f64, f64)>>,
-    /// Curves by name; empty where points stand alone.
+    /// Curves by name; empty for points alone.
     pub curves: Vec<Vec<(f64, f64)>>,
 }
 
-/// The picture. Points outside the frame are drawn at its edge; curves are cut there.
+/// Points and curves in panels. Points outside the frame are drawn at its edge; curves are cut there.
 #[derive(Clone, Debug)]
 pub(crate) struct ComparisonPlot<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
     /// Horizontal axis.
     pub x: Axis,
-    /// Names of the compared items: a colour and a form each.
+    /// Names in the legend: a colour and a form each.
     pub names: Vec<&'a str>,
-    /// The panels, from the top.
+    /// Panels, from the top.
     pub panels: Vec<ComparisonPanel>,
 }
 
 impl ComparisonPlot<'_> {
-    /// Returns the picture as SVG.
+    /// The picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -99,7 +98,7 @@ mod tests {
         for text in ["50 mm", "20 mm", "Level", "Phase", "Frequency"] {
             assert!(svg.contains(text), "{text}");
         }
-        // Two disks with an inside and an outline in each panel, and one in the legend: NaN has no place.
+        // Two disks with an inside and an outline in each panel, and one in the legend: NaN has no position.
         assert_eq!(svg.matches("<circle").count(), 2 * 2 * 2 + 2, "{svg}");
     }
 }

@@ -8,10 +8,10 @@ use super::axis::Axis;
 use super::canvas::PlotError;
 use super::heat_map::{Colours, HeatMap, MOST_ROWS};
 
-/// The arrays of a run as they lie in the results folder, and what is needed to place them.
+/// Arrays as in a results folder, and what is needed to position them.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceMap<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
     /// Time of each step \[s\], rising.
     pub time: &'a [f64],
@@ -25,12 +25,12 @@ pub(crate) struct ForceMap<'a> {
     pub speed: f64,
     /// Road coordinate under the axle at t = 0 \[m\].
     pub start: f64,
-    /// The part of the time that is drawn \[s\].
+    /// Part of the time that is drawn \[s\].
     pub shown: Range<f64>,
 }
 
 impl ForceMap<'_> {
-    /// Returns the picture as SVG: position in the patch (the axle at 0, rolling to the right) across, time upwards.
+    /// The picture as SVG: position in the patch (the axle at 0, rolling to the right) horizontally, time upwards.
     ///
     /// # Errors
     /// [`PlotError::Shape`] if the arrays differ in length or no step lies in the time shown, [`PlotError::Draw`].
@@ -68,14 +68,14 @@ impl ForceMap<'_> {
         map.to_svg()
     }
 
-    /// Returns the place of element `first_element + column` in whole elements from the axle, at a step.
+    /// Position of element `first_element + column` relative to the axle at a step, in whole elements.
     fn place(&self, step: usize, column: usize) -> i64 {
         let element = (self.first_element[step] + column as i64) as f64;
         let x = element * self.element_length - (self.start + self.speed * self.time[step]);
         (x / self.element_length).round() as i64
     }
 
-    /// Returns the places that carry force at any of the steps, with two elements of air on either side.
+    /// Positions that carry force at any of the steps, with a margin of two elements on either side.
     fn columns(&self, steps: &Range<usize>) -> Range<i64> {
         let loaded = steps.clone().flat_map(|step| {
             let row = self.force.row(step);
@@ -87,7 +87,7 @@ impl ForceMap<'_> {
         if low <= high { low - 2..high + 3 } else { -2..3 }
     }
 
-    /// Returns the forces at fixed places in the patch, \[rows of time, places\]; several steps in a row are averaged.
+    /// Forces at fixed positions in the patch, \[rows of time, positions\]; several steps in a row are averaged.
     fn field(&self, steps: &Range<usize>, columns: &Range<i64>) -> Array2<f64> {
         let rows = steps.len().min(MOST_ROWS);
         let mut field = Array2::zeros((rows, (columns.end - columns.start) as usize));
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn a_standing_patch_stands_in_the_picture() {
-        // Elements roll through: the window follows the axle, the force hill stays where the axle is.
+        // Elements roll through: the window follows the axle, and the force is centred on it.
         let (dx, speed, window, steps) = (0.004, 20.0, 21_usize, 1000_usize);
         let time: Vec<f64> = (0..steps).map(|step| step as f64 * dx / speed).collect();
         let first: Vec<i64> = (0..steps).map(|step| step as i64 - 10).collect();

@@ -1,7 +1,7 @@
 //! Colour maps: a field over two axes, with a colour bar.
 //!
-//! Written small: at most [`MOST_COLUMNS`] x [`MOST_ROWS`] cells (larger fields are averaged), 64 colours, and for each
-//! colour one path whose strokes are the runs of equal cells: some bytes per run instead of a rectangle per cell.
+//! The SVG is small: at most [`MOST_COLUMNS`] x [`MOST_ROWS`] cells (larger fields are averaged), 64 colours, and for
+//! each colour one path whose strokes are the runs of equal cells: some bytes per run instead of a rectangle per cell.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -19,33 +19,33 @@ use super::lines::cut;
 pub(crate) const MOST_COLUMNS: usize = 400;
 /// Most cells along y that are drawn.
 pub(crate) const MOST_ROWS: usize = 300;
-/// Width of the colour bar, its distance from the frame, and the least and largest height of both in shown pixels.
+/// Width of the colour bar, its distance from the frame, and the smallest and largest height of both in shown pixels.
 const BAR: i32 = 16;
 const BAR_GAP: i32 = 14;
 const LEAST_HEIGHT: i32 = 80;
 const MOST_HEIGHT: i32 = 420;
-/// Colours that are told apart.
+/// Number of colours.
 const LEVELS: usize = 64;
 const NO_VALUE: RGBColor = RGBColor(200, 200, 200);
-/// Curves over a map: lighter than what they lie on, but for the very peaks.
+/// Colour of curves over a map: lighter than all but its very peaks.
 const CURVE: RGBColor = RGBColor(255, 255, 255);
 
-/// Which colours values get.
+/// Assignment of colours to values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Colours {
-    /// One after the other from the smallest value to the largest.
+    /// Viridis from the smallest value to the largest.
     Extent,
-    /// The same between two values.
+    /// Viridis between two given values.
     Between(Range<f64>),
-    /// Colours of values with a sign: others to either side of zero, following the root of the value, so that a
-    /// hundredth of the largest is seen beside it.
+    /// Diverging colours about zero that follow the square root of the value, so that a hundredth of the largest value
+    /// is visible beside it.
     Diverging,
 }
 
 /// A field to be drawn in colours. Cells without a value (NaN) are grey.
 #[derive(Clone, Debug)]
 pub(crate) struct HeatMap<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
     /// Horizontal axis; its range is that of all columns, outer edge to outer edge.
     pub x: Axis,
@@ -53,16 +53,16 @@ pub(crate) struct HeatMap<'a> {
     pub y: Axis,
     /// Quantity of the colours, unit included.
     pub quantity: &'a str,
-    /// The values: \[rows, columns\], row 0 at the bottom.
+    /// Values: \[rows, columns\], row 0 at the bottom.
     pub values: ArrayView2<'a, f64>,
-    /// Which colours the values get.
+    /// Assignment of colours to the values.
     pub colours: Colours,
-    /// Height of the picture in parts of its width; `None`: a handy one.
+    /// Height of the frame over its width; `None`: a default.
     pub aspect: Option<f64>,
 }
 
 impl HeatMap<'_> {
-    /// Returns the picture as SVG.
+    /// The picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Shape`] without cells, [`PlotError::Draw`].
@@ -70,7 +70,7 @@ impl HeatMap<'_> {
         self.to_svg_under(&[])
     }
 
-    /// Returns the picture as SVG with curves over it, given in the units of the axes and cut at the frame.
+    /// The picture as SVG with curves over it, given in the units of the axes and cut at the frame.
     ///
     /// # Errors
     /// As [`Self::to_svg`].
@@ -87,7 +87,7 @@ impl HeatMap<'_> {
             Colours::Diverging => (Axis::signed_root(self.quantity, high.max(-low)), diverging),
         };
         let aspect = self.aspect.unwrap_or(0.68);
-        // The width of what stands beside the frame follows from its height, and this from the frame's width.
+        // The width beside the frame depends on its height, and the height on the frame's width: laid out twice.
         let laid_out = |height: i32| {
             let beside = BAR_GAP + BAR + side(&bar, height) + EDGE / 2;
             Layout::new(self.title, [&self.x, &self.y], [0, height], beside)
@@ -126,8 +126,8 @@ fn averaged(values: ArrayView2<'_, f64>, most_rows: usize, most_columns: usize) 
     })
 }
 
-/// Returns all cells as SVG: units of one cell, one path per colour, one stroke per run. Strokes are a tenth of a cell
-/// wider and longer than their cells: viewers that smooth every edge would show seams.
+/// SVG of all cells: units of one cell, one path per colour, one stroke per run. Strokes are a tenth of a cell wider
+/// and longer than their cells: viewers that smooth every edge would show seams.
 fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis, colours: fn(f64) -> RGBColor) -> String {
     let (rows, columns) = cells.dim();
     let level = |value: f64| {
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn the_roughest_field_stays_small() {
-        // A generator whose neighbours have nothing in common: no run is longer than chance makes it.
+        // Random values: runs of equal colour are as short as chance makes them.
         let mut state = 1_u64;
         let field = Array2::from_shape_simple_fn((2000, 3000), || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

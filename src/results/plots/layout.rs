@@ -1,8 +1,7 @@
-//! Places of a picture's parts: frame, titles and legend, on a sheet that a telephone shows without making its text too
-//! small to read.
+//! Positions of a picture's parts: frame, titles and legend, on a sheet whose text stays legible on a telephone.
 //!
 //! All sheets have one width. A page of 390 px shows it at three quarters, its smallest text at 10 px; a wide page
-//! shows two beside each other at their full size. So titles are broken into lines, and the legend stands below.
+//! shows two beside each other at their full size. So titles are broken into lines, and the legend is below.
 
 use std::ops::Range;
 
@@ -16,28 +15,28 @@ pub(super) const TEXT: i32 = 15;
 pub(super) const TICK_LABEL: i32 = 14;
 /// Width of a sheet in shown pixels.
 pub(super) const WIDTH: i32 = 480;
-/// Space at the edges of the sheet.
+/// Space at the edges of the sheet, in shown pixels.
 pub(super) const EDGE: i32 = 12;
-/// Distance of tick labels from the frame, and of an axis' title from them.
+/// Distance of tick labels from the frame, and of an axis' title from them, in shown pixels.
 pub(super) const TICK: i32 = 9;
-/// Distance of the lines of a text over its size.
+/// Line spacing over the size of the text.
 const LINE: f64 = 1.25;
 /// Width of a letter over the size of the text, somewhat more than the mean of most fonts.
 const LETTER: f64 = 0.56;
-/// Length of a line or mark in the legend, with its distance from the name.
+/// Length of a line or mark in the legend, with its distance from the name, in shown pixels.
 pub(super) const KEY: i32 = 30;
 
-/// Returns the distance of the lines of a text of a size.
+/// Line spacing for a size of text, in shown pixels.
 pub(super) fn line_height(size: i32) -> i32 {
     (LINE * f64::from(size)) as i32
 }
 
-/// Returns the width of a text of a size.
+/// Estimated width of a text, in shown pixels.
 pub(super) fn width_of(text: &str, size: i32) -> i32 {
     (LETTER * f64::from(size) * text.chars().count() as f64).ceil() as i32
 }
 
-/// Breaks a text of a size into lines no wider than so many pixels: between words, and where one is longer within it.
+/// Breaks a text of a size into lines no wider than `width` pixels: between words, and longer words within.
 pub(super) fn lines(text: &str, width: i32, size: i32) -> Vec<String> {
     let most = (f64::from(width) / (LETTER * f64::from(size))).max(1.0) as usize;
     let (mut all, mut line) = (Vec::new(), String::new());
@@ -55,28 +54,28 @@ pub(super) fn lines(text: &str, width: i32, size: i32) -> Vec<String> {
     all.iter().map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect()
 }
 
-/// Returns the width that an axis' tick labels take beside a frame.
+/// Width that an axis' tick labels take beside a frame, in shown pixels.
 pub(super) fn beside(axis: &Axis) -> i32 {
     TICK + axis.ticks().map(|(_, label)| width_of(label, TICK_LABEL)).max().unwrap_or(0)
 }
 
-/// Returns the lines of the title of an axis beside a frame of a height.
+/// Lines of the title of an axis beside a frame of a height.
 pub(super) fn side_title(axis: &Axis, height: i32) -> Vec<String> {
     lines(axis.title(), height + 3 * EDGE, TEXT)
 }
 
-/// Returns the width that an axis takes beside a frame of a height, title included.
+/// Width that an axis takes beside a frame of a height, title included, in shown pixels.
 pub(super) fn side(axis: &Axis, height: i32) -> i32 {
     beside(axis) + TICK + side_title(axis, height).len() as i32 * line_height(TEXT)
 }
 
-/// Returns the labels of an axis of words below a frame of a width, each in lines.
+/// Labels of an axis of words below a frame of a width: position, and lines.
 pub(super) fn words_below(axis: &Axis, width: i32) -> Vec<(f64, Vec<String>)> {
     let slot = width / axis.ticks().count().max(1) as i32 - 4;
     axis.ticks().map(|(place, label)| (place, lines(label, slot, TICK_LABEL))).collect()
 }
 
-/// Returns the height of the labels below a frame of a width.
+/// Height of the labels below a frame of a width, in shown pixels.
 pub(super) fn labels_below(axis: &Axis, width: i32) -> i32 {
     let most = |words: Vec<(f64, Vec<String>)>| words.iter().map(|(_, lines)| lines.len()).max().unwrap_or(1) as i32;
     TICK + line_height(TICK_LABEL) * if axis.is_of_words() { most(words_below(axis, width)) } else { 1 }
@@ -90,22 +89,22 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Returns a frame in shown pixels: left, right, top, bottom.
+    /// From shown pixels.
     pub(super) fn of(x: Range<i32>, y: Range<i32>) -> Self {
         Self { x: x.start * FINE..x.end * FINE, y: y.start * FINE..y.end * FINE }
     }
 
-    /// Returns the width in shown pixels.
+    /// Width in shown pixels.
     pub(super) fn width(&self) -> i32 {
         (self.x.end - self.x.start) / FINE
     }
 
-    /// Returns the horizontal position of a part of the width.
+    /// Horizontal position of a part of the width, in drawn units.
     pub(super) fn across(&self, part: f64) -> i32 {
         self.x.start + (part * f64::from(self.x.end - self.x.start)).round() as i32
     }
 
-    /// Returns the vertical position of a part of the height, from the bottom.
+    /// Vertical position of a part of the height from the bottom, in drawn units.
     pub(super) fn up(&self, part: f64) -> i32 {
         self.y.end - (part * f64::from(self.y.end - self.y.start)).round() as i32
     }
@@ -113,14 +112,14 @@ impl Frame {
 
 /// A frame on its sheet, with room for its titles and labels.
 pub(super) struct Layout {
-    /// The frame.
+    /// Frame of the axes.
     pub frame: Frame,
-    /// Lower end of all that belongs to it, in shown pixels.
+    /// Lower end of everything that belongs to it, in shown pixels.
     pub bottom: i32,
 }
 
 impl Layout {
-    /// Lays out a frame of a height below `top`, with so much room on its right.
+    /// Lays out a frame of a height below `top`, with `right` pixels of room on its right.
     pub(super) fn new(title: &str, [x, y]: [&Axis; 2], [top, height]: [i32; 2], right: i32) -> Self {
         let left = EDGE / 2 + side(y, height);
         let width = WIDTH - right - left;
@@ -134,14 +133,14 @@ impl Layout {
 
 /// Names below a picture, each beside its line or mark.
 pub(super) struct Legend {
-    /// Places of the marks' left ends, and names in lines.
+    /// Positions of the marks' left ends in shown pixels, and names in lines.
     pub entries: Vec<((i32, i32), Vec<String>)>,
     /// Lower end, in shown pixels.
     pub bottom: i32,
 }
 
 impl Legend {
-    /// Lays names out below `top`, several in a row as far as there is room.
+    /// Lays names out below `top`, several in a row if there is room.
     pub(super) fn below<'a>(top: i32, names: impl IntoIterator<Item = &'a str>) -> Self {
         let (mut entries, mut x, mut y, mut rows) = (Vec::new(), EDGE, top, 0);
         for name in names {

@@ -7,17 +7,17 @@ use super::canvas::{Anchor, Form, Grid, MARK, PlotError, draw};
 use super::colour;
 use super::layout::{EDGE, Frame, Layout, Legend, WIDTH};
 
-/// Curves with more points than this are thinned to the extremes of each of as many columns: what is seen stays the
-/// same.
+/// Curves with more than four times as many points are thinned to the extremes in each of so many columns, which does
+/// not change the picture.
 const COLUMNS: usize = 2000;
 
-/// More places than this at which curves leave the picture are not marked.
+/// Most marks for curves that leave the picture; with more, none is drawn.
 const MOST_BEYOND: usize = 12;
 /// Width of a letter of a note in drawn units.
 const NOTE_LETTER: i32 = 34;
 /// Height of the frame in shown pixels.
 const HEIGHT: i32 = 300;
-/// Strips across the picture in which a pointer is told the curves' values.
+/// Number of vertical strips of the picture in which a pointer shows the curves' values.
 const STRIPS: usize = 120;
 
 /// Range drawn as a band: place, lower and upper end of each of its points.
@@ -26,27 +26,27 @@ type Band<'a> = &'a [(f64, [f64; 2])];
 /// One curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Series<'a> {
-    /// Name in the legend; empty: not listed.
+    /// Name in the legend; a curve with an empty name is not listed.
     pub name: &'a str,
-    /// Points in the units of the axes; those without a place on them (NaN, a logarithm of 0) interrupt the curve.
+    /// Points in the units of the axes; those without a position on them (NaN, a logarithm of 0) interrupt the curve.
     pub points: Vec<(f64, f64)>,
 }
 
 /// A line plot.
 #[derive(Clone, Debug)]
 pub(crate) struct LinePlot<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// The curves; they are cut at the frame's upper and lower edge.
+    /// Curves; they are cut at the frame's edges.
     pub series: Vec<Series<'a>>,
 }
 
 impl LinePlot<'_> {
-    /// Returns the picture as SVG.
+    /// The picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -54,8 +54,8 @@ impl LinePlot<'_> {
         self.to_svg_vouched(|_, _| true)
     }
 
-    /// Returns the same; points that are not vouched for, by the numbers of their curve and of themselves in it, and
-    /// the lines to them are grey.
+    /// The same with points that are not valid, and the lines to them, in grey; `vouched(curve, point)` is true for
+    /// valid points.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -63,8 +63,8 @@ impl LinePlot<'_> {
         self.drawn(None, vouched)
     }
 
-    /// Returns the picture as SVG with a range as a band beneath the curves: its name, and the place, lower and upper
-    /// end of each of its points.
+    /// The picture as SVG with a range as a band beneath the curves: its name, and the place, lower and upper end of
+    /// each of its points.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -115,7 +115,7 @@ impl LinePlot<'_> {
         })
     }
 
-    /// Returns a range as SVG: a polygon along its lower ends and back along its upper ones.
+    /// SVG of a range: a polygon along its lower ends and back along its upper ones.
     fn band(&self, frame: &Frame, range: Band) -> String {
         let at = |x: f64, y: f64| {
             let (across, up) = (self.x.place(x).clamp(0.0, 1.0), self.y.place(y).clamp(0.0, 1.0));
@@ -126,8 +126,8 @@ impl LinePlot<'_> {
         format!("<polygon points=\"{}\" fill=\"{}\"/>\n", corners.join(" "), colour::as_svg(colour::RANGE))
     }
 
-    /// Tells where curves leave the picture: for each part of a curve that does, its number, the place at the edge, its
-    /// furthest value and whether that is above.
+    /// For each part of a curve that leaves the picture above or below: the curve's index, the point at the edge, the
+    /// furthest value, and true for above. Empty if there are too many.
     fn beyond(&self, frame: &Frame) -> Vec<(usize, (i32, i32), String, bool)> {
         let mut all = Vec::new();
         for (index, series) in self.series.iter().enumerate() {
@@ -147,7 +147,7 @@ impl LinePlot<'_> {
         if all.len() > MOST_BEYOND { Vec::new() } else { all }
     }
 
-    /// Returns the values of the curves in each of some strips across the picture: of every curve the point next to the
+    /// Texts with the values of the curves in each strip across the picture: of every curve the point nearest to the
     /// strip's middle.
     fn values(&self, vouched: impl Fn(usize, usize) -> bool) -> Vec<(Range<f64>, String)> {
         let mut strips = vec![vec![None::<(f64, usize)>; self.series.len()]; STRIPS];
@@ -183,7 +183,7 @@ impl LinePlot<'_> {
         strips.iter().enumerate().filter_map(told).collect()
     }
 
-    /// Returns the curve in drawn units, in as many pieces as it has interruptions.
+    /// The curve in drawn units, in as many pieces as it has interruptions.
     fn stretches(&self, series: &Series<'_>, frame: &Frame) -> Vec<Vec<(i32, i32)>> {
         let placed = |&(x, y): &(f64, f64)| (self.x.place(x), self.y.place(y));
         series
@@ -200,7 +200,7 @@ fn sound((x, y): (f64, f64)) -> bool {
     x.is_finite() && y.is_finite()
 }
 
-/// Returns the parts of a curve inside the unit square; where it crosses an edge it gets a point there.
+/// Parts of a curve inside the unit square; where it crosses an edge it gets a point there.
 pub(super) fn cut(points: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut open: Vec<(f64, f64)> = Vec::new();
@@ -219,7 +219,7 @@ pub(super) fn cut(points: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     pieces
 }
 
-/// Returns the part of a segment inside the unit square (Liang and Barsky 1984).
+/// Part of a segment inside the unit square (Liang and Barsky 1984).
 fn clipped(a: (f64, f64), b: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
@@ -232,14 +232,14 @@ fn clipped(a: (f64, f64), b: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
             return None;
         }
     }
-    // The unchanged ends are returned as they are, so that neighbours join without rounding.
+    // Unchanged ends are returned without arithmetic, so that neighbours join without rounding.
     let at = |t: f64| (a.0 + t * dx, a.1 + t * dy);
     let start = if enter > 0.0 { at(enter) } else { a };
     let end = if leave < 1.0 { at(leave) } else { b };
     (enter <= leave).then_some((start, end))
 }
 
-/// Returns the first, lowest, highest and last point of each column of the picture, in their order.
+/// First, lowest, highest and last point of each column of the picture, in their order.
 fn thinned(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     if points.len() <= 4 * COLUMNS {
         return points;

@@ -6,26 +6,26 @@ use super::axis::Axis;
 use super::canvas::PlotError;
 use super::heat_map::{Colours, HeatMap};
 
-/// A picture flatter or taller than this is stretched.
+/// Smallest and largest height over width; beyond these a picture is not true to scale.
 const ASPECTS: (f64, f64) = (0.3, 1.2);
 
 /// A field over the cells of the contact window.
 #[derive(Clone, Debug)]
 pub(crate) struct PatchMap<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
     /// Quantity of the colours, unit included.
     pub quantity: &'a str,
-    /// The values: \[cells along, cells across\], NaN where there is none.
+    /// Values: \[cells along, cells across\], NaN where there is none.
     pub values: ArrayView2<'a, f64>,
-    /// Where the first cells along are from the axle on \[m\].
+    /// Position of the first cells along, relative to the axle \[m\].
     pub first_position: f64,
-    /// Size of a cell along and across \[m\].
+    /// Length and width of a cell \[m\].
     pub size: [f64; 2],
 }
 
 impl PatchMap<'_> {
-    /// Returns the picture as SVG, in mm from the axle's foot, true to scale unless the stretch is too long for that.
+    /// The picture as SVG, in mm from below the axle, true to scale unless it would be too flat or too tall.
     ///
     /// # Errors
     /// [`PlotError::Shape`] without cells, [`PlotError::Draw`].

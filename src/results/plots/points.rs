@@ -7,41 +7,41 @@ use super::canvas::{Anchor, Form, Grid, MARK, PlotError, draw};
 use super::colour;
 use super::layout::{EDGE, Layout, Legend, WIDTH};
 
-/// Half the width of an interval's ends in drawn units, and of the place that tells a point's value.
+/// Half the width of an interval's ends, and of the square that shows a point's value under a pointer, in drawn units.
 const SERIF: i32 = 14;
 const REACH: i32 = 20;
 /// Height of the frame in shown pixels.
 const HEIGHT: i32 = 300;
-/// So many points of words have their values written beside them.
+/// Most points over an axis of words whose values are written beside them.
 const MOST_VALUES: usize = 12;
 
 /// Points of one kind.
 #[derive(Clone, Debug)]
 pub(crate) struct PointSeries<'a> {
-    /// Name in the legend; empty: not listed.
+    /// Name in the legend; a series with an empty name is not listed.
     pub name: &'a str,
     /// Places, values and half the width of each value's interval, in the units of the axes.
     pub points: Vec<(f64, f64, f64)>,
-    /// True if a line goes through the means even where no two points share a place.
+    /// True if a line joins the means even where no two points share a place.
     pub joined: bool,
 }
 
-/// A plot of points; where several share a place, or where that is wanted, a line goes through their means. Between
-/// words there is nothing: no line joins them, and values stand beside the points.
+/// A plot of points; where several share a place, or where [`PointSeries::joined`] is set, a line joins their means. On
+/// an axis of words no line is drawn, and values are written beside the points.
 #[derive(Clone, Debug)]
 pub(crate) struct PointPlot<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// The points.
+    /// Points by kind.
     pub series: Vec<PointSeries<'a>>,
 }
 
 impl PointPlot<'_> {
-    /// Returns the picture as SVG.
+    /// The picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -89,7 +89,8 @@ impl PointPlot<'_> {
 }
 
 impl PointSeries<'_> {
-    /// Returns the mean value at every place, from the left; where points are missing a mean is one of other things.
+    /// Mean value at every place, from the left; places with fewer points than others are left out, since their means
+    /// are not comparable.
     fn means(&self) -> Vec<(f64, f64)> {
         let mut points = self.points.clone();
         points.sort_by(|one, other| one.0.total_cmp(&other.0));

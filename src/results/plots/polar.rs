@@ -1,4 +1,4 @@
-//! Levels over the direction round a body, polar: straight ahead is up, the left is left.
+//! Levels over the direction round a body in polar coordinates: straight ahead is up, the left is left.
 
 use std::ops::Range;
 
@@ -8,24 +8,23 @@ use super::colour;
 use super::layout::{EDGE, FINE, Frame, Legend, TICK_LABEL, TITLE, WIDTH, line_height, lines};
 use super::lines::Series;
 
-/// Levels from the outermost circle to the middle \[dB\], at most: deeper ones lie in the middle.
+/// Largest range of levels from the outermost circle to the middle \[dB\]: lower ones are drawn in the middle.
 const DEEPEST: f64 = 40.0;
 /// Distance of the circles \[dB\].
 const STEP: f64 = 5.0;
-/// Angle between spokes, and between the points that a circle is drawn with \[degrees\].
+/// Angle between spokes, and between the points of a circle \[degrees\].
 const SPOKE: usize = 30;
 const ARC: usize = 3;
 /// Diameter of the outermost circle in shown pixels.
 const DIAMETER: i32 = 340;
-/// Half the side of the square in which a pointer is told a point's value, in shown pixels.
+/// Half the side of the square that shows a point's value under a pointer, in shown pixels.
 const REACH: f64 = 5.0;
 
-/// A directivity.
 #[derive(Clone, Debug)]
 pub(crate) struct PolarPlot<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
-    /// Source of the sound.
+    /// Name of the source of the sound.
     pub source: &'a str,
     /// Quantity of the levels, with their unit.
     pub quantity: &'a str,
@@ -34,7 +33,7 @@ pub(crate) struct PolarPlot<'a> {
 }
 
 impl PolarPlot<'_> {
-    /// Returns the picture as SVG.
+    /// The picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -98,7 +97,7 @@ impl PolarPlot<'_> {
         })
     }
 
-    /// Returns the axis from the middle to the outermost circle.
+    /// Axis from the middle to the outermost circle.
     fn axis(&self) -> Axis {
         let levels = self.series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
         let finite = || levels.clone().filter(|level| level.is_finite());
@@ -108,13 +107,13 @@ impl PolarPlot<'_> {
     }
 }
 
-/// Returns a direction \[degrees\] and a part of the radius in drawn units.
+/// Point at a direction \[degrees\] and a part of the radius, in drawn units.
 fn place(frame: &Frame, angle: f64, radius: f64) -> (i32, i32) {
     let (sin, cos) = angle.to_radians().sin_cos();
     (frame.across(0.5 - 0.5 * radius * sin), frame.up(0.5 + 0.5 * radius * cos))
 }
 
-/// Tells where a pointer is told what lies at a place.
+/// Range about a coordinate in which a pointer shows the value.
 fn around(at: i32, frame: &Frame) -> Range<i32> {
     let reach = (REACH / f64::from(DIAMETER) * f64::from(frame.x.end - frame.x.start)) as i32;
     at - reach..at + reach
@@ -138,7 +137,7 @@ mod tests {
             quantity: "Transfer [dB re 1/m]",
             series: vec![Series { name: "500 Hz", points }],
         };
-        // Forty decibels are shown, and what lies deeper is in the middle.
+        // Forty decibels are shown, and lower levels are in the middle.
         assert_eq!(plot.axis().range(), -40.0..0.0);
         let svg = plot.to_svg().unwrap();
         for text in ["Directivity: a tyre", "Source: a point of the tread", "Transfer [dB re 1/m]", "ahead", "left"] {

@@ -6,11 +6,11 @@ use super::axis::Axis;
 use super::canvas::PlotError;
 use super::heat_map::{Colours, HeatMap};
 
-/// A picture flatter or taller than this is stretched; 1:1 would be a thread.
+/// Smallest and largest height over width; beyond these a picture is not true to scale, since 1:1 would be a thread.
 const ASPECTS: (f64, f64) = (0.22, 0.9);
 
-/// Returns the picture as SVG: along the road across, height in mm as colour. True to scale unless the stretch is too
-/// long for that. `heights` \[m\] are \[points along x, points across y\], NaN where there is none; the first row is at
+/// The picture as SVG: along the road horizontally, height in mm as colour. True to scale unless it would be too flat
+/// or too tall. `heights` \[m\] are \[points along x, points across y\], NaN where there is none; the first row is at
 /// the road coordinate `start` \[m\], the columns are centred on the tyre; `dx` and `dy` are the spacings along and
 /// across \[m\].
 ///

@@ -6,17 +6,17 @@ use super::axis::Axis;
 use super::canvas::PlotError;
 use super::heat_map::{Colours, HeatMap};
 
-/// Rows of the picture: frequencies stand on a logarithmic axis, however they are spaced.
+/// Rows of the picture, evenly spaced on the logarithmic axis, however the frequencies are.
 const ROWS: usize = 120;
 
-/// Values of the first and last colour: parts that cancel each other take a sum of shares below 0 and above 1. All
-/// together is 1, which lies in the middle of a colour and not between two.
+/// Values of the first and last colour: contributions that cancel each other have sums of shares below 0 and above 1.
+/// The value 1, all shares together, is in the middle of a colour and not between two.
 const RANGE: std::ops::Range<f64> = -0.6..1.6;
 
-/// Shares added up, one row a frequency.
+/// Running sums of shares, one row for each frequency.
 #[derive(Clone, Debug)]
 pub(crate) struct ShareMap<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
     /// Coordinate along which shares add up; its range is that of all shares of a row, outer edge to outer edge.
     pub x: Axis,
@@ -24,14 +24,14 @@ pub(crate) struct ShareMap<'a> {
     pub quantity: &'a str,
     /// Frequencies, rising \[Hz\].
     pub frequencies: &'a [f64],
-    /// By frequency the shares so far, as many each.
+    /// Running sums of shares by frequency, all of the same length.
     pub so_far: &'a [Vec<f64>],
     /// Curves over the map, in the units of the axes.
     pub curves: &'a [Vec<(f64, f64)>],
 }
 
 impl ShareMap<'_> {
-    /// Returns the picture as SVG. Between the frequencies it shows the nearest one.
+    /// The picture as SVG. Each row shows the nearest frequency.
     ///
     /// # Errors
     /// [`PlotError::Shape`] for fewer than two frequencies or rows that are no shares, [`PlotError::Draw`].
@@ -60,7 +60,7 @@ impl ShareMap<'_> {
         .to_svg_under(self.curves)
     }
 
-    /// Returns the frequency that is shown in a row.
+    /// Index of the frequency that is shown in a row.
     fn nearest(&self, lowest: f64, highest: f64, row: usize) -> usize {
         let wanted = lowest * (highest / lowest).powf((row as f64 + 0.5) / ROWS as f64);
         let above = self.frequencies.partition_point(|&frequency| frequency < wanted).min(self.frequencies.len() - 1);

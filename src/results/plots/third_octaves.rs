@@ -9,25 +9,24 @@ use crate::response::{BandLevel, LevelErrors};
 
 /// Height of the frame in shown pixels.
 const HEIGHT: i32 = 280;
-/// Levels further below the highest than this are not worth the paper.
+/// Levels further below the highest than this do not widen the axis \[dB\].
 const DEEPEST: f64 = 90.0;
 
 /// One or several spectra over common bands.
 #[derive(Clone, Debug)]
 pub(crate) struct ThirdOctavePlot<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
     /// Quantity of the levels, reference included: `Force level [dB re 1 N]`.
     pub quantity: &'a str,
     /// Name for the legend (may be empty) and levels, bands rising without a gap.
     pub spectra: Vec<(&'a str, &'a [BandLevel])>,
-    /// Errors of valid levels, of all spectra.
+    /// Errors of valid levels, for all spectra.
     pub errors: LevelErrors,
 }
 
 impl ThirdOctavePlot<'_> {
-    /// Returns the picture as SVG: one spectrum as bars, several as steps; grey where the run does not vouch for the
-    /// level.
+    /// The picture as SVG: one spectrum as bars, several as steps; grey for levels that are not valid.
     ///
     /// # Errors
     /// [`PlotError::Shape`] without a band, [`PlotError::Draw`].
@@ -35,7 +34,7 @@ impl ThirdOctavePlot<'_> {
         self.drawn(&vec![&self.errors; self.spectra.len()])
     }
 
-    /// Returns the same picture of spectra that have errors of their own.
+    /// The same picture for spectra with separate errors, in their order.
     ///
     /// # Errors
     /// As [`Self::to_svg`].
@@ -83,14 +82,14 @@ impl ThirdOctavePlot<'_> {
                         });
                         corners.collect()
                     };
-                    // All bands in grey where some are not vouched for; those that are lie over it.
+                    // All bands in grey where some are not valid; the valid ones lie over it.
                     if levels.iter().any(|level| !level.valid) {
                         sheet.line(steps(levels), colour::UNVOUCHED, 2.0);
                     }
                     for vouched in levels.chunk_by(|a, b| a.valid == b.valid).filter(|chunk| chunk[0].valid) {
                         sheet.line(steps(vouched), colour::line(index), 2.0);
                     }
-                    // Bars of several spectra stand beside each other within a band.
+                    // Error bars of several spectra are beside each other within a band.
                     let beside = (index as f64 + 1.0) / (self.spectra.len() as f64 + 1.0) - 0.5;
                     for level in *levels {
                         error_bar(sheet, level, f64::from(level.band.0) + beside, errors(index), colour::line(index));
@@ -108,7 +107,7 @@ impl ThirdOctavePlot<'_> {
         })
     }
 
-    /// Returns the values of the spectra in a band.
+    /// Text with the values of the spectra in a band.
     fn value<'e>(&self, band: i32, errors: &dyn Fn(usize) -> Option<&'e LevelErrors>) -> String {
         let mut text = format!("{} Hz", ThirdOctaveBand(band).label());
         for (index, (name, levels)) in self.spectra.iter().enumerate() {
@@ -129,13 +128,13 @@ impl ThirdOctavePlot<'_> {
     }
 }
 
-/// Tells how far off a level may be by all that is known \[dB\].
+/// Known error of a valid level \[dB\].
 fn error_of(level: &BandLevel, errors: Option<&LevelErrors>) -> Option<f64> {
     errors?.total(level.band).filter(|_| level.valid)
 }
 
-/// Returns the bands are evenly spaced on a logarithmic axis: their numbers are its coordinate. Octaves are labelled,
-/// from 1 kHz.
+/// Axis of bands, evenly spaced as on a logarithmic axis: their numbers are its coordinate. With many bands only
+/// octaves are labelled, from 1 kHz.
 fn frequency_axis(first: i32, last: i32) -> Axis {
     let every = if last - first < 15 { 1 } else { 3 };
     let ticks = (first..=last)

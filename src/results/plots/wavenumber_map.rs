@@ -1,4 +1,4 @@
-//! Vibration over wavenumber and frequency, with the tyre's own waves drawn over it.
+//! Vibration over wavenumber and frequency, with the tyre's free waves drawn over it.
 
 use ndarray::ArrayView2;
 
@@ -8,29 +8,29 @@ use super::heat_map::{Colours, HeatMap};
 use crate::response::vibration::{DispersionBranch, WavenumberMap};
 use crate::tyre::poles::Direction;
 
-/// Most waves round the tyre that are drawn: shorter ones are local deformation without waves of their own.
+/// Largest number of waves round the tyre that is drawn: shorter ones are local deformation, and no free waves.
 const MOST_WAVES: usize = 100;
-/// Highest frequency drawn \[Hz\].
+/// Highest frequency that is drawn \[Hz\].
 const HIGHEST: f64 = 2000.0;
-/// Colours reach this far below the highest level \[dB\].
+/// Range of the colours, below the highest level \[dB\].
 const DEEPEST: f64 = 70.0;
 
-/// A map with what is needed to place it.
+/// A map, and what is needed to position it.
 #[derive(Clone, Debug)]
 pub(crate) struct WavenumberPlot<'a> {
-    /// Title over the picture.
+    /// Title of the picture.
     pub title: &'a str,
-    /// The map.
+    /// Power by frequency and wavenumber.
     pub map: &'a WavenumberMap,
-    /// The tyre's waves in the material frame.
+    /// Free waves of the tyre in the material frame.
     pub branches: &'a [DispersionBranch],
-    /// By how much the frequency of a wave rises with each period round the tyre: 0 in the material frame, the
-    /// revolutions per second beside the road \[Hz\].
+    /// Shift of a wave's frequency by each period round the tyre \[Hz\]: 0 in the material frame, the revolutions per
+    /// second in the non-rotating one.
     pub rotation: f64,
 }
 
 impl WavenumberPlot<'_> {
-    /// Returns the picture as SVG: waves round the tyre across, frequency upwards, spectral density as colour.
+    /// The picture as SVG: waves round the tyre horizontally, frequency upwards, spectral density as colour.
     ///
     /// # Errors
     /// [`PlotError::Shape`] for a map without cells, [`PlotError::Draw`].
@@ -67,8 +67,8 @@ impl WavenumberPlot<'_> {
         map.to_svg_under(&self.curves())
     }
 
-    /// Returns each branch in its direction, with the rotation to the right, or in both; where the rotation turns a
-    /// wave's frequency negative it is seen as its mirror image.
+    /// Curves of each branch in its direction, with the rotation to the right, or in both; where the rotation turns a
+    /// wave's frequency negative, it appears as its mirror image.
     fn curves(&self) -> Vec<Vec<(f64, f64)>> {
         let curve = |branch: &DispersionBranch, direction: f64| {
             let waves = (branch.first..).map(|n| direction * n as f64);

@@ -1,4 +1,4 @@
-//! Work against precision: curves of single knobs, points, a front and marked settings, over logarithmic axes, in
+//! Work-precision diagrams: curves of single knobs, points, a front and marked settings, over logarithmic axes, in
 //! panels that share the error's axis and a legend.
 
 use plotters::style::{RGBColor, WHITE};
@@ -18,38 +18,37 @@ const HEIGHT: i32 = 360;
 const LETTER: i32 = 28;
 const LINE: i32 = 60;
 
-/// One panel: errors against one kind of cost. Errors below the axis are drawn at its end.
+/// Errors over one kind of cost. Errors below the axis are drawn at its end.
 #[derive(Clone, Debug)]
 pub(crate) struct WorkPrecisionPanel<'a> {
-    /// The cost's axis.
+    /// Axis of the cost.
     pub cost: Axis,
-    /// One curve for each knob; cost and error.
+    /// Cost and error along one curve for each knob.
     pub knobs: Vec<Vec<(f64, f64)>>,
-    /// Points without a curve.
+    /// Cost and error of points without a curve.
     pub points: Vec<(f64, f64)>,
-    /// The front, by rising cost.
+    /// Cost and error along the front, by rising cost.
     pub front: Vec<(f64, f64)>,
     /// Settings with a name; cost and error.
     pub marks: Vec<(&'a str, (f64, f64))>,
 }
 
-/// The picture.
 #[derive(Clone, Debug)]
 pub(crate) struct WorkPrecisionPlot<'a> {
-    /// Title over everything.
+    /// Title of the picture.
     pub title: &'a str,
-    /// The error's axis.
+    /// Axis of the error.
     pub error: Axis,
-    /// Names of the knobs.
+    /// Names of the knobs in the legend.
     pub knobs: Vec<&'a str>,
-    /// Error below which points cannot be told from the reference.
+    /// Uncertainty of the reference: smaller errors cannot be distinguished from it.
     pub doubt: f64,
-    /// The panels, from the top.
+    /// Panels, from the top.
     pub panels: Vec<WorkPrecisionPanel<'a>>,
 }
 
 impl WorkPrecisionPlot<'_> {
-    /// Returns the picture as SVG.
+    /// The picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -84,7 +83,7 @@ impl WorkPrecisionPlot<'_> {
         })
     }
 
-    /// Returns the title of a panel: the first has that of all.
+    /// Title of a panel: only the first has one, for all.
     fn title_of(&self, panel: usize) -> &str {
         if panel == 0 { self.title } else { "" }
     }
@@ -136,14 +135,14 @@ impl Area {
         Self(x - width, x + width, y - height, y + height)
     }
 
-    /// Returns the overlapping part, in drawn units squared.
+    /// Size of the overlap, in drawn units squared.
     fn shared(self, other: Self) -> i64 {
         let overlap = |a: (i32, i32), b: (i32, i32)| i64::from((a.1.min(b.1) - a.0.max(b.0)).max(0));
         overlap((self.0, self.1), (other.0, other.1)) * overlap((self.2, self.3), (other.2, other.3))
     }
 }
 
-/// Tells where a mark's name hides least: right of it, left, above, below, or further away in these directions.
+/// Position at which a mark's name hides least: right of it, left, above, below, or further away in these directions.
 fn beside(name: &str, (x, y): (i32, i32), frame: &Frame, taken: &[Area]) -> ((i32, i32), Anchor, Area) {
     let width = LETTER * name.chars().count() as i32;
     let mut best: Option<(i64, (i32, i32), Anchor, Area)> = None;
@@ -176,7 +175,7 @@ mod tests {
     fn names_avoid_each_other_and_the_frame() {
         let frame = Frame::of(0..500, 0..400);
         let mut taken = Vec::new();
-        // Four settings in one place: four names that share nothing.
+        // Four settings in one point: four names that do not overlap.
         for name in ["draft", "standard", "reference", "the scene"] {
             let (_, _, area) = beside(name, (1000, 800), &frame, &taken);
             assert!(taken.iter().all(|&other| area.shared(other) == 0), "{name}: {area:?} {taken:?}");

@@ -6,7 +6,7 @@ use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Flag, OneOf};
 use crate::scene::table::Nested;
 
-/// Ways of the air under the patch.
+/// Paths of the air under the patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PatchAir {
@@ -23,7 +23,7 @@ keys! {
     /// Air under the contact patch.
     #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
     pub AirPumping {
-        /// Ways of the air under the patch: none, the grooves of `[tread_pattern]` that run round the tyre, or all
+        /// Paths of the air under the patch: none, the grooves of `[tread_pattern]` that run round the tyre, or all
         /// voids between tread and road.
         patch: PatchAir = PatchAir::Sealed => OneOf::new(),
         /// True if compliant blocks of `[tread_pattern]` press the volume by which they yield into voids beside them.

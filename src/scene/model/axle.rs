@@ -34,7 +34,7 @@ pub enum Axle {
     },
     /// A fixed height.
     Indentation {
-        /// How far the rigid tyre is pushed into the plane z = 0 \[m\].
+        /// Depth by which the rigid tyre is pushed into the plane z = 0 \[m\].
         indentation: f64,
         /// Time over which it rises linearly from zero \[s\].
         ramp: f64,
@@ -42,7 +42,7 @@ pub enum Axle {
 }
 
 impl Axle {
-    /// Returns the load \[N\] and the relative tolerance of the mean force, where a load is given.
+    /// Load \[N\] and relative tolerance of the mean force; `None` for an indentation.
     pub fn load(&self) -> Option<(f64, f64)> {
         match *self {
             Self::Load { load, tolerance } | Self::Mass { load, tolerance, .. } => Some((load, tolerance)),
@@ -54,7 +54,7 @@ impl Axle {
     pub const LOAD_TOLERANCE: f64 = 0.01;
 }
 
-/// The scene's check compares it with the tyre that bears it.
+/// Wide bounds: the load is compared with the tyre that bears it when the whole scene is checked.
 const LOAD: Bounds = Bounds::positive("N").plausible(1e-3, 1e8);
 
 keys! {
@@ -63,9 +63,9 @@ keys! {
     AxleKeys {
         /// Vertical load \[N\]: the height is found so that it is the mean force. Or give an `indentation`.
         load: Option<f64> = None => Optional(LOAD),
-        /// How far the rigid tyre is pushed into the plane z = 0, and held there \[m\]. Or give a `load`.
+        /// Depth by which the rigid tyre is pushed into the plane z = 0, and held there \[m\]. Or give a `load`.
         indentation: Option<f64> = None => Optional(Bounds::not_negative("m").plausible(1e-9, 5.0)),
-        /// Relative tolerance of the mean force, of a load.
+        /// Relative tolerance of the mean force; with a load only.
         tolerance: f64 = Axle::LOAD_TOLERANCE => Bounds::inside(0.0, 1.0, ""),
         /// Time over which an indentation rises linearly from zero \[s\].
         ramp: f64 = 0.0 => Bounds::not_negative("s").plausible(1e-9, 1e6),
@@ -107,7 +107,7 @@ fn axle(table: &mut Table<'_>) -> Option<Axle> {
         (None, Some(indentation), _) => Some(Axle::Indentation { indentation, ramp }),
         (Some(_), Some(_), _) => table.complain("indentation", Problem::conflict("load")),
         (None, None, Some(_)) => table.complain("load", Problem::missing(&LOAD.wanted())),
-        // A misspelt key explains why neither is there; it is enough to name that.
+        // A misspelt key, which is reported anyway, explains why neither is there.
         (None, None, None) if table.has_unknown() => None,
         (None, None, None) => table.complain_here(Problem::empty(WANTED)),
     }

@@ -1,4 +1,4 @@
-//! Keys for what is done to measured heights, whatever their file.
+//! Keys for the conditioning of measured heights, whatever their file format.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
@@ -8,13 +8,13 @@ use crate::scene::Problem;
 use crate::scene::kind::Bounds;
 use crate::scene::table::{Kind, Value};
 
-/// A height that stands for none.
+/// A value that marks a missing height.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum MissingHeight {
-    /// A number in the file's own unit.
+    /// A number in the file's unit of heights.
     Number(f64),
-    /// A word of a table of text.
+    /// A word in a table of text.
     Word(String),
 }
 
@@ -25,13 +25,13 @@ pub enum Levelling {
     /// Mean and least-squares slope, along and across.
     #[default]
     Slope,
-    /// The mean.
+    /// The mean alone.
     Mean,
     /// Nothing.
     Off,
 }
 
-/// Heights that stand for none: one, or an array that may be empty.
+/// Values that mark missing heights: one, or an array that may be empty.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MissingHeights;
 

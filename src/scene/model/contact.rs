@@ -10,7 +10,7 @@ use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Optional, Whole};
 use crate::scene::sizes::MOST_CELLS;
 use crate::scene::table::{Nested, Table};
 
-/// Error of a level by slices that is borne \[dB\].
+/// Default bound of the error of levels computed by slices \[dB\].
 const LARGEST_SLICE_ERROR: f64 = 2.0;
 
 fn is_usual(error: &f64) -> bool {
@@ -38,11 +38,11 @@ keys! {
         #[serde(skip_serializing_if = "Option::is_none")]
         cell: Option<f64> = None => Optional(Bounds::positive("m").plausible(1e-5, 1.0)),
         /// Cells across the contact width; default: as many as the road's texture asks for, each about 2 mm at most (a
-        /// grid that fits exactly keeps its own).
+        /// grid that fits exactly keeps its columns).
         #[serde(skip_serializing_if = "Option::is_none")]
         cells_across: Option<usize> = None => Optional(Whole::between(1, MOST_CELLS)),
         /// Cells along an element; default: as many as the road's texture asks for, each 2 mm at most (a grid that fits
-        /// exactly keeps its own).
+        /// exactly keeps its rows).
         #[serde(skip_serializing_if = "Option::is_none")]
         cells_along: Option<usize> = None => Optional(Whole::between(1, MOST_CELLS)),
         /// Largest error of a slice's displacement curve that leaving breakpoints out may make \[m\]; 0 keeps it
@@ -67,7 +67,7 @@ keys! {
 pub(in crate::scene) const CONTACT: Nested<Contact> =
     Nested { title: "[contact]", wanted: "the table [contact]", schema: Contact::schema, read: contact };
 
-/// Writes what belongs to the zone: a scene of cells would be refused with the keys of slices.
+/// Writes the keys of the zone alone: a scene of cells with the keys of slices would be refused when it is read back.
 pub(super) fn of_zone<S: Serializer>(contact: &Contact, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct OfCells {
@@ -83,7 +83,7 @@ pub(super) fn of_zone<S: Serializer>(contact: &Contact, serializer: S) -> Result
     }
 }
 
-/// Keys that cells have no use for.
+/// Keys that have no meaning for cells.
 pub(crate) const OF_SLICES: [&str; 8] = [
     "slices",
     "slice_coupling",
@@ -173,8 +173,8 @@ pub enum Tread {
     /// The elastic layer with coupling between contact points.
     #[default]
     Elastic,
-    /// The elastic layer, coupling within one step left out (diagonal of G0). What is left out falls with the time
-    /// step: the limit is the elastic layer.
+    /// The elastic layer without coupling within one time step (diagonal of G0). The neglected part decreases with the
+    /// time step: the limit is the elastic layer.
     Uncoupled,
     /// Independent springs on the belt.
     Bedding,
@@ -184,27 +184,27 @@ pub enum Tread {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Slices {
-    /// The slice's highest point counts, flat.
+    /// The slice's highest point alone makes contact, as a flat slice.
     None,
     /// Independent springs all over the slice.
     #[default]
     Winkler,
-    /// Each line of cells across on an elastic half-space.
+    /// Each line of cells across is a rough profile on an elastic half-space.
     HalfSpace,
     /// The road pressed in three dimensions by the flat tread.
     Pressed,
 }
 
 impl Contact {
-    /// Returns the size of cells that belongs to the local law on a road whose waves end nowhere \[m\]: [`Road::CELL`].
-    /// The law counts no shorter waves: springs have no limit as cells get smaller, and pressing takes far longer.
-    /// `None` where cells resolve a road, the finer the better.
+    /// Cell size of the local law on a road whose spectrum has no shortest wave \[m\]: [`Road::CELL`]. The law
+    /// considers no shorter waves: springs have no limit as cells get smaller, and pressing takes far longer. `None`
+    /// where cells resolve a road, the finer the better.
     pub fn cell_of_law(&self, road: &Road) -> Option<f64> {
         let endless = matches!(road, Road::Profile(_) | Road::OpenCrg(_)) && road.varies_across();
         (endless && self.is_local()).then_some(Road::CELL)
     }
 
-    /// Tells whether slices yield by the local law, in springs or as they were pressed.
+    /// True if slices yield by the local law, as springs or as pressed.
     pub fn is_local(&self) -> bool {
         self.zone == Zone::Slices
             && self.slice_coupling == SliceCoupling::Local
@@ -213,8 +213,7 @@ impl Contact {
 }
 
 impl Slices {
-    /// Returns the law itself, or that of springs for one that other forms of slice coupling and of the tread do not
-    /// take.
+    /// This law, or springs in place of a pressed slice, for the slice couplings and tread laws that do not support it.
     #[must_use]
     pub fn alone(self) -> Self {
         if self == Self::Pressed { Self::Winkler } else { self }
@@ -223,17 +222,18 @@ impl Slices {
 
 /// By how much a slice yields more than the element as a whole.
 ///
-/// `explicit` and `implicit` are the paper's equation 4 and take the element's own influence of one time step for the
-/// slice's spring; that falls with the time step and takes the texture's yielding with it, so neither has a limit for
-/// small time steps.
+/// `explicit` and `implicit` are the paper's equation 4 and take the influence of the element on itself within one time
+/// step for the slice's spring; that decreases with the time step, and with it the compliance of the texture, so
+/// neither has a limit for small time steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SliceCoupling {
-    /// By a compliance that belongs to the tread under the stones, whatever the time step.
+    /// By a local compliance of the tread under the asperities, independent of the time step.
     #[default]
     Local,
-    /// By G0_ii, the curve read at the penetration that the forces of the step leave out.
+    /// By G0_ii, the curve evaluated at the penetration without the forces of the step.
     Explicit,
-    /// By G0_ii, the curve read at what is left of the penetration after what the neighbours do in the same step.
+    /// By G0_ii, the curve evaluated at the penetration that remains after what the neighbours contribute in the same
+    /// step.
     Implicit,
 }

@@ -1,4 +1,4 @@
-//! Layers that are not isotropic: cords in rubber, and orthotropic moduli.
+//! Layers that are not isotropic: rubber with cords, and orthotropic materials.
 
 use serde::Serialize;
 
@@ -14,9 +14,9 @@ const MODULUS: Bounds = Bounds::positive("Pa").plausible(1e4, 1e13);
 const RATIO: Bounds = Bounds::any("").plausible(1e-9, 1e3);
 
 keys! {
-    /// Cords in a layer's rubber, as many at the angle as at its negative. They bear what stretches them, and nothing
-    /// else: K (cos^4, sin^4, cos^2 sin^2 of the angle) along, across and between. Either `stiffness` is given, or
-    /// `spacing`, `area` and `modulus`.
+    /// Cords in a layer's rubber, as many at the angle as at its negative. They resist stretching, and nothing else: K
+    /// (cos^4, sin^4, cos^2 sin^2 of the angle) along, across and between. Either `stiffness` is given, or `spacing`,
+    /// `area` and `modulus`.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub Cords {
         /// Stiffness K of the cords over the layer's thickness, at the material's reference frequency \[Pa\].
@@ -71,8 +71,8 @@ keys! {
     }
 }
 
-/// Elastic constants by which a layer's stresses follow its strains, the stress outwards taken apart: with e the
-/// strains along and across, s_a = sum Q_ab e_b + a_a sigma and e_r = sigma/C_rr - sum a_a e_a.
+/// Elastic constants of a layer, with the stress outwards sigma separated: with e the strains along and across, s_a =
+/// sum Q_ab e_b + a_a sigma and e_r = sigma/C_rr - sum a_a e_a.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PlaneConstants {
     /// Q_tt, Q_yy, Q_ty \[Pa\].
@@ -83,16 +83,16 @@ pub(crate) struct PlaneConstants {
     pub radial: f64,
 }
 
-/// Most loss factors that the cords of one layer have.
+/// Most different loss factors of the cords in one layer.
 pub(crate) const MOST_CORD_LOSSES: usize = 3;
 
 impl Cords {
-    /// Returns the cords of a stiffness K \[Pa\], at an angle from the circumference (degrees).
+    /// Cords of a given stiffness K \[Pa\], at an angle from the circumference (degrees).
     pub fn new(stiffness: f64, angle_deg: f64, loss_factor: f64) -> Self {
         Self { stiffness: Some(stiffness), spacing: None, area: None, modulus: None, angle_deg, loss_factor }
     }
 
-    /// Counts the different loss factors of some cords.
+    /// Number of different loss factors.
     pub fn losses(cords: &[Self]) -> usize {
         let mut losses: Vec<f64> = cords.iter().map(|cords| cords.loss_factor).collect();
         losses.sort_by(f64::total_cmp);
@@ -100,18 +100,18 @@ impl Cords {
         losses.len()
     }
 
-    /// Returns the stiffness K of the cords in a layer of a thickness \[m\], E A/(spacing thickness) where it is not
-    /// given \[Pa\].
+    /// Stiffness K of the cords in a layer of a given thickness \[m\]: E A/(spacing thickness) if it is not given
+    /// itself \[Pa\].
     pub fn stiffness_in(&self, thickness: f64) -> f64 {
         let of_parts = || Some(self.modulus? * self.area? / (self.spacing? * thickness));
         self.stiffness.or_else(of_parts).unwrap_or(0.0)
     }
 
-    /// Returns K cos^4, K sin^4 and K cos^2 sin^2 in a layer of a thickness \[m\]: along, across, and both between them
-    /// and in shear \[Pa\].
+    /// K cos^4, K sin^4 and K cos^2 sin^2 in a layer of a given thickness \[m\]: the stiffness along, across, and for
+    /// both coupling and shear \[Pa\].
     pub fn shares_in(&self, thickness: f64) -> [f64; 3] {
         let stiffness = self.stiffness_in(thickness);
-        // Along and across no rounded cosine of 90 degrees.
+        // The rounded cosine of 90 degrees is not 0.
         let cosine = if self.angle_deg.abs() < 90.0 { self.angle_deg.to_radians().cos() } else { 0.0 };
         let along = cosine * cosine;
         let across = 1.0 - along;
@@ -120,7 +120,7 @@ impl Cords {
 }
 
 impl Orthotropic {
-    /// Returns the constants in the plane and outwards; not positive where the moduli are those of no material.
+    /// Constants in the plane and outwards; not positive if no material can have these moduli.
     pub(crate) fn constants(&self) -> PlaneConstants {
         let Self { e_theta, e_y, e_r, nu_theta_y, nu_theta_r, nu_y_r, .. } = *self;
         let left = self.determinant();
@@ -132,18 +132,18 @@ impl Orthotropic {
         PlaneConstants { plane, contraction: [along, across], radial: compliance.recip() }
     }
 
-    /// Returns the modulus \[Pa\] and Poisson's ratio of an isotropic material with the shear modulus G_theta_r: the
-    /// measure of the others.
+    /// Modulus \[Pa\] and Poisson's ratio of the isotropic material of shear modulus G_theta_r, which serves as the
+    /// scale of the moduli.
     pub fn measure(&self) -> (f64, f64) {
         (2.0 * self.g_theta_r, 0.0)
     }
 
-    /// Tells whether every strain stores energy, all moduli being positive.
+    /// True if every strain stores energy, given positive moduli.
     pub fn is_positive_definite(&self) -> bool {
         self.determinant() > 0.0 && self.constants().radial > 0.0
     }
 
-    /// Returns D = 1 - nu_theta_y^2 E_y/E_theta, above 0 in a material.
+    /// D = 1 - nu_theta_y^2 E_y/E_theta, positive for any material.
     fn determinant(&self) -> f64 {
         1.0 - self.nu_theta_y * self.nu_theta_y * self.e_y / self.e_theta
     }
@@ -217,7 +217,7 @@ fn orthotropic(table: &mut Table<'_>) -> Option<Orthotropic> {
 mod tests {
     use super::*;
 
-    /// Returns the belt of cords of the default tyre at 1 kHz.
+    /// The belt of the default tyre, steel cords in rubber, at 1 kHz.
     fn belt() -> Orthotropic {
         Orthotropic {
             e_theta: 1.566e9,
@@ -236,7 +236,7 @@ mod tests {
     fn constants_invert_the_compliances() {
         let belt = belt();
         let PlaneConstants { plane: [tt, yy, ty], contraction: [along, across], radial } = belt.constants();
-        // Stresses by strains, then strains by these stresses again.
+        // Strains to stresses, and these back to strains.
         for strain in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
             let [e, f, g] = strain;
             let outwards = radial * (g + along * e + across * f);

@@ -1,4 +1,4 @@
-//! `[effects]`: what is simulated beside the contact itself, effect by effect.
+//! `[effects]`: what is simulated besides the contact itself, effect by effect.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,15 +7,15 @@ use crate::scene::keys::keys;
 use crate::scene::kind::OneOf;
 use crate::scene::table::{Nested, Table};
 
-/// True if an effect is simulated.
+/// Choice for an effect: simulated, not simulated, or depending on the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Switch {
-    /// It is; a scene in which it can make no difference is refused.
+    /// Simulated; a scene in which it can make no difference is refused.
     On,
-    /// It is not, and costs nothing; a scene that asks for its results is refused.
+    /// Not simulated, at no cost; a scene that asks for its results is refused.
     Off,
-    /// It is where the scene holds what it acts on, or asks for its results.
+    /// Simulated if the scene has what it acts on, or asks for its results.
     #[default]
     Auto,
 }

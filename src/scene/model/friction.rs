@@ -1,4 +1,4 @@
-//! `[friction]` and `[adhesion]`: tangential forces and pull on contact cells.
+//! `[friction]` and `[adhesion]`: tangential forces and attraction on contact cells.
 
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Value as Json, json};
@@ -12,7 +12,7 @@ use crate::scene::table::{Kind, Nested, Table, Value};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FrictionLaw {
-    /// Falls from `mu_slow` to `mu_fast` as slip gets faster, over a length of slip.
+    /// Falls from `mu_slow` to `mu_fast` with increasing slip speed, delayed by a memory length.
     Falling,
 }
 
@@ -25,7 +25,7 @@ pub enum Coefficient {
     Falling(FallingFriction),
 }
 
-/// Coefficient of friction that follows the speed of slip: with v its size and D the memory length,
+/// Coefficient of friction that follows the slip speed: with v its magnitude and D the memory length,
 ///
 /// mu_ss(v) = mu_fast + (mu_slow - mu_fast) exp(-v/v_s),   dmu/dt = (mu_ss - mu) (v + v_0)/D.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,24 +43,26 @@ pub struct FallingFriction {
 }
 
 impl FallingFriction {
-    /// Returns the coefficient of steady slip at a speed \[m/s\].
+    /// Coefficient in steady slip at a speed \[m/s\].
     pub fn steady(&self, speed: f64) -> f64 {
         self.fast + (self.slow - self.fast) * (-speed / self.speed_scale).exp()
     }
 
-    /// Returns the coefficient after a step of slip at a speed \[m/s\], from the one before.
+    /// Coefficient after a step of `time_step` \[s\] with slip at `speed` \[m/s\], from the one before: exact for
+    /// constant speed.
     pub fn after(&self, before: f64, speed: f64, time_step: f64) -> f64 {
         let steady = self.steady(speed);
         steady + (before - steady) * (-time_step * (speed + self.speed_floor) / self.memory_length).exp()
     }
 }
 
-/// Largest coefficient of friction. The search for the forces was shown to end up to 4; it fails by name.
+/// Largest coefficient of friction. The search for the forces is known to terminate up to 4; beyond, a failure is
+/// reported as such.
 const MOST_FRICTION: f64 = 8.0;
 const COEFFICIENT: Bounds = Bounds::between(0.0, MOST_FRICTION, "");
-/// Spin of a wheel that turns on the spot about a point of its patch, 0.1 m from its middle \[1/m\].
+/// Largest spin \[1/m\]: a wheel that turns on the spot about a point of its patch, 0.1 m from its middle.
 const MOST_SPIN: f64 = 10.0;
-/// Pull of the stickiest rubber: probes come off soft tapes at 1e6 Pa \[Pa\].
+/// Largest pull \[Pa\], that of the stickiest rubber: probes come off soft tapes at 1e6 Pa.
 const MOST_PULL: f64 = 1e6;
 const SPEED: Bounds = Bounds::positive("m/s").plausible(1e-6, 1e3);
 const RATIO: Bounds = Bounds::any("").plausible(1e-9, 10.0);
@@ -69,7 +71,7 @@ keys! {
     /// Friction between tread and road, over cells.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub Friction {
-        /// Coefficient of friction; 0 leaves the forces of contact without friction. Or give a `law`.
+        /// Coefficient of friction; 0 leaves contact without friction. Or give a `law`.
         #[serde(skip_serializing_if = "Option::is_none")]
         mu: Option<f64> = None => Optional(COEFFICIENT),
         /// Law of a coefficient that is not constant, in place of `mu`.
@@ -87,7 +89,8 @@ keys! {
         /// Length of slip over which it follows \[m\], likewise.
         #[serde(skip_serializing_if = "Option::is_none")]
         memory_length: Option<f64> = None => Optional(Bounds::positive("m").plausible(1e-9, 1.0)),
-        /// Speed that stands for slip where there is none \[m/s\], likewise: a cell at rest heals by it.
+        /// Speed that replaces the slip speed at rest \[m/s\], likewise: the friction of a cell at rest recovers with
+        /// it.
         #[serde(skip_serializing_if = "Option::is_none")]
         speed_floor: Option<f64> = None => Optional(SPEED),
         /// Creep of the wheel against free rolling of a rigid one.
@@ -96,17 +99,17 @@ keys! {
     }
 }
 
-/// Creep along.
+/// Longitudinal creep, prescribed or that of free rolling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LongitudinalCreep {
-    /// The same all the time.
+    /// Constant in time.
     Given(f64),
-    /// Creep of a wheel without a torque.
+    /// Creep of a wheel without a torque about its axle.
     Free,
 }
 
 impl LongitudinalCreep {
-    /// Word for free rolling.
+    /// The word for free rolling.
     const FREE: &str = "free";
 }
 
@@ -119,7 +122,7 @@ impl Serialize for LongitudinalCreep {
     }
 }
 
-/// Kind of a [`LongitudinalCreep`].
+/// Kind of a [`LongitudinalCreep`]: a number, or the word for free rolling.
 struct LongitudinalKind;
 
 impl Kind for LongitudinalKind {
@@ -200,7 +203,7 @@ fn friction(table: &mut Table<'_>) -> Option<Friction> {
 }
 
 impl Friction {
-    /// Returns the coefficient of friction.
+    /// The coefficient as a constant, or as the falling law.
     pub fn coefficient(&self) -> Coefficient {
         let falling = || {
             Some(FallingFriction {
@@ -217,7 +220,7 @@ impl Friction {
         }
     }
 
-    /// Tells whether no tangential force can be: contact is then the one without friction.
+    /// True if tangential forces are impossible: the contact is then that without friction.
     pub fn is_frictionless(&self) -> bool {
         match self.coefficient() {
             Coefficient::Constant(mu) => mu <= 0.0,

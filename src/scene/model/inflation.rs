@@ -1,4 +1,4 @@
-//! Content of a tyre: its inflation, and the air as a resonator.
+//! Content of a tyre: inflation pressure, and the air as a resonator.
 
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ keys! {
 }
 
 keys! {
-    /// The air in a tyre, which the fields without variation across the width compress.
+    /// The air in a tyre, compressed by the displacements that are constant across the width.
     ///
     /// Under a pressure p above that of the atmosphere its density is near 1.4 (p + 1.013e5 Pa)/c^2: 3.8 kg/m^3 at 2.2
     /// bar.
@@ -35,7 +35,7 @@ keys! {
         density: f64 => Bounds::positive("kg/m^3").plausible(0.01, 1e3),
         /// Speed of sound c \[m/s\]; by default that in air at 20 degrees.
         sound_speed: f64 = 343.0 => Bounds::positive("m/s").plausible(50.0, 5e3),
-        /// Time of relaxation tau \[s\]: its waves have the loss factor w tau; 0 where nothing damps them.
+        /// Relaxation time tau \[s\]: its waves have the loss factor w tau; 0 without damping.
         relaxation: f64 = 0.0 => Bounds::not_negative("s").plausible(1e-12, 1.0),
     }
 }
@@ -53,7 +53,7 @@ pub(super) const CAVITY: Nested<Cavity> = Nested {
     read: cavity,
 };
 
-/// Keys that stood here, and where they stand now.
+/// Keys of the sidewalls that once stood here, and their present names.
 const MOVED: [(&str, &str); 4] = [
     ("sidewall_radius", "radius"),
     ("sidewall_angle", "angle"),

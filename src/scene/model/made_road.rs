@@ -10,7 +10,7 @@ use crate::scene::problem::short;
 use crate::scene::table::{Nested, Table};
 
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-6, 1e4);
-/// 120 dB re 1e-6 m are one metre: nothing that a tyre rolls on, and far from overflow.
+/// 120 dB re 1e-6 m are one metre: no tyre rolls on that, and it is far from overflow.
 const LEVEL: Bounds = Bounds::between(-100.0, 120.0, "dB re 1e-6 m");
 /// Ratio of a third-octave band's mid-wavelength to its lower edge.
 const HALF_BAND: f64 = 1.122_018_454_301_963_3;
@@ -33,14 +33,14 @@ keys! {
         power_law: Option<PowerLawTexture> = None => Optional(POWER_LAW),
         /// Name of a road instead of levels: a test track of ISO 10844, dense asphalt with stones up to 11 mm, stone
         /// mastic asphalt up to 8 mm, a chip seal; mean profile depths 0.5, 1.1, 0.6 and 3.3 mm. `chip-seal` has its
-        /// own skewness and kurtosis where none are given. `tyrewave road` tells where the levels are from.
+        /// own skewness and kurtosis where none are given. `tyrewave road` reports the source of the levels.
         #[serde(skip_serializing_if = "Option::is_none")]
         texture: Option<NamedTexture> = None => Optional(OneOf::new()),
         /// Spacing of the lattice on which the texture is made, independent of the run's elements \[m\]; by default a
         /// quarter of the shortest wavelength of the named textures, 4 mm.
         spacing: f64 = 0.001 => LENGTH,
         /// Skewness of the heights: 0 for Gaussian ones, negative where stones have flat tops between deep gaps. Which
-        /// pairs with the kurtosis a road can have is told when it is opened.
+        /// pairs with the kurtosis a road can have is reported when it is opened.
         skewness: f64 = 0.0 => Bounds::between(-3.0, 3.0, ""),
         /// Kurtosis of the heights: 3 for Gaussian ones.
         kurtosis: f64 = MadeRoad::GAUSSIAN_KURTOSIS => Bounds::between(1.0, 30.0, ""),
@@ -51,7 +51,7 @@ impl MadeRoad {
     /// Kurtosis of Gaussian heights.
     pub const GAUSSIAN_KURTOSIS: f64 = 3.0;
 
-    /// Returns the named texture, the default one too; `None` of a road that has a spectrum of its own.
+    /// The named texture, also if it is the default one; `None` if the road has a spectrum instead.
     pub fn named(&self) -> Option<NamedTexture> {
         let own = self.wavelengths.is_some() || self.levels.is_some() || self.power_law.is_some();
         self.texture.or_else(|| (!own).then_some(NamedTexture::DEFAULT))
@@ -119,7 +119,7 @@ pub(super) fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
     Some(road)
 }
 
-/// Checks that the bands run one way, each once, and that the lattice carries the lower edge of each.
+/// Checks that the bands are in order, each once, and that the lattice resolves the lower edge of each.
 fn bands(table: &Table<'_>, wavelengths: &[f64], spacing: f64) -> Option<()> {
     let falling = wavelengths.first() > wavelengths.last();
     for (number, pair) in wavelengths.windows(2).enumerate() {
@@ -130,7 +130,7 @@ fn bands(table: &Table<'_>, wavelengths: &[f64], spacing: f64) -> Option<()> {
             return table.complain(&format!("wavelengths[{}]", number + 1), Problem::new(wrong, right));
         }
     }
-    // Every one is checked before the first failure counts.
+    // All are checked before the first failure counts, so that every one is reported.
     let checked: Vec<_> = wavelengths
         .iter()
         .enumerate()
@@ -141,9 +141,9 @@ fn bands(table: &Table<'_>, wavelengths: &[f64], spacing: f64) -> Option<()> {
     checked.into_iter().collect()
 }
 
-/// Checks a wavelength against the shortest one that a lattice carries: two spacings, of its band's lower edge.
+/// Checks a wavelength against the shortest one that a lattice resolves: two spacings, at the lower edge of its band.
 fn resolved(table: &Table<'_>, key: &str, wavelength: f64, least: f64, spacing: f64) -> Option<()> {
-    // Two spacings exactly are meant to pass, also where 2 x 0.001 is not 0.002 to the last bit.
+    // Two spacings exactly pass, although 2 x 0.001 may not be 0.002 to the last bit.
     if wavelength >= least * (1.0 - 1e-12) {
         return Some(());
     }

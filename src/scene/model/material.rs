@@ -9,7 +9,7 @@ use crate::scene::kind::{Bounds, Numbers, OneOf};
 use crate::scene::table::{Kind, Nested, Table};
 
 pub(super) const LOSS: Bounds = Bounds::not_negative("").plausible(1e-9, 10.0);
-/// The corner may not be 0: the static stiffness of a power law would be 0.
+/// The corner frequency must not be 0: a power law would then have no static stiffness.
 pub(super) const FREQUENCY: Bounds = Bounds::positive("Hz").plausible(1e-6, 1e7);
 pub(super) const MODULUS: Bounds = Bounds::positive("Pa").plausible(1e4, 1e12);
 pub(super) const POISSON: Bounds = Bounds::inside(-1.0, 0.5, "");
@@ -19,7 +19,7 @@ const TIMES: Numbers = Numbers(Bounds::positive("s").plausible(1e-9, 1e6));
 keys! {
     /// An isotropic viscoelastic material.
     ///
-    /// Keys that mean nothing under its law keep their defaults and are neither read nor written.
+    /// Keys that have no meaning under its law keep their defaults and are neither read nor written.
     #[derive(Clone, Debug, PartialEq)]
     pub Material {
         /// How the modulus depends on frequency.
@@ -68,7 +68,7 @@ impl Material {
 }
 
 impl Law {
-    /// Returns its word, and the keys that a material has by it beside those of all.
+    /// Its word, and the keys that only some laws have.
     const fn own(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Elastic => ("elastic", &[]),
@@ -79,7 +79,7 @@ impl Law {
     }
 }
 
-/// A material as it is written, without modulus and Poisson's ratio where the layer's own moduli take their place.
+/// A material as it is written: without modulus and Poisson's ratio if the layer is orthotropic.
 pub(super) struct Written<'a> {
     pub(super) material: &'a Material,
     pub(super) isotropic: bool,

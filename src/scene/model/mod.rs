@@ -1,7 +1,7 @@
-//! Model of a scene: one type per table of the TOML file, each with its keys and what has to fit together in it.
+//! Model of a scene: one type per table of the TOML file, each with its keys and the conditions between them.
 //!
-//! SI units throughout; a key carries its unit in its name only where people think in another one (`speed_kmh`).
-//! Values are as the user wrote them or the documented default; [`Scene::load`] has checked their ranges.
+//! SI units throughout; a key carries its unit in its name only where another unit is customary (`speed_kmh`). Values
+//! are as the user wrote them or the documented default; [`Scene::load`] has checked their ranges.
 
 mod air_pumping;
 mod axle;

@@ -1,23 +1,22 @@
-//! Named textures of made roads: third-octave levels, the depth that goes with them, and where they are from.
+//! Named textures of made roads: third-octave levels, the mean profile depth that belongs to them, and their origin.
 //!
 //! Levels of a surface type are published as pictures, hardly ever as numbers. Two of the four roads have measured
 //! levels; two are scaled from one of these, and say so ([`NamedTexture::origin`]):
 //!
 //! 1. A rolled mix with stones r times as large has waves r times as long (r = 8/11 for stones of 8 mm): the level at
 //!    a wavelength is that of the dense asphalt at 1/r times the wavelength. Beyond its longest band the level falls by
-//!    1 dB a band, as where stones lie without regard for each other: the spectral density is constant there.
+//!    1 dB a band, as for stones placed independently of each other: the spectral density is constant there.
 //! 2. All levels are shifted by the same amount, so that the surface has its mean profile depth (ISO 13473-1).
 //!
-//! Scaled from the chip seal in place of the dense asphalt (r = 0.48, its peak being at 30 mm instead of 20), the
-//! levels of the ISO road would be 3 dB lower from 160 to 50 mm and up to 5 dB higher at 4 mm. So far they are to be
-//! trusted.
+//! Scaled from the chip seal instead of the dense asphalt (r = 0.48, its peak being at 30 mm instead of 20), the levels
+//! of the ISO road would be 3 dB lower from 160 to 50 mm and up to 5 dB higher at 4 mm: a measure of their uncertainty.
 
 use serde::{Deserialize, Serialize};
 
 /// Named texture of a made road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum NamedTexture {
-    /// Surface of test tracks.
+    /// Surface of test tracks to ISO 10844.
     #[serde(rename = "iso-10844")]
     Iso10844,
     /// Dense asphalt concrete, stones up to 11 mm: the default.
@@ -66,14 +65,14 @@ const CHIP_SEAL: Levels =
     [51.6, 49.9, 50.6, 53.0, 55.9, 54.5, 57.2, 57.7, 56.3, 56.8, 57.0, 56.0, 53.6, 52.5, 51.8, 50.0, 48.0];
 
 impl NamedTexture {
-    /// All, from the smoothest to the roughest.
+    /// All named textures, from the smoothest to the roughest.
     pub const ALL: [Self; 4] = [Self::Iso10844, Self::StoneMastic8, Self::DenseAsphalt11, Self::ChipSeal];
-    /// Texture of a made road that states neither a name nor a spectrum.
+    /// Texture of a made road that gives neither a name nor a spectrum.
     pub const DEFAULT: Self = Self::DenseAsphalt11;
     /// Shortest mid-wavelength of all of them \[m\].
     pub const SHORTEST: f64 = 0.004;
 
-    /// Returns the name as `road.texture` has it.
+    /// The value of `road.texture` in a scene.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Iso10844 => "iso-10844",
@@ -83,7 +82,7 @@ impl NamedTexture {
         }
     }
 
-    /// Returns band numbers and levels of a profile \[dB re 1e-6 m\], longest wavelength first.
+    /// Band numbers n (mid-wavelength 10^(n/10) m) and levels of a profile \[dB re 1e-6 m\], longest wavelength first.
     pub fn levels(self) -> impl Iterator<Item = (i32, f64)> {
         let levels = match self {
             Self::Iso10844 => ISO_10844,
@@ -94,7 +93,7 @@ impl NamedTexture {
         NAMED_TEXTURE_BANDS.rev().zip(levels)
     }
 
-    /// Returns the mean profile depth that the name stands for, and how far off one such road may be \[m\].
+    /// Mean profile depth of such roads, and by how much a single one may deviate \[m\].
     pub const fn depth(self) -> [f64; 2] {
         match self {
             Self::Iso10844 => [0.5e-3, 0.2e-3],
@@ -104,9 +103,8 @@ impl NamedTexture {
         }
     }
 
-    /// Returns the skewness and kurtosis of the heights, where they were measured; else heights are Gaussian. The chip
-    /// seal has
-    /// -0.34 and 2.27; 2.4 is the least kurtosis that a made road has with this skewness.
+    /// Skewness and kurtosis of the heights, if they were measured; otherwise heights are Gaussian. The chip seal has
+    /// -0.34 and 2.27; 2.4 is the least kurtosis that a made road can have with this skewness.
     pub const fn shape(self) -> Option<[f64; 2]> {
         match self {
             Self::ChipSeal => Some([-0.34, 2.4]),
@@ -114,7 +112,7 @@ impl NamedTexture {
         }
     }
 
-    /// Returns the origin of depth and levels, in a sentence.
+    /// Source of depth and levels, in a sentence.
     pub const fn origin(self) -> &'static str {
         match self {
             Self::Iso10844 => {
@@ -167,8 +165,7 @@ mod tests {
         }
     }
 
-    /// Checks the rule of the module's head, again from the dense asphalt: levels at 11/8 times the wavelength, one
-    /// shift.
+    /// The rule of the module's head, recomputed: levels of the dense asphalt at 11/8 times the wavelength, shifted.
     #[test]
     fn scaled_levels_are_those_of_the_dense_asphalt_at_longer_waves_shifted() {
         let parent: Vec<f64> = NamedTexture::DenseAsphalt11.levels().map(|(_, level)| level).collect();

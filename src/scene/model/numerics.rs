@@ -66,21 +66,21 @@ pub(in crate::scene) const NUMERICS: Nested<Numerics> =
     Nested { title: "[numerics]", wanted: "the table [numerics]", schema: Numerics::schema, read: numerics };
 
 impl Numerics {
-    /// Fewer elements do not even resolve the patch of a car tyre by two.
+    /// Least number of elements: fewer put less than two into the patch of a car tyre.
     pub const FEWEST_ELEMENTS: usize = 16;
 
-    /// Leaves out what other settings were chosen by: they stay as they are.
+    /// Forgets the wishes by which other settings were chosen; those keep their values.
     pub fn forget_wishes(&mut self) {
         (self.fmax, self.preset, self.accuracy) = (None, None, None);
     }
 
-    /// Says that the wish for frequencies above `highest` \[Hz\] is missed; `None` where it is not, or there is none.
+    /// Words for a message where the wanted `fmax` exceeds `highest` \[Hz\]; `None` if it does not, or none is wanted.
     pub fn missed(&self, highest: f64) -> Option<String> {
         let fmax = self.fmax.filter(|fmax| highest < *fmax)?;
         Some(format!(": numerics.fmax = {fmax} Hz is not reached"))
     }
 
-    /// Returns `memory_limit` in bytes.
+    /// `memory_limit` in bytes.
     pub fn memory_bytes(&self) -> u64 {
         (self.memory_limit * 1e9) as u64
     }
@@ -99,7 +99,7 @@ fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
         return table.complain("fmax", Problem::missing(&wanted));
     }
     let mut read = read?;
-    // A memory to be summed over is a wish for the sum; sums have weights for multistep rules only.
+    // A given memory implies the sum; its convolution weights exist for multistep rules only.
     if table.has("memory") && !table.has("history") {
         read.history = History::Direct;
     }
@@ -109,7 +109,7 @@ fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
     Some(read)
 }
 
-/// An even number of elements.
+/// An even number of elements within bounds.
 struct Elements;
 
 impl Kind for Elements {
@@ -142,7 +142,7 @@ fn optional_decibels<S: Serializer>(accuracy: &Option<f64>, serializer: S) -> Re
     accuracy.map(Decibels::text).serialize(serializer)
 }
 
-/// Returns a level difference as it is read, in quotes.
+/// Writes a level difference as it is read, in quotes.
 pub(super) fn decibels<S: Serializer>(difference: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     Decibels::text(*difference).serialize(serializer)
 }
@@ -153,9 +153,9 @@ pub(super) fn decibels<S: Serializer>(difference: &f64, serializer: S) -> Result
 pub enum Preset {
     /// For trying out: fast, levels within a few decibels.
     Draft,
-    /// For results.
+    /// For final results.
     Standard,
-    /// To compare others with.
+    /// For comparison with other results: the most accurate.
     Reference,
 }
 
@@ -163,7 +163,7 @@ impl Preset {
     /// All presets, cheapest first.
     pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Reference];
 
-    /// Returns the preset's name in a scene.
+    /// The value of `numerics.preset` in a scene.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Draft => "draft",
@@ -173,7 +173,7 @@ impl Preset {
     }
 }
 
-/// How the displacement left over from past forces is found.
+/// How the displacement due to past forces is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum History {

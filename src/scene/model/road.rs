@@ -1,4 +1,4 @@
-//! `[road]`: its kinds, and what happens at its end.
+//! `[road]`: the kinds of roads, and their continuation beyond the measured part.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use crate::scene::table::{Nested, Table};
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-6, 1e4);
 const COORDINATE: Bounds = Bounds::any("m").plausible(1e-9, 1e7);
 
-/// The road and what happens at its end.
+/// The road and its continuation past its end.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Road {
@@ -39,14 +39,14 @@ impl Road {
     /// Largest size of a cell chosen for a road \[m\].
     pub const CELL: f64 = 0.002;
 
-    /// Tells whether a section across may be other than level.
+    /// True if the height of the road may vary across the width.
     pub fn varies_across(&self) -> bool {
         !matches!(self, Self::Smooth | Self::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }))
     }
 
-    /// Returns the size of cells for levels within a decibel or so \[m\]: half the shortest wave of a made road, the
-    /// spacing of a height map; [`Self::CELL`] at most. The waves of other files are not known before they are read: a
-    /// quarter of that at least, which a coarse chip seal wants (profiles/README.md).
+    /// Cell size for levels within about a decibel \[m\]: half the shortest wave of a made road, the spacing of a
+    /// height map; at most [`Self::CELL`]. The shortest waves of other files are not known before they are read: a
+    /// quarter of [`Self::CELL`], which a coarse chip seal needs (profiles/README.md).
     pub fn cell(&self) -> f64 {
         let shortest = match self {
             Self::Smooth => return Self::CELL,
@@ -55,16 +55,16 @@ impl Road {
                 given.iter().copied().fold(f64::INFINITY, f64::min)
             }
             Self::Made(_) => NamedTexture::SHORTEST,
-            // Those of text are not known before it is read.
+            // The spacings of a text file are not known before it is read.
             Self::Grid(grid) => 2.0 * grid.dx.unwrap_or(0.0).min(grid.dy.unwrap_or(0.0)),
             Self::Profile(_) | Self::OpenCrg(_) => 0.0,
         };
         (0.5 * shortest).clamp(0.25 * Self::CELL, Self::CELL)
     }
 
-    /// Returns the cells of at most a size on a length \[m\].
+    /// Number of cells of at most the size `cell` on a length \[m\], at least 1.
     pub fn cells(length: f64, cell: f64) -> usize {
-        // What fits up to rounding in a scene file fits.
+        // A whole number up to rounding in a scene file counts as whole.
         (length / cell - 1e-9).ceil().max(1.0) as usize
     }
 }
@@ -96,7 +96,7 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
-    /// All units, and their words in titles of columns, lower case; the first is that of a scene.
+    /// All units, and their words in column titles, in lower case; the first word is that in a scene.
     const WORDS: [(Self, &[&str]); 7] = [
         (Self::Metre, &["m", "metre", "metres", "meter", "meters"]),
         (Self::Millimetre, &["mm", "millimetre", "millimetres", "millimeter", "millimeters"]),
@@ -120,18 +120,18 @@ impl LengthUnit {
         (Self::Mil, &["mil", "mils", "thou"]),
     ];
 
-    /// Returns the unit that a word names.
+    /// The unit named by a word, in any case.
     pub(crate) fn of_word(word: &str) -> Option<Self> {
         let word = word.trim().to_lowercase();
         Self::WORDS.into_iter().find(|(_, words)| words.contains(&word.as_str())).map(|(unit, _)| unit)
     }
 
-    /// Returns its word in a scene.
+    /// The unit's word in a scene.
     pub(crate) fn word(self) -> &'static str {
         Self::WORDS.iter().find(|(unit, _)| *unit == self).map_or("m", |(_, words)| words[0])
     }
 
-    /// Returns a length of one unit \[m\].
+    /// One unit in metres.
     pub(crate) fn metres(self) -> f64 {
         match self {
             Self::Metre => 1.0,
@@ -160,7 +160,7 @@ pub enum Lateral {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Widen {
-    /// A run that needs a wider road is refused.
+    /// Undefined: a run that needs a wider road is refused.
     #[default]
     Refuse,
     /// The road's mirror images at its edges.
@@ -171,12 +171,12 @@ pub enum Widen {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AtEnd {
-    /// A run that needs more road than there is is refused.
+    /// Undefined: a run that needs more road than there is is refused.
     #[default]
     Refuse,
     /// The road starts again.
     Repeat,
-    /// The road is run back and forth.
+    /// The road is traversed back and forth.
     Mirror,
 }
 
@@ -199,8 +199,8 @@ keys! {
         /// Part of the profile to use \[m\]; default: all of it (CAPTIF: between the reference plates).
         #[serde(skip_serializing_if = "Option::is_none")]
         range: Option<[f64; 2]> = None => Optional(RANGE),
-        /// Heights that stand for none, beside empty cells and NaN: numbers in the file's unit, words; [] if none does.
-        /// Default: values that recur exactly and lie far from all others are looked for.
+        /// Values that mark missing heights, besides empty cells and NaN: numbers in the file's unit, words; [] if
+        /// there are none. Default: values that recur exactly and lie far from all others are recognised.
         #[serde(skip_serializing_if = "Option::is_none")]
         missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
         /// Level that is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
@@ -232,8 +232,8 @@ keys! {
         /// Continuation of a road that is narrower than the contact strip.
         #[serde(skip_serializing_if = "is_default")]
         widen: Widen = Widen::default() => OneOf::new(),
-        /// Heights that stand for none, beside empty cells and NaN: numbers in the file's unit, words; [] if none does.
-        /// Default: values that recur exactly and lie far from all others are looked for.
+        /// Values that mark missing heights, besides empty cells and NaN: numbers in the file's unit, words; [] if
+        /// there are none. Default: values that recur exactly and lie far from all others are recognised.
         #[serde(skip_serializing_if = "Option::is_none")]
         missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
         /// Level that is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
@@ -272,8 +272,8 @@ keys! {
         /// Continuation of a road that is narrower than the contact strip.
         #[serde(skip_serializing_if = "is_default")]
         widen: Widen = Widen::default() => OneOf::new(),
-        /// Heights that stand for none, beside empty cells and NaN: numbers in the file's unit, words; [] if none does.
-        /// Default: values that recur exactly and lie far from all others are looked for.
+        /// Values that mark missing heights, besides empty cells and NaN: numbers in the file's unit, words; [] if
+        /// there are none. Default: values that recur exactly and lie far from all others are recognised.
         #[serde(skip_serializing_if = "Option::is_none")]
         missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
         /// Level that is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
@@ -288,7 +288,7 @@ keys! {
 }
 
 impl GridRoad {
-    /// Tells whether the file is an array, as its ending says, not text.
+    /// True if the file is an `.npy` array, by its ending, not text.
     pub(crate) fn is_array(&self) -> bool {
         is_array(&self.file)
     }
@@ -299,7 +299,7 @@ fn is_array(file: &Path) -> bool {
 }
 
 impl Road {
-    /// Returns the file that the road is read from; `None` for a road that is made.
+    /// File that the road is read from; `None` for a smooth or a made road.
     pub fn file(&self) -> Option<&Path> {
         match self {
             Self::Smooth | Self::Made(_) => None,
@@ -309,7 +309,7 @@ impl Road {
         }
     }
 
-    /// Returns the same as [`Self::file`], to be changed.
+    /// As [`Self::file`], to be changed.
     pub(crate) fn file_mut(&mut self) -> Option<&mut PathBuf> {
         match self {
             Self::Smooth | Self::Made(_) => None,
@@ -339,7 +339,7 @@ enum RoadKind {
 }
 
 impl RoadKind {
-    /// Returns the table of its keys: in words, what may stand in it beside the kind, and its reader.
+    /// The kind in words, the schema of its keys, and their reader.
     #[expect(clippy::type_complexity, reason = "three parts of one statement")]
     fn table(self) -> (&'static str, fn() -> Json, fn(&mut Table<'_>) -> Option<Road>) {
         match self {
@@ -364,7 +364,7 @@ fn road(table: &mut Table<'_>) -> Option<Road> {
     read(table)
 }
 
-/// Keys that chose one column each, and are one now.
+/// Former keys, each for one column, now in `columns`.
 const OLD_COLUMNS: [&str; 2] = ["distance_column", "height_column"];
 
 fn grid(table: &mut Table<'_>) -> Option<GridRoad> {

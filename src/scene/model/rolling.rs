@@ -37,7 +37,7 @@ impl Rolling {
     /// Default warm-up \[s\]: the default tyre's transient after a static start has died out by then.
     pub const WARM_UP: f64 = 0.5;
 
-    /// Returns the speed V \[m/s\].
+    /// Speed V in SI units \[m/s\].
     pub fn speed(&self) -> f64 {
         self.speed_kmh / 3.6
     }

@@ -23,8 +23,8 @@ keys! {
     pub Scene {
         /// Free text, shown in results and plots.
         title: String = String::new() => Text,
-        /// True if numbers are tried that no tyre, road or run has: up to a thousand times outside of what is
-        /// plausible.
+        /// True if numbers that no tyre, road or run has are accepted: up to a thousand times outside the plausible
+        /// range.
         #[serde(skip_serializing_if = "is_default")]
         allow_implausible: bool = false => Flag,
         /// The tyre: given in place or, in the file, by the path of a tyre file.
@@ -64,41 +64,41 @@ keys! {
 }
 
 impl Scene {
-    /// Returns the pattern of the tread, unless it is left out.
+    /// The tread pattern, unless the scene has none or switches it off.
     pub fn pattern(&self) -> Option<&TreadPattern> {
         self.tread_pattern.as_ref().filter(|_| self.effects.tread_pattern != Switch::Off)
     }
 
-    /// Returns the files that are read when the scene is run, by their keys. Tyres and microphones are none of
-    /// them: those of a loaded scene are tables.
+    /// Files that are read when the scene is run, with their keys. Those of tyre and microphones are not among them: in
+    /// a loaded scene these are tables.
     pub(crate) fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
         let pattern = self.pattern().and_then(|pattern| pattern.file.as_deref());
         let all = [("road.file", self.road.file()), ("tread_pattern.file", pattern)];
         all.into_iter().filter_map(|(key, file)| Some((key, file?)))
     }
 
-    /// Returns the grooves of the tread in which air goes through the patch; none where the patch is sealed, or where
-    /// another part that they need is left out.
+    /// Grooves of the tread through which air leaves the patch; none if the patch is sealed, or if the effect is
+    /// switched off or has nothing to act on.
     pub(crate) fn open_grooves(&self) -> &[Groove] {
         let patch = self.air_pumping.as_ref().map_or(PatchAir::Sealed, |pumping| pumping.patch);
         let pattern = self.pattern().filter(|_| patch != PatchAir::Sealed && self.hears_patch());
         pattern.map_or(&[], |pattern| &pattern.grooves)
     }
 
-    /// Tells whether air under a patch that is open would be heard.
+    /// True if air under an open patch contributes to the sound at the receivers.
     fn hears_patch(&self) -> bool {
         let is_heard = !self.receivers.is_empty() && self.radiation.quality == RadiationQuality::Full;
         is_heard && self.effects.air_pumping != Switch::Off && self.contact.tread == Tread::Elastic
     }
 
-    /// Tells whether the air in all voids between tread and road is heard.
+    /// True if the air in all voids between tread and road contributes to the sound.
     pub(crate) fn opens_voids(&self) -> bool {
         let is_asked = self.air_pumping.as_ref().is_some_and(|pumping| pumping.patch == PatchAir::Voids);
         is_asked && self.hears_patch() && self.contact.zone == Zone::Cells
     }
 
-    /// Tells whether blocks press volume into the voids beside them, and are heard: the patch is open, and no part that
-    /// this needs is left out.
+    /// True if compressed blocks displace air into the voids beside them, with an effect on the sound: the patch is
+    /// open, and nothing that this needs is missing.
     pub(crate) fn squeezes_blocks(&self) -> bool {
         let is_compliant = self.pattern().is_some_and(|pattern| pattern.blocks == BlockModel::Compliant);
         let is_asked = self.air_pumping.as_ref().is_some_and(|pumping| pumping.squeeze);
@@ -106,7 +106,7 @@ impl Scene {
         is_asked && is_compliant && self.contact.zone == Zone::Cells && is_open
     }
 
-    /// Tells whether contact has tangential forces or a pull: friction of 0 alone is contact without either.
+    /// True if the contact has tangential forces or adhesion; friction of 0 alone is contact without either.
     pub fn has_tractions(&self) -> bool {
         self.adhesion.is_some() || self.friction.as_ref().is_some_and(|friction| !friction.is_frictionless())
     }

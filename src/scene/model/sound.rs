@@ -1,4 +1,4 @@
-//! `[[receiver]]` and `[radiation]`: where sound is heard, and how its way there is computed.
+//! `[[receiver]]` and `[radiation]`: where sound is received, and how its transfer paths are computed.
 
 use std::path::PathBuf;
 
@@ -18,34 +18,34 @@ use crate::scene::table::{Each, Kind, Nested, Table, Value};
 /// The frame moves with the tyre: its origin is on the road under the axle's centre, x forward, y to the left, z up.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Receiver {
-    /// Its name in tables, files and legends; made from the place where it is empty.
+    /// Name in tables, files and legends; made from the place if it is empty.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
-    /// Where.
+    /// Where it is.
     #[serde(flatten)]
     pub place: ReceiverPlace,
 }
 
-/// Where the pressure is wanted.
+/// Place, or set of places, of a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum ReceiverPlace {
     /// At one point that moves along with the tyre.
     Position {
-        /// Its coordinates \[m\].
+        /// Coordinates x, y, z \[m\].
         position: [f64; 3],
     },
-    /// Where a standard says.
+    /// Where a standard puts its microphones.
     Standard(StandardReceiver),
 }
 
 impl ReceiverPlace {
-    /// Returns the key and the place \[m\] by which a draft's error is told; `None` where
-    /// it is stated for the standard.
+    /// Key to complain about, and the place \[m\] at which a draft's error is judged; `None` if that error is known for
+    /// the standard itself.
     pub(crate) fn judged_by(&self) -> Option<(&'static str, [f64; 3])> {
         Some(match *self {
             Self::Position { position } => ("position", position),
-            // Half of its points are above the tyre.
+            // Half of its positions are above the tyre.
             Self::Standard(StandardReceiver::Hemisphere { radius }) => ("standard", [0.0, 0.0, radius]),
             Self::Standard(StandardReceiver::Circle { radius, height }) => ("height", [radius, 0.0, height]),
             Self::Standard(StandardReceiver::CoastBy { distance, height, vehicle, .. }) => {
@@ -53,46 +53,46 @@ impl ReceiverPlace {
                 ("standard", [0.0, nearest, height])
             }
             Self::Standard(StandardReceiver::Cpx) => return None,
-            // In the near field of both edges.
+            // In the near field of both edges of the patch.
             Self::Standard(StandardReceiver::Obsi) => ("standard", [0.1, 0.2, 0.1]),
         })
     }
 }
 
-/// Places that standards or habit give.
+/// Places given by standards or by common practice.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "standard", rename_all = "kebab-case")]
 pub enum StandardReceiver {
     /// A microphone beside the road that the tyre passes (UN R117, ISO 362).
     CoastBy {
-        /// From the tyre's path, to its left \[m\].
+        /// Distance from the tyre's path, to its left \[m\].
         distance: f64,
-        /// Above the road \[m\].
+        /// Height above the road \[m\].
         height: f64,
-        /// The vehicle whose four tyres are heard; one tyre alone where it is left out. The distance is from the middle
-        /// of the vehicle's path then.
+        /// The vehicle whose four tyres contribute; without it, one tyre alone. With it the distance is from the middle
+        /// of the vehicle's path.
         #[serde(skip_serializing_if = "Option::is_none")]
         vehicle: Option<Vehicle>,
-        /// Length of the road over which the passage is followed, half of it before the microphone \[m\]; by default
-        /// as long as the level needs to rise and to fall by 10 dB.
+        /// Length of road over which the passage is followed, half of it before the microphone \[m\]; by default as
+        /// long as the level needs to rise and to fall by 10 dB.
         #[serde(skip_serializing_if = "Option::is_none")]
         passage: Option<f64>,
     },
     /// Two microphones close to the tyre, moving along (ISO 11819-2).
     Cpx,
-    /// A circle round the tyre: its directivity.
+    /// A circle round the tyre: directivity.
     Circle {
-        /// Round the vertical through the axle \[m\].
+        /// Radius round the vertical axis through the axle \[m\].
         radius: f64,
-        /// Above the road \[m\].
+        /// Height above the road \[m\].
         height: f64,
     },
-    /// Positions on a hemisphere over the tyre (ISO 3744): its sound power.
+    /// Positions on a hemisphere over the tyre (ISO 3744): sound power.
     Hemisphere {
-        /// Round the point on the road under the axle \[m\].
+        /// Radius round the point on the road under the axle \[m\].
         radius: f64,
     },
-    /// Two probes of sound intensity at the edges of the patch, moving along (AASHTO T 360, SAE J2706).
+    /// Two sound intensity probes at the edges of the patch, moving along (AASHTO T 360, SAE J2706).
     Obsi,
 }
 
@@ -101,26 +101,26 @@ impl StandardReceiver {
     pub const DISTANCE: f64 = 7.5;
     /// Height of the coast-by microphone \[m\].
     pub const HEIGHT: f64 = 1.2;
-    /// Returns the length of the passage by a microphone at a distance and height \[m\]: that of a point source, whose
-    /// level falls with the distance squared, rises and falls by 10 dB over +-3 times its least distance; no less than
-    /// is read.
+    /// Default length of the passage by a microphone at a distance and height \[m\]: the level of a point source, which
+    /// falls with the distance squared, rises and falls by 10 dB over +-3 times its least distance; no less than the
+    /// length on which standards read the maximum.
     pub fn passage(distance: f64, height: f64) -> f64 {
         (6.0 * distance.hypot(height)).max(READ)
     }
 }
 
-/// Length of road over which standards read the maximum \[m\].
+/// Length of road on which standards read the maximum \[m\].
 const READ: f64 = 20.0;
-/// Lengths of a passage.
+/// Bounds of the length of a passage.
 const PASSAGE: Bounds = Bounds::between(READ, 1e3, "m");
 
-/// From axle to axle of anything that rolls.
+/// Bounds from axle to axle, for anything that rolls.
 const WHEELBASE: Bounds = Bounds::between(0.0, 20.0, "m");
 const TRACK: Bounds = Bounds::inside(0.0, 5.0, "m");
 
 keys! {
-    /// Where the four tyres of a vehicle are, by default those of a car of the middle class. They roll alike but know
-    /// nothing of each other: their mean squares add.
+    /// Where the four tyres of a vehicle are, by default those of a middle-class car. They roll alike but are taken as
+    /// uncorrelated: their mean squares add.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
     pub Vehicle {
         /// From the front to the rear axle \[m\].
@@ -131,7 +131,7 @@ keys! {
 }
 
 impl Vehicle {
-    /// Tyres that are heard.
+    /// Number of tyres that contribute.
     pub const TYRES: usize = 4;
 }
 
@@ -157,14 +157,14 @@ keys! {
         /// \[m\].
         #[serde(skip_serializing_if = "Option::is_none")]
         patch_length: Option<f64> = None => Optional(LENGTH),
-        /// Height of the slit that a rough road leaves between itself and the patch \[m\]; 0: sealed.
+        /// Height of the slit between a rough road and the patch \[m\]; 0: sealed.
         acoustic_gap: f64 = 0.0 => Bounds::between(0.0, 0.05, "m"),
         /// Motion of the air at the tread: at rest over the road, at rest beside the axle, or round with the tread.
         air: AirMotion = AirMotion::Road => OneOf::new(),
         /// Sound of the sidewalls and shoulders, where `[tyre.sidewall]` has them move: on, off, or `auto`, which is on
         /// for boundary elements; a draft has that of the tread alone.
         sides: Switch = Switch::Auto => OneOf::new(),
-        /// Temperature of the air \[degrees Celsius\].
+        /// Air temperature \[degrees Celsius\].
         temperature: f64 = 20.0 => Bounds::between(-50.0, 60.0, "degrees Celsius"),
         /// True if files to listen to are written.
         audio: bool = true => Flag,
@@ -176,25 +176,25 @@ keys! {
 }
 
 impl Radiation {
-    /// Tells whether the sidewalls of a tyre are heard.
+    /// True if the sidewalls of a tyre contribute to the sound: wanted, possible, and not a draft.
     pub fn hears_sides(&self, tyre: &Tyre) -> bool {
         self.sides != Switch::Off && self.quality == RadiationQuality::Full && Self::sides_move(tyre)
     }
 
-    /// Tells whether the sidewalls of a tyre move with the edges of its belt.
+    /// True if the sidewalls of a tyre move with the edges of its belt, and thus can radiate.
     pub fn sides_move(tyre: &Tyre) -> bool {
         tyre.sidewall.is_some() && tyre.sides == Sides::Guided
     }
 }
 
-/// How the way from the tread to the receivers is found.
+/// How the transfer paths from tread to receivers are computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RadiationQuality {
     /// By boundary elements.
     #[default]
     Full,
-    /// By monopoles on the road with a horn's gain fitted to the full method: in a second.
+    /// By monopoles on the road with a horn gain fitted to the full method: takes a second.
     Draft,
 }
 
@@ -202,13 +202,13 @@ pub enum RadiationQuality {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AirMotion {
-    /// At rest over the road: texture that the tread has taken on stands still in it where tyre and road touch.
+    /// At rest over the road: the texture impressed on the tread stands still in it where tyre and road touch.
     #[default]
     Road,
-    /// With the axle: a shape that stands still beside it is silent, however fast the tread runs through it. A measure
-    /// of the doubt: it is true a quarter of the way round from the contact.
+    /// Moving with the axle: a shape that stands still beside it is silent, however fast the tread runs through it. For
+    /// estimates of the uncertainty: it is true a quarter of the way round from the contact.
     Axle,
-    /// With the tread: a measure of the doubt about the layer of air that the tread drags along.
+    /// Moving with the tread: for estimates of the uncertainty due to the layer of air that the tread drags along.
     WithTread,
 }
 
@@ -229,15 +229,15 @@ const VEHICLE: Nested<Vehicle> = Nested {
 
 const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
 
-/// Distances of a microphone: the nearest of a standard stand 0.1 m above the road, the farthest 25 m beside a railway,
-/// and the 0.2 m of CPX, as 7.5 m, are out of the question in millimetres.
+/// Plausible distances of a microphone: standard ones are from 0.1 m above the road to 25 m beside a railway; the 0.2 m
+/// of CPX and the 7.5 m of coast-by, written in millimetres, are out of range.
 const FROM_TYRE: Bounds = LENGTH.plausible(1e-3, FARTHEST);
 const SHIFT: Bounds = Bounds::between(-1e4, 1e4, "m");
 const ANGLE: Bounds = Bounds::between(-360.0, 360.0, "degrees");
 const COORDINATE: Bounds = Bounds::between(-1e4, 1e4, "m").plausible(1e-9, FARTHEST);
 const FARTHEST: f64 = 100.0;
 
-/// The words of `standard`.
+/// The values of `standard`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Standard {
@@ -253,7 +253,7 @@ keys! {
     /// says.
     #[derive(Debug)]
     ReceiverKeys {
-        /// Its name in tables, files and legends; made from the place where it is left out.
+        /// Name in tables, files and legends; made from the place where it is left out.
         name: String = String::new() => Name,
         /// A point that moves along with the tyre, from the road under the axle's centre x forward, y to the left, z up
         /// \[m\].
@@ -277,21 +277,21 @@ keys! {
         /// Radius for `circle`, round the vertical through the axle, or for `hemisphere`, round the point under it
         /// \[m\].
         radius: Option<f64> = None => Optional(FROM_TYRE),
-        /// Vehicle for `coast-by`, whose four tyres are heard; one tyre alone where it is left out.
+        /// Vehicle for `coast-by`, whose four tyres contribute; one tyre alone where it is left out.
         vehicle: Option<Vehicle> = None => Optional(VEHICLE),
-        /// Passage for `coast-by`: length of road over which the tyre is followed and heard, half of it before the
-        /// microphone; left out, the level rises and falls by 10 dB \[m\].
+        /// Passage for `coast-by`: length of road over which the tyre is followed, half of it before the microphone;
+        /// left out, the level rises and falls by 10 dB \[m\].
         passage: Option<f64> = None => Optional(PASSAGE),
     }
 }
 
-/// Returns the shift \[m\] and the angles \[degrees\] of a table that names a file of microphones.
+/// Shift \[m\] and angles \[degrees\] in a table that names a file of microphones.
 pub(in crate::scene) fn array_placement(table: &mut Table<'_>) -> Option<[[f64; 3]; 2]> {
     let ReceiverKeys { offset, rotation_deg, .. } = ReceiverKeys::read(table)?;
     Some([offset, rotation_deg])
 }
 
-/// Angles about the three axes, or one about the vertical, in degrees.
+/// Angles about the three axes in degrees, or one, about the vertical.
 struct Rotation;
 
 impl Kind for Rotation {
@@ -333,7 +333,7 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
     let ReceiverKeys { name, position, file, standard, distance, height, radius, vehicle, passage, .. } =
         ReceiverKeys::read(table)?;
     if file.is_some() {
-        // Its rows have taken the table's place in every other scene.
+        // In every other scene the file's rows have replaced the table by now.
         let right = "give each position, as a run writes it";
         return table.complain("file", Problem::new("a recorded scene names a file, which is not read", right));
     }
@@ -346,7 +346,7 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         (Some(_), Some(_)) => {
             return table.complain("standard", Problem::new("`position` is given, too", "one of the two"));
         }
-        // A slip in the key's name is told by itself, with the name that was meant.
+        // A misspelt key is reported anyway, with the name that was probably meant.
         (None, None) if table.has_unknown() => return None,
         (None, None) => {
             let right = "position = [x, y, z] in metres, a file, or standard = \"coast-by\", \"cpx\", \"circle\", \

@@ -14,7 +14,7 @@ use crate::scene::kind::{Bounds, File, IN_DEGREES, Numbers, OneOf, Optional, Tex
 use crate::scene::sizes::MOST_PITCHES;
 use crate::scene::table::{Each, Kind, Nested, Table, Value};
 
-/// Deepest void of a tread \[m\].
+/// Greatest depth of a void in the tread \[m\].
 pub const DEEPEST_VOID: f64 = 0.02;
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-4, 1.0);
 const DEPTH: Bounds = Bounds::between(0.0, DEEPEST_VOID, "m").plausible(1e-5, 1.0);
@@ -35,7 +35,7 @@ pub enum RasterPeriod {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BlockModel {
-    /// The mean pressure of each block presses it by a compliance of its own.
+    /// The mean pressure of each block compresses it by an additional compliance.
     #[default]
     Compliant,
     /// Blocks are as stiff as the tread without cuts.
@@ -46,9 +46,9 @@ pub enum BlockModel {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Pitches {
-    /// So many equal ones.
+    /// Equal pitches, so many round the tyre.
     Equal(usize),
-    /// Several lengths in an order.
+    /// Pitches of several lengths in a given or random order.
     Varied(PitchSequence),
 }
 
@@ -70,18 +70,18 @@ keys! {
 }
 
 impl PitchSequence {
-    /// Word of an order that is drawn.
+    /// The word for a random order.
     pub const RANDOM: &'static str = "random";
-    /// Seed where none is given.
+    /// Default seed of a random order.
     pub const SEED: u64 = 1;
 
-    /// Tells whether the order is drawn.
+    /// True if the order is random.
     pub fn is_random(&self) -> bool {
         self.sequence == Self::RANDOM
     }
 
-    /// Returns the lengths in their order round the tyre, not yet scaled \[m\]. A random order is a shuffle of lengths
-    /// that come equally often.
+    /// Lengths in their order round the tyre, not yet scaled \[m\]. A random order is a shuffle of lengths that occur
+    /// equally often, or nearly so.
     pub fn in_order(&self) -> Vec<f64> {
         let count = self.lengths.len();
         if !self.is_random() {
@@ -94,13 +94,13 @@ impl PitchSequence {
         let mut order: Vec<f64> = (0..self.count.unwrap_or(0)).map(|place| self.lengths[place % count]).collect();
         let mut random = ChaCha8Rng::seed_from_u64(self.seed.unwrap_or(Self::SEED));
         for last in (1..order.len()).rev() {
-            // The remainder prefers none of some hundred places by more than 1e-17.
+            // The modulo bias is below 1e-17 for some hundred places.
             order.swap(last, (random.next_u64() % (last as u64 + 1)) as usize);
         }
         order
     }
 
-    /// Returns the number in `lengths` of a letter of the sequence.
+    /// Index in `lengths` of a letter of the sequence, A being 0; `None` for other characters.
     pub fn number(letter: char) -> Option<usize> {
         letter.is_ascii_uppercase().then(|| letter as usize - 'A' as usize)
     }
@@ -137,7 +137,7 @@ fn sequence(table: &mut Table<'_>) -> Option<PitchSequence> {
     Some(read)
 }
 
-/// Kind of the key `pitches`.
+/// Kind of the key `pitches`: a number of equal ones, or a table.
 #[derive(Clone, Copy, Debug)]
 struct PitchesKind;
 

@@ -1,4 +1,4 @@
-//! `[tyre]`: shape, layers, foundation or sidewalls, and what is in it.
+//! `[tyre]`: shape, layers, foundation or sidewalls, and inflation.
 
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
@@ -46,7 +46,7 @@ keys! {
         /// True if the layers are a hollow cylinder; a flat plate otherwise.
         #[serde(skip_serializing_if = "is_default")]
         curvature: bool = false => Flag,
-        /// The pressure within.
+        /// The inflation: a pressure above that outside.
         #[serde(skip_serializing_if = "Option::is_none")]
         inflation: Option<Inflation> = None => Optional(INFLATION),
         /// The air within, as a resonator.
@@ -148,12 +148,12 @@ impl Serialize for Layer {
 }
 
 impl Layer {
-    /// Tells whether the layer is isotropic: no cords, one modulus and Poisson's ratio.
+    /// True if the layer is isotropic: no cords, one modulus and Poisson's ratio.
     pub fn is_isotropic(&self) -> bool {
         self.cords.is_empty() && self.orthotropic.is_none()
     }
 
-    /// Returns the stiffness of the layer along the circumference per width, strains across held, at the reference
+    /// Stiffness of the layer along the circumference per width, strains across being held at zero, at the reference
     /// frequency: Q_tt h \[N/m\].
     pub fn hoop_stiffness(&self) -> f64 {
         let Material { modulus, poisson, .. } = self.material;
@@ -165,31 +165,31 @@ impl Layer {
         (own + cords) * self.thickness
     }
 
-    /// Tells whether the layer is under tension in any direction.
+    /// True if the layer is under tension in any direction.
     pub fn is_tense(&self) -> bool {
         self.tension.iter().any(|tension| tension.abs() > 0.0)
     }
 }
 
 impl Tyre {
-    /// Returns the rolling radius R = L/(2 pi) \[m\].
+    /// Rolling radius R = L/(2 pi) \[m\].
     pub fn radius(&self) -> f64 {
         self.circumference / std::f64::consts::TAU
     }
 
-    /// Returns the thickness of all layers \[m\].
+    /// Total thickness of the layers \[m\].
     pub fn thickness(&self) -> f64 {
         self.layers.iter().map(|layer| layer.thickness).sum()
     }
 
-    /// Returns the same with a level tread: its waves know no crown.
+    /// The tyre without its crown: the waves are computed for a level tread.
     #[must_use]
     pub fn levelled(&self) -> Self {
         Self { crown_radius: None, ..self.clone() }
     }
 
-    /// Returns one of its sidewalls, turning with an angular velocity \[rad/s\], where they are arcs: they end at the
-    /// inner face.
+    /// One of its sidewalls as an arc that ends at the inner face, rotating at an angular velocity \[rad/s\]; `None`
+    /// without sidewalls or inflation.
     pub(crate) fn sidewall_arc(&self, angular_velocity: f64) -> Option<Arc> {
         let Sidewall { radius, angle, mass, shear, hoop, loss_factor } = *self.sidewall.as_ref()?;
         Some(Arc {
@@ -205,45 +205,45 @@ impl Tyre {
         })
     }
 
-    /// Returns how high its sidewalls stand over the rim, or else the room of its air \[m\]: pushed in by as much, the
-    /// belt is on the rim. `None` where neither is given.
+    /// Height of the sidewalls over the rim, or else the depth of the cavity \[m\]: pushed in by as much, the belt
+    /// touches the rim. `None` if neither is given.
     pub(crate) fn height_over_rim(&self) -> Option<f64> {
         let of_arc = self.sidewall_arc(0.0).map(|arc| arc.edge_radius - arc.bead_radius());
         of_arc.or_else(|| self.cavity.map(|cavity| cavity.depth))
     }
 
-    /// Returns the tension along the belt that the inflation gives it at rest, less what the sidewalls' arcs pull: T =
-    /// R_b p B_e/B \[N/m\]. It is the tension of the stiffest layer where no layer has any.
+    /// Tension along the belt due to the inflation, at rest, less the pull of the sidewalls: T = R_b p B_e/B \[N/m\].
+    /// It becomes the tension of the stiffest layer if no layer has a given one.
     pub fn carried_tension(&self) -> Option<f64> {
         let arc = self.sidewall_arc(0.0)?;
         let pull = Meridian::new(&arc)?.edge().pull();
         Some(arc.edge_radius * (arc.pressure - 2.0 * pull / self.width))
     }
 
-    /// Returns the tension of all layers along the belt \[N/m\].
+    /// Sum of the layers' tensions along the belt \[N/m\].
     pub fn tension_along(&self) -> f64 {
         self.layers.iter().map(|layer| layer.tension[0]).sum()
     }
 
-    /// Tells whether the layers have the tension that inflation and sidewalls give them, no other. Compared by value: a
-    /// scene that was written out gives what it once left out.
+    /// True if the tension of the layers is the one due to inflation and sidewalls. Compared by value: a scene that was
+    /// written out gives the tension that it once left out.
     pub fn tension_is_carried(&self) -> bool {
         self.carried_tension().is_some_and(|carried| carried.to_bits() == self.tension_along().to_bits())
     }
 
-    /// Returns the place of the layer that is stiffest along the circumference.
+    /// Index of the layer that is stiffest along the circumference.
     pub fn stiffest_layer(&self) -> usize {
         let stiffness = |place: &usize| self.layers[*place].hoop_stiffness();
         (0..self.layers.len()).max_by(|one, other| stiffness(one).total_cmp(&stiffness(other))).unwrap_or(0)
     }
 
-    /// Tells whether it turns: waves that run forwards then differ from those that run backwards.
+    /// True if it rotates: waves that run forwards then differ from those that run backwards.
     pub fn turns(&self) -> bool {
         self.angular_velocity.abs() > 0.0
     }
 }
 
-/// The tyre: a table; the path of a tyre file was replaced by the table in it before.
+/// Kind of the tyre: a table. The path of a tyre file has been replaced by the file's table before.
 pub(in crate::scene) struct TyreKind;
 
 const TYRE: Nested<Tyre> = Nested {
@@ -265,7 +265,7 @@ const LAYERS: Each<Layer> = Each(Nested {
     read: layer,
 });
 
-/// Returns a layer whose moduli stand in its material, or in `orthotropic`.
+/// Reads a layer and checks that its moduli are given either in its material or in `orthotropic`.
 fn layer(table: &mut Table<'_>) -> Option<Layer> {
     let is_orthotropic = table.has("orthotropic");
     let mut sound = Some(());
@@ -329,7 +329,7 @@ fn tyre(table: &mut Table<'_>) -> Option<Tyre> {
     inflated(tyre, table)
 }
 
-/// Checks that either a foundation or sidewalls hold the tyre; `None` after complaints.
+/// Checks that either a foundation or sidewalls support the tyre; `None` after complaints.
 fn is_held(table: &Table<'_>) -> Option<()> {
     let mut sound = Some(());
     let mut complain = |key: &str, problem| sound = table.complain(key, problem);
@@ -347,7 +347,7 @@ fn is_held(table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Checks what is in a tyre against its shape; `None` after complaints.
+/// Checks layers, cavity and sidewalls against the tyre's shape; `None` after complaints.
 fn check(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
     let mut sound = Some(());
     let mut complain = |key: &str, problem| sound = table.complain(key, problem);
@@ -384,7 +384,7 @@ fn check(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Returns a tyre under the tension that its inflation gives it, where it has none; `None` after complaints.
+/// Gives a tyre the tension due to its inflation if no layer has one; `None` after complaints.
 fn inflated(mut tyre: Tyre, table: &Table<'_>) -> Option<Tyre> {
     let (Some(sidewall), Some(arc)) = (&tyre.sidewall, tyre.sidewall_arc(0.0)) else { return Some(tyre) };
     let complain = |key: &str, wrong: String, right: String| table.complain(key, Problem::new(wrong, right));
@@ -422,5 +422,5 @@ fn inflated(mut tyre: Tyre, table: &Table<'_>) -> Option<Tyre> {
     Some(tyre)
 }
 
-/// Least hoop over shear stiffness: waves of many periods are stable with it, and not without any.
+/// Least hoop over shear stiffness for which short waves round the sidewall are stable.
 const LEAST_HOOP: f64 = 0.25;

@@ -48,7 +48,7 @@ pub(in crate::scene) const VIBRATION: Nested<Vibration> = Nested {
 };
 
 impl Vibration {
-    /// [`Self::lateral_tolerance`] where it is left out.
+    /// Default of [`Self::lateral_tolerance`].
     pub const LATERAL_TOLERANCE: f64 = 0.02;
 }
 
@@ -70,7 +70,7 @@ fn vibration(table: &mut Table<'_>) -> Option<Vibration> {
     Some(read)
 }
 
-/// Frame of the observer.
+/// Frame of the observer of the vibration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Frames {
@@ -84,12 +84,12 @@ pub enum Frames {
 }
 
 impl Frames {
-    /// Tells whether spectra in the material frame are wanted.
+    /// True if spectra in the material frame are wanted.
     pub const fn material(self) -> bool {
         matches!(self, Self::Both | Self::Material)
     }
 
-    /// Tells whether spectra in the non-rotating frame are wanted.
+    /// True if spectra in the non-rotating frame are wanted.
     pub const fn non_rotating(self) -> bool {
         matches!(self, Self::Both | Self::NonRotating)
     }

@@ -1,4 +1,4 @@
-//! Scenes in files: shared tyres, relative paths, and files that are none.
+//! Scenes in files: shared tyres, relative paths, and invalid files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use super::super::{DEFAULT, LoadedScene, Road, Scene, SceneError, Sides, Tyre};
 use super::{BASE, edited, hash, listed};
 use crate::test_models::replaced;
 
-/// Returns the base scene's tyre as a file, the scene without it.
+/// The base scene without its tyre, and the tyre as a file.
 fn split() -> (String, String) {
     let begin = BASE.find("[tyre]").unwrap();
     let end = BASE.find("[road]").unwrap();

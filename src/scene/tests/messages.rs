@@ -1,4 +1,4 @@
-//! Form of complaints.
+//! Form of error messages.
 
 use super::super::{Scene, SceneError};
 use super::edited;

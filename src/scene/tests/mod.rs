@@ -10,7 +10,7 @@ mod schema;
 use super::{LoadedScene, Scene, SceneError};
 use crate::test_models::replaced;
 
-/// A complete scene; the tests of mistakes know its lines by number.
+/// A complete scene; the tests of mistakes refer to its lines by number.
 pub(crate) const BASE: &str = r#"title = "base"
 [tyre]
 circumference = 1.95
@@ -40,7 +40,7 @@ elements = 512
 plots = true
 "#;
 
-/// Returns the base scene with one passage replaced.
+/// The base scene with one passage replaced.
 pub(crate) fn edited(from: &str, to: &str) -> String {
     assert_eq!(BASE.matches(from).count(), 1, "{from:?} must occur once in the base scene");
     replaced(BASE, &[(from, to)])
@@ -56,7 +56,7 @@ pub(crate) struct Complaint {
     pub(crate) right: String,
 }
 
-/// Returns all complaints about a text, which must be an invalid scene.
+/// All complaints about a text that must be an invalid scene.
 pub(crate) fn complaints(text: &str) -> Vec<Complaint> {
     match Scene::from_str(text, "test.toml") {
         Err(error @ SceneError::Invalid { .. }) => listed(&error),
@@ -75,7 +75,6 @@ pub(crate) fn listed(error: &SceneError) -> Vec<Complaint> {
     error.diagnostics().iter().map(complaint).collect()
 }
 
-/// Returns the hash of a scene's settings.
 fn hash(scene: &LoadedScene) -> String {
     scene.hash().unwrap()
 }

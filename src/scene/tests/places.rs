@@ -1,4 +1,4 @@
-//! Complaints of later stages, and what a loaded scene knows about itself.
+//! Complaints of later stages, and queries of a loaded scene.
 
 use super::super::{LoadedScene, Scene, SceneError};
 use super::{BASE, edited, hash, listed};

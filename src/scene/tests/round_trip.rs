@@ -15,7 +15,7 @@ fn positive() -> impl Strategy<Value = f64> {
     around(1.0)
 }
 
-/// Returns numbers within a decade of what a scene that allows the implausible has, with all digits.
+/// Numbers within a decade of a typical one, with all digits.
 fn around(typical: f64) -> impl Strategy<Value = f64> {
     (-1.0..1.0_f64).prop_map(move |exponent| typical * 10.0_f64.powf(exponent))
 }
@@ -155,7 +155,7 @@ fn road() -> impl Strategy<Value = Road> {
     prop_oneof![Just(Road::Smooth), made().prop_map(Road::Made), profile().prop_map(Road::Profile), opencrg, grid]
 }
 
-/// Returns names that do not begin like a formula.
+/// Names that do not begin like a formula.
 fn name() -> impl Strategy<Value = String> {
     "\\PC{0,9}".prop_map(|name| name.trim_start_matches(['=', '+', '-', '@']).to_owned())
 }
@@ -196,7 +196,7 @@ fn tyre() -> impl Strategy<Value = Tyre> {
                 .map(|sidewall| Sidewall { radius: sidewall.radius * inner, ..sidewall });
             let foundation = if sidewall.is_some() { Foundation::default() } else { foundation };
             if sidewall.is_some() {
-                // What is left out is the sidewalls' to give.
+                // A tension of 0 would be taken for one that was left out, which the sidewalls then give.
                 layers[0].tension[0] += 1.0;
             }
             let cavity = cavity.filter(|_| curvature && guided).map(|cavity| Cavity {
@@ -228,7 +228,7 @@ fn inflation() -> impl Strategy<Value = Inflation> {
     around(1e5).prop_map(|pressure| Inflation { pressure })
 }
 
-/// Returns its radius as a part of the inner face's.
+/// Sidewalls whose radius is a part of that of the inner face.
 fn sidewall() -> impl Strategy<Value = Sidewall> {
     let arc = (0.05..0.25_f64, 0.5..1.2_f64, 1.0..20.0_f64, 1e3..1e5_f64);
     (arc, prop::option::of(1e5..1e6_f64), 0.0..1.0_f64).prop_map(|((radius, angle, mass, shear), hoop, loss_factor)| {
@@ -236,7 +236,7 @@ fn sidewall() -> impl Strategy<Value = Sidewall> {
     })
 }
 
-/// Returns its radius as a part of the tyre's, its depth as a part of that.
+/// Cavities whose radius is a part of the tyre's, and whose depth is a part of that.
 fn cavity() -> impl Strategy<Value = Cavity> {
     (0.01..0.99_f64, 0.01..0.99_f64, positive(), 200.0..1e3_f64, 0.0..1e-3_f64).prop_map(
         |(radius, depth, density, sound_speed, relaxation)| Cavity { radius, depth, density, sound_speed, relaxation },
@@ -248,7 +248,7 @@ fn rolling() -> impl Strategy<Value = Rolling> {
     let mass = (around(1e3), positive(), 0.0..1e6_f64, 0.0..1e4_f64, 1e-6..0.9_f64).prop_map(
         |(load, mass, stiffness, damping, tolerance)| Axle::Mass { load, mass, stiffness, damping, tolerance },
     );
-    // A millimetre is less than the radius of the smallest tyre drawn.
+    // A millimetre is less than the radius of the smallest tyre.
     let indentation =
         (1e-9..1e-3_f64, 0.0..1.0_f64).prop_map(|(indentation, ramp)| Axle::Indentation { indentation, ramp });
     (positive(), positive(), 0.0..1.0_f64, prop::option::of(-9.0..9.0_f64), prop_oneof![load, mass, indentation])
@@ -277,7 +277,7 @@ fn contact() -> impl Strategy<Value = Contact> {
                 cell: None,
                 tread,
                 slices,
-                // The paper's couplings are one for points by themselves.
+                // For uncoupled points the paper's two couplings are the same.
                 slice_coupling: match coupling.0 {
                     SliceCoupling::Implicit if tread == Tread::Uncoupled => SliceCoupling::Explicit,
                     other => other,
@@ -311,7 +311,7 @@ fn numerics() -> impl Strategy<Value = Numerics> {
             (memory_limit, time_limit),
         )| {
             Numerics {
-                // Decides about other keys; it has its own test.
+                // It decides about other keys, and has a test of its own.
                 fmax: None,
                 preset: None,
                 accuracy: None,
@@ -333,7 +333,7 @@ fn numerics() -> impl Strategy<Value = Numerics> {
     )
 }
 
-/// Returns those that fit any other settings.
+/// Effects that are compatible with any other settings.
 fn effects() -> impl Strategy<Value = Effects> {
     let any = prop_oneof![Just(Switch::Auto), Just(Switch::Off)];
     (any.clone(), any.clone(), any).prop_map(|(rotation, radiation, friction)| Effects {
@@ -362,7 +362,7 @@ fn vibration() -> impl Strategy<Value = Vibration> {
     )
 }
 
-/// Returns places beside the tyre, and a way there.
+/// Receivers beside the tyre, and a radiation.
 fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
     let length = || 0.01..100.0_f64;
     let place = prop_oneof![
@@ -379,7 +379,7 @@ fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
     ];
     let receiver = (name(), place).prop_map(|(name, place)| Receiver { name, place });
     let receivers = prop::collection::vec(receiver, 1..4).prop_map(|mut receivers| {
-        // No two have one name.
+        // No two have the same name.
         let named = receivers.iter_mut().enumerate().filter(|(_, receiver)| !receiver.name.is_empty());
         named.for_each(|(index, receiver)| receiver.name.push_str(&index.to_string()));
         receivers
@@ -420,10 +420,10 @@ fn scene() -> impl Strategy<Value = Scene> {
             if let Some(Inflation { pressure }) = &tyre.inflation
                 && let Axle::Load { load, .. } | Axle::Mass { load, .. } = &mut rolling.axle
             {
-                // What the pressure bears on 0.6 to 60 % of the circumference.
+                // Loads that the pressure bears on 0.6 to 60 % of the circumference.
                 *load = (6e-5 * *load * pressure * tyre.contact_width * tyre.circumference).max(0.1);
             }
-            // A tyre that is not larger than life, its shoulders smaller than itself.
+            // The tyre is not larger than life, and its shoulders are smaller than the tyre.
             let reach = tyre.width + 2.0 * tyre.radius();
             receivers.retain(|_| reach < 9.0);
             if receivers.is_empty() {
@@ -436,7 +436,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                 match &mut receiver.place {
                     ReceiverPlace::Position { position } => position[1] += reach,
                     ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, vehicle, .. }) => {
-                        // Tyres side by side, and the microphone beyond them.
+                        // The tyres are side by side, and the microphone is beyond them.
                         *distance += reach;
                         *vehicle = vehicle.filter(|_| reach < 5.0).map(|vehicle| Vehicle { track: reach, ..vehicle });
                     }
@@ -444,7 +444,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                 }
             }
             if let Some(vibration) = &mut outputs.vibration {
-                // Parts of the half circumference so far.
+                // Until here these are parts of the half circumference.
                 vibration.points.iter_mut().for_each(|point| *point *= 0.5 * tyre.circumference);
                 vibration.elements.iter_mut().for_each(|element| *element %= numerics.elements);
                 vibration.tangential &= contact.tread != Tread::Bedding;

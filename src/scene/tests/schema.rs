@@ -8,7 +8,7 @@ use super::super::{DEFAULT, PLATE, Scene};
 use super::files::scenes;
 use super::{BASE, complaints};
 
-/// Tells whether a value is as a schema wants it, by the words that schemas of scenes use.
+/// True if a value fits a schema, by the keywords that schemas of scenes use.
 pub(super) fn fits(value: &Value, schema: &Value) -> bool {
     let beyond = |limit: &Value, wrong: fn(f64, f64) -> bool| {
         value.as_f64().zip(limit.as_f64()).is_some_and(|(value, limit)| wrong(value, limit))
@@ -58,7 +58,7 @@ pub(super) fn fits(value: &Value, schema: &Value) -> bool {
     })
 }
 
-/// Returns a scene's text as a schema sees it.
+/// A scene's text as the schema validates it.
 fn as_json(text: &str) -> Value {
     json!(toml::from_str::<Table>(text).unwrap())
 }
@@ -67,7 +67,7 @@ fn keys<'a>(section: &Section<'a>) -> impl Iterator<Item = (&'a String, &'a Valu
     section.schema["properties"].as_object().unwrap().iter()
 }
 
-/// Returns a scene with nothing but a table, in which there is one key beside the word that tells what table it is.
+/// A scene of one table only, with one key beside the word that chooses its kind.
 fn alone(key: &str, value: toml::Value, section: &Section<'_>, all: &[Section<'_>]) -> Table {
     let tags = keys(section).filter_map(|(tag, of)| Some((tag.clone(), of.get("const")?.as_str()?.into())));
     let table = tags.chain([(key.to_owned(), value)]).collect();
@@ -91,12 +91,12 @@ fn every_table_of_the_schema_has_the_keys_that_its_reader_knows() {
         assert_eq!(known, keys(section).map(|(key, _)| key).collect::<Vec<_>>(), "{text}");
         for (key, of) in keys(section) {
             let said = ["title", "description"].map(|word| of[word].as_str().unwrap());
-            // Links are for the documentation of the library.
+            // Links are for the library's documentation.
             assert!(said.iter().all(|text| !text.is_empty() && !text.contains("[`")), "{key}: {of}");
             assert!(of.get("default").is_none_or(|default| fits(default, of)), "{key}: {of}");
         }
     }
-    // Every table that a scene can have, each kind of road for itself.
+    // Every table that a scene can have, each kind of road separately.
     assert_eq!(all.len(), 35, "{:?}", all.iter().map(|section| &section.path).collect::<Vec<_>>());
 }
 
@@ -114,7 +114,7 @@ fn what_the_schema_refuses_the_reader_refuses() {
                 [true.into(), 1.5.into(), (-1).into(), "".into(), "no word".into(), toml::Value::Array(vec![])];
             for value in near.chain(others).filter(|value| !fits(&json!(value), of)) {
                 let text = alone(key, value, section, &all).to_string();
-                // A tyre's text is the path of its file.
+                // A tyre given as text is the path of its file.
                 let refused = |complaint: &super::Complaint| complaint.key.rsplit('.').next() == Some(key.as_str());
                 assert!(complaints(&text).iter().any(refused), "{text}");
                 tried += 1;

@@ -20,18 +20,17 @@ fn passage(receivers: usize) -> Passage {
     }
 }
 
-/// Returns the distance from a source to a point of the line.
 fn distance(source: Position, point: Position) -> f64 {
     source.iter().zip(point).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Returns the cosine and sine of what is heard of a tone from a monopole in the tyre's frame, 1 Pa at 1 m: two
-/// pass-bys, a quarter of a period apart.
+/// Cosine and sine of a tone from a monopole in the tyre's frame at the microphone, 1 Pa at 1 m: two pass-bys, a
+/// quarter of a period apart.
 fn heard(pass_by: &PassBy, frequency: f64, source: Position) -> Vec<[f64; 2]> {
     let tone = |shift: f64| {
         let pressure = |receiver: usize, needed: Range<i64>| -> Vec<f64> {
             let r = distance(source, pass_by.passage.receivers[receiver]);
-            // The transformation's time at the source: what lies ahead comes first.
+            // The transformation's time at the source: sound of sources ahead is early.
             let delay = (r - SPEED / SOUND * source[0]) / SOUND;
             let at = |n: i64| n as f64 / pass_by.passage.input_rate - delay;
             needed.map(|n| (TAU * frequency * at(n) - shift).cos() / r).collect()
@@ -41,9 +40,9 @@ fn heard(pass_by: &PassBy, frequency: f64, source: Position) -> Vec<[f64; 2]> {
     tone(0.0).into_iter().zip(tone(0.25 * TAU)).map(|(cosine, sine)| [cosine, sine]).collect()
 }
 
-/// Returns the same of a monopole that really moves, from its potential q(tau)/(4 pi R), whose time derivative is
-/// q'(tau)/(R (1 - M cos)) + q c (M cos - M^2)/(R^2 (1 - M cos)): far field and near field (Morse and Ingard, 11.2). q'
-/// = 4 pi cos(omega tau).
+/// The same for a monopole that really moves, from its potential q(tau)/(4 pi R), whose time derivative is q'(tau)/(R
+/// (1 - M cos)) + q c (M cos - M^2)/(R^2 (1 - M cos)): far field and near field (Morse and Ingard, 11.2). q' = 4 pi
+/// cos(omega tau).
 fn exact(pass_by: &PassBy, frequency: f64, source: Position, sample: usize) -> [f64; 2] {
     let mach = SPEED / SOUND;
     let [_, y, z] = pass_by.passage.receivers[0];
@@ -120,7 +119,7 @@ fn sources_about_the_contact_patch_interfere_as_they_do_when_they_move() {
     // Two monopoles and their images under the road: on either side of the tyre, and ahead and behind.
     let across = [[0.0, 0.1, 0.15], [0.0, -0.1, 0.05]];
     let along = [[0.1, 0.05, 0.05], [-0.1, -0.05, 0.05]];
-    // What is second order in M and grows with the distance along the travel.
+    // Error of second order in M, which grows with the sources' distance along the travel.
     let second_order = |frequency: f64| 0.01 + (SPEED / SOUND).powi(2) * TAU * frequency / SOUND * 0.2;
     for (sources, receivers, frequency, bound) in [
         (across, 161, 2500.0, 0.02),
@@ -140,7 +139,7 @@ fn sources_about_the_contact_patch_interfere_as_they_do_when_they_move() {
                 }
             }
         }
-        // Against four monopoles of any phase: in the depths of an interference no level is right.
+        // Relative to four monopoles of any phase: in the minima of an interference no level is right.
         let worst = sums.iter().enumerate().map(|(sample, &[found, exact])| {
             let (r, _) = pass_by.path(pass_by.place(sample));
             (size(found) - size(exact)).abs() * r / 2.0
@@ -169,7 +168,7 @@ fn a_meter_at_the_roadside_reads_what_the_closed_form_gives() {
         assert!((read - expected).abs() < 0.1, "sample {sample}: {read} dB(A), expected {expected}");
     }
     let (sample, highest) = pass_by.highest(&read, 10.0).unwrap();
-    // 1/(sqrt(2) 7.595) Pa, less what the detector's lag takes off, and a little past the microphone for it.
+    // 1/(sqrt(2) 7.595) Pa, less the detector's lag, and therefore a little past the microphone.
     assert!((72.0..73.4).contains(&highest), "{highest}");
     assert!((-5.0..0.0).contains(&pass_by.place(sample)), "{}", pass_by.place(sample));
     let (first, before) = pass_by.highest(&read[..9000], 6.0).unwrap();

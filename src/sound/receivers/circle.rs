@@ -3,17 +3,16 @@
 use super::standard::{Beside, Finding, Standard};
 use crate::sound::frame::Position;
 
-/// Positions of a circle that show a directivity: every five degrees.
+/// Number of positions on a circle for a directivity: every five degrees.
 pub(crate) const CIRCLE_POSITIONS: usize = 72;
 
-/// Returns the positions on a level circle about the tyre \[m\], for its directivity: from straight ahead (x > 0) by
-/// the left.
+/// `count` positions on a level circle about the tyre \[m\], from straight ahead (x > 0) by the left.
 pub fn circle(radius: f64, height: f64, count: usize) -> Vec<Position> {
     let angle = |index: usize| std::f64::consts::TAU * index as f64 / count as f64;
     (0..count).map(|index| angle(index).sin_cos()).map(|(sin, cos)| [radius * cos, radius * sin, height]).collect()
 }
 
-/// The receiver.
+/// Receivers on a circle; radius and height \[m\].
 pub(super) struct Circle {
     pub(super) radius: f64,
     pub(super) height: f64,

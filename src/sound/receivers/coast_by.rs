@@ -7,9 +7,10 @@ use crate::sound::frame::{Position, Side};
 /// Road before a passage in which the detector settles \[m\]: 0.27 s at 80 km/h. The same at all speeds, so that they
 /// share the transfers.
 const LEAD: f64 = 6.0;
-/// Distance of the points of a passage \[m\]; farther away than the standard's microphone as much more as that is.
+/// Distance between the points of a passage \[m\], in proportion larger for a microphone farther away than the
+/// standard's.
 const SPACING: f64 = 0.25;
-/// Distance of a microphone beside the road, and its greatest height, with which a draft's error over the whole line is
+/// Distances of a microphone beside the road, and its greatest height, for which a draft's error over the whole line is
 /// that of the standard's \[m\].
 const DRAFT_PASSED: std::ops::RangeInclusive<f64> = 5.0..=10.0;
 const DRAFT_HEIGHT: f64 = 2.0;
@@ -21,27 +22,28 @@ pub(crate) const COAST_BY_HEIGHT: f64 = StandardReceiver::HEIGHT;
 /// Half the length of track over which the maximum is read \[m\].
 pub(crate) const COAST_BY_HALF_LENGTH: f64 = 10.0;
 
-/// The positions that the microphone beside the road takes as seen from the tyre that passes it.
+/// Positions of the microphone beside the road as seen from the tyre that passes it.
 ///
 /// UN R117 annex 3 (1.1.3 and figure 1; the same geometry as ISO 362-1 and, for tyres, ISO 13325): microphone 7.5 m
 /// +-0.05 m from the centre line CC' of the track and 1.2 m +-0.02 m above it; the highest level L_AF is read while the
 /// vehicle is between the lines AA' and BB', 10 m before and behind the microphone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoastByLine {
-    /// Number of positions, at least 2. A pass-by cross-faded between 81 of them over 20 m, the default, is 0.3 % wrong
-    /// at 4 kHz for a source as large as the tyre, between 41 it is 0.5 % at 2.5 kHz and 4 % at 4 kHz.
+    /// Number of positions, at least 2. A pass-by cross-faded between 81 of them over 20 m, the default, has an error
+    /// of 0.3 % at 4 kHz for a source as large as the tyre; between 41 it is 0.5 % at 2.5 kHz and 4 % at 4 kHz.
     pub receivers: usize,
-    /// Largest x, and less the smallest \[m\]. Longer than 10 m gives the detector time before the first reading.
+    /// Largest x, and the negative of the smallest \[m\]. More than 10 m lets the detector settle before the first
+    /// reading.
     pub half_length: f64,
-    /// From the centre of the track to the microphone \[m\].
+    /// Distance of the microphone from the centre of the track \[m\].
     pub distance: f64,
     /// Height of the microphone over the road \[m\].
     pub height: f64,
-    /// How far the tyre runs from the centre of the track towards the microphone \[m\], less than 0 for one on the far
-    /// side. 0, the default: one tyre stands for the vehicle. Tyres at +-0.75 m have, at equal power, a mean of their
-    /// mean squares 0.12 dB above that.
+    /// Distance of the tyre's path from the centre of the track towards the microphone \[m\], negative on the far side.
+    /// 0, the default: one tyre represents the vehicle. Tyres at +-0.75 m have, at equal power, a mean of their mean
+    /// squares 0.12 dB above that.
     pub offset: f64,
-    /// On which side of the tyre the microphone is.
+    /// Side of the tyre on which the microphone is.
     pub side: Side,
 }
 
@@ -59,7 +61,7 @@ impl Default for CoastByLine {
 }
 
 impl CoastByLine {
-    /// Returns the positions, in the order in which the microphone takes them: from the front to the rear.
+    /// Positions in the order in which the microphone takes them: from the front to the rear.
     pub fn positions(&self) -> Vec<Position> {
         let spacing = 2.0 * self.half_length / (self.receivers.max(2) - 1) as f64;
         let y = self.side.sign() * (self.distance - self.offset);
@@ -68,7 +70,7 @@ impl CoastByLine {
     }
 }
 
-/// The receiver.
+/// Receiver of a coast-by; distance, height and length of the passage in metres.
 pub(super) struct CoastBy {
     pub(super) distance: f64,
     pub(super) height: f64,
@@ -81,12 +83,13 @@ impl CoastBy {
         self.passage.unwrap_or_else(|| StandardReceiver::passage(self.distance, self.height))
     }
 
-    /// Returns the points from which the tyre is followed over so much road, `offset` nearer to the microphone.
+    /// Points of a passage along which the tyre is followed for `followed` metres to either side, its path `offset`
+    /// nearer to the microphone.
     fn line(&self, followed: f64, offset: f64) -> Vec<Position> {
         let Self { distance, height, .. } = *self;
         let near = COAST_BY_DISTANCE.hypot(COAST_BY_HEIGHT);
         let spacing = SPACING * (distance.hypot(height) / near).max(1.0);
-        // As many points as reach so far; the lead is there before the passage alone.
+        // As many points as reach that far; the lead is needed before the passage alone.
         let steps = ((followed + LEAD) / spacing - 1e-9).ceil();
         let half_length = steps * spacing;
         let receivers = 2 * steps as usize + 1;

@@ -1,4 +1,4 @@
-//! Two microphones close to the tyre that move along (ISO 11819-2).
+//! Two microphones close to the tyre that move with it (ISO 11819-2).
 
 use super::standard::{Beside, Finding, Standard};
 use crate::sound::frame::{Position, Side};
@@ -7,12 +7,12 @@ use crate::sound::frame::{Position, Side};
 pub(crate) const CPX_DISTANCE: f64 = 0.2;
 /// Height of the close-proximity microphones over the road \[m\].
 pub(crate) const CPX_HEIGHT: f64 = 0.1;
-/// How far they are ahead of and behind the axle's plane \[m\].
+/// Distance of the microphones ahead of and behind the axle's plane \[m\].
 pub(crate) const CPX_ADVANCE: f64 = 0.2;
 
-/// Returns the two mandatory microphones of the close-proximity method, front and rear, beside a tyre of a width \[m\]:
-/// 0.2 m from the undeformed sidewall, 0.1 m high, 0.2 m ahead of and behind the axle's plane, hence at 45 and 135
-/// degrees to the direction of travel (ISO 11819-2:2017). The CPX level of a run is the [energetic mean] of both.
+/// The two mandatory microphones of the close-proximity method, front and rear, beside a tyre of a width \[m\]: 0.2 m
+/// from the undeformed sidewall, 0.1 m high, 0.2 m ahead of and behind the axle's plane, hence at 45 and 135 degrees to
+/// the direction of travel (ISO 11819-2:2017). The CPX level of a run is the [energetic mean] of both.
 ///
 /// [energetic mean]: crate::sound::levels::energetic_mean
 pub fn close_proximity(width: f64, side: Side) -> [Position; 2] {
@@ -20,7 +20,6 @@ pub fn close_proximity(width: f64, side: Side) -> [Position; 2] {
     [[CPX_ADVANCE, y, CPX_HEIGHT], [-CPX_ADVANCE, y, CPX_HEIGHT]]
 }
 
-/// The receiver.
 pub(super) struct Cpx;
 
 impl Standard for Cpx {

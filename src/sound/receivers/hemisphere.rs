@@ -4,7 +4,7 @@ use super::standard::{Beside, Finding, Standard};
 use crate::sound::frame::Position;
 use crate::sound::power::Iso3744;
 
-/// The receiver.
+/// Receivers on a hemisphere; radius \[m\].
 pub(super) struct Hemisphere {
     pub(super) radius: f64,
 }

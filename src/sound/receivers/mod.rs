@@ -1,5 +1,5 @@
-//! Microphones of the standards, in the frame of one tyre (see [`super`]): a file a standard. Its keys stand with
-//! [`StandardReceiver`]; [`standard`](fn@standard) is the list.
+//! Microphones of the standards, in the frame of one tyre (see [`super`]): one file for each standard. The keys in a
+//! scene are those of [`StandardReceiver`]; [`standard`](fn@standard) is the list.
 //!
 //! ```text
 //!            z |                                     coast-by microphone
@@ -25,7 +25,7 @@ pub(crate) use coast_by::{COAST_BY_DISTANCE, COAST_BY_HALF_LENGTH, COAST_BY_HEIG
 pub(crate) use cpx::close_proximity;
 pub(crate) use standard::{Beside, Finding, Probes, Standard};
 
-/// Returns the microphones of a receiver's place.
+/// Microphones at a place of the scene.
 pub(crate) fn standard(place: &ReceiverPlace) -> Box<dyn Standard> {
     match *place {
         ReceiverPlace::Position { position } => Box::new(Point(position)),
@@ -41,7 +41,7 @@ pub(crate) fn standard(place: &ReceiverPlace) -> Box<dyn Standard> {
     }
 }
 
-/// Point that moves along.
+/// A point that moves with the tyre.
 struct Point(Position);
 
 impl Standard for Point {
@@ -63,10 +63,10 @@ impl Standard for Point {
 }
 
 impl Vehicle {
-    /// Returns a microphone as each tyre sees it, in its own frame: front left, front right, rear left, rear right. The
+    /// A microphone as each tyre sees it, in its own frame \[m\]: front left, front right, rear left, rear right. The
     /// microphone is given in the frame of the vehicle, whose origin is on the road in the middle of the four.
     ///
-    /// Bodywork is not there, and each tyre is that of the run, not its mirror image.
+    /// There is no bodywork, and each tyre is that of the run, not its mirror image.
     pub fn seen_from_tyres(&self, microphone: Position) -> [Position; Self::TYRES] {
         [(0.5, 0.5), (0.5, -0.5), (-0.5, 0.5), (-0.5, -0.5)].map(|(axle, side)| {
             let [x, y, z] = microphone;

@@ -3,19 +3,19 @@
 //!
 //! Each probe is a pair of microphones 16 mm apart on a line across, its middle 102 mm (4 in) from the plane of the
 //! sidewall and 76 mm (3 in) over the road. The level is the energetic mean of both, A-weighted, of the third octaves
-//! from 400 Hz to 5 kHz. The standard rolls a certain tyre at 97 km/h (60 mph); here the scene says.
+//! from 400 Hz to 5 kHz. The standard prescribes a certain tyre at 97 km/h (60 mph); here tyre and speed are those of
+//! the scene.
 
 use super::standard::{Beside, Finding, Probes, Standard};
 use crate::sound::frame::Position;
 
-/// From the sidewall's plane to the middle of a probe \[m\].
+/// Distance of a probe's middle from the sidewall's plane \[m\].
 const DISTANCE: f64 = 0.102;
-/// Over the road \[m\].
+/// Height over the road \[m\].
 const HEIGHT: f64 = 0.076;
-/// Between the microphones of a probe \[m\].
+/// Distance between the microphones of a probe \[m\].
 const SPACING: f64 = 0.016;
 
-/// The receiver.
 pub(super) struct Obsi;
 
 impl Standard for Obsi {

@@ -1,22 +1,22 @@
-//! A standard as the plan and the sound of a run ask for it.
+//! Interface of a standard's microphones to the plan and to the sound of a run.
 
 use std::ops::Range;
 
 use crate::scene::Vehicle;
 use crate::sound::frame::Position;
 
-/// Tyre that microphones stand beside.
+/// Sizes of the tyre beside which microphones stand.
 pub(crate) struct Beside<'a> {
     /// Half of its width, shoulders included \[m\].
     pub half_width: f64,
-    /// Length of its patch on a smooth road \[m\], worked out where a standard asks for it.
+    /// Length of its patch on a smooth road \[m\], computed only where a standard needs it.
     pub patch_length: &'a dyn Fn() -> f64,
 }
 
 /// Pairs of microphones that measure intensity.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Probes {
-    /// Names of the probes, each with the numbers of its two points, from the one towards the other.
+    /// Names of the probes, each with the indices of its two points; the intensity counts from the first to the second.
     pub pairs: Vec<(&'static str, [usize; 2])>,
     /// Distance of the microphones of a pair \[m\].
     pub spacing: f64,
@@ -24,7 +24,7 @@ pub(crate) struct Probes {
     pub frequencies: Range<f64>,
 }
 
-/// Finding of a receiver beside its spectrum and level.
+/// Result of a receiver in addition to its spectrum and level.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Finding {
     /// None.
@@ -33,44 +33,43 @@ pub(crate) enum Finding {
     Directivity,
     /// Sound power, from points on a hemisphere of a radius \[m\].
     SoundPower(f64),
-    /// Passage.
+    /// Level over time as the tyre passes.
     Passage,
     /// Sound intensity, by pairs of microphones.
     Intensity(Probes),
 }
 
-/// Microphones of a standard.
 pub(crate) trait Standard {
-    /// Returns the name of a receiver that the scene gives none.
+    /// Name of a receiver to which the scene gives none.
     fn name(&self) -> &'static str;
 
-    /// Returns the places of its microphones.
+    /// Positions of its microphones.
     fn points(&self, beside: &Beside<'_>) -> Vec<Position>;
 
-    /// Returns the finding beside its spectrum and level.
+    /// Result in addition to its spectrum and level.
     fn finding(&self) -> Finding;
 
-    /// Returns the length of the passage \[m\], if the tyre passes it.
+    /// Length of the passage \[m\], if the tyre passes it.
     fn passage(&self) -> Option<f64> {
         None
     }
 
-    /// Returns the vehicle whose four tyres it hears, if it hears more than one.
+    /// Vehicle whose four tyres it receives, if more than one.
     fn vehicle(&self) -> Option<Vehicle> {
         None
     }
 
-    /// Tells whether all of its pressures are kept to be listened to: it moves along, as a few microphones.
+    /// True if its pressures may be written to sound files: few microphones, which move with the tyre.
     fn is_recorded(&self) -> bool {
         false
     }
 
-    /// Tells whether its pressures are kept over time, where files to listen to are wanted or not.
+    /// True if its pressures are stored over time; `audio` if sound files are asked for.
     fn is_kept(&self, audio: bool) -> bool {
         audio && self.is_recorded()
     }
 
-    /// Tells whether a draft's error is that which is stated for the standards' means; else it goes with the places.
+    /// True if a draft's error is that which is stated for the standards' means; else it depends on the positions.
     fn has_stated_draft(&self) -> bool {
         false
     }

@@ -1,7 +1,7 @@
 //! The Pareto front of points with a cost and an error.
 
-/// Returns the indices of the points that no other is better than: none has both a lower cost and a lower error, and of
-/// equal ones the first. By rising cost.
+/// Indices of the non-dominated points (cost, error), by rising cost: no other point has both a lower cost and a lower
+/// error; of equal points the first. Points that are not finite are left out.
 pub(crate) fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|&i| points[i].0.is_finite() && points[i].1.is_finite()).collect();
@@ -15,8 +15,8 @@ pub(crate) fn front(points: &[(f64, f64)]) -> Vec<usize> {
     order
 }
 
-/// Tells how much more a point costs than the front does at its error: the cost over that of the cheapest point with an
-/// error that is not larger. At least 1 where the point is one of those.
+/// Cost of a point over that of the cheapest point whose error is not larger; at least 1 for a point that is one of
+/// `points`.
 pub(crate) fn excess(point: (f64, f64), points: &[(f64, f64)]) -> f64 {
     let cheapest = points.iter().filter(|other| other.1 <= point.1).map(|other| other.0).fold(point.0, f64::min);
     point.0 / cheapest

@@ -1,4 +1,4 @@
-//! Combinations of settings: which ones are worth a run.
+//! Combinations of settings: which ones to run.
 //!
 //! Errors of single knobs are taken to add as independent ones do: e^2 is the sum of their squares, those of elements,
 //! of rule and time step, of poles, of cells and of curves. Work is the plan's. Both are corrected by what the
@@ -16,41 +16,41 @@ use crate::study::trial::least_rate;
 
 /// Steps per element that are combined.
 const SUBSTEPS: [usize; 6] = [1, 2, 3, 4, 6, 8];
-/// How far a time step may lie outside those swept.
+/// A time step may lie outside those swept by at most this factor.
 const BEYOND: f64 = 1.6;
-/// Weight of "no correction" against that of a run with the same settings.
+/// Weight of "no correction" against that of a run with the same settings, which is 1.
 const PRIOR: f64 = 0.25;
-/// Errors above this are no candidates \[dB\].
+/// Combinations with a larger expected error are not considered \[dB\].
 const LARGEST_ERROR: f64 = 10.0;
 
-/// A combination, with what is expected of it.
+/// A combination and what is expected of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Candidate {
-    /// Its settings.
+    /// What would be rolled.
     #[serde(skip)]
     pub settings: Settings,
-    /// Largest difference of a level expected \[dB\].
+    /// Expected largest difference of a level \[dB\].
     #[serde(rename = "expected_error")]
     pub error: f64,
-    /// Multiply-adds in a second rolled, expected.
+    /// Expected multiply-adds in a second rolled.
     #[serde(rename = "expected_multiply_adds")]
     pub multiply_adds: f64,
 }
 
-/// A combination that was rolled: expected, found.
+/// A combination that was rolled, with its expectation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Joint {
-    /// As found.
+    /// Work and error as found.
     pub point: Point,
-    /// As it was expected when it was chosen.
+    /// Work and error as expected when it was chosen, corrections included.
     #[serde(flatten)]
     pub expected: Candidate,
-    /// Error and work as they are expected from single knobs alone.
+    /// Error and work expected from single knobs alone, without corrections.
     #[serde(skip)]
     pub plain: (f64, f64),
 }
 
-/// Returns all combinations of the settings that were swept, as single knobs let them be expected.
+/// All combinations of the swept settings, with error and work expected from single knobs: errors add as squares.
 pub(crate) fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], highest: f64) -> Vec<Candidate> {
     let steps = |name: &str| -> Vec<(Settings, f64)> {
         let knob = knobs.iter().find(|knob| knob.name == name && knob.kind == Kind::Error && knob.anchor.is_none());
@@ -58,6 +58,7 @@ pub(crate) fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], hi
         // The reference itself, whose error is none.
         known.map(|point| (point.settings.clone(), point.difference.worst)).chain([(reference.clone(), 0.0)]).collect()
     };
+    // 1. Errors of single knobs, as they were swept; those of a rule over its time step.
     let elements = steps("elements");
     let (poles, cells, curves) = (steps("pole tolerance"), steps("cells"), steps("slice tolerance"));
     let rules: Vec<(TimeRule, Vec<(f64, f64)>)> = TimeRule::ALL
@@ -68,11 +69,12 @@ pub(crate) fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], hi
                 steps(name).into_iter().filter(|(settings, error)| settings.numerics.time_rule == rule && *error > 0.0);
             (rule, known.map(|(settings, error)| (settings.time_step(scene), error)).collect())
         })
-        // A rule that rings is marginal, whatever its levels are.
+        // A rule without damping at high frequencies is marginal, whatever its levels are.
         .filter(|(rule, known): &(TimeRule, Vec<_>)| known.len() > 1 && !rule.is_marginal())
         .collect();
     let rolled = scene.rolling.warm_up + scene.rolling.duration;
-    // All of them stand as the reference does.
+    // 2. Work of every combination, from its plan with one step per element. All plans share the reference's static
+    //    contact, their costly part.
     let of_reference = Plan::new(&reference.on(scene));
     let mut found = Vec::new();
     for (with_elements, of_elements) in &elements {
@@ -95,6 +97,8 @@ pub(crate) fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], hi
                         if 1.0 / time_step < least_rate(highest) {
                             continue;
                         }
+                        // 3. Errors of independent knobs add as squares; the march's work is proportional to the steps
+                        //    per element.
                         for (with_curves, of_curves) in &curves {
                             let parts = [*of_elements, of_rule, *of_poles, *of_cells, *of_curves];
                             let error = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
@@ -113,10 +117,11 @@ pub(crate) fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], hi
     found
 }
 
-/// Returns the candidate to roll next: on the expected front together with what is known, as far as possible from all
-/// that is. `known`: work and error; errors below `floor` \[dB\] are equal.
+/// The candidate to roll next, or `None` if all were rolled: among those on the expected front together with `known`
+/// (work, error) the one farthest from all known points, in logarithms. Errors below `floor` \[dB\] count as equal.
 pub(crate) fn next(all: &[Candidate], tried: &[Joint], known: &[(f64, f64)], floor: f64) -> Option<Candidate> {
     let fresh = all.iter().filter(|candidate| tried.iter().all(|tried| tried.expected.settings != candidate.settings));
+    // 1. Correct what is expected of each candidate by the runs so far.
     let expected: Vec<Candidate> = fresh
         .map(|candidate| {
             let (error, work) = correction(&candidate.settings, tried);
@@ -127,6 +132,7 @@ pub(crate) fn next(all: &[Candidate], tried: &[Joint], known: &[(f64, f64)], flo
             }
         })
         .collect();
+    // 2. Of those on the front together with the known points, take the farthest from the known ones.
     let known: Vec<(f64, f64)> = known.iter().map(|&(work, error)| (work, error.max(floor))).collect();
     let points: Vec<(f64, f64)> = known
         .iter()
@@ -143,7 +149,8 @@ pub(crate) fn next(all: &[Candidate], tried: &[Joint], known: &[(f64, f64)], flo
     on_front.max_by(|a, b| distance(a).total_cmp(&distance(b))).cloned()
 }
 
-/// Returns the factors of error and work that the runs so far suggest.
+/// Factors of error and work that the runs so far suggest: geometric means of found over expected, weighted by
+/// exp(-d^2) of the [`distance`] d, with the weight `PRIOR` of 1.
 fn correction(settings: &Settings, tried: &[Joint]) -> (f64, f64) {
     let (mut error, mut work, mut weights) = (0.0, 0.0, PRIOR);
     for run in tried {
@@ -156,8 +163,8 @@ fn correction(settings: &Settings, tried: &[Joint]) -> (f64, f64) {
     ((error / weights).exp(), (work / weights).exp())
 }
 
-/// Tells how different settings are: a factor of two in elements, steps or cells, a decade in a tolerance and another
-/// rule are 1 each.
+/// Euclidean distance of settings in logarithms: a factor of two in elements, steps or cells, a decade in a tolerance
+/// and another rule are 1 each.
 fn distance(a: &Settings, b: &Settings) -> f64 {
     let ratio =
         |a: f64, b: f64| if a > 0.0 && b > 0.0 { (a / b).log2() } else { f64::from(u8::from((a - b).abs() > 0.0)) };
@@ -177,7 +184,8 @@ fn distance(a: &Settings, b: &Settings) -> f64 {
     .sqrt()
 }
 
-/// Interpolates between the points of a curve in the logarithms of both, and a little beyond its ends.
+/// Interpolates between the points of a curve in the logarithms of both coordinates, and up to a factor `BEYOND`
+/// outside.
 fn interpolated(curve: &[(f64, f64)], x: f64) -> Option<f64> {
     let mut curve = curve.to_vec();
     curve.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -221,7 +229,7 @@ mod tests {
     fn the_next_run_is_on_the_expected_front_far_from_what_is_known() {
         let all =
             [candidate(64, 4.0, 1.0), candidate(128, 2.0, 2.0), candidate(256, 3.0, 4.0), candidate(512, 0.5, 8.0)];
-        // Known runs at the cheap end: the accurate end is next; the beaten one never is.
+        // The known run is cheap: the accurate end is next; the dominated candidate never is.
         let chosen = next(&all, &[], &[(1.1, 3.9)], 0.1).unwrap();
         assert_eq!(chosen.settings.numerics.elements, 512);
         let tried = |candidate: &Candidate, (worst, multiply_adds)| Joint {
@@ -237,7 +245,7 @@ mod tests {
         let one = tried(&all[3], (0.5, 8.0));
         let next_one = next(&all, std::slice::from_ref(&one), &[(1.1, 3.9), (8.0, 0.5)], 0.1).unwrap();
         assert_eq!(next_one.settings.numerics.elements, 128);
-        // What was found close by corrects what is expected.
+        // A run close by corrects what is expected.
         let worse = tried(&all[1], (4.0, 3.0));
         let (error, work) = correction(&settings(128), &[worse]);
         assert!((error / 2.0_f64.powf(1.0 / (1.0 + PRIOR)) - 1.0).abs() < 1e-12, "{error}");

@@ -12,7 +12,7 @@ use crate::study::accuracy::options::{StudyOptions, Sweep};
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::least_rate;
 
-/// Change by turning a knob.
+/// Kind of change that a knob makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
@@ -24,41 +24,40 @@ pub(crate) enum Kind {
     Neighbour,
 }
 
-/// A knob, and what it is swept through.
+/// A knob, and the settings it is swept through.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Knob {
-    /// Its name.
+    /// Name in tables.
     pub name: String,
     /// Kind of the change.
     pub kind: Kind,
     /// Reference of its runs, where that is not the reference of all.
     pub anchor: Option<Settings>,
-    /// A word for each setting, and all settings.
+    /// Label of each setting, and all settings.
     #[serde(skip)]
     pub steps: Vec<(String, Settings)>,
-    /// Those that were rolled.
+    /// The settings that were rolled.
     pub points: Vec<Point>,
-    /// Why the scene cannot have it, or some of its points.
+    /// Why the scene cannot have the knob, or some of its points.
     pub missing: Option<String>,
 }
 
-/// Parts of the reference's elements that are swept.
+/// Fractions of the reference's elements that are swept.
 const ELEMENT_PARTS: [(usize, usize); 4] = [(1, 4), (3, 8), (1, 2), (3, 4)];
 /// Steps per element that are swept, with the scene's rule and with the others.
 const SUBSTEPS: [usize; 5] = [1, 2, 3, 4, 6];
 const OTHER_SUBSTEPS: [usize; 3] = [1, 2, 4];
-/// Tolerances of the poles.
 const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
-/// The reference's.
+/// Tolerance of the reference's poles.
 const FINEST_POLES: f64 = 5e-6;
-/// The same for contact over cells, which has poles for each pair of wavenumbers; its contact tolerance, unless the
-/// scene's is finer; and parts of its cells across.
+/// The same for contact over cells, which has poles for each pair of wavenumbers; the reference's contact tolerance,
+/// unless the scene's is finer; and fractions of its cells across.
 const FINEST_POLES_OF_CELLS: f64 = 1e-5;
 const FINEST_TOLERANCE_OF_CELLS: f64 = 1e-6;
 const CELL_PARTS: [(usize, usize); 3] = [(1, 4), (1, 2), (3, 4)];
 /// Sizes of a cell across and along, relative to the reference's.
 const CELLS: [f64; 4] = [8.0, 4.0, 2.0, 1.33];
-/// The reference's, relative to [`cell_for`].
+/// The reference's cell size, relative to [`cell_for`].
 const FINEST_CELL: f64 = 0.5;
 /// Tolerances of the slices' curves \[m\].
 const CURVES: [f64; 4] = [1e-7, 3e-7, 1e-6, 1e-5];
@@ -67,16 +66,15 @@ const SUMS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 const FINEST_SUMS: f64 = 1e-8;
 const TERMS: [usize; 4] = [2, 4, 8, 16];
 const MEMORIES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.7];
-/// Most elements with which laws are compared.
 const MOST_FOR_LAWS: usize = 256;
-/// Steps of the reference in a period of the highest frequency, at least.
+/// Least number of the reference's steps in a period of the highest frequency.
 const STEPS_PER_PERIOD: f64 = 48.0;
-/// The same of an outline, and its tolerances of poles and sums.
+/// The same for an outline, and its tolerances of poles and sums.
 const STEPS_PER_PERIOD_OF_OUTLINE: f64 = 24.0;
 const TOLERANCES_OF_OUTLINE: [f64; 2] = [1e-5, 1e-7];
 
-/// Returns the settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at
-/// the highest frequency, or `STEPS_PER_PERIOD_OF_OUTLINE`.
+/// Settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD`, or
+/// `STEPS_PER_PERIOD_OF_OUTLINE`, at the highest frequency.
 pub(crate) fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
     let StudyOptions { highest, elements, substeps, sweep, .. } = *options;
     let (per_period, [poles, sums]) = match sweep {
@@ -113,7 +111,7 @@ pub(crate) fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
     settings
 }
 
-/// Returns every other setting of the knobs of the discretisation, from the second on.
+/// Every other setting of the knobs of the discretisation, from the second on.
 pub(crate) fn outline(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     let mut knobs = knobs(scene, reference, highest);
     knobs.retain(|knob| knob.kind == Kind::Error && knob.anchor.is_none());
@@ -127,7 +125,7 @@ pub(crate) fn outline(scene: &Scene, reference: &Settings, highest: f64) -> Vec<
     knobs
 }
 
-/// Returns all knobs, those first that a discretisation has.
+/// All knobs, first those of the discretisation.
 pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     let own = Settings::of(scene);
     let mut knobs = vec![elements(reference), substeps(reference)];
@@ -147,14 +145,15 @@ pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Kn
         knobs.extend(laws(scene, &own, reference));
     }
     for knob in &mut knobs {
-        // What holds nothing of the highest bands has no level there.
+        // A step too long for the highest bands gives no level there.
         knob.steps.retain(|(_, settings)| 1.0 / settings.time_step(scene) >= least_rate(highest));
     }
     knobs
 }
 
 impl Knob {
-    /// Returns a knob that is compared with `anchor`, or with the reference; or why there is none.
+    /// A knob compared with `anchor`, or with the reference if that is `None`; `steps` is `Err` with the reason where
+    /// the scene cannot have it.
     pub(crate) fn new(
         name: &str,
         kind: Kind,
@@ -171,7 +170,7 @@ impl Knob {
     }
 }
 
-/// Returns a reference with other elements and steps, and what it is called.
+/// The reference with other elements and steps, and its label.
 fn resolved(name: impl ToString, reference: &Settings, elements: usize, substeps: usize) -> (String, Settings) {
     let turn = |settings: &mut Settings| {
         (settings.numerics.elements, settings.numerics.substeps) = (elements, substeps);
@@ -179,7 +178,7 @@ fn resolved(name: impl ToString, reference: &Settings, elements: usize, substeps
     (name.to_string(), reference.with(turn))
 }
 
-/// Makes the knob of fewer elements at the reference's time step.
+/// Fewer elements at the reference's time step.
 fn elements(reference: &Settings) -> Knob {
     let parts = ELEMENT_PARTS.map(|(part, of)| reference.numerics.elements * part / of).into_iter();
     let possible = parts.filter(|count| *count >= Numerics::FEWEST_ELEMENTS && count.is_multiple_of(2));
@@ -190,7 +189,7 @@ fn elements(reference: &Settings) -> Knob {
     Knob::error("elements", Ok(possible.map(step).collect()))
 }
 
-/// Returns the settings with those of the steps given that are fewer than the reference has.
+/// The settings for those of `substeps` that are fewer than the reference's.
 fn fewer(reference: &Settings, substeps: &[usize]) -> Vec<(String, Settings)> {
     let fewer = substeps.iter().filter(|&&substeps| substeps < reference.numerics.substeps);
     fewer.map(|&substeps| resolved(substeps, reference, reference.numerics.elements, substeps)).collect()
@@ -209,7 +208,6 @@ fn other_rule(reference: &Settings, time_rule: TimeRule) -> Knob {
     Knob::error(time_rule.name(), steps)
 }
 
-/// Makes the knob of fewer cells across.
 fn cells(reference: &Settings) -> Knob {
     let all = reference.contact.cells_across.unwrap_or(1);
     let parts = CELL_PARTS.map(|(part, of)| all * part / of).into_iter().filter(|&across| across > 0);
@@ -246,8 +244,8 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
     vec![Knob::error("cells", cells), Knob::error("slice tolerance", curves)]
 }
 
-/// Makes the knobs that only the direct history has, at the scene's own elements and steps: at the reference's it would
-/// take days.
+/// The knobs that only the direct history has, at the scene's elements and steps: at the reference's it would take
+/// days.
 fn direct(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let refuse = |name: &str, reason: &str| Knob::error(name, Err(reason.to_owned()));
     let own = &own.numerics;
@@ -283,8 +281,7 @@ fn direct(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     ]
 }
 
-/// Returns the laws at few elements: the stiffness of a bedding is looked for in static solutions, which take minutes
-/// with many.
+/// The laws, at few elements: the stiffness of a bedding is found from static solutions, which take minutes with many.
 fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let elements = own.numerics.elements.min(MOST_FOR_LAWS);
     let anchor = resolved("", reference, elements, reference.steps().div_ceil(2 * elements)).1;
@@ -334,7 +331,7 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     ]
 }
 
-/// Returns the settings for all laws but one, with their names.
+/// The settings for all laws but `own`, with their names.
 fn others<L: Copy + PartialEq>(laws: &[(L, &str)], own: L, with: impl Fn(L) -> Settings) -> Vec<(String, Settings)> {
     laws.iter().filter(|(law, _)| *law != own).map(|&(law, name)| (name.to_owned(), with(law))).collect()
 }

@@ -16,14 +16,15 @@ use crate::study::trial::{Common, Difference, Trial, Trials};
 /// Cost of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Cost {
-    /// Multiply-adds in a second rolled: those counted in the march, and what the plan has for the road, whose cells
-    /// and heights count as many as take the time of one. Exact: the same for any number of threads.
+    /// Multiply-adds in a second rolled: those counted in the march, and those planned for the road, whose cells and
+    /// heights count as many as take the same time. Exact: the same for any number of threads.
     pub multiply_adds: f64,
-    /// Evaluations of the layered compliance for the model or the weights.
+    /// Evaluations of the layered compliance for the model or the weights of the direct history.
     pub compliance_evaluations: u64,
     /// Time of the march for a second rolled \[s\].
     pub march: f64,
-    /// Time of making road and slices, beside the march where there is another thread, for a second rolled \[s\].
+    /// Time of making road and slices for a second rolled \[s\]; it runs beside the march where there is another
+    /// thread.
     pub road: f64,
     /// Time of the fit \[s\]; `None` where the cache had it.
     pub fit: Option<f64>,
@@ -32,48 +33,48 @@ pub(crate) struct Cost {
 /// Settings that were rolled: how far from others, and at what cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Point {
-    /// Name of the run.
+    /// Label of the run.
     pub label: String,
-    /// Its settings.
+    /// What was rolled.
     pub settings: Settings,
-    /// How far it is from what it is compared with.
+    /// Difference from the run that it is compared with.
     pub difference: Difference,
-    /// Cost of the run.
+    /// Work and time taken.
     pub cost: Cost,
 }
 
 impl Point {
-    /// Returns the work and error as the front sees it.
+    /// Work (multiply-adds in a second rolled) and error (largest difference of a level, dB), as the front takes them.
     pub(crate) fn coordinates(&self) -> (f64, f64) {
         (self.cost.multiply_adds, self.difference.worst)
     }
 }
 
-/// A run.
 struct Measured {
     settings: Settings,
     common: Common,
     cost: Cost,
 }
 
-/// Time that runs are expected to take.
+/// Forecast time of the runs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Expected {
-    /// Settings that are rolled, and the time of each \[s\].
+    /// Settings that will be rolled, and the time of each \[s\].
     pub planned: Vec<(Settings, f64)>,
 }
 
 impl Expected {
-    /// Time of a combination over the mean of the planned runs: coarser than the reference, finer than the scene.
+    /// Assumed time of a combination over the mean of the planned runs: coarser than the reference, finer than the
+    /// scene.
     const OF_COMBINATION: f64 = 0.3;
 
-    /// Returns the time of a run, planned or a combination of settings that were \[s\].
+    /// Time of a run \[s\]: of a planned one as forecast, otherwise of a combination.
     fn of(&self, settings: &Settings) -> f64 {
         let planned = self.planned.iter().find(|(planned, _)| planned == settings);
         planned.map_or_else(|| Self::OF_COMBINATION * self.mean(), |(_, seconds)| *seconds)
     }
 
-    /// Returns the time of all planned runs and of so many combinations \[s\].
+    /// Time of all planned runs and of `combinations` more \[s\].
     pub(crate) fn seconds(&self, combinations: usize) -> f64 {
         (self.planned.len() as f64 + Self::OF_COMBINATION * combinations as f64) * self.mean()
     }
@@ -95,28 +96,20 @@ pub(crate) struct Lab<'a, 'b> {
 }
 
 impl<'a, 'b> Lab<'a, 'b> {
-    /// Makes a lab for a scene whose axle is held.
     pub(crate) fn new(scene: Scene, highest: f64, expected: Expected, trials: &'a mut Trials<'b>) -> Self {
         Self { scene, highest, expected, trials, known: Vec::new() }
     }
 
-    /// Returns the number of runs that were rolled.
     pub(crate) fn rolled(&self) -> usize {
         self.known.len()
     }
 
-    /// Returns the settings beside others that they are compared with; both are rolled unless they were before.
-    ///
-    /// # Errors
-    /// Errors of a run.
+    /// Settings compared with others; each of the two is rolled unless it was before.
     pub(crate) fn point(&mut self, label: &str, settings: &Settings, other: &Settings) -> Result<Point, RunError> {
         self.named(label, label, settings, other)
     }
 
-    /// Compares settings as [`Self::point`], their run told by another name.
-    ///
-    /// # Errors
-    /// As [`Self::point`].
+    /// As [`Self::point`], with another name for the run in progress messages.
     pub(crate) fn named(
         &mut self,
         label: &str,
@@ -130,7 +123,7 @@ impl<'a, 'b> Lab<'a, 'b> {
         Ok(Point { label: label.to_owned(), settings: settings.clone(), difference, cost: *cost })
     }
 
-    /// Tells which of the known runs has these settings; it is rolled unless it was before.
+    /// Index of the known run with these settings; it is rolled unless it was before.
     fn measure(&mut self, name: &str, settings: &Settings) -> Result<usize, RunError> {
         if let Some(known) = self.known.iter().position(|known| known.settings == *settings) {
             return Ok(known);
@@ -146,19 +139,18 @@ impl<'a, 'b> Lab<'a, 'b> {
         Ok(self.known.len() - 1)
     }
 
-    /// Returns the stretch that is compared \[s\].
     fn within(&self) -> Range<f64> {
         self.scene.rolling.warm_up..self.scene.rolling.warm_up + self.scene.rolling.duration
     }
 
-    /// Fits the model that a run will ask for, so that its time is known apart: evaluations, and time unless the cache
-    /// had it.
+    /// Fits the model that a run will need, so that its time is known separately: evaluations, and the time \[s\]
+    /// unless the cache had it.
     fn fit(&self, plan: &Plan) -> (Option<u64>, Option<f64>) {
         if plan.scene.numerics.history == History::Direct {
             return (None, None);
         }
         let begin = Instant::now();
-        // A refusal is the run's to report, in its place in the scene.
+        // The run reports a refusal itself, with its place in the scene.
         let Ok(fetched) = fetch(&plan.decisions.tyre, &plan.fit, self.trials.stop()) else {
             return (None, None);
         };
@@ -180,14 +172,14 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
     }
 }
 
-/// Returns the multiply-adds that a plan has for making the road.
+/// Planned multiply-adds for making the road.
 pub(crate) fn planned_road(amounts: &Amounts) -> f64 {
     let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
     let behind = amounts.work.iter().filter(|amount| amount.place == Place::Behind && road(amount.stage));
     behind.map(|amount| amount.amount * amount.unit.typical() / Unit::TextureMultiplyAdd.typical()).sum()
 }
 
-/// Returns the multiply-adds that a plan has for the march, and for the history behind it.
+/// Planned multiply-adds of the march, and of the history behind it.
 pub(crate) fn planned_march(amounts: &Amounts) -> f64 {
     let counts = |unit: Unit| {
         matches!(

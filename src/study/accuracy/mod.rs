@@ -1,11 +1,11 @@
 //! Accuracy against time: every knob of a scene that trades one for the other, against one converged reference.
 //!
 //! 1. The axle is held at the height at which it carries its load; the reference ([`knobs::reference`]) is rolled, and
-//!    the same with its elements, its steps and its cells halved and doubled: what [`Richardson`] makes of the
-//!    differences is the doubt of all that follows.
+//!    the same with its elements, its steps and its cells halved and doubled: [`Richardson`] turns the differences into
+//!    the uncertainty of all that follows.
 //! 2. Every knob ([`knobs::knobs`]) is swept with the rest at the reference.
 //! 3. Combinations ([`joint`]) are chosen, rolled, and their expectation corrected, one after the other.
-//! 4. Where there are receivers, how finely the sound's way is solved ([`sound`]), with the same forces.
+//! 4. Where there are receivers, the discretisation of the sound's transfer paths ([`sound`]), with the same forces.
 //! 5. The Pareto front ([`front()`]) of all of them, by exact work.
 //!
 //! An outline ([`Sweep::Outline`]) does less of 1 and 2, and leaves out 3 and 4. Runs follow one another, so that none
@@ -43,10 +43,10 @@ use crate::study::trial::{Difference, SETTLING, Trials, least_rate};
 use crate::tyre::poles::expected_fit;
 use lab::{Expected, Lab};
 
-/// Errors below this share of the doubt are not worth a combination.
+/// Errors below this share of the reference's uncertainty do not justify a run of a combination.
 const FLOOR: f64 = 0.25;
 
-/// How sure the reference is in one of its knobs.
+/// Convergence of the reference in one of its knobs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct Refined {
     /// The knob that was halved and doubled.
@@ -55,49 +55,49 @@ pub(crate) struct Refined {
     pub worst: Richardson,
     /// Rms difference of the levels \[dB\].
     pub rms: Richardson,
-    /// Difference of the force.
+    /// Relative difference of the force.
     pub force: Richardson,
-    /// Doubt of the mean force.
+    /// Uncertainty of the mean force.
     pub mean_force: Richardson,
-    /// Doubt of the patch's length.
+    /// Uncertainty of the patch's length.
     pub contact_length: Richardson,
-    /// Doubt of the rolling resistance.
+    /// Uncertainty of the rolling resistance.
     pub rolling_resistance: Richardson,
 }
 
-/// All of a study.
+/// Findings of a study.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Study {
     /// Options asked for.
     pub options: StudyOptions,
-    /// The reference.
+    /// The converged run that all others are compared with.
     pub reference: Point,
-    /// How sure it is.
+    /// Its convergence, by knob.
     pub refined: Vec<Refined>,
-    /// Errors below these cannot be told from those of the reference.
+    /// Uncertainty of the reference: smaller differences from it say nothing.
     pub doubt: Difference,
-    /// The knobs.
+    /// The swept knobs, with their runs.
     pub knobs: Vec<Knob>,
     /// The scene's own settings, and others with a name.
     pub named: Vec<Point>,
-    /// The combinations.
+    /// The combinations that were rolled, in that order.
     pub joint: Vec<Joint>,
-    /// The front by exact work, cheapest first: settings that nothing with less work is closer to the reference than.
+    /// The front by exact work, cheapest first: nothing with less work is closer to the reference.
     pub front: Vec<Point>,
-    /// How finely the sound's way is solved, where there are receivers and knobs are swept.
+    /// Discretisation of the sound's transfer paths, where there are receivers and knobs are swept.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound: Option<SoundStudy>,
-    /// Threads.
+    /// Threads of the pool.
     pub threads: usize,
-    /// Runs that were rolled.
+    /// Number of runs that were rolled.
     pub rolled: usize,
-    /// True if all was done; `false`: the user stopped it, and this is what there was.
+    /// False if the user stopped the study: it holds the runs up to there.
     pub complete: bool,
 }
 
 impl Study {
-    /// Returns everything on one model: named points, combinations, and swept knobs that are no other model and were
-    /// compared with the reference.
+    /// All points on the same model: named points, combinations, and swept knobs that change no model and were compared
+    /// with the reference.
     pub(crate) fn points(&self) -> impl Iterator<Item = &Point> {
         points(&self.knobs, &self.named, &self.joint)
     }
@@ -109,7 +109,7 @@ fn points<'a>(knobs: &'a [Knob], named: &'a [Point], joint: &'a [Joint]) -> impl
     named.iter().chain(joint.iter().map(|joint| &joint.point)).chain(swept)
 }
 
-/// Studies a scene. Stopped after its reference was rolled, it hands back what there is.
+/// Studies a scene. Stopped after its reference was rolled, it returns what there is.
 ///
 /// # Errors
 /// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the
@@ -128,7 +128,7 @@ pub(crate) fn study(
     let of_cells = loaded.scene.contact.zone == Zone::Cells;
     let has_presets = match options.sweep {
         Sweep::Outline => false,
-        // Its own runs take long enough.
+        // The runs of its knobs take long enough.
         Sweep::Knobs => !of_cells,
         _ => true,
     };
@@ -142,7 +142,7 @@ pub(crate) fn study(
     let reference = knobs::reference(scene, &StudyOptions { elements, ..options.clone() });
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
-    // Runs that are compared by their forces have no receivers.
+    // Runs that are compared by their forces need no receivers.
     (shorter.receivers, shorter.radiation) = (Vec::new(), Radiation::default());
     shorter.effects.radiation = Switch::Auto;
     let knobs = match options.sweep {
@@ -207,7 +207,7 @@ pub(crate) fn study(
 }
 
 impl Study {
-    /// Rolls all runs that are compared by their forces, and keeps what each gives as soon as it is there.
+    /// Rolls all runs that are compared by their forces, and keeps each result as soon as it is there.
     fn carry_out(
         &mut self,
         lab: &mut Lab<'_, '_>,
@@ -229,7 +229,7 @@ impl Study {
             for (label, settings) in &knob.steps {
                 match lab.named(label, &format!("{} {label}", knob.name), settings, other) {
                     Ok(found) => knob.points.push(found),
-                    // Such as a model that cannot be fitted: the others can be all the same.
+                    // Such as a model that cannot be fitted: the other settings may still run.
                     Err(RunError::Scene(error)) => knob.missing = Some(format!("{label}: {}", error.problem())),
                     Err(error) => return Err(error),
                 }
@@ -251,10 +251,9 @@ impl Study {
     }
 }
 
-/// A knob of the reference, and the reference with it twice as coarse and, unless that is left out, twice as fine.
+/// A knob of the reference; the reference with it twice as coarse and, unless that is left out, twice as fine.
 type Refinement = (&'static str, Settings, Option<Settings>);
 
-/// Returns the reference with each of its knobs turned.
 fn refinements(reference: &Settings, are_finer: bool) -> Vec<Refinement> {
     let with = |elements: usize, steps: usize| {
         let substeps = (steps as f64 / elements as f64).round().max(1.0) as usize;
@@ -297,7 +296,7 @@ impl Refined {
     }
 }
 
-/// Returns the errors of the knobs of the reference together: independent ones.
+/// Errors of the reference's knobs together, as independent ones: root of the sum of squares.
 fn doubt(refined: &[Refined]) -> Difference {
     let of = |value: fn(&Refined) -> Richardson| {
         refined.iter().map(|refined| value(refined).error.powi(2)).sum::<f64>().sqrt()
@@ -313,7 +312,7 @@ fn doubt(refined: &[Refined]) -> Difference {
     }
 }
 
-/// Checks every run that is known beforehand, and the time of all.
+/// Checks every run that is known beforehand, and the forecast time of all of them against the scene's limit.
 fn check(
     loaded: &LoadedScene,
     scene: &Scene,

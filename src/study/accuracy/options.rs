@@ -8,14 +8,14 @@ use crate::scene::Scene;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Sweep {
-    /// The scene's own settings, and every other setting of the knobs of its discretisation, against a reference whose
-    /// doubt is that from one half as fine: minutes.
+    /// The scene's settings, and every other setting of the knobs of its discretisation, against a reference whose
+    /// uncertainty comes from one run half as fine: minutes.
     Outline,
-    /// The presets, the scene's own settings, every knob, laws and ways of the sound.
+    /// The presets, the scene's settings, every knob, laws and transfer paths of the sound.
     Knobs,
     /// The presets, and each with one setting turned.
     Neighbours,
-    /// The presets.
+    /// The presets alone.
     #[cfg(test)]
     Nothing,
 }
@@ -46,12 +46,10 @@ impl StudyOptions {
     /// Combinations that a whole study rolls unless asked for.
     pub(crate) const RUNS: usize = 12;
 
-    /// Returns an outline of a scene's accuracy.
     pub(crate) fn outline(scene: &Scene) -> Self {
         Self { runs: 0, sweep: Sweep::Outline, ..Self::whole(scene) }
     }
 
-    /// Returns the everything.
     pub(crate) fn whole(scene: &Scene) -> Self {
         Self {
             highest: scene.numerics.fmax.unwrap_or(Self::HIGHEST),

@@ -10,7 +10,7 @@ use crate::study::accuracy::settings::Settings;
 /// Coarsest tolerance of the poles that a scene may ask for.
 const COARSEST_POLES: f64 = 1e-2;
 
-/// Returns the settings that a row chooses for a scene up to `highest` \[Hz\].
+/// Settings that a row of the table chooses for a scene up to `highest` \[Hz\].
 pub(crate) fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings {
     let mut settings = Settings::of(scene);
     let Settings { numerics, contact, cell_length } = &mut settings;
@@ -32,14 +32,13 @@ pub(crate) fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> S
     settings
 }
 
-/// Returns all rows with their names.
+/// The settings of all rows, by preset name.
 pub(crate) fn named(scene: &Scene, highest: f64) -> Vec<(String, Settings)> {
     let rows = FrontRow::all(scene.contact.zone).iter();
     rows.map(|row| (row.preset.name().to_owned(), settings(scene, row, highest))).collect()
 }
 
-/// Returns each of some settings with one of them turned either way: what is close to them on the way to more accuracy
-/// or less work.
+/// Settings next to each of `named`, with one quantity changed up or down: towards more accuracy or less work.
 pub(crate) fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
     named
         .iter()
@@ -54,7 +53,7 @@ pub(crate) fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
                 add("fewer steps", &|settings| settings.numerics.substeps -= 1);
             }
             add("more steps", &|settings| settings.numerics.substeps += 1);
-            // Poles are hardly seen in either, but for fewer of them.
+            // Poles hardly matter in either, except that fewer are cheaper.
             let poles = (10.0 * numerics.pole_tolerance).min(COARSEST_POLES);
             add("fewer poles", &|settings| settings.numerics.pole_tolerance = poles);
             if let Some(points) = contact.cells_across.filter(|&points| points > 1) {

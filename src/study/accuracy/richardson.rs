@@ -1,12 +1,12 @@
-//! Convergence of a sequence of ever finer runs, and the error that is left (Richardson's extrapolation, applied to
-//! norms of differences).
+//! Convergence of a sequence of ever finer runs, and the remaining error (Richardson's extrapolation, applied to norms
+//! of differences).
 //!
 //! With an error C h^p a run with step h differs from that with 2 h by d1 = C h^p (2^p - 1) and from that with h/2 by
 //! d2 = d1/2^p: p = lg2(d1/d2), and h's own error is d2/(1 - 2^-p).
 
 use serde::Serialize;
 
-/// Orders below this are no convergence that one could extrapolate.
+/// Below this order the sequence does not converge well enough to extrapolate.
 const LEAST_ORDER: f64 = 0.5;
 
 /// Error of the middle one of three runs.
@@ -20,12 +20,12 @@ pub(crate) struct Richardson {
     pub order: Option<f64>,
     /// Estimated error of the middle run.
     pub error: f64,
-    /// True if the differences shrink so that the estimate is one; otherwise it is the larger difference.
+    /// False if the differences do not shrink at `LEAST_ORDER` at least: `error` is then the larger difference.
     pub converges: bool,
 }
 
 impl Richardson {
-    /// Estimates the error from the differences of the middle run from one twice as coarse and from one twice as fine.
+    /// Error of the middle run from its differences from one twice as coarse and from one twice as fine.
     pub(crate) fn new(coarse: f64, fine: f64) -> Self {
         let (coarse, fine) = (coarse.abs(), fine.abs());
         if fine == 0.0 {
@@ -38,8 +38,8 @@ impl Richardson {
         Self { coarse, fine: Some(fine), order: Some(order), error, converges }
     }
 
-    /// Estimates the error from the difference of a run from one twice as coarse alone: at first order, the lowest that
-    /// is worth a study, its own error is as large.
+    /// Error of a run from its difference from one twice as coarse alone, assuming first order, the lowest of interest:
+    /// the error equals the difference. An upper bound for any higher order.
     pub(crate) fn first_order(coarse: f64) -> Self {
         Self { coarse: coarse.abs(), fine: None, order: None, error: coarse.abs(), converges: true }
     }
@@ -63,7 +63,7 @@ mod tests {
         assert!(!worse.converges && (worse.error - 0.2).abs() < 1e-15 && worse.order.unwrap() < 0.0);
         let equal = Richardson { converges: true, fine: Some(0.0), ..Richardson::default() };
         assert_eq!(Richardson::new(0.0, 0.0), equal);
-        // Of an error that falls faster, what a coarser run alone tells is a bound.
+        // Of an error that falls faster, the difference from a coarser run alone is a bound.
         let error = |h: f64| 0.7 * h.powi(2);
         let alone = Richardson::first_order(error(0.2) - error(0.1));
         assert!(alone.error >= error(0.1) && alone.fine.is_none(), "{alone:?}");

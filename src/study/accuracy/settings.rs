@@ -9,12 +9,11 @@ use crate::scene::{Contact, History, Numerics, Road, Scene, SliceCoupling, Slice
 /// The settings of one run of a study; everything else is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Settings {
-    /// Elements, steps, time rule, history and their tolerances, none of them left to be chosen.
+    /// Elements, steps, time rule, history and their tolerances, all explicit.
     #[serde(flatten)]
     pub numerics: Numerics,
-    /// Laws and cells; `cells_across` is `None` only for slices of a road that is level across, or has cells of its own
-    /// or of the law,
-    /// and cells along an element follow from `cell_length`.
+    /// Laws and cells; `cells_across` is `None` only for slices of a road that is level across or has a cell size of
+    /// its own or of the law. Cells along an element follow from `cell_length`.
     #[serde(flatten)]
     pub contact: Contact,
     /// Longest cell along an element of slices \[m\].
@@ -22,13 +21,12 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// Returns those of a scene.
     pub(crate) fn of(scene: &Scene) -> Self {
         let (mut numerics, mut contact) = (scene.numerics.clone(), scene.contact.clone());
         numerics.forget_wishes();
         let across = Lattice::across(scene.tyre.contact_width, scene.road.cell());
         let made = matches!(scene.road, Road::Made(_) | Road::Profile(_));
-        // What a grid that fits keeps is not known here; a texture has no cells of its own.
+        // Whether a measured grid keeps its own cells is not known here; a texture has none.
         let of_law = contact.cell_of_law(&scene.road);
         let resolved = made && of_law.is_none();
         contact.cells_across =
@@ -42,14 +40,14 @@ impl Settings {
         Self { numerics, contact, cell_length }
     }
 
-    /// Returns the same with something turned.
+    /// A copy changed by `turn`.
     pub(crate) fn with(&self, turn: impl FnOnce(&mut Self)) -> Self {
         let mut settings = self.clone();
         turn(&mut settings);
         settings
     }
 
-    /// Returns the scene with these settings.
+    /// The scene with these settings.
     pub(crate) fn on(&self, scene: &Scene) -> Scene {
         let Self { numerics, mut contact, cell_length } = self.clone();
         if contact.zone == Zone::Slices {
@@ -70,17 +68,16 @@ impl Settings {
         Scene { numerics, contact, ..scene.clone() }
     }
 
-    /// Returns the time steps in a revolution.
     pub(crate) fn steps(&self) -> usize {
         self.numerics.elements * self.numerics.substeps
     }
 
-    /// Returns the time step of a scene's tyre at its speed \[s\].
+    /// Time step of a scene's tyre at its speed \[s\].
     pub(crate) fn time_step(&self, scene: &Scene) -> f64 {
         scene.tyre.circumference / (self.steps() as f64 * scene.rolling.speed())
     }
 
-    /// Returns the settings in a line.
+    /// The settings in one line.
     pub(crate) fn label(&self, scene: &Scene) -> String {
         let Self { numerics, contact, cell_length } = self;
         let (elements, substeps, rule) = (numerics.elements, numerics.substeps, numerics.time_rule.name());

@@ -1,7 +1,7 @@
-//! How finely the sound's way is solved against what is heard: the same forces by several ways.
+//! Discretisation of the sound's transfer paths: the same forces radiated with different settings.
 //!
 //! 1. The scene with its own elements and steps is rolled once, its axle held; its forces are kept.
-//! 2. They are heard by a reference whose boundary elements, frequencies and lateral waves are finer than the scene's.
+//! 2. The sound of a reference whose boundary elements, frequencies and lateral waves are finer than the scene's.
 //! 3. Each of these knobs is swept with the others at the reference; then all at the scene's settings.
 //!
 //! Differences are of the A-weighted level and of third octaves, receiver by receiver.
@@ -21,71 +21,71 @@ use crate::scene::{LoadedScene, Radiation, RadiationQuality, Scene, Switch};
 use crate::sound::{Compared, SoundLevels};
 use crate::study::trial::{LOWEST_BAND, Trials, level_changes, upper_edge};
 
-/// The reference's nodes over the scene's.
+/// Nodes per wavelength of the reference over the scene's.
 const FINER_ELEMENTS: f64 = 4.0 / 3.0;
-/// The reference's tolerance over the scene's, and its lateral waves.
+/// The reference's frequency tolerance over the scene's, and its lateral waves.
 const FINER_FREQUENCIES: f64 = 0.5;
 const FINER_WAVES: usize = 2;
-/// Settings that are swept, relative to the scene's; the last are the scene's own.
+/// Settings that are swept, relative to the scene's; the last of each are the scene's.
 const ELEMENTS: [f64; 3] = [0.6, 0.8, 1.0];
 const FREQUENCIES: [f64; 3] = [10.0, 3.0, 1.0];
 const WAVES: [f64; 3] = [0.25, 0.5, 1.0];
 
-/// How far what a receiver hears is from the reference.
+/// Difference of the sound at a receiver from the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct SoundDifference {
-    /// The receiver's name.
+    /// Name of the receiver.
     pub receiver: String,
     /// Largest difference of a third octave \[dB\].
     pub worst: f64,
     /// Nominal mid-frequency of its band \[Hz\].
     pub worst_band: f64,
-    /// Difference of the A-weighted level over common bands, where the tyre passes of the maximum \[dB(A)\]; absent
-    /// without a passage.
+    /// Difference of the A-weighted level over common bands, at the passage of the maximum \[dB(A)\]; absent without a
+    /// passage.
     pub level_a: Option<f64>,
 }
 
-/// A way of the sound, and how far it is from the reference.
+/// Settings of the transfer paths, and their difference from the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct SoundPoint {
     /// The knob and its setting.
     pub label: String,
     /// By receiver; empty for the reference itself.
     pub differences: Vec<SoundDifference>,
-    /// How its transfers were found.
+    /// How the transfer functions were found.
     pub body: BodySummary,
-    /// Time of its set-up \[s\]: transfers that were kept on disk take none.
+    /// Time of the set-up \[s\]: cached transfer functions take none.
     pub seconds: f64,
 }
 
 impl SoundPoint {
-    /// Returns the largest difference of a third octave at any receiver \[dB\].
+    /// The receiver with the largest difference of a third octave.
     pub(crate) fn worst(&self) -> Option<&SoundDifference> {
         self.differences.iter().max_by(|a, b| a.worst.total_cmp(&b.worst))
     }
 
-    /// Returns the largest difference of an A-weighted level at any receiver \[dB(A)\].
+    /// Largest magnitude of the differences of the A-weighted level over the receivers \[dB(A)\]; 0 without a passage.
     pub(crate) fn level_a(&self) -> f64 {
         self.differences.iter().filter_map(|of| of.level_a).map(f64::abs).fold(0.0, f64::max)
     }
 }
 
-/// All ways.
+/// Findings of the sound's part of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct SoundStudy {
-    /// Reference of the others.
+    /// With finer boundary elements, frequencies and lateral waves than the scene.
     pub reference: SoundPoint,
-    /// Every knob's settings, then the scene's.
+    /// Every knob's settings, then the scene's with all of them.
     pub points: Vec<SoundPoint>,
 }
 
-/// A way by its name.
+/// Name and settings of a transfer path.
 type Way = (String, Radiation);
 
-/// Returns the reference, and what is compared with it.
+/// The reference, and what is compared with it.
 fn ways(own: &Radiation) -> (Way, Vec<Way>) {
     let finest = Radiation {
-        // What a draft is worth is told by the full method, too.
+        // A draft is compared with the full method, too.
         quality: RadiationQuality::Full,
         nodes_per_wavelength: FINER_ELEMENTS * own.nodes_per_wavelength,
         frequency_tolerance: FINER_FREQUENCIES * own.frequency_tolerance,
@@ -118,7 +118,7 @@ fn ways(own: &Radiation) -> (Way, Vec<Way>) {
     ((reference, finest), ways)
 }
 
-/// Forces of a run, and the run to hear them by.
+/// The forces of one run, and the run itself, whose models the transfer paths need.
 struct Rolled<'a, 'b> {
     scene: Scene,
     run: Simulation,
@@ -127,8 +127,8 @@ struct Rolled<'a, 'b> {
     trials: &'a Trials<'b>,
 }
 
-/// Studies the sound of a scene up to `highest` \[Hz\]; `held`: the same with its axle held and without receivers.
-/// `None` without receivers, or for a run that is too short.
+/// Studies the sound of a scene up to `highest` \[Hz\]; `held` is the same scene with its axle held and without
+/// receivers. `None` without receivers, or if the run is too short.
 ///
 /// # Errors
 /// Errors of a run; [`RunError::Interrupted`].
@@ -143,7 +143,7 @@ pub(crate) fn study(
     }
     let mut heard = Scene { receivers: scene.receivers.clone(), ..held.clone() };
     heard.effects.radiation = Switch::Auto;
-    // Transfers fall to zero over the last twentieth.
+    // The transfer functions fall to zero over the last twentieth of their band.
     let fmax = scene.radiation.fmax.min(1.06 * upper_edge(highest));
     heard.radiation = Radiation { fmax, audio: false, ..scene.radiation.clone() };
     let mut rolled = Rolled::new(heard, trials)?;
@@ -178,7 +178,7 @@ impl<'a, 'b> Rolled<'a, 'b> {
         Ok(Self { scene, run, width, forces, trials })
     }
 
-    /// Finds the levels by a way, and their distance from a reference.
+    /// Sound with the given radiation settings, and its difference from a reference; `None` if the run is too short.
     fn point(
         &mut self,
         label: String,

@@ -15,29 +15,28 @@ pub(crate) const LARGEST_EXCESS: f64 = 2.5;
 /// Findings of a study about a preset.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Verdict {
-    /// The preset.
+    /// The judged preset.
     pub preset: Preset,
     /// Stated error \[dB\].
     pub stated: f64,
     /// Largest difference of a level found \[dB\].
     pub found: f64,
-    /// Its work over that of the cheapest settings found that are as accurate.
+    /// Its work over that of the cheapest settings found that are as accurate; at least 1.
     pub excess: f64,
 }
 
 impl Verdict {
-    /// Tells whether the preset keeps its stated error.
     pub(crate) fn keeps_its_error(&self) -> bool {
         self.found <= self.stated
     }
 
-    /// Tells whether it lies on the front, within [`LARGEST_EXCESS`].
+    /// Whether it lies on the front, within [`LARGEST_EXCESS`].
     pub(crate) fn is_on_the_front(&self) -> bool {
         self.excess <= LARGEST_EXCESS
     }
 }
 
-/// Returns the verdicts of a study in which the presets are named points.
+/// Verdicts on the presets among the named points of a study.
 pub(crate) fn verdicts(study: &Study) -> Vec<Verdict> {
     let points: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
     let verdict = |row: &FrontRow| {

@@ -1,4 +1,4 @@
-//! Runs of a sweep at their coast-by receivers: levels as the sound power of a vehicle.
+//! Levels of a sweep's runs at their coast-by receivers, as sound power of a vehicle.
 
 use thiserror::Error;
 
@@ -14,7 +14,7 @@ use crate::study::sweep::Label;
 /// Column of the unweighted levels at receivers.
 const LEVEL: &str = "level_db_re_20upa";
 
-/// Why there is no emission.
+/// Reasons why there is no emission.
 #[derive(Debug, Error)]
 pub(crate) enum EmissionError {
     /// A results folder that cannot be read.
@@ -32,7 +32,7 @@ pub(crate) enum EmissionError {
         /// Name of the run.
         name: String,
     },
-    /// Levels at one speed alone.
+    /// Levels at a single speed.
     #[error(
         "{} at {speed} km/h alone: a line over the speed needs two speeds at least, such as \
          `tyrewave sweep SCENE --speed 50..110:10`",
@@ -46,26 +46,27 @@ pub(crate) enum EmissionError {
     },
 }
 
-/// One run at one coast-by receiver.
+/// Levels of one run at one coast-by receiver.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Heard {
-    /// Group of the run: road, load and settings, as far as they are varied.
+    /// Road, load and settings, as far as they are varied.
     pub group: String,
     /// Name of the receiver.
     pub receiver: String,
-    /// Tyres that the receiver hears.
+    /// Number of tyres that the receiver hears.
     pub tyres: usize,
     /// Speed \[km/h\].
     pub speed: f64,
-    /// Third octaves of the sound power of four tyres \[dB re 1 pW\], by the sources of CNOSSOS-EU and of Nord2000.
+    /// Third octaves of the sound power of four tyres \[dB re 1 pW\], from the sources of CNOSSOS-EU and of Nord2000.
     pub power: [Vec<BandLevel>; 2],
-    /// Maximum of the pass-by \[dB(A)\], with its bands.
+    /// Maximum of the passage \[dB(A)\], with its bands.
     pub maximum: Option<TotalLevel>,
-    /// Passages that it is the mean of, and the standard error of that \[dB\], where it is known.
+    /// Number of passages that the maximum is averaged over, and the standard error of that mean \[dB\], where it is
+    /// known.
     pub passages: Option<(usize, Option<f64>)>,
 }
 
-/// Hears a run at its coast-by receivers.
+/// Levels of a run at its coast-by receivers.
 pub(super) fn listen(label: &Label, run: &Stored) -> Result<Vec<Heard>, EmissionError> {
     let name = label.name.clone();
     if !run.summary.complete {
@@ -105,13 +106,13 @@ pub(super) fn listen(label: &Label, run: &Stored) -> Result<Vec<Heard>, Emission
     if all.is_empty() { Err(EmissionError::NoPassage { name }) } else { Ok(all) }
 }
 
-/// Returns the level of a vehicle's tyres over that of so many \[dB\]: mean squares add.
+/// Level of a vehicle's tyres over that of `tyres` of them \[dB\]: mean squares add.
 fn to_vehicle(tyres: usize) -> f64 {
     10.0 * (Vehicle::TYRES as f64 / tyres as f64).log10()
 }
 
-/// Returns the octave bands of CNOSSOS-EU, 63 Hz to 8 kHz, from the third octaves within: those of which all three are
-/// there.
+/// Octave bands of CNOSSOS-EU, 63 Hz to 8 kHz, from the third octaves within; only those whose three third octaves are
+/// all present.
 pub(super) fn octaves(third_octaves: &[BandLevel]) -> Vec<BandLevel> {
     let octave = |middle: i32| {
         let three: Vec<&BandLevel> = third_octaves.iter().filter(|of| (of.band.0 - middle).abs() <= 1).collect();
@@ -127,7 +128,7 @@ pub(super) fn octaves(third_octaves: &[BandLevel]) -> Vec<BandLevel> {
 pub(super) mod tests {
     use super::*;
 
-    /// Returns the levels of bands \[dB\].
+    /// Bands with these levels \[dB\], valid below number 3.
     pub(in crate::study::emission) fn bands(levels: &[(i32, f64)]) -> Vec<BandLevel> {
         let one = |&(band, level): &(i32, f64)| BandLevel {
             band: ThirdOctaveBand(band),

@@ -3,11 +3,11 @@
 //! 1. The finished runs of a sweep are grouped by road, load and settings: those of a group differ in speed, and in
 //!    seeds, which are draws of the same thing.
 //! 2. The level along the line of each coast-by receiver, per third octave, becomes the sound power of a vehicle of
-//!    four equal tyres that know nothing of each other: [point sources](crate::sound::point_source), and 10 lg 4 = 6.0
-//!    dB for a receiver that hears one tyre. Octaves of CNOSSOS-EU are energy sums of three third octaves.
+//!    four equal, uncorrelated tyres: [point sources](crate::sound::point_source), and 10 lg 4 = 6.0 dB for a receiver
+//!    that hears one tyre. Octaves of CNOSSOS-EU are energy sums of three third octaves.
 //! 3. Least squares of L = A + B lg(v/v_ref) over the runs: [`SpeedCoefficient`](crate::sound::SpeedCoefficient).
 //!
-//! A row is valid where every run that it is made of vouches for the band.
+//! A row is valid where the band is valid in every run that contributes.
 
 mod heard;
 mod rows;
@@ -24,7 +24,7 @@ pub(crate) use table::EMISSION_HEAD;
 pub(crate) struct Emission {
     /// Regressions, by group and receiver.
     pub rows: Vec<EmissionRow>,
-    /// Lines that the levels do not make, and why.
+    /// Lines that cannot be fitted, and why.
     pub missing: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! Regressions of the emission.
+//! Regressions of the emission over the logarithm of the speed.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use crate::response::BandLevel;
 use crate::scene::Vehicle;
 use crate::sound::{Compared, SpeedCoefficient, TotalLevel};
 
-/// Speeds at which UN R117 lets car tyres pass \[km/h\].
+/// Speeds that UN R117 permits for car tyres \[km/h\].
 const R117_SPEEDS: std::ops::RangeInclusive<f64> = 70.0..=90.0;
 /// Third octaves of Nord2000, 25 Hz to 10 kHz.
 const NORD2000_BANDS: std::ops::RangeInclusive<i32> = -16..=10;
@@ -25,10 +25,10 @@ pub(crate) enum EmissionModel {
 }
 
 impl EmissionModel {
-    /// All, in the order of the table.
+    /// All models, in the order of the table.
     pub(crate) const ALL: [Self; 3] = [Self::CnossosEu, Self::Nord2000, Self::UnR117];
 
-    /// Returns the name in tables for scripts.
+    /// Name in tables for scripts.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::CnossosEu => "cnossos-eu",
@@ -37,7 +37,7 @@ impl EmissionModel {
         }
     }
 
-    /// Returns the reference speed v_ref \[km/h\].
+    /// Reference speed v_ref \[km/h\].
     pub(crate) fn reference_speed(self) -> f64 {
         match self {
             Self::CnossosEu | Self::Nord2000 => 70.0,
@@ -49,30 +49,29 @@ impl EmissionModel {
 /// Line L = A + B lg(v/v_ref) through the levels of a band.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct EmissionRow {
-    /// Group of runs: road, load and settings, as far as they are varied.
+    /// Road, load and settings, as far as they are varied.
     pub group: String,
     /// Name of the receiver.
     pub receiver: String,
-    /// Model.
+    /// What the row is for.
     pub model: EmissionModel,
     /// Nominal mid-frequency of the band \[Hz\]; `None` of an overall level.
     pub nominal_hz: Option<f64>,
-    /// Tyres that the level is of.
+    /// Number of tyres whose level it is.
     pub tyres: usize,
-    /// The line: A its level at v_ref, B its slope.
+    /// The fit: level A at v_ref, slope B.
     pub line: SpeedCoefficient,
-    /// Runs that it goes through, and how many of them are slower and faster than v_ref.
+    /// Number of runs of the fit, and how many of them are slower and faster than v_ref.
     pub runs: [usize; 3],
     /// Lowest and highest speed \[km/h\].
     pub speeds: [f64; 2],
-    /// True if every run vouches for the band.
+    /// True if the band is valid in every run.
     pub valid: bool,
-    /// Passages of a maximum, of the run with the fewest, and the largest standard error of a level \[dB\], where that
-    /// of every level is known.
+    /// Passages of a maximum, of the run with the fewest, and the largest standard error of a level \[dB\] if that of
+    /// every level is known.
     pub passages: Option<(usize, Option<f64>)>,
 }
 
-/// Level of a run at a speed.
 #[derive(Clone, Copy, Debug)]
 struct Point {
     /// Speed \[km/h\].
@@ -81,7 +80,7 @@ struct Point {
     valid: bool,
 }
 
-/// Returns the rows of one group at one receiver, from its runs.
+/// Rows of one group at one receiver, from its runs.
 pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
     let row = |model: EmissionModel, nominal_hz, tyres, points: Vec<Point>| {
         let points: Vec<Point> = points.into_iter().filter(|point| point.level.is_finite()).collect();
@@ -105,7 +104,7 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
             passages: None,
         })
     };
-    // All bands of all runs, each band's points together, bands rising.
+    // Points of each band from all runs, bands rising.
     let banded = |model: EmissionModel, bands: &dyn Fn(&Heard) -> Vec<BandLevel>| -> Vec<EmissionRow> {
         let spectra: Vec<(f64, Vec<BandLevel>)> = heard.iter().map(|of| (of.speed, bands(of))).collect();
         let mut numbers: Vec<_> = spectra.iter().flat_map(|(_, bands)| bands).map(|of| of.band).collect();
@@ -135,7 +134,7 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
     all
 }
 
-/// Returns the maxima of the runs at the speeds of UN R117.
+/// Maxima of the runs at the speeds of UN R117.
 ///
 /// # Errors
 /// Why these are not of one kind: maxima of different bands, or of bands that do not reach the loudest.
@@ -152,7 +151,7 @@ fn maxima(heard: &[&Heard]) -> Result<Vec<Point>, String> {
     Ok(points.map(|((speed, level), valid)| Point { speed, level, valid }).collect())
 }
 
-/// Tells why a receiver has no row of UN R117, where its maxima cannot be compared.
+/// Why a receiver has no row of UN R117 if its maxima cannot be compared.
 pub(super) fn no_maxima(heard: &[&Heard]) -> Option<String> {
     let why = maxima(heard).err()?;
     let place = [heard[0].group.as_str(), heard[0].receiver.as_str()];
@@ -166,7 +165,7 @@ mod tests {
     use super::*;
     use crate::response::ThirdOctaveBand;
 
-    /// Returns a maximum of bands that are loudest at 800 Hz and end with one of them.
+    /// A maximum whose bands are loudest at 800 Hz and end with band `last`.
     fn maximum(last: i32, level: f64) -> TotalLevel {
         let band = |n: i32| {
             let level = 60.0 - 2.0 * f64::from((n + 1).abs());
@@ -192,7 +191,7 @@ mod tests {
         assert!(rows == 0 && why.contains("25 Hz - 80 Hz, do not reach the loudest"), "{why}");
     }
 
-    /// Makes runs whose power levels lie on lines of A and B about 70 km/h, by band, and off them as given.
+    /// Runs whose power levels lie on lines of A and B about 70 km/h, by band, offset as given \[dB\].
     fn runs(speeds: &[f64], off: &[f64]) -> Vec<Heard> {
         let run = |(&speed, off): (&f64, &f64)| {
             let x = (speed / 70.0).log10();
@@ -238,7 +237,7 @@ mod tests {
         // At v_ref an octave is the sum of its three lines.
         let exact = 10.0 * [89.0, 90.0, 91.0].map(|level: f64| 10.0_f64.powf(0.1 * level)).iter().sum::<f64>().log10();
         assert!((cnossos[4].line.reference_level - exact).abs() < 0.02, "{:?}", cnossos[4]);
-        // UN R117 has runs at 70 to 90 km/h alone; the one at 90 km/h is not vouched for.
+        // UN R117 has runs at 70 to 90 km/h alone; the one at 90 km/h is not valid.
         let [r117] = model(EmissionModel::UnR117)[..] else { panic!("one row") };
         assert!((r117.line.reference_level - 70.5).abs() < 1e-9);
         assert!((r117.line.slope.decibels_per_decade - 31.0).abs() < 1e-8);

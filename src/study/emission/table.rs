@@ -6,21 +6,21 @@ use super::Emission;
 use super::rows::{EmissionModel, EmissionRow};
 use crate::results::table::{Report, csv, numbers, optional, row};
 
-/// Columns of `emission.csv`, by which an earlier one is known.
+/// Columns of `emission.csv`, by which an existing file is recognised.
 pub(crate) const EMISSION_HEAD: &str = "group,receiver,model,nominal_hz,reference_kmh,tyres,a_db,b_db_per_decade,\
                                         a_error_db,b_error_db_per_decade,residual_rms_db,runs,lowest_kmh,highest_kmh,\
                                         valid";
 
-/// Columns behind these.
+/// Columns behind those of [`EMISSION_HEAD`].
 const STATISTICS: [&str; 2] = ["passages", "standard_error_db"];
 
-/// Runs that UN R117 asks for on either side of its reference speed.
+/// Number of runs that UN R117 asks for on either side of its reference speed.
 const R117_RUNS: usize = 4;
 
 impl Emission {
-    /// Returns all rows, numbers written so that reading gives the same bits. Errors are half of the 95 % interval,
-    /// empty for two runs. The last columns are the fewest passages that a maximum is the mean of, and the largest
-    /// standard error of such a mean, empty where one is not known.
+    /// All rows as CSV; reading the numbers gives the same bits. Errors are half of the 95 % interval, empty for two
+    /// runs. The last columns are the fewest passages that a maximum is the mean of, and the largest standard error of
+    /// such a mean, empty where one is not known.
     pub(crate) fn csv(&self) -> String {
         let rows = self.rows.iter().map(|of| {
             let (model, reference, line) = (of.model.name(), of.model.reference_speed(), &of.line);
@@ -53,7 +53,7 @@ impl Emission {
         csv(EMISSION_HEAD.split(',').chain(STATISTICS), rows)
     }
 
-    /// Returns all rows, and what they assume.
+    /// All rows, and the assumptions behind them.
     pub(crate) fn to_json(&self) -> Value {
         let row = |of: &EmissionRow| {
             json!({
@@ -83,7 +83,7 @@ impl Emission {
         })
     }
 
-    /// Returns the tables by group and receiver, for people.
+    /// Tables by group and receiver, for people.
     pub(crate) fn report(&self) -> Report {
         let mut report = Report::default();
         let apart = |one: &EmissionRow, other: &EmissionRow| {
@@ -108,7 +108,7 @@ impl Emission {
     }
 }
 
-/// Returns the cells of a row, in brackets where it is not valid.
+/// Cells of a row, in brackets where it is not valid.
 fn cells(of: &EmissionRow) -> Vec<String> {
     let line = &of.line;
     let number = |value: Option<f64>| match value {
@@ -129,7 +129,7 @@ fn cells(of: &EmissionRow) -> Vec<String> {
 }
 
 impl EmissionModel {
-    /// Returns the title of its table.
+    /// Title of the table.
     fn title(self) -> &'static str {
         match self {
             Self::CnossosEu => "CNOSSOS-EU, sound power of four tyres re 1 pW, L_W = A + B lg(v/70 km/h)",
@@ -138,7 +138,7 @@ impl EmissionModel {
         }
     }
 
-    /// Returns the assumptions of its rows.
+    /// Assumptions of the rows.
     fn note(self) -> &'static str {
         match self {
             Self::CnossosEu => {
@@ -158,7 +158,7 @@ impl EmissionModel {
 }
 
 impl EmissionRow {
-    /// Returns the difference of a row from the regulation that it follows.
+    /// Differences of a row from the regulation that it follows; empty for the models of traffic noise.
     fn note(&self) -> String {
         if self.model != EmissionModel::UnR117 {
             return String::new();

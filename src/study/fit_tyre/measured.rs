@@ -1,9 +1,9 @@
-//! Measured mobilities: a CSV file with a header, one line a measured value.
+//! Measured mobilities: a CSV file with a header, one measured value per line.
 //!
 //! Columns, in any order: `frequency_hz`, `patch_m` (side of the square patch), and either `re`, `im` \[m/(N s)\], or
 //! `level_db` (re 1 m/(N s)) and `phase_deg`; or, without `patch_m`, a pair of columns for each patch, `re_20mm` and
-//! `im_20mm`, as `tyrewave mobility` writes. Others are not looked at. The time factor is exp(+i w t). Columns are
-//! parted by commas, semicolons, tabs or blanks, with decimal points or commas; lines that begin with # are left out.
+//! `im_20mm`, as `tyrewave mobility` writes. Other columns are ignored. The time factor is exp(+i w t). Columns are
+//! separated by commas, semicolons, tabs or blanks, with decimal points or commas; lines that begin with # are skipped.
 //! Lines and columns count from 1.
 
 use num_complex::Complex64;
@@ -11,9 +11,9 @@ use thiserror::Error;
 
 use crate::storage::separated::{Record, Table};
 
-/// The smallest patch that is believed \[m\]: a smaller number is in another unit, and its sums would not end.
+/// Smallest patch that is accepted \[m\]: a smaller number is in another unit, and its sums would not end.
 pub(crate) const SMALLEST_PATCH: f64 = 1e-3;
-/// Most lines that are fitted: more of them are no measurement of a mobility.
+/// Most values that are fitted: a measurement of a mobility has fewer.
 pub(super) const MOST_VALUES: usize = 100_000;
 const FREQUENCY: &str = "frequency_hz";
 const PATCH: &str = "patch_m";
@@ -34,7 +34,7 @@ pub(crate) struct Point {
 /// Faults of a file of mobilities.
 #[derive(Debug, Error)]
 pub(crate) enum MeasuredError {
-    /// A column that must be there is not.
+    /// A needed column is missing.
     #[error(
         "line {line}: no column {name:?}; the columns are: {}; needed: frequency_hz, patch_m, and either re, im or \
          level_db, phase_deg; or frequency_hz and re_20mm, im_20mm for a patch of 20 mm", found.join(", ")
@@ -42,7 +42,7 @@ pub(crate) enum MeasuredError {
     NoColumn {
         /// Line of the header.
         line: u64,
-        /// The column's name.
+        /// Name of the missing column.
         name: &'static str,
         /// The columns there are.
         found: Vec<String>,
@@ -54,7 +54,7 @@ pub(crate) enum MeasuredError {
         line: u64,
         /// The second column.
         column: usize,
-        /// Its name.
+        /// Its title.
         name: String,
     },
     /// A line with too few cells.
@@ -62,14 +62,14 @@ pub(crate) enum MeasuredError {
     MissingCell {
         /// The line.
         line: u64,
-        /// Its cells.
+        /// Number of its cells.
         found: usize,
         /// Column of the cell.
         needed: usize,
-        /// Its name.
+        /// Name of the column.
         name: &'static str,
     },
-    /// A cell without a number, or with one that cannot be.
+    /// A cell without a number, or with one out of range.
     #[error("line {line}, column {column} ({name}): {found:?} is not {wanted}")]
     Cell {
         /// The line.
@@ -80,7 +80,7 @@ pub(crate) enum MeasuredError {
         name: &'static str,
         /// Text found.
         found: String,
-        /// Remedy.
+        /// Description of a valid cell.
         wanted: String,
     },
     /// A mobility of 0 has no level.
@@ -102,7 +102,7 @@ pub(crate) enum MeasuredError {
     },
 }
 
-/// A column that is looked at, its number from 0.
+/// A column that is read; `number` counts from 0.
 #[derive(Clone, Copy)]
 struct Column {
     name: &'static str,
@@ -111,7 +111,7 @@ struct Column {
 
 struct Columns {
     frequency: Column,
-    /// Values of a line.
+    /// One entry for each value on a line.
     values: Vec<ValueColumns>,
 }
 
@@ -121,18 +121,18 @@ struct ValueColumns {
     polar: bool,
 }
 
-/// Side of a patch: a column has it, or the header \[m\].
+/// Side of the patch \[m\]: from a column, or from the header.
 enum Patch {
     Column(Column),
     Given(f64),
 }
 
-/// Describes the valid sides of a patch on a tyre of a width \[m\].
+/// Describes the valid sides of a patch on a tyre of the given width \[m\].
 pub(crate) fn sides(width: f64) -> String {
     format!("a length from {SMALLEST_PATCH} m to the tyre's width, {width} m")
 }
 
-/// Reads a file's bytes, in its order; patches are at most as wide as the tyre \[m\].
+/// Reads a file's bytes, in its order; patches are at most as wide as the tyre, `width` \[m\].
 ///
 /// # Errors
 /// [`MeasuredError`], with line and column.
@@ -217,7 +217,7 @@ impl Columns {
         } else {
             Complex64::new(first, second)
         };
-        // A number so small that its square is 0 has no level either.
+        // A number so small that its square underflows has no level either.
         if mobility.norm_sqr() > 0.0 && mobility.norm().is_finite() {
             return Ok(Point { frequency, patch, mobility });
         }
@@ -225,7 +225,7 @@ impl Columns {
     }
 }
 
-/// Returns the columns of the real and the imaginary part for each patch that the header names: `re_20mm`, `im_20mm`.
+/// Columns of the real and the imaginary part for each patch that the header names: `re_20mm`, `im_20mm`.
 fn pairs(found: &[String], line: u64, width: f64) -> Result<Vec<ValueColumns>, MeasuredError> {
     let mut pairs = Vec::new();
     for (number, title) in found.iter().enumerate() {
@@ -234,7 +234,7 @@ fn pairs(found: &[String], line: u64, width: f64) -> Result<Vec<ValueColumns>, M
         let other = format!("{im}_{side}");
         let Some(other) = found.iter().position(|title| *title == other) else { continue };
         let metres = side.strip_suffix("mm").and_then(|side| side.parse::<f64>().ok()).map(|side| 1e-3 * side);
-        // The width itself, in millimetres, is not lost to rounding.
+        // The width itself, in millimetres, must not be lost to rounding.
         let Some(side) = metres.filter(|side| (SMALLEST_PATCH..=width * (1.0 + 1e-9)).contains(side)) else {
             let (found, wanted) = (title.clone(), sides(width));
             return Err(MeasuredError::Cell { line, column: number + 1, name: PATCH, found, wanted });

@@ -11,22 +11,23 @@ use crate::tyre::influence::mobility::driving_point;
 /// Decibels of a factor e.
 pub(super) const DECIBELS: f64 = 20.0 * std::f64::consts::LOG10_E;
 
-/// Uncertainties of the measured values, standard deviations.
+/// Standard deviations of the measured values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Uncertainty {
-    /// Uncertainty of levels \[dB\].
+    /// Standard deviation of levels \[dB\].
     pub level: f64,
-    /// Uncertainty of phases, in degrees.
+    /// Standard deviation of phases, in degrees.
     pub phase: f64,
 }
 
-/// Measured values, and how to compute a tyre's with few sums: patches measured at the same frequencies go together.
+/// Measured values, grouped so that a tyre's mobilities take few sums: patches measured at the same frequencies go
+/// together.
 #[derive(Clone, Debug)]
 pub(super) struct Misfit<'a> {
     points: &'a [Point],
     uncertainty: Uncertainty,
     groups: Vec<Group>,
-    /// Group, row and column of each point.
+    /// Group, row (frequency) and column (patch) of each point.
     places: Vec<(usize, usize, usize)>,
 }
 
@@ -36,7 +37,7 @@ struct Group {
     frequencies: Vec<f64>,
 }
 
-/// Returns the rising, each once.
+/// Distinct values, rising.
 fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -44,7 +45,7 @@ fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// Tells where a value stands among rising ones that have it.
+/// Index of a value among rising ones that contain it.
 fn place(values: &[f64], value: f64) -> usize {
     values.partition_point(|other| other.total_cmp(&value).is_lt())
 }
@@ -70,14 +71,14 @@ impl<'a> Misfit<'a> {
         Self { points, uncertainty, groups, places }
     }
 
-    /// Returns the mobilities of a tyre where it was measured.
+    /// Mobilities of a tyre at the measured points, in their order \[m/(N s)\].
     pub(super) fn mobilities(&self, tyre: &Tyre) -> Vec<Complex64> {
         let computed = |group: &Group| driving_point(tyre, &group.patches, &group.frequencies).values;
         let values: Vec<Vec<Vec<Complex64>>> = self.groups.iter().map(computed).collect();
         self.places.iter().map(|&(group, row, column)| values[group][row][column]).collect()
     }
 
-    /// Returns the residuals of a tyre; once the end is asked for no numbers, without any sum.
+    /// Residuals of a tyre; NaN without computing any sum once `stop` is set.
     pub(super) fn residuals_unless(&self, stop: &AtomicBool, tyre: &Tyre) -> Vec<f64> {
         if stop.load(Ordering::Relaxed) {
             return vec![f64::NAN; 2 * self.points.len()];
@@ -85,8 +86,8 @@ impl<'a> Misfit<'a> {
         self.residuals(&self.mobilities(tyre))
     }
 
-    /// Returns the differences of level and phase, computed less measured, over their uncertainties: two for each
-    /// point.
+    /// Differences of level and phase, computed less measured, over their uncertainties: two for each point. The phase
+    /// difference is taken within +-180 degrees.
     pub(super) fn residuals(&self, mobilities: &[Complex64]) -> Vec<f64> {
         let pairs = self.points.iter().zip(mobilities).flat_map(|(point, mobility)| {
             let difference = (mobility / point.mobility).ln();

@@ -1,14 +1,14 @@
 //! A tyre identified from measured driving-point mobilities (docs/theory.md 3.3).
 //!
 //! Residuals are differences of level and phase over their uncertainties; unknowns are logarithms of chosen parameters
-//! within a factor [`BOUND`] of the start. One descent ends in a wrong valley from about half of the starts, where a
-//! computed mode lies on a measured neighbour; so:
-//! 1. the start and [`TRIALS`] - 1 more points, spread evenly over tension and foundation, are tried on the frequencies
-//!    up to [`LOW`];
+//! within a factor [`BOUND`] of the start. A single descent ends in a wrong local minimum from about half of the
+//! starts, where a computed mode lies on a measured neighbour; so:
+//! 1. the start and [`TRIALS`] - 1 more points, spread evenly over tension and foundation, are evaluated on the
+//!    frequencies up to [`LOW`];
 //! 2. bounded least squares from the best [`BEST`] of them on these frequencies, until one explains them;
 //! 3. the same from the best of these on all frequencies.
 //!
-//! Values that are no driving-point mobility are refused before any of it.
+//! Values that are no driving-point mobility are refused first.
 //!
 //! With J at the end, (J^T J)^-1 holds the variances and correlations of the logarithms. Where the residuals are larger
 //! than their uncertainties explain, the model or the uncertainties are wrong, and intervals grow by sqrt(chi^2/N).
@@ -38,27 +38,27 @@ use misfit::Misfit;
 use parameters::Space;
 use passivity::{NoMobility, judge};
 
-/// Up to here only the lowest modes show \[Hz\].
+/// Up to this frequency only the lowest modes show \[Hz\].
 pub(crate) const LOW: f64 = 260.0;
-/// Points that are tried at first, and those of them from which a descent begins.
+/// Number of points that are evaluated at first; descents begin from the best [`BEST`] of them.
 pub(crate) const TRIALS: usize = 40;
-/// See [`TRIALS`].
+/// Number of descents on low frequencies, see [`TRIALS`].
 pub(crate) const BEST: usize = 4;
-/// Pieces of the work that a watcher hears of: the trials, the descents on low frequencies, the one on all.
+/// Parts of the work that progress counts: the trials, the descents on low frequencies, the one on all.
 pub(crate) const PIECES: u64 = BEST as u64 + 2;
 
-/// chi^2/N of a descent after which no other valley is looked for: a neighbouring mode misses by far more.
+/// chi^2/N of a descent after which no other minimum is looked for: a neighbouring mode gives far more.
 const EXPLAINED: f64 = 1.5;
-/// How far trials go: a factor to both sides.
+/// Trials lie within this factor of the start, to both sides.
 const REACH: f64 = 2.0;
-/// Steps on low frequencies end early: what is left is found on all. A decrease of 1 moves a parameter by as much as
-/// its standard deviation.
+/// Descents on low frequencies end early: the one on all frequencies does the rest. A decrease of 1 corresponds to one
+/// standard deviation of a parameter.
 const ON_LOW: Limits = Limits { steps: 20, decrease: 0.1 };
 const ON_ALL: Limits = Limits { steps: 60, decrease: 1e-3 };
 /// A normal variable lies within this many standard deviations of its mean at 95 %.
 const SURE: f64 = 1.96;
 
-/// Why nothing was fitted.
+/// Reasons why nothing was fitted.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub(crate) enum FitTyreError {
     /// Fewer numbers than unknowns.
@@ -78,7 +78,7 @@ pub(crate) enum FitTyreError {
     /// Values that no driving-point mobility has.
     #[error(transparent)]
     NoMobility(#[from] NoMobility),
-    /// The watcher broke off.
+    /// `stop` was set.
     #[error("interrupted")]
     Interrupted,
 }
@@ -92,36 +92,37 @@ pub(crate) struct Estimate {
     pub start: f64,
     /// Its value in the fitted tyre.
     pub value: f64,
-    /// Standard deviation of its logarithm, from the given uncertainties; infinite where nothing tells it.
+    /// Standard deviation of its logarithm, from the given uncertainties; infinite where the measurement does not
+    /// determine it.
     pub deviation: f64,
     /// 95 % interval, wider by sqrt(chi^2/N) where that is above 1.
     pub interval: [f64; 2],
-    /// True if it ended at a bound: the start was too far away, or the measurement does not tell it.
+    /// True if it ended at a bound: the start was too far away, or the measurement does not determine it.
     pub at_bound: bool,
 }
 
 /// A fitted tyre.
 #[derive(Clone, Debug)]
 pub(crate) struct Fit {
-    /// The tyre.
+    /// Tyre with the fitted values.
     pub tyre: Tyre,
     /// The free parameters, in the order given.
     pub estimates: Vec<Estimate>,
     /// Correlations of the free parameters.
     pub correlations: Vec<Vec<f64>>,
-    /// Largest over smallest singular value of the Jacobian.
+    /// Condition number of the Jacobian: largest over smallest singular value.
     pub condition: f64,
     /// chi^2/N of the starting tyre and of the fitted one, N = residuals less unknowns.
     pub chi_squared: [f64; 2],
-    /// Mobilities of the fitted tyre where it was measured.
+    /// Mobilities of the fitted tyre at the measured points \[m/(N s)\].
     pub mobilities: Vec<Complex64>,
     /// Differences of level and phase over their uncertainties, computed less measured; two for each measured value.
     pub residuals: Vec<f64>,
-    /// True if the last descent ended because nothing was left to gain.
+    /// True if the last descent converged before its limit of steps.
     pub converged: bool,
 }
 
-/// Fits the free parameters. The watcher is told how many of [`PIECES`] are done, and what is going on.
+/// Fits the free parameters. `watch` is given the number of [`PIECES`] done and a description of the present one.
 ///
 /// # Errors
 /// [`FitTyreError`]. Free parameters without a positive value in the starting tyre keep what they are: see
@@ -134,6 +135,7 @@ pub(crate) fn fit(
     stop: &AtomicBool,
     watch: &mut dyn FnMut(u64, &str),
 ) -> Result<Fit, FitTyreError> {
+    // 1. Refuse what cannot be fitted: too few values, a start without finite mobility, values that are no mobility.
     if 2 * points.len() <= free.len() {
         return Err(FitTyreError::TooFew { values: points.len(), unknowns: free.len() });
     }
@@ -149,7 +151,9 @@ pub(crate) fn fit(
         return Err(FitTyreError::NotFinite);
     }
     judge(points, uncertainty, &computed)?;
+    // 2. Find the right minimum from the low frequencies.
     let from = low_point(&space, points, uncertainty, stop, watch)?;
+    // 3. Least squares on all frequencies.
     let mut tell = |steps: usize, squares: f64| {
         watch(PIECES - 1, &format!("all frequencies, step {steps}: chi^2/N = {:.3}", squares / freedom));
         going_on(stop)
@@ -158,6 +162,7 @@ pub(crate) fn fit(
     asked(stop)?;
     let tyre = space.tyre(&found.point);
     let chi_squared = [at_start, found.squares()].map(|squares| squares / freedom);
+    // 4. Intervals and correlations from the Jacobian at the end.
     let slopes = jacobian(&of_all, &found.point, &found.residuals, &space.bounds());
     asked(stop)?;
     let (covariance, condition) = covariance(&slopes);
@@ -188,7 +193,7 @@ pub(crate) fn fit(
     })
 }
 
-/// Returns the end, once it is asked for.
+/// `Err` once `stop` is set.
 fn asked(stop: &AtomicBool) -> Result<(), FitTyreError> {
     if stop.load(Ordering::Relaxed) { Err(FitTyreError::Interrupted) } else { Ok(()) }
 }
@@ -197,7 +202,7 @@ fn going_on(stop: &AtomicBool) -> ControlFlow<()> {
     if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-/// Returns the point from which the descent on all frequencies begins. Without enough low frequencies it is the start.
+/// Start of the descent on all frequencies. The origin if there are too few low frequencies.
 fn low_point(
     space: &Space<'_>,
     points: &[Point],
@@ -215,6 +220,7 @@ fn low_point(
     }
     let misfit = Misfit::new(&low, uncertainty);
     let of_low = |point: &[f64]| misfit.residuals_unless(stop, &space.tyre(point));
+    // 1. Evaluate points spread over the parameters of the lowest modes.
     watch(0, &format!("{TRIALS} starts on low frequencies"));
     let tried = |trial: usize| {
         let mut point = origin.clone();
@@ -227,6 +233,7 @@ fn low_point(
     asked(stop)?;
     trials.sort_by(|a, b| a.0.total_cmp(&b.0));
     trials.truncate(BEST);
+    // 2. Descend from the best of them, until one explains the values.
     let freedom = (2 * low.len() - unknowns) as f64;
     let mut ends = Vec::with_capacity(BEST);
     for ((_, trial), number) in trials.into_iter().zip(1..) {
@@ -246,14 +253,14 @@ fn low_point(
     Ok(ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(origin, |end| end.1))
 }
 
-/// Returns the point `index` of a sequence that fills the unit cube evenly, its middle first: multiples of the powers
-/// of 1/g, g the root of g^4 = g + 1 (M. Roberts' R sequence).
+/// Point `index` of a low-discrepancy sequence in the unit cube, its middle first: multiples of the powers of 1/g, g
+/// the root of g^4 = g + 1 (M. Roberts' R sequence).
 fn spread(index: usize) -> [f64; 3] {
     const ROOT: f64 = 1.220_744_084_605_759_5;
     [1, 2, 3].map(|power| (0.5 + index as f64 / ROOT.powi(power)).fract())
 }
 
-/// Returns (J^T J)^-1 by the singular values of J, and their ratio.
+/// (J^T J)^-1 and the condition number of J, from its singular values; both infinite if the decomposition fails.
 fn covariance(slopes: &Mat<f64>) -> (Mat<f64>, f64) {
     let unknowns = slopes.ncols();
     let Ok(svd) = slopes.thin_svd() else {

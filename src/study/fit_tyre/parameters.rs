@@ -4,11 +4,11 @@ use std::ops::Range;
 
 use crate::scene::{Law, Tyre};
 
-/// Bounds of a parameter: its start over and times this.
+/// Bounds of a parameter: its start divided and multiplied by this.
 pub(crate) const BOUND: f64 = 4.0;
 
 /// A parameter of the tyre. The tread is the outermost layer, the belt the innermost one under tension, or the
-/// innermost where none is. All are positive and fitted by their logarithm.
+/// innermost where none is under tension. All are positive and fitted by their logarithm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Parameter {
     /// Modulus of the tread \[Pa\].
@@ -23,9 +23,9 @@ pub(crate) enum Parameter {
     BeltModulus,
     /// Its loss factor.
     BeltLoss,
-    /// Stiffness of its cords, the first of them that are given \[Pa\].
+    /// Stiffness of the belt's first family of cords \[Pa\].
     CordStiffness,
-    /// Their angle (degrees).
+    /// Their angle, in degrees.
     CordAngle,
     /// Its tension along the circumference \[N/m\].
     TensionAlong,
@@ -50,7 +50,7 @@ pub(crate) enum Parameter {
 }
 
 impl Parameter {
-    /// All of them.
+    /// All parameters, in the order of the command line.
     pub(crate) const ALL: [Self; 18] = [
         Self::TreadModulus,
         Self::TreadLoss,
@@ -72,7 +72,7 @@ impl Parameter {
         Self::SidewallLoss,
     ];
 
-    /// Those that say where the lowest modes lie: what a search over starts varies.
+    /// The parameters that determine the lowest modes: a search over starts varies these.
     pub(crate) const OF_LOW_MODES: [Self; 5] = [
         Self::TensionAlong,
         Self::FoundationNormal,
@@ -81,7 +81,7 @@ impl Parameter {
         Self::SidewallAngle,
     ];
 
-    /// Returns its name on the command line.
+    /// Name on the command line.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::TreadModulus => "tread-modulus",
@@ -105,7 +105,7 @@ impl Parameter {
         }
     }
 
-    /// Returns its unit; empty for a number.
+    /// Unit; empty for a number.
     pub(crate) const fn unit(self) -> &'static str {
         match self {
             Self::TreadModulus | Self::BeltModulus | Self::CordStiffness => "Pa",
@@ -120,16 +120,16 @@ impl Parameter {
         }
     }
 
-    /// Tells whether it is fitted to this start by default. Tension that inflation and sidewalls give follows them:
-    /// beside their radius and angle it would be fitted twice.
+    /// Whether it is fitted to this start by default. Tension that follows from inflation and sidewalls is not: it
+    /// would be fitted twice, beside their radius and angle.
     pub(crate) fn is_free_from(self, start: &Tyre) -> bool {
         self.is_usually_free() && !(self == Self::TensionAlong && start.tension_is_carried())
     }
 
-    /// Tells whether it is fitted by default: thickness and density of the tread are weighed and measured better than
-    /// any mobility tells them, and with them known the others are told well. The angle of cords is known from how the
-    /// tyre was built. The foundation's losses, and the sidewalls', show in the lowest modes only; their mass is
-    /// weighed.
+    /// Whether it is fitted by default. Thickness and density of the tread are weighed and measured more accurately
+    /// than any mobility determines them, and with them known the others are well determined. The angle of cords is
+    /// known from the tyre's construction. The foundation's and the sidewalls' losses show in the lowest modes only;
+    /// the sidewalls' mass is weighed.
     pub(crate) const fn is_usually_free(self) -> bool {
         !matches!(
             self,
@@ -142,7 +142,7 @@ impl Parameter {
         )
     }
 
-    /// Returns the key of the scene that holds it.
+    /// Key of the scene that holds it.
     pub(crate) fn key(self, tyre: &Tyre) -> String {
         let belt = belt(tyre).unwrap_or(0);
         let tread = tyre.layers.len().saturating_sub(1);
@@ -167,7 +167,7 @@ impl Parameter {
         }
     }
 
-    /// Tells where it stands in a tyre; `None` where the tyre, or its material's law, has no such thing.
+    /// Reference to its value in a tyre; `None` where the tyre, or its material's law, has no such parameter.
     pub(crate) fn place(self, tyre: &mut Tyre) -> Option<&mut f64> {
         let belt = belt(tyre);
         let layer = match self {
@@ -199,19 +199,19 @@ impl Parameter {
         }
     }
 
-    /// Returns its value, if a logarithm can vary it.
+    /// Its value, if that is positive, so that a logarithm can vary it.
     pub(crate) fn value(self, tyre: &Tyre) -> Option<f64> {
         self.place(&mut tyre.clone()).copied().filter(|&value| value > 0.0)
     }
 }
 
-/// Returns the place of the belt among the layers; a single layer is the tread.
+/// Index of the belt among the layers; `None` for a single layer, which is the tread.
 fn belt(tyre: &Tyre) -> Option<usize> {
     let inner = tyre.layers.len().checked_sub(1).filter(|&count| count > 0)?;
     Some(tyre.layers[..inner].iter().position(crate::scene::Layer::is_tense).unwrap_or(0))
 }
 
-/// Free parameters round a starting tyre: points are logarithms over the start.
+/// Space of the free parameters around a starting tyre: coordinates are logarithms of value over start.
 #[derive(Clone, Debug)]
 pub(super) struct Space<'a> {
     pub(super) start: &'a Tyre,
@@ -219,13 +219,13 @@ pub(super) struct Space<'a> {
 }
 
 impl Space<'_> {
-    /// Returns the box in which all points lie.
+    /// Bounds of each coordinate.
     pub(super) fn bounds(&self) -> Vec<Range<f64>> {
         vec![-BOUND.ln()..BOUND.ln(); self.free.len()]
     }
 
-    /// Returns the tyre at a point. Tension that the start has of its inflation and sidewalls follows the sidewalls,
-    /// unless it is free itself.
+    /// The tyre at a point. Tension that the start takes from its inflation and sidewalls follows the sidewalls, unless
+    /// it is free itself.
     pub(super) fn tyre(&self, point: &[f64]) -> Tyre {
         let mut tyre = self.start.clone();
         for (parameter, logarithm) in self.free.iter().zip(point) {
@@ -237,7 +237,7 @@ impl Space<'_> {
             && !self.free.contains(&Parameter::TensionAlong)
             && let Some(carried) = tyre.carried_tension()
         {
-            // One layer has all of it.
+            // A single layer carries all of it.
             tyre.layers.iter_mut().filter(|layer| layer.tension[0] > 0.0).for_each(|layer| layer.tension[0] = carried);
         }
         tyre

@@ -2,7 +2,7 @@
 //!
 //! The power that a force puts into a passive body is Re(Y) F^2/2: Re(Y) >= 0, a phase within +-90 degrees, beyond it
 //! by its uncertainty at most. Accelerance i w Y has Im >= 0, receptance Y/(i w) Im <= 0. Where the phase leaves
-//! several answers, or none, the starting tyre's mobilities tell: a fit moves levels by less than a factor ten.
+//! several answers, or none, the starting tyre's mobilities decide: a fit moves levels by less than a factor ten.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -14,16 +14,16 @@ use super::measured::Point;
 use super::misfit::{DECIBELS, Uncertainty};
 use crate::scene::short;
 
-/// Standard deviations beyond which a phase is outside +-90 degrees.
+/// A phase this many standard deviations beyond +-90 degrees is outside.
 const BEYOND: f64 = 3.0;
-/// One value in so many may lie beyond: of normal errors one in 740 does.
+/// One value in so many may lie outside: of normally distributed errors one in 740 does.
 const ONE_IN: usize = 200;
-/// Difference of levels from the starting tyre's that no fit makes good, median \[dB\].
+/// Median difference of levels from the starting tyre's that no fit removes \[dB\].
 const FAR: f64 = 20.0;
 /// The same of phases, in degrees.
 const TURNED: f64 = 45.0;
 
-/// Quantity that values can be in place of a mobility.
+/// What the values are instead of a mobility.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Instead {
     Accelerance,
@@ -39,9 +39,9 @@ pub(crate) enum Instead {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("this is no driving-point mobility in m/(N s): {evidence}. {instead}")]
 pub(crate) struct NoMobility {
-    /// Evidence of it, in words.
+    /// What is wrong, in words.
     pub evidence: String,
-    /// Quantity that they are instead, as far as they tell.
+    /// What the values are instead, as far as the data show.
     pub instead: Instead,
 }
 
@@ -77,7 +77,7 @@ impl fmt::Display for Instead {
 }
 
 impl Instead {
-    /// Returns the mobility that a value would be.
+    /// The mobility that a value would be, if it were this quantity.
     fn mobility(self, point: &Point) -> Complex64 {
         let (value, i_omega) = (point.mobility, Complex64::new(0.0, TAU * point.frequency));
         match self {
@@ -91,7 +91,7 @@ impl Instead {
     }
 }
 
-/// Refuses values that are no driving-point mobility; with the starting tyre's mobilities at the same places.
+/// Refuses values that are no driving-point mobility; `computed` are the starting tyre's mobilities at the same points.
 ///
 /// # Errors
 /// [`NoMobility`].
@@ -110,6 +110,7 @@ pub(super) fn judge(points: &[Point], uncertainty: Uncertainty, computed: &[Comp
         ]
     };
     let level = |instead: Instead| distances(instead)[0].abs();
+    // 1. Phases outside +-90 degrees: another quantity or sign.
     let [given_level, given_phase] = distances(Instead::OtherUnits);
     if ONE_IN * outside.len() > points.len() {
         let by_level = |a: &Instead, b: &Instead| level(*a).total_cmp(&level(*b));
@@ -132,6 +133,7 @@ pub(super) fn judge(points: &[Point], uncertainty: Uncertainty, computed: &[Comp
         );
         return Err(NoMobility { evidence, instead: instead.unwrap_or(Instead::WrongPhase) });
     }
+    // 2. Phases are possible, levels are not: another quantity with such phases, or another unit.
     if given_level.abs() > FAR {
         let fits = |instead: &Instead| is_passive(*instead) && level(*instead) <= FAR;
         let instead = [Instead::Accelerance, Instead::Receptance].into_iter().find(fits);
@@ -142,6 +144,7 @@ pub(super) fn judge(points: &[Point], uncertainty: Uncertainty, computed: &[Comp
         );
         return Err(NoMobility { evidence, instead: instead.unwrap_or(Instead::OtherUnits) });
     }
+    // 3. Levels agree, phases do not: another time factor, or radians.
     let is_small = |point: &Point| point.mobility.arg().to_degrees().abs() <= PI;
     let turned = match distances(Instead::OtherTimeFactor)[1] {
         conjugate if given_phase > TURNED && conjugate < 0.5 * given_phase => Some(Instead::OtherTimeFactor),
@@ -159,7 +162,7 @@ pub(super) fn judge(points: &[Point], uncertainty: Uncertainty, computed: &[Comp
     }
 }
 
-/// Returns the median; 0 of nothing.
+/// Upper median; 0 for no values.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     let middle = values.len() / 2;
@@ -171,7 +174,7 @@ mod tests {
     use super::super::measured::read;
     use super::*;
 
-    /// Returns points of a damped oscillator: phases from 14 over 40 to -40 degrees.
+    /// Points of a damped oscillator: phases from 14 over 40 to -40 degrees.
     fn tyre() -> Vec<Point> {
         let mobility = |frequency: f64| {
             let i_omega = Complex64::new(0.0, TAU * frequency);
@@ -181,7 +184,7 @@ mod tests {
         (0..40).map(|step| at(50.0 * 1.11_f64.powi(step))).collect()
     }
 
-    /// Returns what a starting tyre that is half as stiff makes of changed values.
+    /// Verdict on changed values, for a starting tyre whose mobility is 1.5 times the measured one.
     fn told(points: &[Point], change: impl Fn(Complex64, f64) -> Complex64) -> Option<Instead> {
         let computed: Vec<Complex64> = points.iter().map(|point| 1.5 * point.mobility).collect();
         told_of(points, &computed, change)

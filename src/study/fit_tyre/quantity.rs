@@ -1,14 +1,14 @@
-//! Quantity and units of a frequency response in a universal file, and its way to a mobility in m/(N s).
+//! Quantity and units of a frequency response in a universal file, and its conversion to a mobility in m/(N s).
 //!
-//! Numerator and denominator each have a type by number; units follow from dataset 164 (file units a metre, and a
+//! Numerator and denominator each have a type by number; units follow from dataset 164 (file units per metre, and per
 //! newton) or from the label of the axis. The unit exponents of a record count for the type "general" alone, and there
-//! they do not tell a displacement from a velocity: the label has to.
+//! they do not distinguish a displacement from a velocity: the label has to.
 
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-/// File units for a metre and for a newton, as dataset 164 gives them.
+/// File units per metre and per newton, as in dataset 164.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FileUnits {
     pub length: f64,
@@ -26,15 +26,15 @@ pub(super) struct AxisRecord {
 /// Quantity of one side of the ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
-    /// Displacement, velocity or acceleration: times it is differentiated.
+    /// Order of the time derivative: 0 displacement, 1 velocity, 2 acceleration.
     Motion(i32),
     Force,
 }
 
-/// A ratio of motion to force, or its inverse, and the factor that makes its numbers SI.
+/// A ratio of motion to force, or its inverse, and its conversion to SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Quantity {
-    /// Times the displacement is differentiated: 0 receptance, 1 mobility, 2 accelerance.
+    /// Order of the time derivative: 0 receptance, 1 mobility, 2 accelerance.
     order: i32,
     /// True for force over motion.
     inverse: bool,
@@ -46,7 +46,7 @@ pub(super) struct Quantity {
 const GRAVITY: f64 = 9.806_65;
 const INCH: f64 = 0.0254;
 const POUND_FORCE: f64 = 4.448_221_615_260_5;
-/// Units of lengths \[m\] and of forces \[N\], by label in small letters.
+/// Units of lengths \[m\] and of forces \[N\], by label in lower case.
 const LENGTHS: [(&str, f64); 7] =
     [("m", 1.0), ("mm", 1e-3), ("cm", 1e-2), ("um", 1e-6), ("\u{b5}m", 1e-6), ("in", INCH), ("ft", 12.0 * INCH)];
 const FORCES: [(&str, f64); 5] = [("n", 1.0), ("kn", 1e3), ("lbf", POUND_FORCE), ("lb", POUND_FORCE), ("kgf", GRAVITY)];
@@ -73,7 +73,7 @@ impl Side {
         }
     }
 
-    /// Returns what a label of units says, with its unit in SI.
+    /// Quantity that a label of units names, and its unit in SI; `None` for an unknown label.
     fn of_label(label: &str) -> Option<(Self, f64)> {
         let text: String = label.to_lowercase().chars().filter(|sign| !" ^*()[]".contains(*sign)).collect();
         if text == "g" || text == "gn" {
@@ -90,7 +90,7 @@ impl Side {
         unit(&LENGTHS, length).map(|metres| (Self::Motion(order), metres))
     }
 
-    /// Reads an axis: what it is, the factor to SI, and whether the units were said at all.
+    /// Reads an axis: its quantity, the factor to SI, and whether the file states its units.
     fn of_axis(axis: &AxisRecord, units: Option<FileUnits>) -> Result<(Self, f64, bool), String> {
         let AxisRecord { data_type, exponents, label } = axis;
         let labelled = Self::of_label(label);
@@ -110,7 +110,7 @@ impl Side {
                 ));
             }
         };
-        // A general type is converted by its exponents: they must be those of what its label names.
+        // A general type is converted by its exponents: they must agree with what the label names.
         let expected = if side == Self::Force { [0, 1] } else { [1, 0] };
         if *data_type == 1 && *exponents != [0, 0] && *exponents != expected {
             return Err(format!(
@@ -132,10 +132,7 @@ impl Side {
 }
 
 impl Quantity {
-    /// Reads numerator and denominator.
-    ///
-    /// # Errors
-    /// A quantity or unit that is not known or contradicts itself.
+    /// Reads numerator and denominator. Unknown or contradicting quantities and units are errors, in words.
     pub(super) fn of(
         numerator: &AxisRecord,
         denominator: &AxisRecord,
@@ -153,7 +150,7 @@ impl Quantity {
         Ok(Self { order, inverse, to_si: over / under, si_assumed: !(above_told && below_told) })
     }
 
-    /// Returns its name.
+    /// Name of the ratio, for reports.
     pub(super) fn name(self) -> &'static str {
         match (self.order, self.inverse) {
             (0, false) => "receptance",
@@ -201,7 +198,7 @@ mod tests {
             let found = Quantity::of(&above, &below, None).unwrap().mobility(measured, frequency);
             assert!((found - value).norm() < 1e-12 * value.norm(), "{above:?} over {below:?}: {found}");
         }
-        // File units a metre and a newton: millimetres and kilonewtons.
+        // File units per metre and per newton: millimetres and kilonewtons.
         let units = Some(FileUnits { length: 1e3, force: 1e-3 });
         let quantity = Quantity::of(&axis(11, "mm/s"), &axis(13, ""), units).unwrap();
         assert!((quantity.mobility(value * 1e6, frequency) - value).norm() < 1e-12 && !quantity.si_assumed);

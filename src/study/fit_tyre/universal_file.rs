@@ -1,8 +1,8 @@
 //! Measured mobilities of universal files (UFF, UNV): dataset 58, as text or binary (58b), with the units of dataset
 //! 164; format by the Structural Dynamics Research Laboratory, University of Cincinnati. Other datasets are skipped.
 //!
-//! A file holds what a test bench wrote: of its functions the frequency responses at a driving point are taken, and all
-//! others are counted and told. The size of the patch is in no field of the format.
+//! A file holds what a test bench wrote: its frequency responses at a driving point are read, all other functions are
+//! counted and reported. The format has no field for the size of the patch.
 
 use num_complex::Complex64;
 use thiserror::Error;
@@ -32,12 +32,12 @@ pub(crate) enum UniversalFileError {
     /// No frequency response at a driving point.
     #[error("no frequency response at a driving point in dataset 58; {0}")]
     Nothing(String),
-    /// Sets and patches do not match.
+    /// Numbers of sets and patches do not match.
     #[error("{0}")]
     Patches(String),
 }
 
-/// Responses that were taken, and what is to be told of the file.
+/// Responses that were read, and notes about the file.
 #[derive(Debug)]
 pub(crate) struct UniversalFile {
     /// Measured values, converted to mobilities.
@@ -46,13 +46,13 @@ pub(crate) struct UniversalFile {
     pub notes: Vec<String>,
 }
 
-/// Tells whether a file is a universal one: its first line with anything in it is the delimiter -1.
+/// Whether a file is a universal one: its first line that is not blank is the delimiter -1.
 pub(crate) fn is_universal(bytes: &[u8]) -> bool {
     let mut lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
     lines.find(|line| !line.is_empty()) == Some(b"-1")
 }
 
-/// Bytes that are read line by line, or many at once.
+/// Bytes that are read by lines or by blocks.
 struct Cursor<'a>(&'a [u8]);
 
 impl<'a> Cursor<'a> {
@@ -72,13 +72,13 @@ impl<'a> Cursor<'a> {
         Some(taken)
     }
 
-    /// Returns the lines up to the next delimiter, which is passed.
+    /// Lines up to the next delimiter, which is consumed.
     fn until_delimiter(&mut self) -> Vec<&'a [u8]> {
         std::iter::from_fn(|| self.line()).take_while(|line| line.trim_ascii() != b"-1").collect()
     }
 }
 
-/// How the values of a dataset are written.
+/// Encoding of a dataset with binary values (58b).
 #[derive(Clone, Copy)]
 struct Binary {
     little_endian: bool,
@@ -88,7 +88,7 @@ struct Binary {
     bytes: usize,
 }
 
-/// Returns a dataset's number, and how its values are written if that is not as text.
+/// A dataset's number, and the encoding of its values if that is binary.
 fn identifier(line: &[u8]) -> Option<(u32, Option<Binary>)> {
     let text = std::str::from_utf8(line).ok()?.trim();
     let end = text.find(|sign: char| !sign.is_ascii_digit()).unwrap_or(text.len());
@@ -113,8 +113,8 @@ enum Values<'a> {
 /// Frequency, real and imaginary part.
 type Sample = (f64, Complex64);
 
-/// Reads the frequency responses of a file between two frequencies \[Hz\]; sides of the patches \[m\]: one for all, or
-/// one for each response.
+/// Reads the frequency responses of a file within a range of frequencies \[Hz\]; `patches` are the sides of the patches
+/// \[m\]: one for all, or one for each response.
 ///
 /// # Errors
 /// [`UniversalFileError`], with the function's number.
@@ -166,7 +166,7 @@ pub(crate) fn read(bytes: &[u8], patches: &[f64], range: [f64; 2]) -> Result<Uni
     Ok(file)
 }
 
-/// Takes a file apart: its functions, and the units that they have.
+/// Splits a file: its functions, and the units that they have.
 fn datasets(bytes: &[u8]) -> Result<(Vec<Function<'_>>, Option<FileUnits>), UniversalFileError> {
     let mut cursor = Cursor(bytes);
     let (mut functions, mut units) = (Vec::new(), None);
@@ -180,7 +180,7 @@ fn datasets(bytes: &[u8]) -> Result<(Vec<Function<'_>>, Option<FileUnits>), Univ
         match identifier(line) {
             Some((number, Some(binary))) => {
                 let records: Vec<&[u8]> = (0..binary.lines).map_while(|_| cursor.line()).collect();
-                // Some writers count half of the bytes of complex numbers: what record 7 says is believed first.
+                // Some writers count half of the bytes of complex numbers: the length from record 7 is tried first.
                 let lengths = if number == 58 { value_bytes(&records) } else { Vec::new() };
                 let length = lengths.into_iter().chain([binary.bytes]).find(|&length| is_followed(cursor.0, length));
                 let Some(values) = length.and_then(|length| cursor.bytes(length)) else {
@@ -222,7 +222,7 @@ fn file_units(lines: &[&[u8]]) -> Result<FileUnits, UniversalFileError> {
     }
 }
 
-/// Returns the numbers of a line, which may touch each other where one begins with its sign; exponents with D or E.
+/// Numbers of a line; a number that begins with its sign may touch the one before; exponents with D or E.
 fn numbers(line: &[u8]) -> Vec<Result<f64, String>> {
     let text = String::from_utf8_lossy(line).replace(['D', 'd'], "E");
     let mut apart = String::with_capacity(text.len());
@@ -238,7 +238,7 @@ fn numbers(line: &[u8]) -> Vec<Result<f64, String>> {
     apart.split_whitespace().map(number).collect()
 }
 
-/// Returns the field of a record at the columns from `begin`.
+/// Field of a record from column `begin` (counted from 0), trimmed; empty beyond its end.
 fn field(record: &[u8], begin: usize, width: usize) -> &[u8] {
     let end = (begin + width).min(record.len());
     record.get(begin..end).unwrap_or_default().trim_ascii()
@@ -248,7 +248,7 @@ fn number<N: std::str::FromStr>(record: &[u8], begin: usize, width: usize) -> Op
     std::str::from_utf8(field(record, begin, width)).ok()?.replace(['D', 'd'], "E").parse().ok()
 }
 
-/// Returns the axis of a record, of which missing fields are 0 or empty.
+/// Axis of a record; missing fields are 0 or empty.
 fn axis(record: &[u8]) -> AxisRecord {
     let label = String::from_utf8_lossy(field(record, 46, 21)).into_owned();
     AxisRecord {
@@ -260,17 +260,17 @@ fn axis(record: &[u8]) -> AxisRecord {
 
 /// A frequency response at a driving point.
 struct Response {
-    /// Node, and direction of response and reference.
+    /// The common node; direction numbers, with sign, of response and reference.
     node: i64,
     directions: [i64; 2],
-    /// Their axis, 0 for none.
+    /// Axis of both, 0 for none.
     axis: u64,
     quantity: Quantity,
     samples: Vec<Sample>,
 }
 
 impl Response {
-    /// Reads a function; in place of a response what else it is.
+    /// Reads a function; the inner `Err` says what it is if it is no such response.
     fn of(function: &Function<'_>, units: Option<FileUnits>) -> Result<Result<Self, String>, String> {
         let &[_, _, _, _, _, degrees, form, abscissa, numerator, denominator, _] = &function.records[..] else {
             return Err(format!("{} of {RECORDS} records before the values", function.records.len()));
@@ -305,12 +305,12 @@ impl Response {
         }
     }
 
-    /// Adds its values between two frequencies as mobilities, and tells what was done.
+    /// Adds the values within a range of frequencies as mobilities, and describes what was done.
     fn add_to(&self, points: &mut Vec<Point>, patch: f64, [lowest, highest]: [f64; 2]) -> Result<String, String> {
         let turned = self.directions[0].signum() * self.directions[1].signum() < 0;
         let before = points.len();
         for &(frequency, value) in &self.samples {
-            // At 0 Hz a velocity tells nothing of a displacement.
+            // The velocity at 0 Hz says nothing about a displacement.
             if frequency <= 0.0 || !(lowest..=highest).contains(&frequency) {
                 continue;
             }
@@ -351,14 +351,14 @@ fn kind_name(kind: i64) -> String {
     name.map_or_else(|| format!("functions of type {kind}"), |name| (*name).to_owned())
 }
 
-/// Tells whether a delimiter follows after some bytes.
+/// Whether a delimiter follows after `length` bytes.
 fn is_followed(rest: &[u8], length: usize) -> bool {
     let after = rest.get(length..).map(<[u8]>::trim_ascii_start).and_then(|after| after.strip_prefix(b"-1"));
     after.is_some_and(|after| after.first().is_none_or(u8::is_ascii_whitespace))
 }
 
-/// Returns the lengths that binary values may have by record 7: abscissas are single, or double in files of some
-/// writers, and so are ordinates that record 7 calls single.
+/// Lengths in bytes that binary values may have by record 7: abscissas are single, or double in files of some writers,
+/// and so are ordinates that record 7 calls single.
 fn value_bytes(records: &[&[u8]]) -> Vec<usize> {
     let Some(form) = records.get(6) else { return Vec::new() };
     let [kind, count, even] = [0, 10, 20].map(|begin| number::<usize>(form, begin, 10).unwrap_or(0));
@@ -374,7 +374,7 @@ fn value_bytes(records: &[&[u8]]) -> Vec<usize> {
     sizes.filter_map(|size| count.checked_mul(size)).collect()
 }
 
-/// Returns the values by frequency; record 7 says how they are written.
+/// Values by frequency; `form` is record 7, which says how they are written.
 fn samples(form: &[u8], values: &Values<'_>) -> Result<Vec<Sample>, String> {
     let missing = |what: &str| format!("record 7: no {what}");
     let kind: u32 = number(form, 0, 10).ok_or_else(|| missing("ordinate data type"))?;
@@ -410,8 +410,8 @@ fn samples(form: &[u8], values: &Values<'_>) -> Result<Vec<Sample>, String> {
     Ok(numbers.chunks_exact(2).enumerate().map(at).collect())
 }
 
-/// Returns the numbers of a binary block. Its length says in what precision they are: frequencies are single in the
-/// format, and double in files of some writers; these also call values single that are double.
+/// Numbers of a binary block. Its length determines their precision: frequencies are single in the format, and double
+/// in files of some writers; these also call values single that are double.
 fn binary_numbers(bytes: &[u8], binary: Binary, count: usize, columns: usize) -> Result<Vec<f64>, String> {
     if !binary.ieee {
         return Err("its numbers are not IEEE 754 (field 2 of the identifier)".to_owned());
@@ -454,14 +454,14 @@ mod tests {
 
     const WHOLE: [f64; 2] = [0.0, f64::INFINITY];
 
-    /// Reads a file that pyuff 2.5.8 wrote (tests/reference/fit_tyre/write_universal_files.py): one oscillator, seen
-    /// as several quantities.
+    /// Bytes of a file that pyuff 2.5.8 wrote (tests/reference/fit_tyre/write_universal_files.py): one oscillator, as
+    /// several quantities.
     fn file(name: &str) -> Vec<u8> {
         fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/fit_tyre").join(name)).unwrap()
     }
 
-    /// Returns the mobility of the oscillator: spring of 1e5 N/m, mass of 0.1 kg, dashpot of 20 N s/m, on a base that
-    /// gives way by 1 mm/(N s).
+    /// Mobility of the oscillator: spring of 1e5 N/m, mass of 0.1 kg, dashpot of 20 N s/m, on a base with a mobility of
+    /// 1 mm/(N s).
     fn oscillator(frequency: f64) -> Complex64 {
         let i_omega = Complex64::new(0.0, std::f64::consts::TAU * frequency);
         (1e5 / i_omega + 20.0 + 0.1 * i_omega).inv() + 1e-3

@@ -1,4 +1,4 @@
-//! Designs of experiments: which values of several factors are tried together.
+//! Designs of experiments: which combinations of several factors' values are run.
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -6,7 +6,6 @@ use rand_chacha::ChaCha8Rng;
 use crate::scene::Setting;
 use crate::study::sweep::factor::{Factor, NEEDS_STEPS, Values};
 
-/// Most points of a design.
 pub(crate) const MOST_POINTS: usize = 100_000;
 
 /// How the factors' values are combined.
@@ -15,10 +14,10 @@ pub(crate) enum Design {
     /// Every value of each with every value of all others, the last factor's innermost.
     #[default]
     Grid,
-    /// So many points, each factor cut into as many equal parts, each part taken once (McKay, Beckman and Conover,
-    /// Technometrics 21, 1979); seeds are not drawn, but repeated at every point.
+    /// Latin hypercube: each factor's range is cut into as many equal parts as there are points, and each part is used
+    /// once (McKay, Beckman and Conover, Technometrics 21, 1979). Seeds are not drawn, but repeated at every point.
     LatinHypercube {
-        /// How many.
+        /// Number of points, repeated seeds not counted.
         points: usize,
         /// Seed of the random numbers.
         seed: u64,
@@ -26,7 +25,7 @@ pub(crate) enum Design {
 }
 
 impl Design {
-    /// Returns the settings of each point; one without any where there is no factor.
+    /// Settings of each point; a single point without settings where there is no factor.
     ///
     /// # Errors
     /// In words, for a factor that is given twice, one without steps on a grid, and too many points.
@@ -57,7 +56,7 @@ impl Design {
     }
 }
 
-/// Returns every point with every combination of the factors.
+/// Every one of `points` combined with every combination of the factors.
 fn grid(mut points: Vec<Vec<Setting>>, factors: &[Factor]) -> Result<Vec<Vec<Setting>>, String> {
     for factor in factors {
         let Values::Listed(values) = &factor.values else {
@@ -80,7 +79,7 @@ fn bounded(points: usize) -> Result<(), String> {
     }
 }
 
-/// Returns one place in each of so many equal parts of \[0, 1), the parts in random order (Fisher and Yates).
+/// One place in each of `points` equal parts of \[0, 1), the parts in random order (Fisher and Yates).
 fn column(points: usize, random: &mut impl Rng) -> Vec<f64> {
     let mut parts: Vec<usize> = (0..points).collect();
     for last in (1..points).rev() {

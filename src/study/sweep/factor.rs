@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use crate::scene::Setting;
 
-/// Most values that one range may stand for; a slip of the finger must not start a million runs.
+/// Most values of one range: a typing error must not start a million runs.
 const MOST_VALUES: usize = 1000;
 /// Complaint about a range without steps.
 pub(super) const NEEDS_STEPS: &str = "a grid needs steps, FROM..TO:STEP; --latin-hypercube does without";
@@ -18,26 +18,25 @@ pub(crate) struct Factor {
     pub values: Values,
 }
 
-/// The values of a factor.
 #[derive(Clone, Debug)]
 pub(crate) enum Values {
-    /// These, in this order.
+    /// A list, in this order.
     Listed(Vec<Setting>),
     /// Any between two ends.
     Between(f64, f64),
 }
 
-/// A range from one number to another.
+/// A range from one number to another, as given.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Range {
-    /// In equal steps, both ends included; as text, so that whole numbers stay whole.
+    /// Equal steps, both ends included; as text, so that whole numbers stay whole.
     Steps(Vec<String>),
     /// Without steps.
     Between(f64, f64),
 }
 
 impl Values {
-    /// Returns the values of a list as given.
+    /// Values of a list, as given.
     ///
     /// # Errors
     /// In words, for a range without steps.
@@ -50,11 +49,10 @@ impl Values {
 }
 
 impl Factor {
-    /// Parses a setting whose value is a [`Range`] or a list `A,B,C`; `None` for any other, a text in quotes among
-    /// them.
+    /// Parses a setting whose value is a [`Range`] or a list `A,B,C`; `None` for any other, such as a text in quotes.
     ///
     /// # Errors
-    /// In words, for a range that is none and a value that is given twice.
+    /// In words, for an invalid range and for a value that is given twice.
     pub(crate) fn of(setting: &Setting) -> Result<Option<Self>, String> {
         let key = setting.key();
         let Some(text) = setting.plain_text() else { return Ok(None) };
@@ -82,12 +80,12 @@ impl Factor {
         Ok(Some(Self { key: key.to_owned(), values }))
     }
 
-    /// Tells whether its values are draws of the same thing, over which results are averaged: those of a seed.
+    /// Whether its values are draws of the same quantity, over which results are averaged: those of a seed.
     pub(crate) fn repeats(&self) -> bool {
         is_seed(&self.key)
     }
 
-    /// Returns the value at a place of \[0, 1): of a list that whose equal share the place lies in.
+    /// Value at a place in \[0, 1): a list's values have equal shares of it, in their order.
     ///
     /// # Errors
     /// As [`Setting::parse`].
@@ -98,7 +96,7 @@ impl Factor {
                 Ok(values[index.min(values.len() - 1)].clone())
             }
             Values::Between(from, to) => {
-                // Six digits tell any two of a design apart and can be read.
+                // Six digits distinguish any two values of a design and can be read.
                 let value = shortest(from + place * (to - from), 6);
                 Setting::parse(&format!("{}={value:?}", self.key))
             }
@@ -106,7 +104,7 @@ impl Factor {
     }
 }
 
-/// Returns the parts of a list, at its commas: those within quotes and brackets are parts of values.
+/// Splits a list at its commas, except for those within quotes and brackets.
 fn parts(text: &str) -> Vec<&str> {
     let (mut quote, mut escaped, mut depth) = (None, false, 0_usize);
     let is_comma = |sign: char| {
@@ -128,14 +126,13 @@ fn parts(text: &str) -> Vec<&str> {
     text.split(is_comma).map(str::trim).collect()
 }
 
-/// Tells whether a key is that of a seed.
 pub(crate) fn is_seed(key: &str) -> bool {
     key.rsplit('.').next() == Some("seed")
 }
 
 impl Range {
-    /// Returns `FROM..TO:STEP`, or `FROM..TO` of whole numbers, which go in steps of 1, or of others, which has no
-    /// steps. `None` for what does not begin with a number and two points.
+    /// Parses `FROM..TO:STEP`, or `FROM..TO`: of whole numbers in steps of 1, otherwise without steps. `None` for a
+    /// text that does not begin with a number and two points; the inner `Err` is the problem in words.
     pub(crate) fn parse(text: &str) -> Option<Result<Self, String>> {
         let (from, rest) = text.split_once("..")?;
         let start = number(from).ok()?;
@@ -157,7 +154,7 @@ impl Range {
         if width <= 0.0 {
             return Err(format!("the step {width} is not a positive number"));
         }
-        // An end that is missed by rounding only is meant to be there.
+        // An end that is missed by rounding only is included.
         let steps = ((end - start) / width * (1.0 + 1e-12) + 1e-9).floor();
         if steps >= MOST_VALUES as f64 {
             return Err(format!("{} values are more than {MOST_VALUES}: choose a larger step", steps + 1.0));
@@ -171,14 +168,14 @@ impl Range {
     }
 }
 
-/// Returns a finite number.
+/// Parses a finite number.
 fn number(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let told = || format!("\"{text}\" is not a number: a range is FROM..TO:STEP, such as 50..130:10");
     text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(told)
 }
 
-/// Returns the number with so many digits that is next to a value.
+/// Decimal number of `digits` significant digits nearest to a value.
 fn shortest(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }

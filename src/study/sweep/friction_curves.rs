@@ -6,13 +6,13 @@ use crate::results::table::csv;
 use crate::study::sweep::run::Done;
 use crate::study::sweep::variants::Label;
 
-/// Keys of creep over which forces are drawn.
+/// Prefix of the keys of creep, over which forces are drawn.
 const CREEP: &str = "friction.creep.";
 
-/// Figure of friction: in words, as a column, its value.
+/// A quantity of friction: its name, its column, its value.
 type Figure = (&'static str, &'static str, fn(&FrictionSummary) -> f64);
 
-/// Figures of friction that sweeps list.
+/// Quantities of friction that sweeps list.
 const FIGURES: [Figure; 8] = [
     ("longitudinal force, N", "longitudinal_force_n", |of| of.mean_longitudinal_force),
     ("lateral force, N", "lateral_force_n", |of| of.mean_lateral_force),
@@ -24,7 +24,7 @@ const FIGURES: [Figure; 8] = [
     ("creep", "longitudinal_creep", |of| of.mean_creep),
 ];
 
-/// Lists the figures for people, one row for each.
+/// Rows of the table for people, one for each quantity.
 pub(super) fn friction_rows(found: &[Done]) -> impl Iterator<Item = Vec<String>> + '_ {
     FIGURES.into_iter().map(move |(name, _, value)| {
         let cell = |done: &Done| done.friction.as_ref().map_or("-".to_owned(), |of| format!("{:.4}", value(of)));
@@ -32,7 +32,7 @@ pub(super) fn friction_rows(found: &[Done]) -> impl Iterator<Item = Vec<String>>
     })
 }
 
-/// Returns the tangential forces as CSV: one row per variant; `None` without friction.
+/// Tangential forces as CSV, one row per variant; `None` without friction.
 pub(crate) fn friction_csv(runs: &[(Label, Option<Done>)]) -> Option<String> {
     let header = ["variant", "group", "speed_kmh"].into_iter().chain(FIGURES.map(|(_, column, _)| column));
     let row = |(label, done): &(Label, Option<Done>)| {
@@ -45,8 +45,7 @@ pub(crate) fn friction_csv(runs: &[(Label, Option<Done>)]) -> Option<String> {
     (!rows.is_empty()).then(|| csv(header, rows))
 }
 
-/// Returns forces over the creep that is varied, a curve for each force and choice of whatever else is varied; `None`
-/// where no creep is varied.
+/// Forces over the creep, one curve for each force and combination of the other settings; `None` if no creep is varied.
 ///
 /// # Errors
 /// [`PlotError`].
@@ -58,7 +57,7 @@ pub(crate) fn friction_plot(runs: &[(Label, Option<Done>)], title: &str) -> Resu
         let Some((place, friction)) = of_creep(label).zip(done.as_ref().and_then(|done| done.friction)) else {
             continue;
         };
-        // Free rolling stands at the creep that it has found.
+        // Free rolling is drawn at the creep that the run has found.
         let choice = &label.choices[place];
         let creep = choice.value.parse().unwrap_or(friction.mean_creep);
         key.clone_from(&choice.factor);

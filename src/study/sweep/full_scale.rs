@@ -1,8 +1,8 @@
-//! One full scale for all files to listen to of a sweep: which of two variants is louder can be heard.
+//! One full scale for all audio files of a sweep, so that the louder of two variants sounds louder.
 //!
 //! Each run chooses a full scale that its loudest file fits into. Once all are there, the largest of these is given to
-//! every file and to what its summary says of it. A file states its own full scale, so a sweep that is stopped amid
-//! this leaves none that is wrong, and puts the rest in order the next time. Where a scene gives
+//! every file and to its summary. A file states its own full scale, so a sweep that is stopped in between leaves no
+//! wrong file, and completes the rest the next time. Where a scene gives
 //! `radiation.full_scale` all have it already.
 
 use std::path::{Path, PathBuf};
@@ -14,20 +14,20 @@ use crate::sound::wav::{full_scale_of, rescaled};
 use crate::storage::PendingFile;
 use crate::storage::input::{self, TABLE_BYTES};
 
-/// Gives all files to listen to in some results the largest full scale among them.
+/// Gives all audio files of some results the largest full scale among them.
 ///
 /// # Errors
-/// Errors of a file that cannot be written. Folders that are no results, and files that are no sound of ours, stay.
+/// A file that cannot be written. Folders without results and files of other programs are left alone.
 pub(crate) fn share_full_scale(folders: &[PathBuf]) -> Result<(), ResultsError> {
     let known: Vec<(&PathBuf, Summary)> = folders.iter().filter_map(|folder| Some((folder, read(folder)?))).collect();
     let all = known.iter().flat_map(|(_, summary)| audio(summary));
-    // Louder files are floats, which have the full scale that was asked for.
+    // Files louder than the requested full scale hold floats; their full scale is the requested one.
     let largest = all.map(|audio| audio.full_scale).fold(0.0, f64::max);
     for (folder, mut summary) in known {
         let mut changed = false;
         for audio in summary.sound.iter_mut().flat_map(|sound| &mut sound.receivers).filter_map(|of| of.audio.as_mut())
         {
-            // A name alone: nothing outside the folder is touched.
+            // A plain file name: nothing outside the folder is touched.
             let Some(name) = Path::new(&audio.file).file_name().filter(|name| *name == audio.file.as_str()) else {
                 continue;
             };
@@ -53,7 +53,6 @@ fn read(folder: &Path) -> Option<Summary> {
     serde_json::from_slice(&input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?).ok()
 }
 
-/// Returns the files to listen to.
 fn audio(summary: &Summary) -> impl Iterator<Item = &AudioSummary> {
     summary.sound.iter().flat_map(|sound| &sound.receivers).filter_map(|receiver| receiver.audio.as_ref())
 }

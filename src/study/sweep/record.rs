@@ -13,10 +13,10 @@ const FORMAT_VERSION: u32 = 1;
 /// A variant of a sweep.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Recorded {
-    /// Label in the tables.
+    /// Name, group and choices in the tables.
     #[serde(flatten)]
     pub label: Label,
-    /// True if the folder of its name has its results.
+    /// True if the folder of this name holds its results.
     pub done: bool,
 }
 
@@ -27,25 +27,24 @@ pub(crate) struct SweepRecord {
     format_version: u32,
     /// Title of the scene that is varied.
     pub title: String,
-    /// Its variants, in their order.
+    /// All variants, in their order.
     pub variants: Vec<Recorded>,
 }
 
 impl SweepRecord {
-    /// Makes the record of some variants.
     pub(crate) fn new(title: String, variants: Vec<Recorded>) -> Self {
         Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, title, variants }
     }
 
-    /// Returns the file's text.
+    /// Text of the file.
     pub(crate) fn to_json(&self) -> String {
         format!("{:#}\n", serde_json::json!(self))
     }
 
-    /// Reads the file's text.
+    /// Parses the text of the file.
     ///
     /// # Errors
-    /// In words, for what is no record of this version.
+    /// In words, for a text that is no record of this version.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let wrong = |error: serde_json::Error| format!("no list of a sweep's variants: {error}");
         let record: Self = serde_json::from_str(text).map_err(wrong)?;

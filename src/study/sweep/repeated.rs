@@ -3,7 +3,8 @@
 //!
 //! With n values x_i of mean m, s^2 = sum (x_i - m)^2/(n - 1) and t the two-sided 95 % quantile of Student's
 //! distribution for n - 1 degrees of freedom, the expected value lies within m +- t s/sqrt(n) in 95 % of cases. Levels
-//! are averaged in dB, overall ones over the bands that all seeds vouch for; in pictures over those that all runs do.
+//! are averaged in dB, overall ones over the bands that are valid for all seeds; in pictures over those valid in all
+//! runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,9 +19,8 @@ use crate::sound::{Compared, TotalLevel};
 use crate::study::sweep::run::Done;
 use crate::study::sweep::variants::{Label, SPEED, said};
 
-/// The quantity that all bands make together.
+/// Name of the level of the force over all bands.
 const OVERALL: &str = "force, all bands";
-/// Units.
 const FORCE_UNIT: &str = "dB re 1 N";
 const SOUND_UNIT: &str = "dB(A)";
 
@@ -29,18 +29,18 @@ const SOUND_UNIT: &str = "dB(A)";
 pub(crate) struct Mean {
     /// Number of values.
     pub runs: usize,
-    /// Their mean.
+    /// Arithmetic mean.
     pub mean: f64,
     /// Half the width of its 95 % interval; `None` for a single value.
     pub interval: Option<f64>,
-    /// The lowest.
+    /// Lowest value.
     pub lowest: f64,
-    /// The highest.
+    /// Highest value.
     pub highest: f64,
 }
 
 impl Mean {
-    /// Makes the mean of values; `None` without a finite one.
+    /// Mean of the finite values; `None` without any.
     pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
         let (first, count) = (*values.first()?, values.len() as f64);
@@ -52,42 +52,42 @@ impl Mean {
         Some(Self { runs: values.len(), mean, interval, lowest: fold(f64::min), highest: fold(f64::max) })
     }
 
-    /// Returns `70.12 +- 0.31`.
+    /// Formats as `70.12 +- 0.31`.
     fn text(&self, decimals: usize) -> String {
         let interval = self.interval.map_or_else(String::new, |interval| format!(" +- {interval:.decimals$}"));
         format!("{:.decimals$}{interval}", self.mean)
     }
 }
 
-/// Something that is found in every run.
+/// A quantity that runs find.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Quantity {
-    /// Order in tables.
+    /// Order in the tables: kind (see [`FORCE`]), and the number of a band.
     rank: (u8, i32),
     name: String,
     unit: &'static str,
 }
 
-/// Bands of a mean level.
+/// Bands of a mean overall level.
 #[derive(Clone, Debug, PartialEq)]
 struct MeanBands {
     /// Nominal mid-frequencies of the lowest and the highest \[Hz\].
     ends: [f64; 2],
-    /// The same in words, where they are not all bands of every level, or where these are lower bounds.
+    /// The range in words, if some levels have other bands too, or if the levels are lower bounds.
     doubt: Option<String>,
 }
 
-/// Mean of a quantity, with its bands where it is an overall level.
+/// Mean of a quantity, with its bands if it is an overall level.
 type BandedMean = (Mean, Option<MeanBands>);
 
-/// Value of a quantity in a run: an overall level, or else a number.
+/// Value of a quantity in a run: an overall level, or a number.
 #[derive(Clone, Debug)]
 enum Value {
     Number(f64),
     Total(TotalLevel),
 }
 
-/// Returns values, overall levels over their common bands; `None` where these cannot be compared.
+/// Values and, for overall levels, their common bands; `None` if the levels cannot be compared.
 fn over_common(values: &[&Value]) -> Option<(Vec<f64>, Option<MeanBands>)> {
     let number = |value: &&Value| match value {
         Value::Number(number) => *number,
@@ -108,13 +108,13 @@ fn over_common(values: &[&Value]) -> Option<(Vec<f64>, Option<MeanBands>)> {
     Some((compared.levels, Some(bands)))
 }
 
-/// Returns the mean of values; `None` without any, and of levels that cannot be compared.
+/// Mean of values; `None` without any, and of levels that cannot be compared.
 fn mean_of(values: &[Value]) -> Option<BandedMean> {
     let (values, bands) = over_common(&values.iter().collect::<Vec<_>>())?;
     Some((Mean::of(values)?, bands))
 }
 
-/// Returns the means of each combination over the bands that all runs vouch for.
+/// Means of each combination over the bands that are valid in all runs.
 fn means_to_draw(found: &[Values]) -> Vec<BTreeMap<Quantity, BandedMean>> {
     let mut drawn = vec![BTreeMap::new(); found.len()];
     let quantities: BTreeSet<&Quantity> = found.iter().flat_map(|(_, _, values)| values.keys()).collect();
@@ -132,25 +132,25 @@ fn means_to_draw(found: &[Values]) -> Vec<BTreeMap<Quantity, BandedMean>> {
     drawn
 }
 
-/// One combination of what is varied, seeds left out.
+/// One combination of the varied settings, except seeds.
 #[derive(Clone, Debug)]
 pub(crate) struct RepeatedRow {
     /// Values, in the order of the table's factors.
     pub values: Vec<String>,
-    /// How many runs were asked for.
+    /// Number of runs that were asked for.
     pub planned: usize,
     means: BTreeMap<Quantity, BandedMean>,
-    /// The same over the bands that all runs vouch for, which pictures hold against each other.
+    /// Means over the bands that are valid in all runs: those that pictures compare.
     drawn: BTreeMap<Quantity, BandedMean>,
 }
 
-/// A combination, how many runs it was to have, and what they have found.
+/// A combination, its number of planned runs, and the values of those that are done.
 type Values = (Vec<String>, usize, BTreeMap<Quantity, Vec<Value>>);
 
-/// Findings of a sweep.
+/// Means of all combinations of a sweep.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RepeatedTable {
-    /// Factors, seeds left out.
+    /// Names of the factors, except seeds.
     pub factors: Vec<String>,
     /// The combinations, in the order of the sweep.
     pub rows: Vec<RepeatedRow>,
@@ -158,12 +158,12 @@ pub(crate) struct RepeatedTable {
 }
 
 impl RepeatedTable {
-    /// Collects a sweep's variants and the findings of each; `None` where nothing but road, load and speed is varied.
+    /// Table of a sweep's variants and results; `None` if nothing but road, load and speed is varied.
     pub(crate) fn new(runs: &[(Label, Option<Done>)]) -> Option<Self> {
         runs.first().filter(|(label, _)| label.is_of_a_design()).map(|_| Self::of(runs))
     }
 
-    /// Collects a sweep's variants and the findings of each.
+    /// Table of a sweep's variants and results.
     pub(crate) fn of(runs: &[(Label, Option<Done>)]) -> Self {
         let kept = |label: &Label| label.choices.iter().filter(|choice| !choice.repeats).cloned().collect::<Vec<_>>();
         let first = runs.first().map_or_else(Vec::new, |(label, _)| kept(label));
@@ -193,7 +193,7 @@ impl RepeatedTable {
         Self { factors, rows, quantities }
     }
 
-    /// Makes a report for people: a line per combination, third octaves left to the files.
+    /// Report for people: a line per combination, without third octaves, which are in the files.
     pub(crate) fn report(&self) -> Report {
         let shown: Vec<&Quantity> = self.quantities.iter().filter(|quantity| quantity.rank.0 < BAND).collect();
         let titles = shown.iter().map(|quantity| format!("{}, {}", quantity.name, quantity.unit));
@@ -220,13 +220,13 @@ impl RepeatedTable {
         report
     }
 
-    /// Returns every mean, with the columns that say which.
+    /// Every mean, with its row and quantity.
     fn lines(&self) -> impl Iterator<Item = (&RepeatedRow, &Quantity, &BandedMean)> {
         self.rows.iter().flat_map(|row| row.means.iter().map(move |(quantity, mean)| (row, quantity, mean)))
     }
 
-    /// Returns every mean as CSV: the factors, quantity, unit, runs, mean, half its 95 % interval, lowest and highest
-    /// value, and of an overall level its lowest and highest band and 1 where it is a lower bound.
+    /// Every mean as CSV: the factors, quantity, unit, runs, mean, half of its 95 % interval, lowest and highest value,
+    /// and for an overall level its lowest and highest band and 1 where it is a lower bound.
     pub(crate) fn csv(&self) -> String {
         let columns = ["quantity", "unit", "runs", "mean", "interval_95", "lowest", "highest"];
         let columns = columns.into_iter().chain(["lowest_hz", "highest_hz", "lower_bound"]);
@@ -244,7 +244,7 @@ impl RepeatedTable {
         table::csv(header, self.lines().map(line))
     }
 
-    /// Returns the same as JSON: an array of objects.
+    /// Every mean as JSON: an array of objects.
     pub(crate) fn to_json(&self) -> Json {
         let line = |(row, quantity, (mean, bands)): (&RepeatedRow, &Quantity, &BandedMean)| {
             let factors: serde_json::Map<String, Json> = self
@@ -267,8 +267,8 @@ impl RepeatedTable {
         self.lines().map(line).collect()
     }
 
-    /// Returns the levels against each factor that takes more than one value, as name of a file and picture: a point
-    /// with its interval for every combination, and a line through the means where values occur more than once.
+    /// Levels against each factor with more than one value, as name of a file and picture: a point with its interval
+    /// for every combination, and a line through the means where values occur more than once.
     ///
     /// # Errors
     /// [`PlotError`].
@@ -292,9 +292,9 @@ impl RepeatedTable {
         Ok(plots)
     }
 
-    /// Returns the levels against the speed or, where that is not varied, against the key with the most values, numbers
-    /// before words: a line for each receiver and each combination of the rest, in one picture or in one for each
-    /// receiver. Without any where there are too many lines even so.
+    /// Levels against the speed or, if that is not varied, against the key with the most values, numbers before words:
+    /// a line for each receiver and each combination of the rest, in one picture or in one for each receiver. Empty if
+    /// there are too many lines even so.
     ///
     /// # Errors
     /// [`PlotError`].
@@ -334,7 +334,7 @@ impl RepeatedTable {
         Ok(pictures)
     }
 
-    /// Draws a quantity of some combinations against a factor, for each name.
+    /// Draws named quantities of some combinations against the factor `column`.
     fn against(&self, column: usize, title: &str, all: &[Drawn<'_>], joined: bool) -> Result<String, PlotError> {
         let (factor, labels) = (&self.factors[column], self.labels(column));
         let (x, places) = axis_of(factor, &labels);
@@ -353,7 +353,7 @@ impl RepeatedTable {
         let ends = ends.flat_map(|&(_, level, half)| [level - half, level + half]);
         let drawn = DRAWN.into_iter().find(|(rank, ..)| all.iter().any(|(_, quantity, _)| quantity.rank.0 == *rank));
         let (_, short, axis) = drawn.unwrap_or(DRAWN[0]);
-        // Where bands are missing the axis names those that are there.
+        // Where bands are missing the axis names those that are present.
         let bands =
             all.iter().flat_map(|(_, quantity, rows)| rows.iter().filter_map(move |row| row.drawn.get(*quantity)));
         let mut doubts: Vec<&String> = bands.filter_map(|(_, bands)| bands.as_ref()?.doubt.as_ref()).collect();
@@ -364,13 +364,13 @@ impl RepeatedTable {
         PointPlot { title: &format!("{short} against {factor}: {title}"), x, y, series }.to_svg()
     }
 
-    /// Returns the quantities that can be drawn: levels that cannot be compared are not.
+    /// Quantities of a rank that can be drawn: levels that cannot be compared cannot.
     fn quantities_of(&self, rank: u8) -> impl Iterator<Item = &Quantity> {
         let is_drawn = move |quantity: &&Quantity| self.rows.iter().any(|row| row.drawn.contains_key(*quantity));
         self.quantities.iter().filter(move |quantity| quantity.rank.0 == rank).filter(is_drawn)
     }
 
-    /// Returns a factor's values, each once.
+    /// Distinct values of a factor, in the order of the rows.
     fn labels(&self, column: usize) -> Vec<&str> {
         let mut labels: Vec<&str> = Vec::new();
         for row in &self.rows {
@@ -385,24 +385,24 @@ impl RepeatedTable {
 /// More lines in one picture cannot be told apart.
 const MOST_LINES: usize = 7;
 
-/// Ranks of quantities.
+/// Kinds of quantities, in the order of the tables.
 const FORCE: u8 = 0;
 const SOUND: u8 = 1;
 const RESISTANCE: u8 = 2;
 const BAND: u8 = 3;
 
-/// Ranks that are drawn, each with its name and its axis.
+/// Kinds that are drawn, with name and axis title.
 const DRAWN: [(u8, &str, &str); 2] = [(FORCE, "Force", FORCE_LEVEL), (SOUND, "Sound", "Level [dB(A)]")];
 
-/// Points of a picture: their name, the quantity and the combinations.
+/// A series of a picture: its name, the quantity and the combinations.
 type Drawn<'a> = (String, &'a Quantity, Vec<&'a RepeatedRow>);
 
-/// Returns a receiver's name; empty for the force, of which there is one.
+/// Name of the receiver; empty for the force, of which there is one.
 fn of_sound(quantity: &Quantity) -> String {
     if quantity.rank.0 == SOUND { quantity.name.clone() } else { String::new() }
 }
 
-/// Lists the findings of a run; of bands those that it vouches for.
+/// Quantities of a run; only the bands that are valid in it.
 fn quantities(done: &Done) -> Vec<(Quantity, Value)> {
     let mut found = Vec::new();
     let mut add = |rank: (u8, i32), name: &str, unit, value| {
@@ -426,7 +426,7 @@ fn quantities(done: &Done) -> Vec<(Quantity, Value)> {
     found
 }
 
-/// Returns an axis for a factor, and where its values lie on it: numbers at their place, words one beside the other.
+/// Axis for a factor, and the positions of its values: numbers at their value, words side by side.
 fn axis_of(factor: &str, labels: &[&str]) -> (Axis, Vec<f64>) {
     let numbers: Option<Vec<f64>> = labels.iter().map(|label| label.parse().ok()).collect();
     match numbers {
@@ -455,7 +455,7 @@ mod tests {
         assert_eq!(mean.text(1), "2.0 +- 2.5");
     }
 
-    /// Returns the sum of bands that are loudest at 800 Hz, vouched for up to one; up to 2 kHz they have a level.
+    /// Level whose bands are loudest at 800 Hz and valid up to one of them; bands up to 2 kHz have a level.
     fn sum(valid_to: i32, level: f64) -> TotalLevel {
         let made = |valid_to: i32, loudest: f64| {
             let band = |n: i32| {
@@ -490,7 +490,7 @@ mod tests {
         assert!(curves.contains("25 Hz - 80 Hz") && !curves.contains("near"), "{curves}");
     }
 
-    /// Returns every combination of some loads and speeds with two seeds, heard by two receivers.
+    /// Every combination of `loads` loads and the speeds with two seeds, at two receivers.
     fn heard(loads: u32) -> Vec<(Label, Option<Done>)> {
         let mut runs = Vec::new();
         for (load, speed, seed) in (0..loads)

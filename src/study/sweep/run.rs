@@ -1,8 +1,8 @@
 //! Runs the variants of a sweep, several at a time.
 //!
-//! Workers take the variants one after the other; each has its own share of the threads, so that there are never more
-//! threads than were asked for. The models of the tyre's influence functions that the variants need are fitted before,
-//! once each, and then read by all from the cache.
+//! Workers take the variants one after the other; each has its share of the threads, so that there are never more
+//! threads than were asked for. The models of the tyre's influence functions that the variants need are fitted first,
+//! once each, and all workers read them from the cache.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -31,18 +31,18 @@ use crate::storage::input::{self, TABLE_BYTES};
 use crate::study::sweep::variants::Variant;
 use crate::study::trial::UNIT;
 
-/// How a variant ended.
+/// End of a variant.
 #[derive(Debug)]
 pub(crate) enum Outcome {
-    /// Its results are there, found or made.
+    /// Its results are there, from now or from before.
     Done(Done),
-    /// It was stopped, or not begun, because the user wanted the end.
+    /// The user stopped it, or stopped the sweep before it began.
     Stopped,
     /// It failed.
     Failed(RunError),
 }
 
-/// Findings of a finished variant, as its folder says.
+/// Results of a finished variant, read from its folder.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Done {
     /// True if an earlier sweep had finished it.
@@ -55,10 +55,10 @@ pub(crate) struct Done {
     /// Tangential forces, where the contact has friction.
     #[serde(default)]
     pub friction: Option<FrictionSummary>,
-    /// The load and how well it was met.
+    /// Load, and how accurately it was met.
     pub load: Option<LoadResult>,
-    /// A-weighted level at each receiver \[dB(A)\], with its bands: the maximum of the pass-by where the tyre passes,
-    /// else the mean.
+    /// A-weighted level at each receiver \[dB(A)\], with its bands: the maximum of the passage where the tyre passes,
+    /// otherwise the mean.
     pub sound: Vec<(String, TotalLevel)>,
     /// The receivers that the tyre passes.
     #[serde(default)]
@@ -69,7 +69,7 @@ pub(crate) struct Done {
 }
 
 impl Outcome {
-    /// Returns its findings, if it is done.
+    /// Results, if the variant is done.
     pub(crate) fn done(&self) -> Option<&Done> {
         match self {
             Self::Done(done) => Some(done),
@@ -79,7 +79,7 @@ impl Outcome {
 }
 
 impl Done {
-    /// Takes the findings from the levels of the force, the A-weighted ones at the receivers and the summary of a
+    /// Collects the results from the levels of the force, the A-weighted ones at the receivers and the summary of a
     /// results folder.
     pub(crate) fn new(
         found: bool,
@@ -109,38 +109,37 @@ impl Done {
         }
     }
 
-    /// Returns the level at a receiver \[dB(A)\].
+    /// Level at a receiver \[dB(A)\].
     pub(crate) fn level_at(&self, receiver: &str) -> Option<&TotalLevel> {
         self.sound.iter().find(|(name, _)| name == receiver).map(|(_, level)| level)
     }
 
-    /// Returns the passages at a receiver.
     pub(crate) fn pass_by(&self, receiver: &str) -> Option<&PassBySummary> {
         self.pass_bys.iter().find(|(name, _)| name == receiver).map(|(_, pass_by)| pass_by)
     }
 
-    /// Returns the name of what is known of a receiver.
+    /// Name of the level at a receiver, see [`RatedLevel::label`].
     pub(crate) fn label_of(&self, receiver: &str) -> String {
         let passed = self.passed.iter().any(|name| name == receiver);
         RatedLevel { name: receiver.to_owned(), passed, level: None }.label()
     }
 
-    /// Returns the load, where it was missed by more than its tolerance.
+    /// The load, if it was missed by more than its tolerance.
     pub(crate) fn missed_load(&self) -> Option<&LoadResult> {
         self.load.as_ref().filter(|load| !load.met)
     }
 }
 
-/// Progress of a sweep.
+/// Progress of all variants together.
 struct Watch<'a> {
     progress: &'a mut (dyn Progress + Send),
-    /// Time that all variants have rolled \[s\].
+    /// Simulated time of all variants so far \[s\].
     rolled: f64,
-    /// Notes that all variants share: they are said before the first.
+    /// Notes common to all variants: they are reported once, before the first.
     shared: Vec<String>,
 }
 
-/// Returns the notes that all of some plans have.
+/// Notes that all plans have in common.
 fn shared_notes<'a>(mut plans: impl Iterator<Item = &'a Plan>) -> Vec<String> {
     let mut shared: Vec<String> = plans.next().map_or(Vec::new(), |plan| plan.notes().collect());
     for plan in plans {
@@ -150,8 +149,8 @@ fn shared_notes<'a>(mut plans: impl Iterator<Item = &'a Plan>) -> Vec<String> {
     shared
 }
 
-/// Runs what is not finished under `target`, one folder per variant, on `threads` threads in all; how each ended, in
-/// their order. A variant that fails does not stop the others.
+/// Runs the variants that are not finished, one folder each under `target`, on `threads` threads in all; returns the
+/// outcomes in the order of `variants`. A variant that fails does not stop the others.
 pub(crate) fn sweep(
     variants: &[Variant],
     target: &Path,
@@ -159,10 +158,12 @@ pub(crate) fn sweep(
     stop: &AtomicBool,
     progress: &mut (dyn Progress + Send),
 ) -> Vec<Outcome> {
+    // 1. What an earlier sweep has finished is kept.
     let mut known = Inputs::default();
     let outcomes: Vec<Mutex<Option<Outcome>>> =
         variants.iter().map(|variant| Mutex::new(finished(variant, target, &mut known))).collect();
     let left: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
+    // 2. Fit the models that several variants share.
     progress.stage(Stage::Influence);
     share_models(left.iter().map(|&index| &variants[index]), stop);
     let plans = || left.iter().map(|&index| &variants[index].plan);
@@ -172,7 +173,7 @@ pub(crate) fn sweep(
     progress.march(0, (time / UNIT) as u64, UNIT);
     let watch = Mutex::new(Watch { progress, rolled: 0.0, shared });
 
-    // The boundary elements of a body are solved once, by the first variant that needs them.
+    // 3. Run the rest. The boundary elements of a body are solved once, by the first variant that needs them.
     let heard = left.iter().any(|&index| !variants[index].plan.scene.receivers.is_empty());
     let workers = if heard { 1 } else { threads.min(left.len()).max(1) };
     let next = AtomicUsize::new(0);
@@ -182,7 +183,7 @@ pub(crate) fn sweep(
         while let Some(&index) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
             let variant = &variants[index];
             let one = || carry_out(variant, target, share.max(1), stop, &watch);
-            // Without a pool of its own it runs on the caller's: slower for the others, the same results.
+            // Without a pool of its own it runs on the caller's: slower for the others, with the same results.
             let outcome = pool.as_ref().map_or_else(one, |pool| pool.install(one));
             *lock(&outcomes[index]) = Some(outcome);
         }
@@ -198,12 +199,12 @@ pub(crate) fn sweep(
     outcomes.into_iter().map(ended).collect()
 }
 
-/// Locks the content, even after a panic of its last holder.
+/// Locks a mutex, even after a panic of its last holder.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Fits every model that the variants need and the cache does not have.
+/// Fits every model that the variants need and the cache does not hold.
 fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBool) {
     let mut fitted = Vec::new();
     for variant in variants {
@@ -211,17 +212,17 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
         let model = (&plan.decisions.tyre, &plan.fit);
         let needed = plan.scene.numerics.history == History::Modal && !fitted.contains(&model);
         if needed && !stop.load(Ordering::Relaxed) {
-            // A refusal is the variant's own to report.
+            // The variant itself reports a refusal.
             let _ = fetch(model.0, model.1, stop);
             fitted.push(model);
         }
     }
 }
 
-/// Returns the levels of a variant that an earlier sweep has finished: the same scene, version and inputs.
+/// Outcome of a variant that an earlier sweep has finished: with the same scene, version and inputs.
 fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<Outcome> {
     let folder = target.join(&variant.label.name);
-    // What cannot be put in order is told when the variant is run.
+    // Errors of this are reported when the variant is run.
     let _ = ResultsFolder::put_in_order(&folder);
     let summary = read_summary(&folder)?;
     let planned = variant.loaded.clone().settled(variant.plan.scene.clone());
@@ -235,24 +236,22 @@ fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<Outc
     Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &read_heard(&folder), &summary)))
 }
 
-/// Returns a folder's levels.
 fn read_levels(folder: &Path) -> Option<Vec<BandLevel>> {
     read_force_levels(&input::read_text(&folder.join(SPECTRA_FILE), TABLE_BYTES).ok()?)
 }
 
-/// Returns the A-weighted levels at a folder's receivers; none without.
+/// A-weighted levels at a folder's receivers; empty without.
 fn read_heard(folder: &Path) -> NamedLevels {
     let text = input::read_text(&folder.join(SOUND_FILE), TABLE_BYTES).ok();
     let table = text.and_then(|text| Table::parse(&text).ok());
     table.and_then(|table| levels(&table, SOUND_COLUMN)).unwrap_or_default()
 }
 
-/// Returns a folder's summary.
 fn read_summary(folder: &Path) -> Option<serde_json::Value> {
     serde_json::from_slice(&input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?).ok()
 }
 
-/// Goes on with a variant, or runs it from its beginning.
+/// Continues a variant from its checkpoint, or runs it from the beginning.
 fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool, watch: &Mutex<Watch<'_>>) -> Outcome {
     if stop.load(Ordering::Relaxed) {
         return Outcome::Stopped;
@@ -266,7 +265,7 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
         run::run(&variant.loaded, &options, stop, &mut progress)
     };
     match report {
-        // As written, so that a sweep that finds it finished says the same.
+        // Results as written, so that a later sweep that finds them reports the same.
         Ok(report) => {
             let levels = read_levels(&report.folder).unwrap_or_default();
             let summary = read_summary(&report.folder).unwrap_or_default();
@@ -277,7 +276,7 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
     }
 }
 
-/// Tells whether there is a checkpoint of just this variant; what is left of others, or unusable, is cleared away.
+/// Whether there is a checkpoint of this variant; remains of others, or unusable ones, are deleted.
 fn resumable(variant: &Variant, target: &Path, progress: &mut dyn Progress) -> bool {
     if let Ok(folder) = unfinished(target) {
         match Checkpoint::read(&folder) {
@@ -290,7 +289,7 @@ fn resumable(variant: &Variant, target: &Path, progress: &mut dyn Progress) -> b
     false
 }
 
-/// Adds up what the variants roll.
+/// Adds the simulated time of one variant to that of all.
 struct VariantProgress<'a, 'b> {
     name: &'a str,
     watch: &'a Mutex<Watch<'b>>,

@@ -1,4 +1,4 @@
-//! A sweep whose variants have left their results in a folder, opened again by its [record](super::record).
+//! Results of a sweep in a folder, opened again by its [record](super::record).
 
 use std::path::Path;
 
@@ -8,16 +8,16 @@ use crate::effects::stored::{Stored, StoredError, file, read_text};
 use crate::results::summary::SUMMARY_FILE;
 use crate::storage::flat_folder::subfolder;
 
-/// A sweep whose variants have left their results in a folder.
+/// Results of a sweep in a folder.
 pub(crate) struct StoredSweep {
     /// Title of the scene that is varied.
     pub title: String,
-    /// Variants in their order; those that are not finished without results.
+    /// Variants in their order; `None` for those that are not finished.
     pub variants: Vec<(Label, Option<Stored>)>,
 }
 
 impl StoredSweep {
-    /// Reads a folder of `tyrewave sweep`; `None` where it is not one. Nothing outside of it is read.
+    /// Reads a folder of `tyrewave sweep`; `None` if it is not one. Nothing outside of it is read.
     ///
     /// # Errors
     /// [`StoredError`].

@@ -12,26 +12,26 @@ use crate::study::sweep::friction_curves::friction_rows;
 use crate::study::sweep::run::Done;
 use crate::study::sweep::variants::Label;
 
-/// Speed that levels are related to \[km/h\] (UN R117 for car tyres).
+/// Reference speed of the levels \[km/h\] (UN R117 for car tyres).
 const REFERENCE_SPEED: f64 = 80.0;
 
-/// More spectra in one picture cannot be told apart.
+/// More spectra in one picture cannot be distinguished.
 pub(crate) const MOST_SPECTRA: usize = 12;
 
 /// One line of a block: a band over all speeds.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BandLine {
-    /// The band.
+    /// Third octave of the line.
     pub band: ThirdOctaveBand,
-    /// Level at each speed \[dB re 1 N\]; `None` where the variant is not done or does not reach the band. Text has
-    /// those in brackets that the variant does not vouch for.
+    /// Level at each speed \[dB re 1 N\]; `None` where the variant is not done or does not reach the band. Reports put
+    /// levels that are not valid in brackets.
     pub levels: Vec<Option<BandLevel>>,
-    /// How they grow, from two speeds on.
+    /// Growth with the speed, from two speeds on.
     pub exponent: Option<SpeedExponent>,
 }
 
 impl BandLine {
-    /// Tells whether every level that the growth was found from is vouched for.
+    /// Whether every level behind the growth is valid.
     fn vouched(&self) -> bool {
         self.levels.iter().flatten().all(|level| level.valid)
     }
@@ -42,17 +42,17 @@ impl BandLine {
 pub(crate) struct SweepBlock {
     /// Road and load, as far as they are varied.
     pub group: String,
-    /// Speeds \[km/h\].
+    /// Speeds \[km/h\], in the order of the sweep.
     pub speeds: Vec<f64>,
-    /// Findings at each; empty where the variant is not done.
+    /// Results at each speed; empty where the variant is not done.
     pub found: Vec<Done>,
     /// Bands, rising.
     pub lines: Vec<BandLine>,
 }
 
-/// Returns the blocks of a sweep, in the order of its variants, from what each has found.
+/// Blocks of a sweep, in the order of its variants.
 pub(crate) fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
-    // A design may have its speeds in any order; the groups keep that in which they begin.
+    // A design may have its speeds in any order; groups keep the order in which they begin.
     let first: BTreeMap<&str, usize> =
         runs.iter().enumerate().rev().map(|(index, (label, _))| (label.group.as_str(), index)).collect();
     let mut runs: Vec<&(Label, Option<Done>)> = runs.iter().collect();
@@ -64,7 +64,7 @@ pub(crate) fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
     runs.chunk_by(|(one, _), (other, _)| one.group == other.group).map(block).collect()
 }
 
-/// Returns the tables of all roads, loads and settings, speeds side by side.
+/// Tables of all roads, loads and settings, speeds side by side.
 pub(crate) fn side_by_side(blocks: &[SweepBlock]) -> Report {
     let mut report = Report::default();
     for (index, block) in blocks.iter().enumerate() {
@@ -77,7 +77,7 @@ pub(crate) fn side_by_side(blocks: &[SweepBlock]) -> Report {
 }
 
 impl SweepBlock {
-    /// Makes the block of the findings at each speed \[km/h\].
+    /// Block of the results at each speed \[km/h\].
     pub(crate) fn new(group: &str, speeds: Vec<f64>, found: Vec<Done>) -> Self {
         let mut bands: Vec<i32> = found.iter().flat_map(|done| &done.levels).map(|level| level.band.0).collect();
         bands.sort_unstable();
@@ -92,16 +92,15 @@ impl SweepBlock {
         Self { group: group.to_owned(), speeds, found, lines }
     }
 
-    /// Returns the names of the receivers.
     fn receivers(&self) -> Vec<String> {
         let heard = self.found.iter().map(|done| &done.sound).find(|sound| !sound.is_empty());
         heard.into_iter().flatten().map(|(name, _)| name.clone()).collect()
     }
 
-    /// Tells how the level at a receiver grows with the speed, about 80 km/h, over the bands that all runs vouch for.
+    /// Growth of the level at a receiver with the speed, about 80 km/h, over the bands that are valid in all runs.
     ///
     /// # Errors
-    /// Why that is not known; nothing where there are too few speeds.
+    /// Why it is not known; empty where there are too few speeds.
     fn growth_at(&self, receiver: &str) -> Result<(SpeedCoefficient, Compared), String> {
         let pairs = self.speeds.iter().zip(&self.found);
         let (speeds, levels): (Vec<f64>, Vec<&TotalLevel>) =
@@ -114,14 +113,14 @@ impl SweepBlock {
         Ok((line(&compared.levels).ok_or_else(String::new)?, compared))
     }
 
-    /// Returns the row of the bands of the levels at a receiver.
+    /// Row with the ranges of bands of the levels at a receiver.
     fn bands_at(&self, receiver: &str) -> Vec<String> {
         let range = |done: &Done| done.level_at(receiver).map_or("-".to_owned(), TotalLevel::range);
         let ranges = self.found.iter().map(range);
         ["  bands".to_owned()].into_iter().chain(ranges).chain([String::new()]).collect()
     }
 
-    /// Tells of a growth of the level at a receiver that is not known, or not of all bands of its levels.
+    /// Note on a growth that is not known, or is not over all bands of the levels.
     fn doubt_at(&self, receiver: &str) -> Option<String> {
         match self.growth_at(receiver) {
             Ok((_, compared)) if compared.all => None,
@@ -133,7 +132,7 @@ impl SweepBlock {
         }
     }
 
-    /// Returns the rows of a pass-by's passages and of the standard error of their mean; none of another receiver.
+    /// Rows of a passage's count and of the standard error of the mean; empty for other receivers.
     fn statistics(&self, receiver: &str) -> Vec<Vec<String>> {
         let row = |title: &str, cell: &dyn Fn(&PassBySummary) -> Option<String>| -> Vec<String> {
             let cells = self.found.iter().map(|done| done.pass_by(receiver).and_then(cell).unwrap_or("-".to_owned()));
@@ -148,7 +147,8 @@ impl SweepBlock {
         ]
     }
 
-    /// Tells of the run with the fewest passages for what is asked of their statistical error how long it must be.
+    /// Note on the run whose number of passages falls farthest short of what the statistical error needs, with its
+    /// length.
     fn longest_missing(&self, receiver: &str) -> Option<String> {
         let all =
             self.speeds.iter().zip(&self.found).filter_map(|(speed, done)| Some((speed, done.pass_by(receiver)?)));
@@ -157,8 +157,8 @@ impl SweepBlock {
         Some(format!("{receiver}, {speed} km/h: {}\n", pass_by.statistics()))
     }
 
-    /// Returns the block for people: a line per band, a column per speed, growth and residual last; the rolling
-    /// resistance below, and which loads were missed.
+    /// Block for people: a line per band, a column per speed, growth and residual last; below it rolling resistance,
+    /// and which loads were missed.
     pub(crate) fn report(&self) -> Report {
         let mark = |done: &Done| if done.missed_load().is_some() { " *" } else { "" };
         let columns = || self.speeds.iter().zip(&self.found);
@@ -227,12 +227,11 @@ impl SweepBlock {
     }
 }
 
-/// Columns of the error and the bands of a level, and the highest band that the growth is of.
+/// Columns of the error and the bands of a level, and the highest band of the growth.
 const BANDS: [&str; 5] = ["level_error_db", "lowest_hz", "highest_hz", "lower_bound", "growth_highest_hz"];
 
-/// Returns the levels at the receivers as CSV: one row per group, receiver and speed, with the regression L = L_ref + b
-/// lg(v/v_ref);
-/// `None` without receivers.
+/// Levels at the receivers as CSV: one row per group, receiver and speed, with the regression L = L_ref + b
+/// lg(v/v_ref); `None` without receivers.
 pub(crate) fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
     let names = ["group", "receiver", "speed_kmh", "level_db_a", "growth_db_per_decade", "level_at_80_kmh_db_a"];
     let header = names.into_iter().chain(["passages", "standard_error_db"]).chain(BANDS);
@@ -270,8 +269,8 @@ pub(crate) fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
     (!rows.is_empty()).then(|| table::csv(header, rows))
 }
 
-/// Returns all blocks as CSV: one row per group, band and speed, the band's growth and what the speed has found
-/// repeated. Numbers are written so that reading gives the same bits.
+/// All blocks as CSV: one row per group, band and speed; the band's growth and the run's other results are repeated.
+/// Reading the numbers gives the same bits.
 pub(crate) fn csv(blocks: &[SweepBlock]) -> String {
     let band = ["group", "nominal_hz", "mid_frequency_hz", "speed_kmh", "level_db_re_1n"];
     let growth = ["growth_db_per_decade", "residual_db", "speeds"];
@@ -296,8 +295,7 @@ pub(crate) fn csv(blocks: &[SweepBlock]) -> String {
     table::csv(header, rows)
 }
 
-/// Returns the growth over frequency, a curve per group, grey where a level is not vouched for; `None` where no band
-/// has one.
+/// Growth over frequency, a curve per group, grey where a level is not valid; `None` if no band has a growth.
 ///
 /// # Errors
 /// [`PlotError`].
@@ -329,7 +327,7 @@ mod tests {
     use super::*;
     use crate::results::summary::LoadResult;
 
-    /// Returns the maximum of a pass-by whose bands are loudest at 800 Hz, vouched for up to one of them.
+    /// Maximum of a passage whose bands are loudest at 800 Hz and valid up to number `valid_to`.
     fn heard(valid_to: i32, level: f64) -> TotalLevel {
         let band = |n: i32| {
             let level = 60.0 - 4.0 * f64::from((n + 1).abs());
@@ -348,7 +346,7 @@ mod tests {
             }
             SweepBlock::new(&group, speeds.clone(), found)
         };
-        // Slices at each speed vouch for 25 to 80 Hz: 14.8 dB(A) and less, the faster the less.
+        // At each speed slices are valid for 25 to 80 Hz: 14.8 dB(A) and less, the faster the less.
         let low = with([15.0, 14.8, 11.5].map(|level| heard(-11, level)));
         let told = low.report().to_string();
         assert!(told.contains("at least 14.8") && told.contains("25 Hz - 80 Hz"), "{told}");

@@ -12,40 +12,40 @@ use crate::scene::{LoadedScene, SceneError, Setting};
 use crate::storage::input::{self, SCENE_BYTES};
 use crate::study::sweep::factor::is_seed;
 
-/// The key of the speed, over which levels grow.
+/// Key of the speed, over which levels grow.
 pub(crate) const SPEED_KEY: &str = "rolling.speed_kmh";
-/// Names of what is no single key, or has a table of its own.
+/// Names of factors that are no single key, or have a column of their own.
 pub(super) const ROAD: &str = "road";
 const LOAD: &str = "load N";
 pub(super) const SPEED: &str = "speed km/h";
-/// Most letters that a value has in the name of a folder.
+/// Most characters of a value in the name of a folder.
 const MOST_LETTERS: usize = 40;
 
-/// Factors of a sweep; an empty list leaves the scene's own value.
+/// Factors of a sweep; an empty list keeps the scene's value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Axes {
     /// Speeds \[km/h\].
     pub speeds: Vec<f64>,
     /// Loads \[N\].
     pub loads: Vec<f64>,
-    /// Roads: files as in [`variants`].
+    /// Files of roads, see [`variants`].
     pub roads: Vec<PathBuf>,
-    /// Points of a design of other factors: what is set at each.
+    /// Settings at each point of a design of other factors.
     pub points: Vec<Vec<Setting>>,
 }
 
 /// Choice of one variant for one factor.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct Choice {
-    /// The key, or in words.
+    /// The key, or `road`, `load N`, `speed km/h`.
     pub factor: String,
-    /// The value.
+    /// The value, as given.
     pub value: String,
-    /// True if results are averaged over it: it is a seed.
+    /// True for a seed: results are averaged over it.
     pub repeats: bool,
 }
 
-/// Where a variant stands in the tables.
+/// Place of a variant in the tables.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Label {
     /// Name of the variant and of its results folder.
@@ -61,26 +61,26 @@ pub(crate) struct Label {
 /// One scene of a sweep.
 #[derive(Clone, Debug)]
 pub(crate) struct Variant {
-    /// Label in the tables.
+    /// Name, group and choices in the tables.
     pub label: Label,
-    /// The scene, open where the scene of the sweep is open.
+    /// The scene, open where the sweep's scene is open.
     pub loaded: LoadedScene,
-    /// Its plan.
+    /// Plan of the scene.
     pub plan: Plan,
 }
 
 impl Label {
-    /// Tells whether it is one of a design: not only road, load and speed are varied.
+    /// Whether it belongs to a design: more than road, load and speed is varied.
     pub(crate) fn is_of_a_design(&self) -> bool {
         self.choices.iter().any(|choice| ![ROAD, LOAD, SPEED].contains(&choice.factor.as_str()))
     }
 
-    /// Returns the values of what is varied beside seeds, in words.
+    /// Values of the varied factors except seeds, in words.
     pub(crate) fn settings(&self) -> String {
         self.words(|choice| !choice.repeats)
     }
 
-    /// Returns the values of what is varied beside seeds and the speed, in words: those of a line over the speed.
+    /// Values of the varied factors except seeds and speed, in words: they name a line over the speed.
     pub(crate) fn settings_beside_speed(&self) -> String {
         self.words(|choice| !choice.repeats && choice.factor != SPEED)
     }
@@ -91,7 +91,7 @@ impl Label {
     }
 }
 
-/// Says a value of a factor in words.
+/// A value of a factor in words.
 pub(crate) fn said(factor: &str, value: &str) -> String {
     match factor.rsplit_once(' ') {
         Some((_, unit)) => format!("{value} {unit}"),
@@ -100,18 +100,18 @@ pub(crate) fn said(factor: &str, value: &str) -> String {
     }
 }
 
-/// Why there is no sweep.
+/// Reasons why there is no sweep.
 #[derive(Debug, Error)]
 pub(crate) enum SweepError {
-    /// The scene cannot be taken apart or put together again.
+    /// The scene cannot be split up or put together again.
     #[error("variant {name}: {source}")]
     Scene {
-        /// The variant.
+        /// Name of the variant.
         name: String,
         /// Fault of the scene.
         source: SceneError,
     },
-    /// A file that does not make a road.
+    /// A file that is no road.
     #[error("road {}: {message}", path.display())]
     Road {
         /// The file.
@@ -121,13 +121,13 @@ pub(crate) enum SweepError {
     },
 }
 
-/// Returns all combinations, speeds innermost, the points of a design round them. A road is a file:
+/// All combinations: roads outermost, then loads, then the points of a design, speeds innermost. A road is a file:
 /// - `.toml`: the keys of a scene's `[road]`, paths relative to the file;
 /// - `.crg`: OpenCRG; `.npy`: a height map, for a scene whose road is one (its spacings are taken); anything else: a
 ///   profile (`.dat`, `.csv`). If the scene's own road is of the same kind its other keys stay.
 ///
 /// # Errors
-/// [`SweepError`] with the first variant that is no scene.
+/// [`SweepError`] with the first variant that is not a valid scene.
 pub(crate) fn variants(base: &LoadedScene, axes: &Axes) -> Result<Vec<Variant>, SweepError> {
     let failed = |name: &str| {
         let name = name.to_owned();
@@ -159,7 +159,6 @@ pub(crate) fn variants(base: &LoadedScene, axes: &Axes) -> Result<Vec<Variant>, 
     Ok(variants)
 }
 
-/// One value of everything that is varied.
 struct Combination<'a> {
     road: Option<&'a (String, Table)>,
     load: Option<f64>,
@@ -168,7 +167,7 @@ struct Combination<'a> {
 }
 
 impl Combination<'_> {
-    /// Returns the choices: factors, values and how both are said together.
+    /// Choices of all factors, and their texts for names.
     fn choices(&self, speed: f64) -> (Vec<Choice>, Vec<String>) {
         let (mut choices, mut labels) = (Vec::new(), Vec::new());
         let mut add = |factor: &str, value: String, label: String| {
@@ -194,7 +193,7 @@ impl Combination<'_> {
         (choices, labels)
     }
 
-    /// Returns its scene, made from the given keys of the sweep's.
+    /// The variant, made from the keys that the sweep's scene gives.
     fn variant(
         &self,
         base: &LoadedScene,
@@ -217,7 +216,7 @@ impl Combination<'_> {
         set(&mut scene, "rolling", "speed_kmh", Value::Float(speed));
         if let Some(load) = self.load {
             let given = scene.get("rolling").and_then(|rolling| rolling.get("axle")?.as_table());
-            // A height gives way to the load; what goes with a load stays.
+            // A height is replaced by the load; the other keys of a load stay.
             let mut axle = given.filter(|axle| axle.contains_key("load")).cloned().unwrap_or_default();
             axle.insert("load".to_owned(), Value::Float(load));
             set(&mut scene, "rolling", "axle", Value::Table(axle));
@@ -232,8 +231,8 @@ impl Combination<'_> {
     }
 }
 
-/// Returns the name of a folder, after the labels of what is varied; signs that a folder's name should not have give
-/// way.
+/// Unique name of a folder from the labels of what is varied; characters that are unsuitable in file names are
+/// replaced.
 fn unique_name(labels: &[String], names: &mut BTreeSet<String>) -> String {
     let sign = |sign: char| if sign.is_alphanumeric() || "+-_.=".contains(sign) { sign } else { '_' };
     let part = |label: &String| -> String {
@@ -254,7 +253,7 @@ fn set(scene: &mut Table, table: &str, key: &str, value: Value) {
     }
 }
 
-/// Returns a road's name and its table.
+/// A road's name and its table.
 fn road(scene: &Table, path: &Path) -> Result<(String, Table), SweepError> {
     let failed = |message: String| SweepError::Road { path: path.to_owned(), message };
     let absolute = std::path::absolute(path).map_err(|error| failed(error.to_string()))?;
@@ -366,7 +365,7 @@ mod tests {
             .collect();
         assert_eq!(told, [("road.seed", "3", true), ("contact.tread", "bedding", false), ("speed km/h", "80", false)]);
         assert!(matches!(&made[1].loaded.scene.road, Road::Made(road) if road.seed == 3));
-        // What a task takes along is the whole scene.
+        // What a task stores is the whole scene.
         let again = made[1].loaded.given().unwrap().to_string();
         assert_eq!(Scene::from_str(&again, "again").unwrap().scene, made[1].loaded.scene);
         let driven = Axes { points: vec![point(&["rolling.speed_kmh=62.5"])], ..Axes::default() };

@@ -9,14 +9,14 @@ use crate::response::ThirdOctaveBand;
 use crate::scene::NamedTexture;
 use crate::sound::{Compared as TotalsCompared, TotalLevel};
 
-/// Roads whose difference stands for hot rolled asphalt less stone mastic asphalt.
+/// Roads whose difference represents hot rolled asphalt less stone mastic asphalt.
 const COARSE_LESS_FINE: [NamedTexture; 2] = [NamedTexture::ChipSeal, NamedTexture::StoneMastic8];
 /// Octaves by their name among the quantities, with their third octaves; that of 2 kHz as far as radiation is solved.
 const OCTAVES: [(&str, std::ops::RangeInclusive<i32>); 5] =
     [("hra_250", -7..=-5), ("hra_500", -4..=-2), ("hra_1000", -1..=1), ("hra_2000", 2..=3), ("hra_4000", 5..=7)];
 
-/// Holds all that was measured against all that is published, in the order of the table; targets of a fit come last, in
-/// a group of their own. Rows of speeds and roads that were not rolled have no value.
+/// Compares everything measured with everything published, in the order of the table; targets of a fit come last, in a
+/// separate group. Rows of speeds and roads that were not rolled have no value.
 pub(crate) fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
     let table = Table { measured, published, lacks: measured.lacks };
     let mut rows = table.tyre();
@@ -41,13 +41,13 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
-    /// Returns the run on a road at the speed of a number.
+    /// Run on a road at the published speed of this index.
     fn run(&self, texture: NamedTexture, speed: usize) -> Option<&HeardRun> {
         let of = |run: &&HeardRun| run.texture == texture && (run.speed_kmh - PUBLISHED_SPEEDS[speed]).abs() < 1e-9;
         self.measured.runs.iter().find(of)
     }
 
-    /// Returns a row of a single quantity; none of a name without one.
+    /// Row of a single quantity; empty for a name without one.
     fn single(&self, group: Group, of: Compared, name: &str, frequency: Option<f64>, value: Option<f64>) -> Vec<Row> {
         let Some(quantity) = self.published.quantity(name) else { return Vec::new() };
         let row = Row {
@@ -145,7 +145,7 @@ impl Table<'_> {
             known.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(band, _)| band.nominal_frequency())
         });
         let shape = Compared::Shape;
-        // A loudest band that lies too low is one that is too loud.
+        // A loudest band that lies too low means that a low one is too loud.
         let mut loudest_row = self.single(Group::Levels, shape, "loudest_band", loudest, loudest);
         for row in &mut loudest_row {
             let outside = row.outside().unwrap_or_default();
@@ -197,14 +197,14 @@ impl Table<'_> {
     }
 }
 
-/// Returns a level less another one \[dB\]; `None` where their common bands do not reach the loudest one: what is
-/// published is of whole levels.
+/// A level less another one \[dB\]; `None` if their common bands do not include the loudest one: published differences
+/// are of complete levels.
 fn less(one: &TotalLevel, other: &TotalLevel) -> Option<f64> {
     let compared = TotalsCompared::for_growth(&[one, other]).ok()?;
     Some(compared.levels[0] - compared.levels[1])
 }
 
-/// Returns the level of all bands together; `None` where one is not known.
+/// Level of all bands together \[dB(A)\]; `None` if one is not known.
 fn energy_of(run: &HeardRun, bands: std::ops::RangeInclusive<i32>) -> Option<f64> {
     let levels: Option<Vec<f64>> = bands.map(|band| run.coast_by_band(ThirdOctaveBand(band))).collect();
     levels.map(energy_sum)
@@ -219,7 +219,7 @@ mod tests {
     use crate::study::validation::published::is_compared;
     use crate::study::validation::row::{Verdict, summaries};
 
-    /// Returns a run with levels that fall by 2 dB a band from 200 Hz on and grow by 30 dB a decade.
+    /// Run with levels that fall by 2 dB per band from 200 Hz on and grow by 30 dB per decade.
     fn run(texture: NamedTexture, speed: usize, shift: f64) -> HeardRun {
         let grown = 30.0 * (PUBLISHED_SPEEDS[speed] / 80.0).log10() + shift;
         let bands: BTreeMap<i32, f64> = (-7..=4).map(|band| (band, 60.0 - 2.0 * f64::from(band) + grown)).collect();
@@ -234,7 +234,7 @@ mod tests {
         }
     }
 
-    /// Returns a sum of bands that are loudest at 800 Hz, vouched for up to one of them.
+    /// Level whose bands are loudest at 800 Hz and valid up to one of them.
     fn total(valid_to: i32, level: f64) -> TotalLevel {
         let band = |n: i32| {
             let level = 60.0 - 4.0 * f64::from((n + 1).abs());
@@ -288,7 +288,7 @@ mod tests {
         assert!((value(&rows, "sma-8 less dac-11, coast-by, 80 km/h") + 1.0).abs() < 1e-9);
         assert!((value(&rows, "chip-seal less sma-8, cpx, octave 1 kHz") - 5.0).abs() < 1e-9);
         assert!((value(&rows, "loudest A-weighted band, 80 km/h") - 200.0).abs() < 1e-9);
-        // (30 + 2 d) N for 2 kN, d in mm: 15.5 N/kN at 0.5 mm, 1 N/kN a mm.
+        // (30 + 2 d) N for 2 kN, d in mm: 15.5 N/kN at 0.5 mm, 1 N/kN per mm.
         assert!((value(&rows, "rolling resistance on iso-10844, 80 km/h") - 15.5).abs() < 1e-9);
         assert!((value(&rows, "its growth with the mean profile depth") - 1.0).abs() < 1e-9);
         assert!((value(&rows, "stiffness at 350 kg") - 190.0).abs() < 1e-9);

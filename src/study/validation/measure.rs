@@ -20,19 +20,19 @@ use crate::study::sweep::{Axes, SweepError, variants};
 use crate::study::trial::{Trial, Trials};
 use crate::tyre::modes::{Mode, ModesError, Motion, modes};
 
-/// Road that a run rolls after the warm-up \[m\]: three passages of 46 m with what the detector needs before each. With
-/// 75 m, one passage, maxima differ by up to 1.1 dB and third octaves by up to 1.3 dB.
+/// Distance rolled after the warm-up \[m\]: three passages of 46 m, each with the run-up of the detector. With 75 m,
+/// one passage, maxima differ by up to 1.1 dB and third octaves by up to 1.3 dB.
 const ROLLED: f64 = 165.0;
 /// Seed of the roads.
 const SEED: u64 = 1;
 /// Loads under which the tyre stands \[N\]: 300, 350 and 400 kg.
 const LOADS: [f64; 3] = [300.0 * GRAVITY, 350.0 * GRAVITY, 400.0 * GRAVITY];
 const GRAVITY: f64 = 9.81;
-/// Elements round the standing tyre: its patch in steps of 3.8 mm.
+/// Elements around the standing tyre: they resolve its patch in steps of 3.8 mm.
 const STANDING_ELEMENTS: usize = 1024;
-/// Highest frequency of the modes \[Hz\], and waves round the tyre that are looked at.
+/// Highest frequency of the modes \[Hz\], and largest number of waves around the tyre.
 const MODES: (f64, usize) = (700.0, 6);
-/// Lowest frequency of the mode of the air within \[Hz\]: well above the tyre's own n = 1.
+/// Lowest frequency of the cavity's mode \[Hz\]: well above the tyre's structural mode n = 1.
 const CAVITY: f64 = 150.0;
 
 /// Speeds and roads of a validation.
@@ -44,10 +44,10 @@ pub(crate) struct Options {
     pub textures: Vec<NamedTexture>,
 }
 
-/// A run, as the receivers heard it.
+/// Levels of a run at the receivers.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct HeardRun {
-    /// The road.
+    /// Road of the run.
     pub texture: NamedTexture,
     /// Speed \[km/h\].
     pub speed_kmh: f64,
@@ -59,7 +59,7 @@ pub(crate) struct HeardRun {
     pub cpx: Option<TotalLevel>,
     /// A-weighted valid third octaves along the coast-by line, by band number \[dB(A)\].
     pub coast_by_bands: BTreeMap<i32, f64>,
-    /// The same close to the tyre.
+    /// The same for the level close to the tyre.
     pub cpx_bands: BTreeMap<i32, f64>,
     /// Rolling resistance \[N\], where the tread law has one.
     pub rolling_resistance: Option<f64>,
@@ -71,12 +71,12 @@ fn level_alone<S: Serializer>(total: &Option<TotalLevel>, serializer: S) -> Resu
 }
 
 impl HeardRun {
-    /// Returns the level of a band along the coast-by line \[dB(A)\].
+    /// Level of a band along the coast-by line \[dB(A)\]; `None` if it is not valid.
     pub(crate) fn coast_by_band(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.coast_by_bands.get(&band.0).copied()
     }
 
-    /// Returns the level of a band close to the tyre \[dB(A)\].
+    /// Level of a band close to the tyre \[dB(A)\]; `None` if it is not valid.
     pub(crate) fn cpx_band(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.cpx_bands.get(&band.0).copied()
     }
@@ -101,7 +101,7 @@ impl HeardRun {
     }
 }
 
-/// The standing tyre.
+/// Properties of the standing tyre; `None` where they were not found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct StandingTyre {
     /// Load over deflection at 350 kg \[N/m\].
@@ -112,30 +112,30 @@ pub(crate) struct StandingTyre {
     pub modes: [Option<f64>; 6],
     /// Frequency of the lowest radial mode of n = 0 \[Hz\].
     pub breathing: Option<f64>,
-    /// Frequency of the mode of the air within, n = 1 \[Hz\].
+    /// Frequency of the cavity's mode, n = 1 \[Hz\].
     pub cavity: Option<f64>,
 }
 
 /// Measured values of a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Measured {
-    /// Its tyre.
+    /// The standing tyre.
     pub tyre: StandingTyre,
-    /// Its runs: by road, then by speed.
+    /// By road, then by speed.
     pub runs: Vec<HeardRun>,
     /// Load \[N\].
     pub load: f64,
-    /// Gaps of its model.
+    /// Physics that the model lacks.
     pub lacks: Lacks,
 }
 
-/// Why a scene cannot be measured.
+/// Reasons why a scene cannot be measured.
 #[derive(Debug, Error)]
 pub(crate) enum ValidationError {
     /// The scene, or a run.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A scene of the roads and speeds.
+    /// A variant of the roads and speeds.
     #[error(transparent)]
     Sweep(#[from] SweepError),
     /// The tyre's modes.
@@ -155,17 +155,17 @@ impl From<ContactError> for ValidationError {
     }
 }
 
-/// Returns the scene that is validated where none is named: the default scene, its numerics good up to 2 kHz, with
-/// settings of the caller's.
+/// The scene that is validated where none is named: the default scene with numerics for up to 2 kHz and the given
+/// settings.
 ///
 /// # Errors
 /// Mistakes in the settings.
 pub(crate) fn base_scene(settings: &[Setting]) -> Result<LoadedScene, SceneError> {
-    // The numerics are the last table of the default scene: what it chooses for 1 kHz gives way to a wish. A receiver
-    // stands for those of the runs, so that settings of the radiation have an object.
+    // The numerics are the last table of the default scene: its choice for 1 kHz is replaced by a preset. A receiver
+    // stands for those of the runs, so that settings of the radiation apply to something.
     let (physics, _) = DEFAULT.split_once("[numerics]").unwrap_or((DEFAULT, ""));
     let numerics = "[numerics]\npreset = \"standard\"\nfmax = 2000.0 # Hz\n";
-    // All that slices give is compared, however far off; what they lack is among the reasons.
+    // All results of slices are compared, whatever their error; the limits of slices are among the reasons.
     let physics = physics.replacen("[contact]\n", "[contact]\nlargest_slice_error = \"60 dB\"\n", 1);
     let text = format!("{physics}{numerics}[[receiver]]\nstandard = \"coast-by\"\n");
     Scene::from_str_with(&text, "default", settings)
@@ -176,8 +176,8 @@ fn setting(text: &str) -> Vec<Setting> {
 }
 
 /// Measures a scene: the standing tyre, then runs on the roads at the speeds that a row needs, each over 165 m after
-/// the warm-up, heard by a coast-by microphone and close to the tyre. Of the scene all counts but its road, receivers,
-/// speed and duration.
+/// the warm-up, with a coast-by microphone and one close to the tyre. Everything of the scene counts except road,
+/// receivers, speed and duration.
 ///
 /// # Errors
 /// [`ValidationError`]; [`RunError::Interrupted`] within it.
@@ -217,7 +217,7 @@ pub(crate) fn measure(
     Ok(Measured { tyre, runs, load, lacks: Lacks::of(&loaded.scene) })
 }
 
-/// Returns the settings of a run on a road.
+/// Settings of a run on a road over `duration` \[s\].
 fn on_road(texture: NamedTexture, duration: f64) -> Vec<Setting> {
     let texts = [
         format!("road={{ kind = \"made\", seed = {SEED}, texture = \"{}\" }}", texture.name()),

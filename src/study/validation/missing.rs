@@ -1,7 +1,7 @@
 //! Reasons for values outside their range: physics that the model lacks, and limits of the comparison.
 //!
 //! A reason is a hypothesis. It is named where it acts on the quantity, in that band and in that direction; an
-//! experiment has to confirm it. A value outside its range without any reason points to a fault.
+//! experiment has to confirm it. A value outside its range without any reason indicates a fault.
 
 use serde::Serialize;
 
@@ -19,9 +19,9 @@ pub(crate) enum Missing {
     AirInPatch,
     /// Friction: tread that sticks and slips.
     Friction,
-    /// Contact over cells: slices lose force above some 800 Hz.
+    /// Contact over cells: contact by slices loses force above some 800 Hz.
     Cells,
-    /// Other bands too loud: this one is low beside their sum.
+    /// Other bands are too loud: this one is low beside their sum.
     OtherBands,
     /// Published values are of whole cars, with engines and the ground between.
     WholeCars,
@@ -32,7 +32,7 @@ pub(crate) enum Missing {
 }
 
 impl Missing {
-    /// Returns the reason in words.
+    /// Words in the tables.
     pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Sidewalls => "sidewalls at rest",
@@ -48,7 +48,7 @@ impl Missing {
     }
 }
 
-/// Gaps of a scene's model.
+/// Physics that a scene's model lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Lacks {
     /// Sidewalls do not move.
@@ -76,18 +76,17 @@ pub(super) enum Compared {
     Tyre,
 }
 
-/// Highest frequency at which a belt between sidewalls at rest rings \[Hz\].
+/// Highest frequency of resonances of a belt between sidewalls at rest \[Hz\].
 const BREATHING: f64 = 650.0;
-/// Frequency from which pattern and air of the patch count \[Hz\].
+/// Frequency above which tread pattern and air in the patch matter \[Hz\].
 const PATTERN: f64 = 700.0;
 
 impl Lacks {
-    /// Looks at a scene.
     pub(crate) fn of(scene: &Scene) -> Self {
         Self { sidewalls: scene.tyre.sidewall.is_none(), cells: scene.contact.zone == Zone::Slices }
     }
 
-    /// Lists the reasons for a value outside its range, at a frequency where it has one \[Hz\]; `outside` is negative
+    /// Reasons for a value outside its range, at a frequency where it has one \[Hz\]; `outside` is negative for a value
     /// below the range.
     pub(super) fn reasons(self, of: Compared, frequency: Option<f64>, outside: f64) -> Vec<Missing> {
         let (low, high) = (outside < 0.0, outside > 0.0);

@@ -1,10 +1,10 @@
-//! Validation: a scene held against published values.
+//! Validation: a scene compared with published values.
 //!
-//! 1. [`Published`] are the values, embedded with source, number of sets and spread; ranges follow from them alone.
+//! 1. [`Published`] holds the values, embedded with source, number of sets and spread; ranges follow from them alone.
 //! 2. [`measure()`] rolls the scene's tyre on the named roads at some speeds, by [`Trials`](super::trial::Trials), and
 //!    looks at it standing: [`Measured`].
-//! 3. [`rows`] hold one against the other, without rolling anything: a [`Row`] has the computed value, the range, how
-//!    far outside it is, and the [`Missing`] physics that could explain it.
+//! 3. [`rows`] compares the two, without rolling anything: a [`Row`] has the computed value, the range, how far outside
+//!    it is, and the [`Missing`] physics that could explain it.
 
 mod compare;
 mod measure;

@@ -21,25 +21,25 @@ const SPEED_NAMES: [&str; 3] = ["50", "80", "110"];
 /// Bands whose energies are summed, lowest and highest: 200 Hz to 2 kHz.
 pub(super) const BANDS: std::ops::RangeInclusive<i32> = -7..=3;
 
-/// Road of the comparison with fleets.
+/// Road for the comparison with fleets of cars.
 pub(super) const ROAD: NamedTexture = NamedTexture::DenseAsphalt11;
 
 const CARS: &str = include_str!("data/car_rolling_noise_third_octaves.csv");
 const AUTOMOBILES: &str = include_str!("data/fhwa_tnm_autos_third_octaves.csv");
 const QUANTITIES: &str = include_str!("data/quantities.json");
 
-/// Tells whether a row needs a road at a speed \[km/h\]: all but that of the fleets are compared at 80 km/h alone.
+/// Whether a row needs a road at a speed \[km/h\]: roads other than that of the fleets are compared at 80 km/h alone.
 pub(super) fn is_compared(texture: NamedTexture, speed: f64) -> bool {
     texture == ROAD || (speed - PUBLISHED_SPEEDS[1]).abs() < 1e-9
 }
 
-/// Kind of a range.
+/// Origin of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
     /// From measurements.
     Measured,
-    /// Target of a fit: says that the tyre is still what it was fitted to.
+    /// Target of a fit: shows whether the tyre still is what it was fitted to.
     Target,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct Quantity {
     pub highest: f64,
     /// Number of sets.
     pub sets: usize,
-    /// Measured, or a target.
+    /// Measured, or a target of a fit.
     pub kind: Kind,
     /// Spread in words.
     pub spread: String,
@@ -95,35 +95,34 @@ pub(crate) struct PublishedSet {
 }
 
 impl PublishedSet {
-    /// Returns a band relative to the energy sum of all, at the speed of a number \[dB\].
+    /// Level of a band relative to the energy sum of all bands \[dB\]; `speed` is an index of [`PUBLISHED_SPEEDS`].
     pub(crate) fn relative(&self, speed: usize, band: ThirdOctaveBand) -> Option<f64> {
         let levels = self.levels.get(speed)?;
         Some(levels.get(&band.0)? - energy_sum(levels.values().copied()))
     }
 
-    /// Returns the growth of a band from the lowest speed to the highest \[dB a decade\].
+    /// Growth of a band from the lowest to the highest speed \[dB per decade\].
     pub(crate) fn growth(&self, band: ThirdOctaveBand) -> Option<f64> {
         let [lowest, _, highest] = &self.levels;
         Some((highest.get(&band.0)? - lowest.get(&band.0)?) / decades())
     }
 }
 
-/// Returns the decades of speed between the lowest and the highest published one.
+/// Decades of speed between the lowest and the highest published one.
 pub(super) fn decades() -> f64 {
     (PUBLISHED_SPEEDS[2] / PUBLISHED_SPEEDS[0]).log10()
 }
 
-/// Returns the level of several levels together \[dB\].
 pub(super) fn energy_sum(levels: impl IntoIterator<Item = f64>) -> f64 {
     crate::sound::levels::energetic_sum(levels)
 }
 
-/// Returns the bands of the comparison, lowest first.
+/// Bands of the comparison, lowest first.
 pub(super) fn bands() -> impl Iterator<Item = ThirdOctaveBand> {
     BANDS.map(ThirdOctaveBand)
 }
 
-/// Published values.
+/// All published values.
 #[derive(Clone, Debug)]
 pub(crate) struct Published {
     /// Sets of third octaves.
@@ -156,23 +155,23 @@ impl Published {
         Self { sets, shape, growth, quantities }
     }
 
-    /// Returns the quantity of a name.
+    /// Quantity of a name.
     pub(crate) fn quantity(&self, name: &str) -> Option<&Quantity> {
         self.quantities.get(name)
     }
 
-    /// Returns the names and ranges of all single quantities.
+    /// Names and ranges of all single quantities.
     #[cfg(test)]
     pub(crate) fn quantities(&self) -> impl Iterator<Item = (&str, &Quantity)> {
         self.quantities.iter().map(|(name, quantity)| (name.as_str(), quantity))
     }
 
-    /// Returns the range of a band relative to the sum, at the speed of a number \[dB\].
+    /// Range of a band relative to the sum \[dB\]; `speed` is an index of [`PUBLISHED_SPEEDS`].
     pub(crate) fn shape_range(&self, speed: usize, band: ThirdOctaveBand) -> [f64; 2] {
         widened(self.sets.iter().filter_map(|set| set.relative(speed, band)), self.shape.spread)
     }
 
-    /// Returns the range of a band's growth \[dB a decade\].
+    /// Range of a band's growth \[dB per decade\].
     pub(crate) fn growth_range(&self, band: ThirdOctaveBand) -> [f64; 2] {
         widened(self.sets.iter().filter_map(|set| set.growth(band)), self.growth.spread)
     }
@@ -184,8 +183,8 @@ fn widened(values: impl Iterator<Item = f64>, by: f64) -> [f64; 2] {
     [lowest - by, highest + by]
 }
 
-/// Returns the A-weighted levels with one reference at all speeds: the shape of each, shifted so that 1 kHz, where the
-/// A-weighting is 0 dB, has the level of its power.
+/// Levels at all speeds with a common reference: each A-weighted shape, shifted so that 1 kHz, where the A-weighting is
+/// 0 dB, has the level of its power.
 fn absolute(shape: [BTreeMap<i32, f64>; 3], power: &[BTreeMap<i32, f64>; 3]) -> [BTreeMap<i32, f64>; 3] {
     let mut shifted = shape;
     for (shape, power) in shifted.iter_mut().zip(power) {
@@ -195,8 +194,8 @@ fn absolute(shape: [BTreeMap<i32, f64>; 3], power: &[BTreeMap<i32, f64>; 3]) -> 
     shifted
 }
 
-/// Returns the levels of the bands at the three speeds, in the columns that are named by the speed, of the rows of a
-/// set; `None` of a set that is not there.
+/// Levels of the bands at the three speeds, from the columns named after the speed, for the rows of a set; `None` for a
+/// set that is missing or incomplete.
 fn levels(
     table: &str,
     key: &str,
@@ -238,7 +237,7 @@ mod tests {
         }
     }
 
-    /// Checks by hand: Nord2000's slopes are the law's own coefficients, 25.9 at 500 Hz; the model's table has TNM's.
+    /// Checked by hand: Nord2000's slopes are the law's coefficients, 25.9 at 500 Hz; the model's table has TNM's.
     #[test]
     fn growth_is_that_of_the_laws() {
         let published = Published::embedded();

@@ -9,9 +9,9 @@ use super::published::Kind;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Group {
-    /// The standing tyre.
+    /// Properties of the standing tyre.
     Tyre,
-    /// Third octaves relative to their energy sum.
+    /// Third octaves relative to their energy sum at 50 km/h.
     Shape50,
     /// The same at 80 km/h.
     Shape80,
@@ -30,7 +30,7 @@ pub(crate) enum Group {
 }
 
 impl Group {
-    /// All, in the order of the table.
+    /// All groups, in the order of the table.
     pub(crate) const ALL: [Self; 9] = [
         Self::Tyre,
         Self::Shape50,
@@ -43,7 +43,7 @@ impl Group {
         Self::Targets,
     ];
 
-    /// Returns the group in words.
+    /// Heading of the group.
     pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Tyre => "tyre, standing",
@@ -59,7 +59,7 @@ impl Group {
     }
 }
 
-/// A value held against its range.
+/// A value compared with its range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Row {
     /// Part of the table.
@@ -92,11 +92,11 @@ pub(crate) struct Row {
 pub(crate) enum Verdict {
     /// Within the range.
     Inside,
-    /// Below the range, by so much.
+    /// Below the range by this much, in the row's unit.
     Below(f64),
-    /// Above the range, by so much.
+    /// Above the range by this much, in the row's unit.
     Above(f64),
-    /// Not computed.
+    /// Not computed, or a lower bound that is not above the range.
     Unknown,
 }
 
@@ -113,7 +113,7 @@ impl Row {
         }
     }
 
-    /// Returns the distance from the range: 0 inside, negative below it; `None` of a value that is not known.
+    /// Signed distance from the range: 0 inside, negative below it; `None` for a value that is not known.
     pub(crate) fn outside(&self) -> Option<f64> {
         match self.verdict() {
             Verdict::Inside => Some(0.0),
@@ -127,19 +127,19 @@ impl Row {
 /// Rows of a group together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Summary {
-    /// The group.
+    /// Part of the table.
     pub group: Group,
-    /// Number of its rows.
+    /// Number of all rows.
     pub rows: usize,
     /// Number of rows with a value.
     pub known: usize,
     /// Number of rows inside their range.
     pub inside: usize,
-    /// Row that is farthest outside, relative to the width of its range: its place among all rows.
+    /// Index among all rows of the one farthest outside, relative to the width of its range; `None` if none is outside.
     pub worst: Option<usize>,
 }
 
-/// Sums up all groups that have rows.
+/// Summaries of all groups that have rows.
 pub(crate) fn summaries(rows: &[Row]) -> Vec<Summary> {
     let of = |group: Group| {
         let own: Vec<(usize, &Row)> = rows.iter().enumerate().filter(|(_, row)| row.group == group).collect();

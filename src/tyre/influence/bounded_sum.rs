@@ -1,5 +1,5 @@
-//! The sums without the half-space's tail: explicit terms until the rest is bounded. The reference for
-//! [`super::folded_sum`]'s tail, and the way where there is none.
+//! The sums without the half-space's tail: explicit terms until the remainder is bounded. The reference for the tail
+//! of [`super::folded_sum`], and the method where there is none.
 
 use std::f64::consts::PI;
 
@@ -11,12 +11,12 @@ use super::projection::Projection;
 use super::waves::Waves;
 
 impl InfluenceSum {
-    /// Returns the explicit terms; whichever of the two counts is not given ends when the rest is below the tolerance
-    /// of the static value.
+    /// Explicit terms; whichever of the two counts is not given ends when the remainder is below the tolerance times
+    /// the static value.
     ///
-    /// Bound: for k h >= 3 and |Q/mu| <= 0.4 k^2, |C_zz| <= 2 (1 - nu)/(|mu| k). Then the rest of the sum over m, with
-    /// a_m^2 <= (2 B/(pi b m))^2, is below c (2/B) (2 B/(pi b))^2 min(1/(2 m k), 1/(4 m ky)) and the rest over p, with
-    /// sinc^2 <= (dx kx/2)^-2, below (c/(L b)) 2 sum (dx kx_p/2)^-2/kx_p.
+    /// Bound: for k h >= 3 and |Q/mu| <= 0.4 k^2, |C_zz| <= 2 (1 - nu)/(|mu| k). Then the remainder of the sum over m,
+    /// with a_m^2 <= (2 B/(pi b m))^2, is below c (2/B) (2 B/(pi b))^2 min(1/(2 m k), 1/(4 m ky)) and the remainder
+    /// over p, with sinc^2 <= (dx kx/2)^-2, below (c/(L b)) 2 sum (dx kx_p/2)^-2/kx_p.
     pub(super) fn by_bound(&self, n: usize, at: &SumAt, field: Field) -> InfluenceValue {
         let Projection { waves, contact_width, element, elements } = self.projection;
         let Waves { circumference, width, .. } = waves;
@@ -26,6 +26,7 @@ impl InfluenceSum {
         let bound = (1.0 / (1.0 - tread.modulus_ratio)) * tread.inverse_shear.norm();
         let prestress = tread.prestress[0].max(tread.prestress[1]) * tread.inverse_shear.norm();
         let decided = |k: f64| k * tread.thickness >= 3.0 && ratio + prestress * k * k <= 0.4 * k * k;
+        // The static value by its first three lateral numbers.
         let at_rest = self.kernel.at(Complex64::ZERO);
         let floor = self.projection.longitudinal_weight(n as i64)
             * waves
@@ -60,7 +61,7 @@ impl InfluenceSum {
                         Some(_) => {}
                         None if decided(k) => {
                             let rest = bound * slope / (m as f64 * (2.0 * k).max(4.0 * ky)) * longitudinal;
-                            // Every alias may leave its share: sum 1/(1 + p^2) < 2.1.
+                            // Tolerances of the aliases add up: sum 1/(1 + p^2) < 2.1.
                             if rest < 0.2 * target / (1.0 + (p * p) as f64) {
                                 break;
                             }

@@ -1,13 +1,11 @@
-//! Cells of the contact strip and what they take of the tyre's waves: geometry only.
+//! Cells of the contact strip and their shapes in the tyre's waves: geometry only.
 //!
 //! Cells are dx along by dy = b/M across, i counts along, j across, y_j = B/2 - b/2 + (j + 1/2) dy. A cell is loaded
-//! uniformly and its mean displacement observed, so that it takes sinc(kx dx/2) of a wave along and
+//! uniformly and its mean displacement observed: along, that weights a wave by sinc(kx dx/2), and across by
 //!
 //! ```text
 //! s_m(y_j) = cos(ky y_j) sinc(ky dy/2)      (guided sides; sin where they are supported)
 //! ```
-//!
-//! across.
 
 use super::projection::Projection;
 use super::waves::Waves;
@@ -24,63 +22,61 @@ pub struct CellGrid {
 }
 
 impl CellGrid {
-    /// Returns N cells round a tyre by M across its contact width.
+    /// N = `elements` cells round the tyre by M = `across` over its contact width.
     pub fn new(tyre: &Tyre, elements: usize, across: usize) -> Self {
         Self { along: Projection::new(tyre, elements), across }
     }
 
-    /// Returns the tyre's waves.
     pub(crate) fn waves(&self) -> Waves {
         self.along.waves
     }
 
-    /// Returns the cells N round the tyre.
+    /// Cells N round the tyre.
     pub fn elements(&self) -> usize {
         self.along.elements
     }
 
-    /// Returns the length dx of a cell along \[m\].
+    /// Length dx of a cell along \[m\].
     pub fn length(&self) -> f64 {
         self.along.element
     }
 
-    /// Returns the width dy of a cell \[m\].
+    /// Width dy of a cell \[m\].
     pub fn pitch(&self) -> f64 {
         self.along.contact_width / self.across as f64
     }
 
-    /// Returns the distance of a cell's middle from the tyre's, to the left \[m\].
+    /// Position of a cell's middle, from the tyre's middle to the left \[m\].
     pub fn from_middle(&self, j: usize) -> f64 {
         (j as f64 + 0.5) * self.pitch() - 0.5 * self.along.contact_width
     }
 
-    /// Returns the width nearest to the tyre's \[m\] at which its sides are whole numbers of cells away from the strip:
-    /// there, m and 2 B/dy - m are the same on cells, up to a sign.
+    /// Width nearest to the tyre's \[m\] at which the sides are whole numbers of cells away from the strip: there, m
+    /// and 2 B/dy - m are the same on cells, up to a sign.
     pub fn width_in_cells(&self) -> f64 {
         let strip = self.along.contact_width;
         strip + ((self.waves().width - strip) / self.pitch()).round() * self.pitch()
     }
 
-    /// Returns the lateral numbers after which waves are the same on cells, up to a sign, where sides are whole cells
-    /// away.
+    /// Lateral numbers 2 B/dy after which waves are the same on cells, up to a sign, where sides are whole cells away.
     pub(super) fn lateral_period(&self) -> usize {
         2 * (self.waves().width / self.pitch()).round() as usize
     }
 
-    /// Returns the lowest lateral number that cells take for m, where sides are whole cells away.
+    /// Lowest lateral number whose wave is the same as that of m on cells, where sides are whole cells away.
     pub(super) fn same_on_cells(&self, m: usize) -> usize {
         let all = self.lateral_period();
         (m % all).min(all - m % all)
     }
 
-    /// Tells whether any cell feels m; the highest may have its nodes in all of them.
+    /// Whether any cell lies off the nodes of m; the highest m may have a node in the middle of every cell.
     pub(super) fn is_felt(&self, m: usize) -> bool {
-        /// Remains of a node by rounding.
+        /// Largest value at a node by rounding.
         const ROUNDING: f64 = 1e-9;
         (0..self.across).any(|j| self.wave(m, j).abs() > ROUNDING)
     }
 
-    /// Returns the wave itself at y_j.
+    /// Lateral wave at y_j, without the mean over the cell: cos or sin of ky y_j.
     pub fn wave(&self, m: usize, j: usize) -> f64 {
         let waves = self.waves();
         let phase = waves.ky(m) * (0.5 * waves.width + self.from_middle(j));
@@ -90,21 +86,21 @@ impl CellGrid {
         }
     }
 
-    /// Returns s_m(y_j).
+    /// s_m(y_j), the mean of the wave over a cell.
     pub fn shape(&self, m: usize, j: usize) -> f64 {
         self.wave(m, j) * sinc(0.5 * self.waves().ky(m) * self.pitch())
     }
 
-    /// Returns a_m = (1/M) sum_j s_m(y_j), the mean over the strip: zero for waves that are odd about mid-width.
+    /// a_m = (1/M) sum_j s_m(y_j), the mean over the strip: zero for waves that are odd about mid-width.
     pub fn mean_shape(&self, m: usize) -> f64 {
         let waves = self.waves();
         let even = if waves.is_even(m) { waves.sign_about_middle(m) } else { 0.0 };
         even * waves.lateral_share(m, self.along.contact_width)
     }
 
-    /// Returns the lateral numbers that the strip's mean hears, up to `last`: of forces that have nothing to do with
-    /// each other from cell to cell, and waves so short along that all m answer alike, no more than this part of the
-    /// mean square is left out. Of longer waves it is less.
+    /// Lateral numbers, up to `last`, that make up the mean over the strip: of forces that are uncorrelated from cell
+    /// to cell, and waves so short along that all m answer alike, no more than the fraction `tolerance` of the mean
+    /// square is left out. Of longer waves it is less.
     pub fn heard_by_mean(&self, tolerance: f64, last: usize) -> Vec<usize> {
         let waves = self.waves();
         // The sum over all numbers is 1/b.
@@ -117,18 +113,19 @@ impl CellGrid {
         heard.collect()
     }
 
-    /// Returns sinc^2(ky dy/2), what shapes of two cells have in common.
+    /// sinc^2(ky dy/2) times the norm of the lateral wave, 2/B (1/B for m = 0) \[1/m\]: the factor that all pairs of
+    /// cells share.
     pub(super) fn lateral_weight(&self, m: usize) -> f64 {
         let share = sinc(0.5 * self.waves().ky(m) * self.pitch());
         share * share * self.waves().lateral_norm(m)
     }
 
-    /// Returns (1/L) sinc^2(kx dx/2) \[1/m\].
+    /// (1/L) sinc^2(kx dx/2) \[1/m\].
     pub(super) fn longitudinal_weight(&self, n: i64) -> f64 {
         self.along.longitudinal_weight(n)
     }
 
-    /// Returns the lateral numbers that cells can excite, from the lowest on.
+    /// Lateral numbers that cells can excite, from the lowest on, without end.
     pub fn lateral_numbers(&self) -> impl Iterator<Item = usize> + use<> {
         self.waves().first_lateral_number()..
     }

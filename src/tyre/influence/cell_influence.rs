@@ -1,4 +1,4 @@
-//! Tables of the influence between cells: what they hold, and how sums over the waves along make them.
+//! Tables of the influence between cells, and how sums over the waves along make them.
 
 use std::ops::{AddAssign, SubAssign};
 
@@ -9,33 +9,34 @@ use super::cell_waves::CellRow;
 use crate::numeric::Ring;
 use crate::scene::Sides;
 
-/// Influence between cells: of (i', j') on (i, j) `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
+/// Displacement of cell (i, j) per unit force on cell (i', j'):
+/// `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
 ///
 /// With rotation, the same of `odd` is added, with its sign changed where i < i'.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct CellInfluence {
-    /// Cells along that are told.
+    /// Distances along in the table: 0..`columns` cells.
     pub columns: usize,
-    /// Cells across.
+    /// Cells across the strip.
     pub across: usize,
-    /// Rows of `across` numbers \[m/N\].
+    /// Free field, by j - j': rows of `across` numbers, one row per distance along \[m/N\].
     pub toeplitz: Vec<f64>,
-    /// Rows of 2 `across` - 1 numbers \[m/N\].
+    /// Images in the sides, by j + j': rows of 2 `across` - 1 numbers \[m/N\].
     pub hankel: Vec<f64>,
-    /// The part that is odd along; `None` at rest.
+    /// Part that is odd along; `None` at rest.
     pub odd: Option<OddInfluence>,
 }
 
-/// The part of an influence between cells that is odd along: zeros at distance 0.
+/// Part of an influence between cells that is odd along: zeros at distance 0.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct OddInfluence {
-    /// Rows as those of the even part \[m/N\].
+    /// Free field, in rows as those of the even part \[m/N\].
     pub toeplitz: Vec<f64>,
-    /// Likewise \[m/N\].
+    /// Images, in rows as those of the even part \[m/N\].
     pub hankel: Vec<f64>,
 }
 
-/// Values of waves at a real s \[m/N\].
+/// Values of waves at a real s \[m/N\], in the order of the rows and of their waves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WaveValues {
     /// Even parts.
@@ -45,8 +46,9 @@ pub struct WaveValues {
 }
 
 impl CellInfluence {
-    /// Sums the influence between cells by some waves alone, up to `columns` along, on rings that are the tyre's length
-    /// over a number: that number, the rows, and values of their waves in the same order.
+    /// Sums the influence between cells from some waves alone, up to `columns` along. `waves`: for each ring, the
+    /// number by which it is shorter than the tyre's circumference, its rows, and the values of their waves in the
+    /// same order.
     pub fn of_waves<'a>(
         grid: &CellGrid,
         columns: usize,
@@ -56,7 +58,7 @@ impl CellInfluence {
         for (part, of_ring, WaveValues { even, odd }) in waves {
             let (mut ring, mut start) = (Ring::new(grid.elements() / part), 0);
             for CellRow { m, folded, first, waves } in of_ring {
-                // Weights of numbers that are taken together hold what cells take of them.
+                // Folded rows already hold the cells' weight: each stands for several lateral numbers.
                 let own_weight = grid.lateral_weight(*m) / grid.waves().lateral_norm(*m);
                 let weight = if *folded { 1.0 } else { own_weight };
                 let own = start..start + waves.len();
@@ -75,7 +77,7 @@ impl CellInfluence {
         rows.together(grid, columns)
     }
 
-    /// Changes all values by those of another.
+    /// Combines every value with that of another influence.
     fn change(&mut self, other: &Self, change: impl Fn(&mut f64, f64)) {
         let all =
             |own: &mut [f64], other: &[f64]| own.iter_mut().zip(other).for_each(|(own, other)| change(own, *other));
@@ -105,10 +107,10 @@ impl SubAssign<&Self> for CellInfluence {
     }
 }
 
-/// The influence of a force at each distance along, lateral number by lateral number.
+/// Influence of a force at each distance along, by lateral number.
 #[derive(Default)]
 pub(super) struct Rows {
-    /// m.
+    /// Lateral numbers m.
     pub(super) numbers: Vec<usize>,
     /// Part that is even along.
     pub(super) even: Vec<Vec<f64>>,
@@ -117,7 +119,8 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Sums them between cells across.
+    /// The influence between cells across: the sum over m of the rows times cosines of the distance of the cells (free
+    /// field) and of their images.
     pub(super) fn together(&self, grid: &CellGrid, columns: usize) -> CellInfluence {
         let (waves, across) = (grid.waves(), grid.across);
         let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };

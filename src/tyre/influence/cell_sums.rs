@@ -1,4 +1,4 @@
-//! Influence functions between cells: by wave for the past, summed for the instant itself.
+//! Influence functions between cells: by wave for the past, summed for the instant of the force.
 //!
 //! ```text
 //! u_ij = sum_n sum_m (1/L)(2/B) exp(i kx (x_i - x_i')) sinc^2(kx dx/2) s_m(y_j) s_m(y_j') C_zz(kx_n, ky_m, s) F_i'j'
@@ -11,10 +11,10 @@
 //! With 2 s s' = sinc^2(ky dy/2) (cos ky(y - y') +- cos ky(y + y')) the sum depends on j - j' and on j + j' alone: the
 //! free field and the images in the sides, [`CellInfluence`].
 //!
-//! The instant's sum is taken explicitly up to [`LOBES`] lobes of sinc^2 either way; above, sin^2 cos is replaced by
-//! its mean (1/2 for a cell itself, -1/4 for its neighbours, else 0) and C_zz by the half-space's, in quadrature.
-//! From the wavenumber on where a wave does not feel the tread's thickness C_zz is the half-space's throughout. The
-//! change that curvature makes to those waves, 1e-3 of C_zz, is left out.
+//! The instant's sum is taken explicitly up to [`LOBES`] lobes of sinc^2 in both directions; above, sin^2 cos is
+//! replaced by its mean (1/2 for a cell itself, -1/4 for its neighbours, else 0) and C_zz by the half-space's, in
+//! quadrature. From the wavenumber on where a wave does not feel the tread's thickness C_zz is the half-space's
+//! throughout. The change that curvature makes to those waves, 1e-3 of C_zz, is left out.
 //!
 //! With rotation, C_zz(kx, ky) = E + i O and C_zz(-kx, ky) = E - i O, both real functions of s (see `folded_sum`).
 //! The odd part adds, with i - i' as it stands,
@@ -23,8 +23,8 @@
 //! - sum_n sum_m (1/L)(2/B) sin(kx (x_i - x_i')) sinc^2(kx dx/2) s_m(y_j) s_m(y_j') O(kx_n, ky_m, s) F_i'j'
 //! ```
 //!
-//! Waves that do not feel the tread's thickness are those of the tyre at rest, and O = 0: the default tyre at 250 km/h
-//! leaves out, of waves up to 1.6 times as short, no more than 3e-4 (even) and 4e-4 (odd) of what a cell feels of
+//! Waves that do not feel the tread's thickness are those of the tyre at rest, and O = 0: for the default tyre at 250
+//! km/h, waves up to 1.6 times as short then lack no more than 3e-4 (even) and 4e-4 (odd) of a cell's influence on
 //! itself within an instant, and 4e-4 and 2e-4 of it up to 3 kHz (a test that measures adds up sizes).
 
 use std::f64::consts::PI;
@@ -44,62 +44,62 @@ use crate::numeric::{MOST_LANES, Ring, legendre};
 use crate::scene::Tyre;
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, closed_form, series, thickness_limit};
 
-/// Lobes of sinc^2 that the instant's sum takes wave by wave.
+/// Lobes of sinc^2 in which the instant's sum is taken wave by wave.
 const LOBES: usize = 8;
-/// Points of the quadrature over what is above.
+/// Gauss points of the tail's quadrature.
 const TAIL_POINTS: usize = 24;
-/// Share of a half-space's C_zz that the thickness may change.
+/// Relative change of a half-space's C_zz by the thickness that is tolerated.
 pub(super) const THICKNESS_TOLERANCE: f64 = 1e-7;
 
-/// The influence functions of cells.
+/// Influence functions of cells.
 #[derive(Clone, Debug)]
 pub struct CellSums {
     pub(super) kernel: Kernel,
     pub(super) grid: CellGrid,
     pub(super) truncation: CellTruncation,
     turns: bool,
-    /// All that the sums depend on.
+    /// Text of all that the sums depend on.
     identity: String,
 }
 
-/// The kernel at one s.
+/// The influence functions' kernel at one s.
 #[derive(Clone, Debug)]
 pub struct CellSumsAt(pub(super) KernelAt);
 
 impl CellSums {
-    /// Prepares the sums of a tyre for |s| up to `largest_s` \[1/s\]; compliances within a relative `tolerance`.
+    /// Sums of a tyre for |s| up to `largest_s` \[1/s\]; compliances within a relative `tolerance`.
     pub fn new(tyre: &Tyre, grid: CellGrid, truncation: CellTruncation, tolerance: f64, largest_s: f64) -> Self {
         let turns = tyre.turns() && tyre.curvature;
         let identity = format!("{:?} {grid:?} {truncation:?} {tolerance:?} {largest_s:?}", tyre.levelled());
         Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation, turns, identity }
     }
 
-    /// Returns all that the sums depend on, to the last bit.
+    /// All that the sums depend on, to the last bit, as text.
     pub(super) fn identity(&self) -> &str {
         &self.identity
     }
 
-    /// Tells whether waves that run forwards and backwards differ: odd parts are then not zero.
+    /// Whether waves that run forwards and backwards differ: odd parts are then not zero.
     pub fn turns(&self) -> bool {
         self.turns
     }
 
-    /// Returns the cells.
+    /// Cells of the contact strip.
     pub fn grid(&self) -> &CellGrid {
         &self.grid
     }
 
-    /// Returns the kernel at s.
+    /// Kernel at s \[1/s\].
     pub fn at(&self, s: Complex64) -> CellSumsAt {
         CellSumsAt(self.kernel.at(s))
     }
 
-    /// Returns the waves of a band, by lateral number.
+    /// Waves of a band, by lateral number.
     pub fn waves(&self, band: WaveBand) -> Vec<CellRow> {
         band.rows(&self.grid, self.truncation)
     }
 
-    /// Appends the values of a wave's function at each s of a list to `values`.
+    /// Appends the values of a wave's function at each s of a list to `values`, as many lanes at a time as there are.
     pub(crate) fn values<'a>(
         &self,
         wave: &CellWave,
@@ -110,7 +110,7 @@ impl CellSums {
         dispatch(WaveSum { wave, turns: self.turns, at: &at, values });
     }
 
-    /// Returns the largest n and m that the instant's sum takes wave by wave.
+    /// Largest n and m that the instant's sum takes wave by wave.
     pub(super) fn last_of_instant(&self) -> (i64, usize) {
         let (grid, waves) = (&self.grid, self.grid.waves());
         let lobes = |length: f64, unit: f64| (LOBES as f64 * 2.0 * PI / (length * unit)).round() as usize;
@@ -121,11 +121,11 @@ impl CellSums {
         (last_around, self.truncation.lateral_terms.unwrap_or_else(|| lobes(grid.pitch(), waves.ky(1))))
     }
 
-    /// Returns the influence between cells at a real s \[1/s\], up to `columns` along.
+    /// Influence between cells at a real s \[1/s\], up to `columns` along.
     pub fn instant(&self, s: f64, columns: usize) -> CellInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
         let (grid, tail) = (&self.grid, HalfSpace::of(&self.kernel, &at));
-        // Odd parts are odd in s, too.
+        // Odd parts vanish at s = 0, too.
         let turns = self.turns && s > 0.0;
         let elements = grid.elements();
         let waves = grid.waves();
@@ -143,7 +143,7 @@ impl CellSums {
         };
         let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none());
         let around = Around { grid, last: last_around, truncated: closed.is_none(), columns };
-        // By m: the sum over n at each distance along.
+        // For each m: the sum over n at each distance along, and the tail above the last n.
         let of_number = |ring: &mut Ring, m: usize| {
             let weight = grid.lateral_weight(m);
             let mut odd = if turns { vec![0.0; elements / 2 + 1] } else { Vec::new() };
@@ -161,6 +161,7 @@ impl CellSums {
         };
         let (even, odd): (Vec<_>, Vec<_>) =
             numbers.par_iter().map_init(|| Ring::new(elements), |ring, &m| of_number(ring, m)).unzip();
+        // The sum over m between cells, and the tail above the last m.
         let rows = Rows { numbers, even, odd: odd.into_iter().flatten().collect() };
         let mut influence = rows.together(grid, columns);
         if let Some(tail) = closed.filter(|_| self.truncation.lateral_terms.is_none()) {
@@ -171,9 +172,9 @@ impl CellSums {
     }
 }
 
-/// The tread as a half-space at one real s.
+/// The tread as a half-space, at one real s.
 struct HalfSpace {
-    /// Wavenumber from which on it is one \[1/m\].
+    /// Wavenumber from which on the tread is a half-space \[1/m\].
     from: f64,
     kappa: f64,
     /// Q/mu.
@@ -182,7 +183,7 @@ struct HalfSpace {
     series: Vec<f64>,
 }
 
-/// Adds a sum of means at the distances 0 and 1.
+/// Adds means of sin^2 cos times a sum at the distances 0 and 1.
 pub(super) fn add_mean(row: &mut [f64], mean: f64) {
     for (value, share) in row.iter_mut().zip([0.5, -0.25]) {
         *value += share * mean;
@@ -214,14 +215,14 @@ impl HalfSpace {
         phi * self.inverse_shear / k_squared.sqrt()
     }
 
-    /// Returns sum over |kx| > K of (1/L) 4/(kx dx)^2 C: 4/(pi dx^2) int dkx/kx^2 C, with kx = K/u.
+    /// Sum over |kx| > K of (1/L) 4/(kx dx)^2 C: 4/(pi dx^2) int dkx/kx^2 C, with kx = K/u.
     fn rest(&self, around: &Around<'_>, ky: f64) -> f64 {
         let (length, highest) = (around.grid.length(), around.highest());
         let integral: f64 = on_unit().map(|[u, weight]| weight * self.compliance(highest / u, ky)).sum();
         4.0 / (PI * length * length * highest) * integral
     }
 
-    /// Adds the waves beyond the last lateral number, ky > `last` \[1/m\], likewise.
+    /// Adds the waves beyond the last lateral number, ky > `last` \[1/m\], with the same quadrature across.
     fn add_lateral_rest(&self, influence: &mut CellInfluence, around: &Around<'_>, last: f64) {
         let (grid, across) = (around.grid, influence.across);
         let factor = 4.0 / (PI * grid.pitch() * grid.pitch() * last);
@@ -237,35 +238,35 @@ impl HalfSpace {
     }
 }
 
-/// Returns the nodes and weights on (0, 1).
+/// Gauss nodes and weights on (0, 1).
 pub(super) fn on_unit() -> impl Iterator<Item = [f64; 2]> {
     legendre::gauss(TAIL_POINTS).into_iter().map(|[x, weight]| [0.5 * (1.0 + x), 0.5 * weight])
 }
 
-/// The sum over wavenumbers round the tyre.
+/// Sum over the wavenumbers round the tyre.
 pub(super) struct Around<'a> {
     pub(super) grid: &'a CellGrid,
-    /// Largest n.
+    /// Largest n of the explicit sum.
     pub(super) last: i64,
-    /// True if the sum ends there, at -n and not at n.
+    /// True if the sum ends with `last`, which then counts once: without its mirror -n and without a tail.
     pub(super) truncated: bool,
     pub(super) columns: usize,
 }
 
 impl Around<'_> {
-    /// Tells where the sum ends \[1/m\].
+    /// Wavenumber at which the explicit sum ends, between two waves \[1/m\].
     pub(super) fn highest(&self) -> f64 {
         self.grid.waves().kx(self.last) + 0.5 * self.grid.waves().kx(1)
     }
 
-    /// Returns sum over n of (1/L) sinc^2(kx dx/2) cos(kx i dx) of a compliance, i = 0..columns.
+    /// Sum over n of (1/L) sinc^2(kx dx/2) cos(kx i dx) of a compliance, i = 0..columns.
     pub(super) fn sum(&self, ring: &mut Ring, mut compliance: impl FnMut(i64) -> f64) -> Vec<f64> {
         let elements = self.grid.elements();
         let mut folded = vec![0.0; elements / 2 + 1];
         for n in 0..=self.last {
             let place = n as usize % elements;
             let place = place.min(elements - place);
-            // The ring counts each place twice, but 0 and N/2 once; so is what stands for -n and n.
+            // The ring counts each of its numbers twice, but 0 and N/2 once; a compliance counts for n and -n.
             let alone = place == 0 || place == elements / 2;
             let once = n == 0 || self.truncated && n == self.last;
             let value = self.grid.longitudinal_weight(n) * compliance(n);
@@ -274,8 +275,8 @@ impl Around<'_> {
         ring.elements_of(|n| folded[n])[..self.columns].to_vec()
     }
 
-    /// Adds the odd part O of a wave n >= 0 to that of the number on the ring which it falls on: to that of 0 and N/2,
-    /// which stand for both signs, nothing.
+    /// Adds the odd part O of a wave n >= 0 to the number of the ring onto which it folds. Numbers 0 and N/2 stand for
+    /// both signs, whose odd parts cancel.
     pub(super) fn fold_odd(&self, folded: &mut [f64], n: i64, odd: f64) {
         let elements = self.grid.elements();
         let place = n as usize % elements;
@@ -308,7 +309,7 @@ impl WithSimd for WaveSum<'_> {
             let kernel = LaneKernel::new(simd, members);
             let mut sums = [FaceValues::default(); MOST_LANES];
             if self.turns {
-                // Both signs of a wave that is its own mirror have no odd part together.
+                // Odd parts of a wave that is its own mirror cancel.
                 let sides = if self.wave.is_mirror { 0.0 } else { 1.0 };
                 for &(n, m, weight) in &self.wave.terms {
                     let faces = kernel.driven_parts(n.abs(), m, true);
@@ -347,7 +348,7 @@ mod tests {
     const ELEMENTS: usize = 32;
     const TIME_STEP: f64 = 2e-4;
 
-    /// Returns the default tyre at 250 km/h.
+    /// The default tyre at 250 km/h.
     fn turning() -> Tyre {
         let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
         Tyre { angular_velocity: -250.0 / 3.6 / tyre.radius(), ..tyre }
@@ -371,7 +372,7 @@ mod tests {
             let mut sum = Complex64::ZERO;
             for n in -last..=last {
                 let turn = Complex64::cis(grid.waves().kx(n) * grid.length() * distance as f64);
-                // The last wave and its mirror are one.
+                // The last wave and its mirror are one on the ring: each counts half.
                 let once = if n.abs() == last { 0.5 } else { 1.0 };
                 for m in 0..=6 {
                     let shapes = grid.waves().lateral_norm(m) * grid.shape(m, j) * grid.shape(m, other);
@@ -437,7 +438,7 @@ mod tests {
         let (elements, across) = (512, 30);
         let time_step = tyre.circumference / elements as f64 / (250.0 / 3.6);
         let rate = 3.414 / time_step;
-        // Curved up to a shorter wave than the sums take them.
+        // The curved kernel reaches shorter waves than the sums take with it.
         let kernels = [&tyre, &still].map(|tyre| Kernel::new(tyre, rate, 1e-12));
         let usual = Kernel::new(&tyre, rate, 1e-7).flat_from().unwrap();
         let longest = kernels[0].flat_from().unwrap();

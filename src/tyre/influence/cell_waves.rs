@@ -1,4 +1,4 @@
-//! The waves that the past of contact cells is carried by: geometry only.
+//! Waves that carry the past of contact cells: geometry only.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -7,24 +7,24 @@ use serde::Serialize;
 
 use super::cell_grid::CellGrid;
 
-/// How far the sums go.
+/// Where the sums over waves end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CellTruncation {
     /// Largest m of the past and, if given, of the instant.
     pub lateral_terms: Option<usize>,
-    /// Largest alias |p| likewise.
+    /// Largest alias |p| of the past and, if given, of the instant.
     pub aliases: Option<usize>,
 }
 
-/// One of the waves that the past is carried by: those of the tyre's that are the same on cells.
+/// One wave on cells: those waves of the tyre that are the same on cells, together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct CellWave {
-    /// n, m and weights \[1/m^2\].
+    /// n, m and weight \[1/m^2\] of each of the tyre's waves.
     pub terms: Vec<(i64, usize, f64)>,
-    /// True if it is its own mirror, the number 0 or N/2 of the ring: the odd part of its function is 0.
+    /// True if it is its mirror image, the number 0 or N/2 of the ring: the odd part of its function is 0.
     #[serde(skip)]
     pub is_mirror: bool,
-    /// Lateral numbers after which waves are the same on cells; `None`: they are not taken together.
+    /// Number of lateral numbers after which waves are the same on cells; `None`: lateral numbers are not folded.
     #[serde(skip)]
     pub lateral_period: Option<usize>,
 }
@@ -32,34 +32,33 @@ pub(crate) struct CellWave {
 /// Waves of one lateral number, n rising.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellRow {
-    /// m.
+    /// Lateral number m; of folded rows the lowest.
     pub m: usize,
-    /// True if weights hold what cells take of each number's wave, since numbers are taken together; else cells take it
-    /// in their shapes.
+    /// True if lateral numbers are folded: weights then include the cells' mean over each wave; else the cells' shapes
+    /// do.
     pub folded: bool,
-    /// Number of the first wave on the ring.
+    /// Number of the first wave on the ring, n in periods round it.
     pub first: usize,
-    /// The waves.
     pub(crate) waves: Vec<CellWave>,
 }
 
-/// Which waves are carried on which ring. The longer ones need all of the tyre; the shorter ones are damped out within
-/// a part of it, and a ring that is as much shorter has as many waves less.
+/// Waves in a range of wavenumbers, on a ring. The longer ones need all of the tyre; the shorter ones are damped out
+/// within a part of it, and a ring that is as much shorter has as many waves fewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WaveBand {
-    /// The ring is the tyre's length over this.
+    /// The ring is as long as the tyre's circumference over this.
     pub part: usize,
     /// Between these wavenumbers waves fade in \[1/m\]; `None`: from 0 on.
     pub fades_in: Option<[f64; 2]>,
-    /// Between these they fade out; `None`: as far as the sums go.
+    /// Between these wavenumbers waves fade out \[1/m\]; `None`: as far as the sums go.
     pub fades_out: Option<[f64; 2]>,
-    /// True if lateral numbers that are the same on cells are taken together; only on a tyre whose sides are whole
-    /// cells away from the strip ([`CellGrid::width_in_cells`]).
+    /// True if lateral numbers that are the same on cells are folded; only on a tyre whose sides are whole cells away
+    /// from the strip ([`CellGrid::width_in_cells`]).
     pub folded: bool,
 }
 
 impl CellWave {
-    /// Tells whether cells take a lateral number for one that runs the other way across: of its sines and cosines one
+    /// Whether a lateral number m looks on cells like one that runs the other way across: of its sines and cosines one
     /// kind changes its sign.
     pub(super) fn is_reflected(&self, m: usize) -> bool {
         self.lateral_period.is_some_and(|period| 2 * (m % period) > period)
@@ -67,8 +66,8 @@ impl CellWave {
 }
 
 impl CellRow {
-    /// Returns the waves of one lateral number by themselves, n = 0..=N/2 with all aliases |p| up to `most`: how the
-    /// tyre answers forces that are resolved across.
+    /// Waves of one lateral number alone, n = 0..=N/2 with all aliases |p| up to `most`: for the tyre's answer to
+    /// forces that are resolved across.
     pub fn whole(grid: &CellGrid, m: usize, most: usize) -> Self {
         let (elements, norm) = (grid.elements() as i64, grid.waves().lateral_norm(m));
         let wave = |n: i64| {
@@ -82,10 +81,10 @@ impl CellRow {
 }
 
 impl WaveBand {
-    /// All waves on the whole tyre.
+    /// All waves of the whole tyre.
     pub const WHOLE: Self = Self { part: 1, fades_in: None, fades_out: None, folded: false };
 
-    /// Returns the share of a wave: those of two bands that meet add up to one.
+    /// Fraction of a wave that belongs to the band; those of two bands that meet add up to one.
     fn share(&self, k: f64) -> f64 {
         // A step that is smooth in ln k, so that neither part reaches far in space.
         let passed = |[low, high]: [f64; 2]| {
@@ -94,18 +93,19 @@ impl WaveBand {
         };
         self.fades_in.map_or(1.0, passed) * (1.0 - self.fades_out.map_or(0.0, passed))
     }
-    /// Returns its waves on cells, by lateral number.
+    /// Waves on cells, by lateral number.
     pub fn rows(self, grid: &CellGrid, truncation: CellTruncation) -> Vec<CellRow> {
         let waves = grid.waves();
         let ring = grid.elements() / self.part;
         let CellTruncation { lateral_terms, aliases } = truncation;
-        // Up to the first zero of what cells take of a wave.
+        // The first zero of the cells' mean over a wave.
         let largest = 2.0 * PI / grid.length().min(grid.pitch());
         let last_m = lateral_terms.unwrap_or((largest / waves.ky(1)) as usize);
         let most = aliases.unwrap_or(1) as i64;
         let ends = if aliases.is_some() && lateral_terms.is_some() { f64::INFINITY } else { largest };
         let lateral = |m: usize| if self.folded { grid.lateral_weight(m) } else { waves.lateral_norm(m) };
         let lateral_period = self.folded.then(|| grid.lateral_period());
+        // The ring's waves of one lateral number, those without terms at either end left out.
         let row = |(m, numbers): (usize, Vec<usize>)| {
             let wave = |bin: usize| {
                 // The ring's n run from -N/2: its N/2 is -N/2.

@@ -1,8 +1,8 @@
 //! Convolution quadrature: time-domain weights that inherit the tyre's passivity.
 //!
 //! u(t_l) = sum_p w_p F(t_(l-p)) with sum_p w_p zeta^p = H(delta(zeta)/dt) (Lubich 1988, *Numer. Math.* 52, 129 and
-//! 413). The weights are causal by construction; for an A-stable rule they are passive where H is. Of a tyre that turns
-//! the even and the odd part of H_n = E_n + i O_n have weights each: both are real at real s.
+//! 413). The weights are causal by construction; for an A-stable rule they are passive where H is. Of a tyre that
+//! turns, the even and the odd part of H_n = E_n + i O_n have separate weights: both are real at real s.
 //!
 //! 1. evaluate H on the circle |zeta| = rho < 1 at K points (the lower half follows by conjugation);
 //! 2. inverse FFT, divide by rho^p. With rho^K = eps the values wrapped round from lag p + K are eps times their size,
@@ -21,76 +21,76 @@ use super::kernel::Field;
 use super::lane_sum::FaceValues;
 use crate::time_rule::TimeRule;
 
-/// Wrap-around relative to itself: rho^K.
+/// Size of the values wrapped round, relative to the values: rho^K.
 const WRAPPED: f64 = 1e-12;
 
-/// The circle |zeta| = rho on which so many weights are sampled.
+/// The circle |zeta| = rho on which H is sampled for a number of weights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Circle {
-    /// K, the points all round.
+    /// Number K of points on the whole circle.
     pub length: usize,
-    /// rho.
+    /// Radius rho.
     pub radius: f64,
 }
 
 impl Circle {
-    /// Makes a circle for lags 0..`lags`.
+    /// For lags 0..`lags`: K at least twice as many, a power of two.
     pub(crate) fn new(lags: usize) -> Self {
         let length = (2 * lags).next_power_of_two().max(16);
         Self { length, radius: WRAPPED.powf(1.0 / length as f64) }
     }
 
-    /// Returns zeta_k for k = 0..=K/2.
+    /// zeta_k for k = 0..=K/2; the lower half follows by conjugation.
     pub(crate) fn points(&self) -> impl Iterator<Item = Complex64> + use<> {
         let Self { length, radius } = *self;
         (0..=length / 2).map(move |k| Complex64::from_polar(radius, -2.0 * PI * k as f64 / length as f64))
     }
 
-    /// Returns the factor from the sum over all points to the weight of a lag.
+    /// Factor from the sum over all points to the weight of a lag: rho^-lag/K.
     pub(crate) fn scale(&self, lag: usize) -> f64 {
         self.radius.powi(-(lag as i32)) / self.length as f64
     }
 }
 
-/// The points s_k on the circle for lags 0..`lags`.
+/// Points s_k of a rule on the circle for lags 0..`lags`.
 #[derive(Clone, Debug)]
 pub(crate) struct Contour {
     /// s_k for k = 0..=K/2 \[1/s\].
     pub points: Vec<Complex64>,
-    /// The circle.
+    /// Their circle in the plane of zeta.
     pub circle: Circle,
 }
 
 impl Contour {
-    /// Returns the contour for a rule, a time step \[s\] and a number of lags.
+    /// `time_step` in s.
     pub(crate) fn new(rule: TimeRule, time_step: f64, lags: usize) -> Self {
         let circle = Circle::new(lags);
         Self { points: circle.points().map(|zeta| rule.symbol(zeta) / time_step).collect(), circle }
     }
 }
 
-/// Weights per wavenumber, in the order of lags.
+/// Weights of convolution quadrature per wavenumber and lag.
 #[derive(Clone, Debug)]
 pub struct Weights {
-    /// Row n = 0..=N/2, column p = 0..lags: w_(n,p) \[m/N\]; of a tyre that turns those of the even part E_n.
+    /// Row n = 0..=N/2, column p = 0..lags: w_(n,p) \[m/N\]; of a tyre that turns, of its even part E_n.
     pub values: Vec<f64>,
-    /// Those of the odd part O_n, likewise; empty at rest.
+    /// Those of the odd part O_n, in the same order; empty at rest.
     pub odd: Vec<f64>,
-    /// Number of lags kept.
+    /// Number of lags kept, the columns of `values`.
     pub lags: usize,
     /// Static influence Ht_n(0), n = 0..=N/2 \[m/N\].
     pub at_rest: Vec<f64>,
-    /// Evaluations of the compliance that it took.
+    /// Evaluations of the compliance used.
     pub evaluations: u64,
 }
 
 impl Weights {
-    /// Sums Ht_n on the contour for n = 0..=N/2 in parallel and transforms each to `lags` weights.
+    /// Sums Ht_n on the contour for n = 0..=N/2 in parallel and transforms each to `lags` weights; `time_step` in s.
     pub fn new(sum: &InfluenceSum, field: Field, rule: TimeRule, time_step: f64, lags: usize) -> Self {
         Self::summed(sum, field, rule, time_step, lags, &AtomicBool::new(false))
     }
 
-    /// Sums as [`Self::new`], but looks at `stop` before every wavenumber; `None` if it was set.
+    /// As [`Self::new`], but looks at `stop` before every wavenumber; `None` if it was set.
     pub fn unless_stopped(
         sum: &InfluenceSum,
         field: Field,
@@ -103,7 +103,7 @@ impl Weights {
         (!stop.load(Ordering::Relaxed)).then_some(weights)
     }
 
-    /// Returns the weights; what comes after `stop` was set stays zero.
+    /// The weights; rows not yet begun when `stop` is set stay zero.
     fn summed(
         sum: &InfluenceSum,
         field: Field,
@@ -112,6 +112,7 @@ impl Weights {
         lags: usize,
         stop: &AtomicBool,
     ) -> Self {
+        // 1. The kernel on the contour, once for all wavenumbers.
         let contour = Contour::new(rule, time_step, lags);
         let at: Vec<_> = sum.at_all(&contour.points);
         let at_rest = sum.at(Complex64::ZERO);
@@ -122,6 +123,7 @@ impl Weights {
         let mut odd = vec![0.0; if sum.turns() { rows * lags } else { 0 }];
         let mut odd_rows: Vec<&mut [f64]> = odd.chunks_mut(lags).collect();
         odd_rows.resize_with(rows, Default::default);
+        // 2. Each wavenumber: values on the circle, in lanes where possible, then the inverse transform.
         let (at_rest, evaluations): (Vec<f64>, Vec<u64>) = values
             .par_chunks_mut(lags)
             .zip(odd_rows)
@@ -155,18 +157,18 @@ impl Weights {
         Self { values, odd, lags, evaluations: evaluations.iter().sum(), at_rest }
     }
 
-    /// Returns w_(n,p) for all lags p.
+    /// w_(n,p) for all lags p \[m/N\].
     pub fn of(&self, n: usize) -> &[f64] {
         &self.values[n * self.lags..(n + 1) * self.lags]
     }
 
-    /// Returns the odd part of w_(n,p) for all lags p; none at rest.
+    /// Odd part of w_(n,p) for all lags p \[m/N\]; empty at rest.
     pub fn odd_of(&self, n: usize) -> &[f64] {
         self.odd.get(n * self.lags..(n + 1) * self.lags).unwrap_or_default()
     }
 
-    /// Returns the part of the static influence that lies beyond the lags kept, relative to the static influence: since
-    /// sum_p w_p = H(0), the truncation of the memory is measured, not guessed.
+    /// Fraction of the static influence that lies beyond the lags kept: since sum_p w_p = H(0), the truncation of the
+    /// memory is measured, not estimated.
     pub fn truncated(&self) -> f64 {
         let total: f64 = self.at_rest.iter().sum();
         let kept: f64 = self.values.iter().sum();
@@ -174,7 +176,7 @@ impl Weights {
     }
 }
 
-/// Transform from the values on a circle to weights, with its room.
+/// Transform from the values on a circle to weights, with its buffers.
 struct FromCircle<'a> {
     inverse: &'a Arc<dyn ComplexToReal<f64>>,
     spectrum: Vec<Complex64>,
@@ -188,13 +190,13 @@ impl<'a> FromCircle<'a> {
         Self { inverse, spectrum, signal, scratch: inverse.make_scratch_vec() }
     }
 
-    /// Computes the weights of a function that is real at real s, each times its own factor.
+    /// Weights of a function that is real at real s: `scale` times the inverse transform, lag by lag.
     fn weights(&mut self, values: impl Iterator<Item = Complex64>, scale: &[f64], weights: &mut [f64]) {
         self.spectrum.iter_mut().zip(values).for_each(|(entry, value)| *entry = value);
-        // The two real points of the circle.
+        // zeta = rho and -rho: real there but for rounding.
         let last = self.spectrum.len() - 1;
         (self.spectrum[0].im, self.spectrum[last].im) = (0.0, 0.0);
-        // Lengths match by construction; a mismatch would leave zeros that the weight check below the sum reveals.
+        // Lengths match by construction; a mismatch would leave zeros.
         let _ = self.inverse.process_with_scratch(&mut self.spectrum, &mut self.signal, &mut self.scratch);
         for ((weight, &sample), &factor) in weights.iter_mut().zip(&self.signal).zip(scale) {
             *weight = sample * factor;

@@ -1,4 +1,4 @@
-//! The waves of a curved tyre, each prepared when it is first asked for and kept.
+//! The waves of a curved tyre, each prepared when it is first asked for, and kept.
 //!
 //! Waves so short that they do not feel the tread's thickness are a flat layer's, as in the sums' tail: the same wave
 //! is in the tail at one s and evaluated at another, and a difference would be a step in H_n(s). What that leaves out,
@@ -13,8 +13,7 @@ use crate::scene::Tyre;
 use crate::tyre::layers::cylinder::{Cylinder, CylinderWave};
 use crate::tyre::layers::surface_asymptote::thickness_limit;
 
-/// Tolerance of a wave over that of the sums: a tenth of what poles are fitted to. A wave is smooth in s however
-/// coarse.
+/// Tolerance of a wave over that of the sums: a tenth of the tolerance of poles. Even a coarse wave is smooth in s.
 const COARSER: f64 = 10.0;
 
 /// Prepared waves, by n and m.
@@ -24,37 +23,37 @@ pub(super) struct CurvedWaves {
     tyre: Tyre,
     tolerance: f64,
     waves: Waves,
-    /// Wavenumber from which waves are a flat layer's \[1/m\].
+    /// Wavenumber from which on waves are a flat layer's \[1/m\].
     pub(super) below: f64,
-    /// Lateral numbers m below it, at most.
+    /// Number of lateral numbers m below it, at most.
     columns: usize,
+    /// Row |n|, column m.
     prepared: Vec<OnceLock<Box<CylinderWave>>>,
 }
 
-/// Bytes of a layer of a prepared wave (measured), and what it takes more where the tyre turns.
+/// Bytes per layer of a prepared wave (measured), and the excess where the tyre turns.
 const LAYER_BYTES: f64 = 1.2e4;
 const TURNING_LAYER_BYTES: f64 = 5.2e4;
 
-/// Returns the wavenumber \[1/m\] from which waves are a flat layer's.
 fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {
     let thickness = tyre.layers.last().map_or(tyre.circumference, |tread| tread.thickness);
     thickness_limit(thickness, tolerance)
 }
 
-/// Returns the bytes of the waves of a tyre that sums within a relative `tolerance` prepare.
+/// Bytes of the waves that sums within a relative `tolerance` prepare.
 pub(crate) fn wave_bytes(tyre: &Tyre, tolerance: f64) -> f64 {
     let each = LAYER_BYTES + if tyre.turns() { TURNING_LAYER_BYTES } else { 0.0 };
     each * tyre.layers.len() as f64 * wave_count(tyre, tolerance)
 }
 
-/// Returns the bytes of the products of polynomials that layers with cords, or orthotropic ones, take for all degrees:
-/// their waves have steep displacements, and hardly two of them one degree. Others take a few degrees.
+/// Bytes of the products of polynomials that layers with cords, or orthotropic ones, need for all degrees: their waves
+/// have steep displacements, and hardly two of them the same degree. Other layers need a few degrees.
 pub(crate) fn steep_bytes(tyre: &Tyre) -> f64 {
     let steep = tyre.layers.iter().filter(|layer| tyre.curvature && !layer.is_isotropic()).count();
     steep as f64 * Cylinder::PRODUCT_BYTES
 }
 
-/// Returns the waves of a tyre that sums within a relative `tolerance` prepare; none of a flat one.
+/// Number of waves that sums within a relative `tolerance` prepare, roughly; 0 for a flat tyre.
 pub(crate) fn wave_count(tyre: &Tyre, tolerance: f64) -> f64 {
     if !tyre.curvature {
         return 0.0;
@@ -66,7 +65,7 @@ pub(crate) fn wave_count(tyre: &Tyre, tolerance: f64) -> f64 {
 }
 
 impl CurvedWaves {
-    /// Prepares waves for |s| up to `largest_s` and values within a relative `tolerance`.
+    /// For |s| up to `largest_s` \[1/s\] and values within a relative `tolerance`.
     pub(super) fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
         let waves = Waves::new(tyre);
         let below = flat_from(tyre, tolerance);
@@ -83,7 +82,7 @@ impl CurvedWaves {
         }
     }
 
-    /// Returns the same for s = 0 alone.
+    /// The same waves for s = 0 alone: less work each.
     pub(super) fn at_rest(&self) -> Self {
         Self::new(&self.tyre, 0.0, self.tolerance)
     }
@@ -100,13 +99,13 @@ impl CurvedWaves {
         });
     }
 
-    /// Tells whether the waves n and -n differ.
+    /// Whether the waves n and -n differ.
     #[inline(always)]
     pub(super) fn turns(&self) -> bool {
         self.tyre.turns()
     }
 
-    /// Returns the wave (|n|, m), which serves n and -n; `None`: a flat layer's will do.
+    /// The wave (|n|, m), which serves n and -n; `None`: a flat layer's serves.
     #[inline]
     pub(super) fn get(&self, n: i64, m: usize) -> Option<&CylinderWave> {
         if self.waves.kx(n).hypot(self.waves.ky(m)) >= self.below {

@@ -1,12 +1,13 @@
-//! Flow of the sidewalls wave by wave, over frequency: what a wave of the tread makes them sweep.
+//! Flow of the sidewalls by wave and frequency: the volume that a wave of the tread makes them sweep.
 //!
-//! A force on the tread moves the belt's edges by w and V, and these the sidewall, which sweeps the flow Q_k in each of
-//! its pieces ([`crate::sidewall::Pieces`]). H = Q_k(n, m)/C_zz is kept at the frequencies of [`super::SurfaceWaves`],
-//! and interpolated by cubics: where the tyre resonates Q and C do together; where the sidewall would, its edge stands
-//! still. The error is below 3e-3 of the wave's largest value (measured; the test bounds it).
+//! A force on the tread moves the belt's edges by w and V, and these the sidewall, which sweeps the flow Q_k in each
+//! of its pieces ([`crate::sidewall::Pieces`]). H = Q_k(n, m)/C_zz is tabulated at the frequencies of
+//! [`super::SurfaceWaves`], and interpolated by cubics: where the tyre resonates Q and C do together; where the
+//! sidewall would, its edge stands still. The error is below 3e-3 of the wave's largest value (measured; the test
+//! bounds it).
 //!
-//! Waves too short to reach the inner face, of more periods than sidewalls are told apart by or as a flat layer's, move
-//! no sidewall.
+//! Waves too short to reach the inner face, those with more periods than sidewalls resolve, and those of a flat layer
+//! move no sidewall.
 
 use std::ops::Range;
 
@@ -19,27 +20,28 @@ use crate::numeric::{MOST_LANES, SplitRule, in_parallel};
 use crate::sidewall::{BothWays, Flow, Pieces};
 use crate::tyre::layers::cylinder::EdgeMotion;
 
-/// Pieces of a sidewall.
 pub(super) const PIECES: usize = SplitRule::POINTS;
 
-/// Flows of the waves n = 0..`around` and some lateral numbers, in single precision: interpolation is far off its
-/// rounding.
+/// Flows of the waves n = 0..`around` and some lateral numbers, in single precision: its rounding is far below the
+/// error of interpolation.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub(super) struct FlankWaves {
-    /// Waves round the tyre.
+    /// Number of waves round the tyre.
     around: usize,
+    /// Number of lateral numbers.
     lateral: usize,
+    /// Number of frequencies.
     points: usize,
     /// Q/C_zz by n, m, frequency, piece \[m\].
     flows: Vec<Complex32>,
-    /// The same of the waves -n; empty at rest.
+    /// Those of the waves -n; empty at rest.
     backwards: Vec<Complex32>,
 }
 
-/// Flows of the sidewall by its edge's motion, by wave.
+/// Flows of the sidewall by its edge's motion, wave by wave.
 pub(super) type ByEdge = Vec<BothWays<Flow>>;
 
-/// Returns the bytes of the flows of so many waves and lateral numbers at so many frequencies, those of one edge
+/// Bytes of the flows of so many waves and lateral numbers at so many frequencies, those by the edge's motion
 /// included.
 pub(super) fn bytes(around: usize, lateral: usize, points: f64, turns: bool) -> f64 {
     let by_edge = around.next_multiple_of(MOST_LANES) * size_of::<BothWays<Flow>>();
@@ -47,7 +49,7 @@ pub(super) fn bytes(around: usize, lateral: usize, points: f64, turns: bool) -> 
     points * (by_edge + ways * around * lateral * PIECES * size_of::<Complex32>()) as f64
 }
 
-/// Returns the flows by the edge's motion at some s, all waves that sidewalls are told apart by.
+/// Flows by the edge's motion at each s of `at`, for all waves that sidewalls resolve; empty without sidewalls.
 pub(super) fn by_edge(at: &[KernelAt], rule: &SplitRule, most_around: usize) -> Vec<ByEdge> {
     let pieces = Pieces::new(rule.clone());
     in_parallel::map(at, |at| {
@@ -61,7 +63,7 @@ pub(super) fn by_edge(at: &[KernelAt], rule: &SplitRule, most_around: usize) -> 
 }
 
 impl FlankWaves {
-    /// Returns the room for the flows of so many lateral numbers at so many frequencies.
+    /// Zeros for so many lateral numbers at as many frequencies as `by_edge` has.
     pub(super) fn new(by_edge: &[ByEdge], lateral: usize, turns: bool) -> Self {
         let (points, around) = (by_edge.len(), by_edge.first().map_or(0, Vec::len));
         let flows = vec![Complex32::ZERO; around * lateral * points * PIECES];
@@ -69,15 +71,15 @@ impl FlankWaves {
         Self { around, lateral, points, flows, backwards }
     }
 
-    /// Returns the rows of each n, forwards and backwards; these are empty at rest.
+    /// The rows of each n, forwards and backwards; the latter are empty at rest.
     pub(super) fn rows(&mut self) -> Vec<[&mut [Complex32]; 2]> {
         let width = (self.lateral * self.points * PIECES).max(1);
         let mut backwards = self.backwards.chunks_mut(width);
         self.flows.chunks_mut(width).map(|row| [row, backwards.next().unwrap_or_default()]).collect()
     }
 
-    /// Returns Q/C_zz of the pieces of a wave at the four frequencies from `first` on, by their weights; zero beyond
-    /// the table.
+    /// Q/C_zz \[m\] of the pieces of a wave, interpolated with `weights` between four frequencies from `first` on;
+    /// zero for n beyond the table.
     pub(super) fn at(
         &self,
         [n, index]: [usize; 2],
@@ -97,7 +99,7 @@ impl FlankWaves {
         sums
     }
 
-    /// Tells whether numbers that were read fit each other.
+    /// Whether numbers read from a file are finite and fit each other.
     pub(super) fn is_sound(&self) -> bool {
         let numbers = self.around * self.lateral * self.points * PIECES;
         let flows = self.flows.iter().chain(&self.backwards);
@@ -107,7 +109,7 @@ impl FlankWaves {
     }
 }
 
-/// Puts the flows of a wave (n, m) at some frequencies into the rows of n, by the motions of its edge.
+/// Writes the flows of a wave (n, m) at the frequencies `places` into the rows of n, from the motions of its edge.
 pub(super) fn put(
     rows: &mut [&mut [Complex32]; 2],
     waves: Waves,
@@ -141,7 +143,7 @@ mod tests {
 
     const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/car.toml");
 
-    /// Returns the flows of a signed wave by the stack and the arc as they turn, each by its reference.
+    /// Flows of a signed wave of the tyre as it turns, by the reference values of stack and arc.
     fn exact(tyre: &Tyre, rule: &SplitRule, n: i64, m: usize, frequency: f64) -> Vec<Complex64> {
         let s = Complex64::new(0.0, std::f64::consts::TAU * frequency);
         let (_, bottom) = CurvedStack::new(tyre).compliance(n, m, s, FINE_STEP);
@@ -187,7 +189,7 @@ mod tests {
                     }
                 }
             }
-            // Past the waves that sidewalls are told apart by nothing moves.
+            // Past the waves that sidewalls resolve nothing moves.
             table.flows_at(41, 100.0, &compliances, &mut flows);
             assert!(flows.iter().all(|flow| flow.norm() == 0.0));
         }

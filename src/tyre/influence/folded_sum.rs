@@ -1,17 +1,17 @@
-//! The sums: a contact element, dx long and b wide and loaded uniformly, with its mean displacement observed, has in
+//! The sums: a contact element, dx long and b wide and loaded uniformly, with its mean displacement observed, has for
 //! the wavenumber n
 //!
 //! ```text
 //! H_n(s) = (1/L) sinc^2(kx dx/2) sum_(m odd) (2/B) a_m^2 C_zz(kx_n, ky_m, s),
 //! a_m    = mean of sin(ky y) over the strip,
-//! Ht_n   = sum_p H_(n + p N):   what a sequence of N elements sees of the wavenumber n.
+//! Ht_n   = sum_p H_(n + p N):   the wavenumber n as a sequence of N elements samples it.
 //! ```
 //!
-//! Ways to the double sum over p and m, all selectable:
+//! The double sum over p and m can be ended in three ways:
 //! - [`Truncation::Tail`]: C_zz is evaluated up to a wavenumber where the tread has become a half-space; what is above
 //!   takes no evaluation (`super::half_space_tail`). Needs a tread without tension.
-//! - [`Truncation::Bounded`]: C_zz is evaluated until a bound on the rest, from the half-space's compliance, is below
-//!   the tolerance. The reference.
+//! - [`Truncation::Bounded`]: C_zz is evaluated until a bound on the remainder, from the half-space's compliance, is
+//!   below the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.
 //!
 //! With rotation, H_n and H_-n differ: H_n = E_n + i O_n, E_n = (H_n + H_-n)/2 and O_n = (H_n - H_-n)/2i. Both are
@@ -43,13 +43,13 @@ use crate::tyre::layers::curved::sidewall_bytes;
 pub enum Truncation {
     /// Explicit terms below a cut-off wavenumber, half-space moments above.
     Tail,
-    /// Explicit terms until the rest is bounded by the tolerance.
+    /// Explicit terms until the remainder is bounded by the tolerance.
     Bounded,
-    /// `lateral_terms` odd m and |p| <= `aliases`; what is not given is bounded by the tolerance.
+    /// `lateral_terms` odd m and |p| <= `aliases`; one that is `None` is bounded by the tolerance.
     Fixed {
-        /// Number of odd m.
+        /// Number of odd m; `None`: until the bound.
         lateral_terms: Option<usize>,
-        /// Largest |p|.
+        /// Largest |p|; `None`: until the bound.
         aliases: Option<usize>,
     },
 }
@@ -61,9 +61,9 @@ pub struct InfluenceSum {
     pub(super) projection: Projection,
     pub(super) tolerance: f64,
     turns: bool,
-    /// Where there is none the sums are ended by a bound, and by these:
+    /// Half-space tail; `None`: the sums are ended by a bound, or by the numbers below.
     pub(super) tail: Option<HalfSpaceTail>,
-    /// Effect of curvature on waves that are taken as flat.
+    /// Effect of curvature on waves that are evaluated as flat.
     curvature: Option<Arc<Curvature>>,
     /// Number of odd m, if fixed.
     pub(super) lateral_terms: Option<usize>,
@@ -71,7 +71,7 @@ pub struct InfluenceSum {
     pub(super) aliases: Option<usize>,
 }
 
-/// The kernel at one s, with what the sum needs to know of it.
+/// Kernel, tail and effect of curvature at one s.
 #[derive(Clone, Debug)]
 pub struct SumAt {
     pub(super) kernel: KernelAt,
@@ -79,7 +79,7 @@ pub struct SumAt {
     curvature: Option<Change<Complex64>>,
 }
 
-/// Bytes of a [`SumAt`], at most: of a flat tyre, of a curved one, and of one that turns. A test counts them for the
+/// Most bytes of a [`SumAt`]: of a flat tyre, of a curved one, and of one that turns. A test counts them for the
 /// default tyres up to the time steps of 2048 elements.
 const POINT_BYTES: [f64; 3] = [6e3, 2e4, 3e4];
 
@@ -90,19 +90,20 @@ struct Curvature {
     moments: Vec<Change<f64>>,
 }
 
-/// A value of Ht_n with what it took.
+/// A value of Ht_n and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InfluenceValue {
-    /// Ht_n, of a tyre that turns its even part E_n \[m/N\].
+    /// Ht_n \[m/N\]; of a tyre that turns its even part E_n.
     pub value: Complex64,
     /// Odd part O_n \[m/N\].
     pub odd: Complex64,
-    /// Evaluations of the compliance.
+    /// Evaluations of the compliance used.
     pub evaluations: u64,
 }
 
 impl InfluenceSum {
-    /// Prepares the sums. `largest_s` is the largest |s| at which they will be wanted (it sets the range of cut-offs).
+    /// Truncation and tolerance as `numerics` has them. `largest_s`: largest |s| of use \[1/s\], which sets the range
+    /// of cut-offs.
     pub fn new(tyre: &Tyre, numerics: &Numerics, largest_s: f64) -> Self {
         let truncation = match (numerics.lateral_terms, numerics.wavenumber_aliases) {
             (None, None) => Truncation::Tail,
@@ -112,14 +113,14 @@ impl InfluenceSum {
         Self::with(tyre, projection, truncation, numerics.influence_tolerance, largest_s)
     }
 
-    /// Prepares the sums with a given projection and truncation. A tread under tension has no half-space tail: `Tail`
-    /// then becomes `Bounded`.
+    /// With a given projection and truncation. A tread under tension has no half-space tail: `Tail` then becomes
+    /// `Bounded`.
     pub fn with(tyre: &Tyre, projection: Projection, truncation: Truncation, tolerance: f64, largest_s: f64) -> Self {
         Self::prepared(tyre, projection, truncation, tolerance, largest_s, true)
     }
 
-    /// Prepares the sums for a coarse [`Self::static_row`] alone: what curvature does to the short waves, 6e-5 of them
-    /// at rest and half of the work, is left out.
+    /// For a coarse [`Self::static_row`] alone: the effect of curvature on the short waves, 6e-5 of them at rest and
+    /// half of the work, is left out.
     pub fn coarse_at_rest(tyre: &Tyre, projection: Projection, tolerance: f64) -> Self {
         Self::prepared(tyre, projection, Truncation::Tail, tolerance, 1.0, false)
     }
@@ -152,28 +153,28 @@ impl InfluenceSum {
         Self { kernel, projection, tolerance, turns, tail, curvature, lateral_terms, aliases }
     }
 
-    /// Tells whether H_n and H_-n differ: odd parts are then not zero.
+    /// Whether H_n and H_-n differ: odd parts are then not zero.
     pub fn turns(&self) -> bool {
         self.turns
     }
 
-    /// Returns the bytes of a tyre's kernel with its tail at so many s \[bytes\]: what [`Self::at_all`] holds, at most.
+    /// Most bytes of [`Self::at_all`] at so many s.
     pub fn expected_bytes(tyre: &Tyre, points: usize) -> f64 {
         let own = POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())];
         points as f64 * (own + sidewall_bytes(tyre))
     }
 
-    /// Returns the wavenumbers and weights.
+    /// Wavenumbers and weights of the contact elements.
     pub fn projection(&self) -> &Projection {
         &self.projection
     }
 
-    /// Returns the moduli, cut-off and tail series at s.
+    /// Moduli, cut-off and tail series at s \[1/s\].
     pub fn at(&self, s: Complex64) -> SumAt {
         self.with_kernel(self.kernel.at(s), self.curvature.as_ref().map(|curvature| curvature.waves.at(s)))
     }
 
-    /// Returns the same at each s of a list, on all threads: of a curved tyre several s in lockstep.
+    /// [`Self::at`] for each s of a list, on all threads: of a curved tyre several s in lockstep.
     pub fn at_all(&self, points: &[Complex64]) -> Vec<SumAt> {
         let Some(curvature) = &self.curvature else {
             return in_parallel::map(points, |&s| self.at(s));
@@ -188,7 +189,7 @@ impl InfluenceSum {
         SumAt { tail: self.tail.as_ref().map(|tail| tail.at(kernel.tread())), kernel, curvature }
     }
 
-    /// Returns the addition of curvature to Ht_n of the surface by waves that are taken as flat \[m/N\].
+    /// Addition to Ht_n of the surface by the curvature of waves that are evaluated as flat \[m/N\].
     pub(super) fn by_curvature(&self, n: usize, at: &SumAt) -> Complex64 {
         match (&self.curvature, &at.curvature) {
             (Some(curvature), Some(change)) => short_waves::sum(&change.even, &curvature.moments[n].even),
@@ -196,10 +197,10 @@ impl InfluenceSum {
         }
     }
 
-    /// Returns the same of its odd part.
+    /// As [`Self::by_curvature`], of the odd part.
     pub(super) fn odd_by_curvature(&self, n: usize, at: &SumAt) -> Complex64 {
         match (&self.curvature, &at.curvature) {
-            // 0 and N/2 stand for both signs.
+            // The odd parts of n = 0 and N/2, which stand for both signs, are 0.
             (Some(curvature), Some(change)) if n > 0 && 2 * n < self.projection.elements => {
                 short_waves::sum(&change.odd, &curvature.moments[n].odd)
             }
@@ -207,20 +208,20 @@ impl InfluenceSum {
         }
     }
 
-    /// Returns the sign of an alias' odd part in that of Ht_n; 0 where this stands for both signs, n = 0 and N/2.
+    /// Sign of an alias' odd part in that of Ht_n; 0 for n = 0 and N/2, which stand for both signs.
     pub(super) fn sign_of_odd(&self, n: usize, alias: i64) -> f64 {
         if n == 0 || 2 * n == self.projection.elements { 0.0 } else { alias.signum() as f64 }
     }
 
-    /// Returns the static influence of the element j further on, j = 0..N \[m/N\].
+    /// Static influence of an element on that j elements further on, j = 0..N \[m/N\].
     pub fn static_row(&self, field: Field) -> Vec<f64> {
         let change = self.curvature.as_ref().filter(|_| field == Field::Surface);
         let at_rest = self.with_kernel(self.kernel.at_rest(), change.map(|curvature| curvature.waves.resting()));
         self.row(&at_rest, field)
     }
 
-    /// Returns the same at a real s \[1/s\]: of delta(0)/dt it is the influence within a step, of a tyre that turns
-    /// its even part.
+    /// As [`Self::static_row`] at a real s \[1/s\]: at delta(0)/dt it is the influence within a step; of a tyre that
+    /// turns its even part.
     pub fn row_at(&self, s: f64, field: Field) -> Vec<f64> {
         self.row(&self.at(Complex64::from(s)), field)
     }
@@ -231,7 +232,7 @@ impl InfluenceSum {
         Ring::new(self.projection.elements).elements_of(|n| values[n]).to_vec()
     }
 
-    /// Returns Ht_n(s) of a field. `n` from 0 to N/2.
+    /// Ht_n(s) of a field, for n from 0 to N/2.
     pub fn value(&self, n: usize, at: &SumAt, field: Field) -> InfluenceValue {
         match (&self.tail, &at.tail) {
             (Some(tail), Some(tail_at)) => self.with_tail(n, at, (tail, tail_at), field),
@@ -249,6 +250,7 @@ impl InfluenceSum {
         let cut_off = tail.cut_off(tail_at, field == Field::Surface);
         let (mut value, mut evaluations, mut explicit) = (Complex64::ZERO, 0, 0.0);
         let (mut last, mut odd) = (Complex64::ZERO, Complex64::ZERO);
+        // 1. Explicit terms below the cut-off.
         for alias in self.projection.aliases_below(n, cut_off) {
             let kx = self.projection.waves.kx(alias);
             let longitudinal = self.projection.longitudinal_weight(alias);
@@ -271,12 +273,12 @@ impl InfluenceSum {
             value += row * longitudinal;
             odd += odd_row * (longitudinal * self.sign_of_odd(n, alias));
         }
-        // Above the cut-off the surface is the half-space's.
+        // 2. Above the cut-off the surface is the half-space's.
         if field == Field::Surface && tail_at.converges {
             let value = value + tail.rest(n, tail_at) + self.by_curvature(n, at);
             return InfluenceValue { value, odd: odd + self.odd_by_curvature(n, at), evaluations };
         }
-        // Deeper faces move by exp(-k h) less.
+        // 3. Where the series does not converge, half of the bound. Deeper faces move by exp(-k h) less.
         if field != Field::Bottom {
             value += bounded_rest(last, &self.projection, explicit);
         }
@@ -284,8 +286,8 @@ impl InfluenceSum {
     }
 }
 
-/// Returns the rest of a sum whose series does not converge (|s| far above the sampling frequency), from the last value
-/// and the `weight` of what has been summed: half of its bound.
+/// Remainder of a sum whose series does not converge (|s| far above the sampling frequency), from the last value and
+/// the `weight` summed so far: half of its bound.
 pub(super) fn bounded_rest(last: Complex64, projection: &Projection, weight: f64) -> Complex64 {
     last * (0.5 * (projection.total_weight() - weight).max(0.0))
 }
@@ -331,7 +333,6 @@ mod tests {
         assert!(misses.is_empty(), "{misses:#?}");
     }
 
-    /// Returns the default tyre at 250 km/h.
     fn turning() -> Tyre {
         let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
         Tyre { angular_velocity: -69.4 / tyre.radius(), ..tyre }
@@ -395,7 +396,7 @@ mod tests {
                 }
                 let exact = bounded.value(n, at_bounded, driven);
                 // The bound's tolerance is of the static value; at 3 kHz that is thousands of times the value. The
-                // tail's rest under the tread is half of its bound, and of the static value, too.
+                // tail's remainder under the tread is half of its bound, and relative to the static value, too.
                 let allowed = match driven {
                     Field::Surface => 3e-6 * at_rest + 1e-5 * size,
                     _ => 1e-4 * at_rest,
@@ -413,7 +414,7 @@ mod tests {
         }
     }
 
-    /// Returns the bytes of its series; those of the layers are few.
+    /// Bytes of its series; those of the layers are few.
     fn bytes(at: &SumAt) -> usize {
         let curvature = at
             .curvature

@@ -29,7 +29,7 @@ use crate::tyre::layers::surface_asymptote::closed_form;
 /// Chebyshev terms of a band.
 pub(super) const BAND_TERMS: usize = 20;
 
-/// Adds weight T_j(x), x the place of k^2 in the band, in every lane.
+/// Adds weight T_j(x) to the moments, x the position of k^2 in the band on -1..1, in every lane.
 #[inline(always)]
 pub(super) fn add<S: Simd>(
     simd: S,
@@ -48,7 +48,7 @@ pub(super) fn add<S: Simd>(
     }
 }
 
-/// cos(j angle_i) 2/[`BAND_TERMS`] (half that for j = 0) at the Chebyshev points: values there to coefficients.
+/// cos(j angle_i) 2/[`BAND_TERMS`] (half that for j = 0): from values at the Chebyshev points to coefficients.
 static TRANSFORM: LazyLock<[[f64; BAND_TERMS]; BAND_TERMS]> = LazyLock::new(|| {
     std::array::from_fn(|j| {
         let scale = if j == 0 { 1.0 } else { 2.0 } / BAND_TERMS as f64;
@@ -56,16 +56,17 @@ static TRANSFORM: LazyLock<[[f64; BAND_TERMS]; BAND_TERMS]> = LazyLock::new(|| {
     })
 });
 
+/// Angle of the Chebyshev point i.
 fn angle(i: usize) -> f64 {
     PI * (i as f64 + 0.5) / BAND_TERMS as f64
 }
 
-/// Returns the Chebyshev coefficients of a function of k^2 in a band.
+/// Chebyshev coefficients of a function of k^2 in a band of k^2.
 pub(super) fn chebyshev<T>([low, high]: [f64; 2], function: impl Fn(f64) -> T) -> [T; BAND_TERMS]
 where
     T: Copy + Mul<f64, Output = T> + Sum,
 {
-    // The first row but one holds the cosines themselves.
+    // Row 1 holds the cosines themselves, scaled.
     let points = &TRANSFORM[1];
     let scale = 0.5 * BAND_TERMS as f64;
     let values: [T; BAND_TERMS] =
@@ -73,7 +74,7 @@ where
     std::array::from_fn(|j| values.iter().zip(&TRANSFORM[j]).map(|(&value, &weight)| value * weight).sum())
 }
 
-/// Returns the Chebyshev coefficients of C_zz of the half-space in a band of k^2.
+/// Chebyshev coefficients of C_zz of the half-space in a band of k^2 \[m/Pa\].
 pub(super) fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Complex64; BAND_TERMS] {
     let ratio = tread.inertia_over_shear();
     chebyshev(band, |k_squared| {
@@ -81,7 +82,7 @@ pub(super) fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Compl
     })
 }
 
-/// Tells whether both waves decay over the thickness like exp(-`decay`) at a wavenumber k, and hence above it.
+/// Whether both waves decay over the thickness like exp(-`decay`) at a wavenumber k, and hence above it.
 pub(super) fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> bool {
     let ratio = tread.inertia_over_shear();
     let alpha = (ratio * tread.modulus_ratio + k * k).sqrt();
@@ -89,7 +90,8 @@ pub(super) fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> b
     alpha.re.min(beta.re) * tread.thickness >= decay
 }
 
-/// Tells whether the Chebyshev sum of a band of k^2 reaches a relative `tolerance`.
+/// Whether the Chebyshev sum of a band of k^2 reaches a relative `tolerance`: by the ellipse through the nearest of
+/// Rayleigh pole and branch points, which lie at k^2 = -Q/mu times `factor`.
 pub(super) fn is_resolved(tread: &LayerAt<Complex64>, [low, high]: [f64; 2], tolerance: f64) -> bool {
     let ratio = tread.inertia_over_shear();
     let kappa = tread.modulus_ratio;

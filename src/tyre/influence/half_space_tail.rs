@@ -1,4 +1,4 @@
-//! The surface's share of all waves above a cut-off wavenumber, where the tread has become a half-space.
+//! Contribution to the surface of all waves above a cut-off wavenumber, where the tread has become a half-space.
 //!
 //! From a first cut-off on, the bands of [`super::half_space_bands`], then, from k_c on, the asymptotic series of
 //! [`surface_asymptote`](crate::tyre::layers::surface_asymptote), both with moments that are summed once for all s.
@@ -13,16 +13,16 @@ use crate::tyre::layers::layer::LayerAt;
 use crate::tyre::layers::material::modulus_ratio;
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
 
-/// The tail's series and moments.
+/// Series and moments of the tail.
 #[derive(Clone, Debug)]
 pub(super) struct HalfSpaceTail {
     tolerance: f64,
-    /// k h from which a layer is a half-space at rest.
+    /// k h from which on a layer is a half-space at rest.
     decay: f64,
     coefficients: [f64; TERMS],
     classes: TailClasses,
     moments: Moments,
-    /// The waves' lateral numbers up to the largest cut-off.
+    /// Lateral numbers up to the largest cut-off.
     pub(super) lateral: Vec<Lateral>,
 }
 
@@ -37,25 +37,24 @@ pub(super) struct HalfSpaceTailAt {
     class: usize,
     /// phi_j (Q/mu)^j/mu.
     series: [Complex64; TERMS],
-    /// True if the series converges above the largest cut-off; where not, the rest is bounded instead.
+    /// True if the series converges above the largest cut-off; if not, the remainder is bounded instead.
     pub(super) converges: bool,
 }
 
-/// Returns the wavenumber from which the series converges \[1/m\].
+/// Wavenumber above which the series converges \[1/m\].
 pub(super) fn series_limit(tread: &LayerAt<Complex64>) -> f64 {
     (tread.inertia_over_shear().norm() / LARGEST_ARGUMENT).sqrt()
 }
 
 #[cfg(test)]
 impl HalfSpaceTailAt {
-    /// Returns the bytes of its bands.
     pub(super) fn heap_bytes(&self) -> usize {
         self.bands.capacity() * size_of::<[Complex64; BAND_TERMS]>()
     }
 }
 
 impl HalfSpaceTail {
-    /// Makes the tail of a tread, given also at the largest s at which the sums will be wanted.
+    /// Tail of a tread, given also at the largest s of use.
     pub(super) fn new(tread: &Layer, at_largest: &LayerAt<Complex64>, projection: &Projection, tolerance: f64) -> Self {
         let smallest = thickness_limit(tread.thickness, tolerance);
         let classes = TailClasses::new(smallest, series_limit(at_largest));
@@ -69,7 +68,7 @@ impl HalfSpaceTail {
         }
     }
 
-    /// Returns the tail at the s of a tread.
+    /// `tread`: at the s wanted.
     pub(super) fn at(&self, tread: &LayerAt<Complex64>) -> HalfSpaceTailAt {
         let (classes, ratio) = (&self.classes, tread.inertia_over_shear());
         let (class, converges) = classes.choose(series_limit(tread));
@@ -79,6 +78,7 @@ impl HalfSpaceTail {
             power *= ratio;
             term
         });
+        // The explicit terms end as low as bands of the half-space are valid and resolved.
         let smooth = |class: usize| {
             half_space_bands::is_half_space(tread, classes.cut_off(class), self.decay)
                 && half_space_bands::is_resolved(tread, classes.band(class), self.tolerance)
@@ -91,13 +91,13 @@ impl HalfSpaceTail {
         HalfSpaceTailAt { explicit, bands, class, series, converges }
     }
 
-    /// Returns the wavenumber below which the layered compliance is evaluated \[1/m\]. The faces below do not see the
-    /// half-space; they keep the larger cut-off of the series.
+    /// Wavenumber below which the layered compliance is evaluated \[1/m\]. The faces below the surface have no
+    /// half-space limit; they keep the larger cut-off of the series.
     pub(super) fn cut_off(&self, at: &HalfSpaceTailAt, surface: bool) -> f64 {
         self.classes.cut_off(if surface { at.explicit } else { at.class })
     }
 
-    /// Returns the surface's share of all waves of n above the surface's cut-off \[m/N\], where the series converges.
+    /// Contribution to the surface of all waves of n above its cut-off \[m/N\], where the series converges.
     pub(super) fn rest(&self, n: usize, at: &HalfSpaceTailAt) -> Complex64 {
         let moments = self.moments.of(n, at.class);
         let mut rest = at.series.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();

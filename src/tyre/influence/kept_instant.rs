@@ -1,4 +1,5 @@
-//! Influence between cells within an instant, left on disk by earlier runs: a sum of seconds, a table of kilobytes.
+//! Influence between cells within an instant, kept on disk by earlier runs: a table of kilobytes instead of a sum of
+//! seconds.
 
 use std::convert::Infallible;
 
@@ -25,8 +26,7 @@ impl Cached for CellInfluence {
 }
 
 impl CellSums {
-    /// Takes [`Self::instant`] from the cache where it is there, else makes and keeps it. A cache that cannot be used
-    /// is left alone.
+    /// [`Self::instant`] from the cache, computed and stored where it is not there, or where the cache cannot be used.
     pub fn kept_instant(&self, s: f64, columns: usize) -> CellInfluence {
         let make = || Ok::<_, Infallible>(self.instant(s, columns));
         let Ok(influence) = match (Cache::open(), key::<CellInfluence>(&(self.identity(), s, columns))) {

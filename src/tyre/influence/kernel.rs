@@ -1,14 +1,14 @@
 //! The compliance kernel: C and D of a wave of n periods round the tyre and of the lateral number m, at s.
 //!
-//! Whatever sums over waves asks here, and nowhere else, how the tyre answers one. A wave (n, m) has kx = 2 pi n/L on
-//! the tread's surface and ky = m pi/B. Of a flat tyre it is answered by the [`Stack`] at (kx, ky, s), of a curved one
-//! by a [`CylinderWave`](crate::tyre::layers::cylinder::CylinderWave) as long as it is long enough to feel the
-//! curvature. Across the width it is a sine where the sides are supported, and a centred strip excites the odd m; a
-//! cosine where they are guided, and the strip excites the even ones, 0 among them.
+//! All sums over waves take the tyre's answer to a wave from here. A wave (n, m) has kx = 2 pi n/L on the tread's
+//! surface and ky = m pi/B. Of a flat tyre it is answered by the [`Stack`] at (kx, ky, s), of a curved one by a
+//! [`CylinderWave`](crate::tyre::layers::cylinder::CylinderWave) as long as it is long enough to feel the curvature.
+//! Across the width it is a sine where the sides are supported, and a centred strip excites the odd m; a cosine where
+//! they are guided, and the strip excites the even ones, 0 among them.
 //!
 //! With rotation, the waves n and -n differ: n is signed. An entry X of C at both is given by its [`Parts`], real
 //! functions of s: at rest the odd part of a normal compliance is 0, and the even part of the tangential one. Waves
-//! that count as flat have the parts of the tyre at rest; what rotation changes in them the sums add
+//! that are evaluated as flat have the parts of the tyre at rest; the sums add the effect of rotation on them
 //! (`super::short_waves`).
 
 use std::sync::Arc;
@@ -28,19 +28,19 @@ use crate::tyre::layers::cylinder::{CylinderAt, CylinderWave, EdgeMotion};
 use crate::tyre::layers::lane_compliance::LaneStack;
 use crate::tyre::layers::layer::LayerAt;
 
-/// Which displacement a force on the tread element is related to.
+/// Displacement observed, and where the force acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Field {
-    /// The tread surface.
+    /// Outward displacement of the tread surface, force on the surface.
     Surface,
-    /// The innermost face, force on the surface.
+    /// Outward displacement of the innermost face, force on the surface.
     Bottom,
-    /// The carcass driven directly under the outermost layer, which rides along as mass: what the springs of a bedding
-    /// act on.
+    /// Carcass directly under the outermost layer, driven there, with that layer's mass on it: what the springs of a
+    /// bedding act on.
     UnderTread,
 }
 
-/// The kernel of a tyre.
+/// Compliance kernel of a tyre, for any s.
 #[derive(Clone, Debug)]
 pub(crate) struct Kernel {
     stack: Stack,
@@ -48,7 +48,6 @@ pub(crate) struct Kernel {
     curved: Option<Arc<CurvedWaves>>,
 }
 
-/// The kernel at one s.
 #[derive(Clone, Debug)]
 pub(crate) struct KernelAt {
     stack: StackAt,
@@ -57,37 +56,35 @@ pub(crate) struct KernelAt {
 }
 
 impl Kernel {
-    /// Returns a kernel that will be asked for |s| up to `largest_s` \[1/s\]; on a curved tyre with values within a
-    /// relative `tolerance`.
+    /// For |s| up to `largest_s` \[1/s\]; on a curved tyre with values within a relative `tolerance`.
     pub(crate) fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
         let curved = tyre.curvature.then(|| Arc::new(CurvedWaves::new(tyre, largest_s, tolerance)));
         Self { stack: Stack::new(tyre), waves: Waves::new(tyre), curved }
     }
 
-    /// Returns the outermost layer, if short waves feel it as a half-space: a layer under tension has no such limit.
+    /// Outermost layer, if it is a half-space to short waves: a layer under tension has no such limit.
     pub(super) fn tread(&self) -> Option<&Layer> {
         self.stack.layers().last().filter(|tread| !tread.is_tense())
     }
 
-    /// Returns the wavenumber from which on a curved tyre's waves are a flat layer's \[1/m\].
+    /// Wavenumber from which on a curved tyre's waves are evaluated as flat \[1/m\]; `None` for a flat tyre.
     pub(super) fn flat_from(&self) -> Option<f64> {
         self.curved.as_ref().map(|waves| waves.below)
     }
 
-    /// Has the waves below a wavenumber ready: see [`CurvedWaves::prepare`].
+    /// Prepares the waves below a wavenumber \[1/m\]: see [`CurvedWaves::prepare`].
     pub(super) fn prepare(&self, cut_off: f64) {
         if let Some(waves) = &self.curved {
             waves.prepare(cut_off);
         }
     }
 
-    /// Returns the kernel at s = 0: waves that are never asked for anything else take less work.
+    /// Kernel at s = 0: waves for s = 0 alone take less work.
     pub(super) fn at_rest(&self) -> KernelAt {
         let curved = self.curved.as_ref().map(|waves| Arc::new(waves.at_rest()));
         Self { stack: self.stack.clone(), waves: self.waves, curved }.at(Complex64::ZERO)
     }
 
-    /// Returns the kernel at s \[1/s\].
     pub(crate) fn at(&self, s: Complex64) -> KernelAt {
         let curved = self.curved.as_ref().map(|waves| (Arc::clone(waves), waves.cylinder.at(s)));
         KernelAt { stack: self.stack.at(s), waves: self.waves, curved }
@@ -95,12 +92,12 @@ impl Kernel {
 }
 
 impl KernelAt {
-    /// Returns the outermost layer.
+    /// Outermost layer at this s.
     pub(crate) fn tread(&self) -> &LayerAt<Complex64> {
         self.stack.tread()
     }
 
-    /// Returns the sidewalls as arcs; none on a foundation.
+    /// Sidewalls as arcs; `None` on a foundation.
     pub(super) fn sidewall(&self) -> Option<&SidewallAt> {
         self.curved.as_ref().and_then(|(_, at)| at.sidewall())
     }
@@ -110,12 +107,11 @@ impl KernelAt {
         Some((waves.get(n, m)?, at))
     }
 
-    /// Tells whether the tyre turns.
     pub(crate) fn turns(&self) -> bool {
         self.curved.as_ref().is_some_and(|(waves, _)| waves.turns())
     }
 
-    /// Returns C or D of a wave for normal traction \[m/Pa\].
+    /// C or D of a wave for normal traction \[m/Pa\]; n signed.
     pub(super) fn normal(&self, n: i64, m: usize, field: Field) -> Complex64 {
         if let Some((wave, at)) = self.curved(n, m) {
             if n < 0 && self.turns() {
@@ -136,7 +132,7 @@ impl KernelAt {
         }
     }
 
-    /// Returns the parts of C or D of the waves n and -n for normal traction, n >= 0 \[m/Pa\].
+    /// Parts of C or D of the waves n and -n for normal traction, n >= 0 \[m/Pa\].
     pub(crate) fn normal_parts(&self, n: i64, m: usize, field: Field) -> Parts<Complex64> {
         match self.curved(n, m) {
             Some((wave, at)) if self.turns() => Parts::of(both_ways(wave, at, field)),
@@ -144,7 +140,7 @@ impl KernelAt {
         }
     }
 
-    /// Returns C_xz of a wave: displacement of the surface along x for normal traction \[m/Pa\].
+    /// C_xz of a wave: displacement of the surface along x for normal traction \[m/Pa\].
     fn tangential(&self, n: i64, m: usize) -> Complex64 {
         match self.curved(n, m) {
             Some(_) => self.full(n, m)[0][2],
@@ -152,7 +148,7 @@ impl KernelAt {
         }
     }
 
-    /// Returns the parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd.
+    /// Parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd.
     pub(crate) fn tangential_parts(&self, n: i64, m: usize) -> Parts<Complex64> {
         if self.turns() && self.curved(n, m).is_some() {
             return Parts::of([n, -n].map(|n| self.full(n, m)[0][2]));
@@ -161,13 +157,13 @@ impl KernelAt {
         Parts { even: Complex64::ZERO, odd: tangential * -Complex64::i() }
     }
 
-    /// Returns C of a wave for all tractions \[m/Pa\]; order circumferential, lateral, outward.
+    /// C of a wave for all tractions \[m/Pa\]; order circumferential, lateral, outward; n signed.
     pub(crate) fn full(&self, n: i64, m: usize) -> Matrix3 {
         let [surface, _] = self.full_of_faces(n, m);
         surface
     }
 
-    /// Returns C and D of a wave for all tractions \[m/Pa\], in that order.
+    /// C and D of a wave for all tractions \[m/Pa\], in that order.
     pub(super) fn full_of_faces(&self, n: i64, m: usize) -> [Matrix3; 2] {
         let (surface, bottom) = match self.curved(n, m) {
             Some((wave, at)) if n < 0 => wave.full_backwards(at),
@@ -178,7 +174,7 @@ impl KernelAt {
     }
 }
 
-/// Returns C or D of the waves n and -n for normal traction \[m/Pa\].
+/// C or D of the waves n and -n for normal traction \[m/Pa\].
 fn both_ways(wave: &CylinderWave, at: &CylinderAt, field: Field) -> [Complex64; 2] {
     match field {
         Field::Surface => wave.normal_both_ways(at).map(|normal| normal.surface),
@@ -196,7 +192,7 @@ pub(in crate::tyre) struct LaneKernel<'a, S: Simd> {
 }
 
 impl<'a, S: Simd> LaneKernel<'a, S> {
-    /// Puts kernels of the same tyre side by side.
+    /// `kernels`: of the same tyre, one per lane.
     pub(in crate::tyre) fn new(simd: S, kernels: [&'a KernelAt; MOST_LANES]) -> Self {
         let curved = kernels[0].curved.as_ref().map(|(waves, first)| {
             let at = kernels.map(|kernel| kernel.curved.as_ref().map_or(first, |(_, at)| at));
@@ -206,7 +202,7 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         Self { single: kernels, stack, waves: kernels[0].waves, curved }
     }
 
-    /// Returns C and D of a wave, driven on the surface, or [`Field::UnderTread`] \[m/Pa\].
+    /// C and D of a wave, driven on the surface, or as [`Field::UnderTread`] \[m/Pa\].
     #[inline(always)]
     pub(super) fn driven(&self, n: i64, m: usize, on_surface: bool) -> NormalCompliance<Lanes<S>> {
         if let Some((waves, at)) = &self.curved
@@ -223,8 +219,8 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         self.stack.driven(self.waves.kx(n), self.waves.ky(m), on_surface)
     }
 
-    /// Returns the parts of C and D of the waves n and -n, n >= 0, driven on the surface, or [`Field::UnderTread`]: of
-    /// the driven face, then of the innermost one \[m/Pa\].
+    /// Parts of C and D of the waves n and -n, n >= 0, driven on the surface, or as [`Field::UnderTread`]: of the
+    /// driven face, then of the innermost one \[m/Pa\].
     #[inline(always)]
     pub(super) fn driven_parts(&self, n: i64, m: usize, on_surface: bool) -> [Parts<Lanes<S>>; 2] {
         if let Some((waves, at)) = &self.curved
@@ -238,8 +234,8 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         [Parts::even(surface), Parts::even(bottom)]
     }
 
-    /// Returns C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; where the
-    /// tyre's curvature is felt, one s after the other.
+    /// C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; of waves that feel
+    /// the tyre's curvature, one s after another.
     #[inline(always)]
     pub(in crate::tyre) fn tangential_over_i(&self, simd: S, n: i64, m: usize) -> Lanes<S> {
         match &self.curved {
@@ -250,8 +246,7 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         }
     }
 
-    /// Returns the parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd,
-    /// [`Self::tangential_over_i`].
+    /// Parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd, [`Self::tangential_over_i`].
     #[inline(always)]
     pub(in crate::tyre) fn tangential_parts(&self, simd: S, n: i64, m: usize) -> Parts<Lanes<S>> {
         match &self.curved {
@@ -270,13 +265,13 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         }
     }
 
-    /// Returns C and D of a wave for normal traction \[m/Pa\].
+    /// C and D of a wave for normal traction \[m/Pa\].
     #[inline(always)]
     pub(super) fn normal(&self, n: i64, m: usize) -> NormalCompliance<Lanes<S>> {
         self.driven(n, m, true)
     }
 
-    /// Returns the motion of the inner face in the waves n and -n, n >= 0; `None`: too short to reach it.
+    /// Motion of the inner face in the waves n and -n, n >= 0; `None`: too short to reach it.
     #[inline(always)]
     pub(super) fn edge_both_ways(&self, n: i64, m: usize) -> Option<[EdgeMotion<Lanes<S>>; 2]> {
         let (waves, at) = self.curved.as_ref()?;
@@ -284,7 +279,7 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
     }
 }
 
-/// Returns C and D of the waves n and -n, driven on the surface or under the tread \[m/Pa\].
+/// C and D of the waves n and -n, driven on the surface or under the tread \[m/Pa\].
 #[inline(always)]
 fn driven_both_ways<T: ComplexField>(
     wave: &CylinderWave,

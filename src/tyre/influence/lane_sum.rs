@@ -1,7 +1,7 @@
 //! Sums for many s at once: as many in lockstep as the processor's vectors hold, both faces from one pass.
 //!
 //! Neighbours in the list share a group, so a list in the order of |s| wastes least: a group is evaluated up to the
-//! largest cut-off of its members, and what lies above a member's own has weight zero there.
+//! largest cut-off of its members, and what lies above the cut-off of a member has weight zero there.
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
@@ -12,21 +12,21 @@ use super::projection::{Lateral, Projection};
 use crate::numeric::lanes::{dispatch, load, store};
 use crate::numeric::{Lanes, MOST_LANES, largest_or_zero};
 
-/// Ht_n of the driven and of the innermost face with what it took; of a tyre that turns even parts E_n.
+/// Ht_n of the driven and of the innermost face, and its cost; of a tyre that turns, even parts E_n.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FaceValues {
     /// Driven face \[m/N\].
     pub driven: Complex64,
     /// Innermost face \[m/N\].
     pub bottom: Complex64,
-    /// Odd parts O_n of the driven and of the innermost face \[m/N\].
+    /// Odd parts O_n of the driven and of the innermost face \[m/N\]; 0 at rest.
     pub odd: [Complex64; 2],
-    /// Evaluations of the compliance (one gives both faces).
+    /// Evaluations of the compliance used; one gives both faces.
     pub evaluations: u64,
 }
 
 impl InfluenceSum {
-    /// Tells whether sums of a driven face are taken in lockstep: where their waves end at a cut-off of s alone, or by
+    /// Whether sums of a driven face are taken in lockstep: where their waves end at a cut-off of s alone, or by
     /// number.
     pub(super) fn in_lockstep(&self, driven: Field) -> bool {
         let ends = self.tail.is_some() || (self.lateral_terms.is_some() && self.aliases.is_some());
@@ -56,13 +56,13 @@ impl InfluenceSum {
     }
 }
 
-/// The sums of a list. A type, not a closure, since it has to be inlined into the dispatch to be compiled for its
+/// The sums of a list. A type, not a closure: it has to be inlined into the dispatch to be compiled for its
 /// instructions.
 struct LaneSum<'a> {
     sum: &'a InfluenceSum,
     n: usize,
     at: &'a [&'a SumAt],
-    /// True if the driven face is the surface, or under the tread.
+    /// True if the driven face is the surface; else it is that under the tread.
     surface: bool,
     values: &'a mut Vec<FaceValues>,
 }
@@ -76,6 +76,7 @@ impl WithSimd for LaneSum<'_> {
         let InfluenceSum { projection, tail, lateral_terms, aliases, .. } = sum;
         let fixed = projection.first_lateral(lateral_terms.unwrap_or_default());
         let mut around: Vec<i64> = projection.aliases(n).take(2 * aliases.unwrap_or_default() + 1).collect();
+        // 1. Kernels of as many s as there are lanes, each with its cut-off.
         for group in at.chunks(S::F64_LANES) {
             // Lanes without a member repeat the last one.
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
@@ -93,6 +94,7 @@ impl WithSimd for LaneSum<'_> {
                 lateral: tail.as_ref().map_or(&fixed, |tail| &tail.lateral),
                 cut_offs: &cut_offs,
             };
+            // 2. The waves below the largest cut-off, weight zero where they are above a lane's.
             let zero = Lanes::zero(simd);
             let (mut driven, mut bottom, mut last) = (zero, zero, zero);
             let mut odd = [zero; 2];
@@ -122,6 +124,7 @@ impl WithSimd for LaneSum<'_> {
                     },
                 )
             };
+            // 3. What lies above each cut-off: the tail, or half of the bound.
             let [odd_driven, odd_bottom] = odd.map(Lanes::to_array);
             let [driven, bottom, last] = [driven, bottom, last].map(Lanes::to_array);
             let weights = store(simd, weights);
@@ -144,7 +147,7 @@ impl WithSimd for LaneSum<'_> {
 /// Waves below cut-offs \[1/m\], lane by lane.
 pub(in crate::tyre) struct Below<'a> {
     pub(in crate::tyre) projection: &'a Projection,
-    /// Numbers round the tyre.
+    /// Wavenumbers n round the tyre.
     pub(in crate::tyre) around: &'a [i64],
     /// Lateral numbers, the lowest first.
     pub(in crate::tyre) lateral: &'a [Lateral],
@@ -152,9 +155,9 @@ pub(in crate::tyre) struct Below<'a> {
 }
 
 impl Below<'_> {
-    /// Visits each by its number round the tyre and its lateral number, with the lanes whose cut-off it is below and
-    /// its weights, zero in the others; returns the sums of the weights and the number of waves. To be called within
-    /// a `pulp` dispatch.
+    /// Calls `wave` for each wave with its number round the tyre and its lateral number, the mask of the lanes whose
+    /// cut-off it is below, and its weights, zero in the other lanes. Returns the sums of the weights and the number
+    /// of waves, lane by lane. To be called within a `pulp` dispatch.
     #[inline(always)]
     pub(in crate::tyre) fn visit<S: Simd>(
         self,

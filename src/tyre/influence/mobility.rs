@@ -26,13 +26,13 @@ const TOLERANCE: f64 = 1e-6;
 /// Mobility of several patches over frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mobility {
-    /// Side lengths a \[m\].
+    /// Side lengths a \[m\], one per column.
     pub patches: Vec<f64>,
-    /// Frequencies \[Hz\].
+    /// Frequencies \[Hz\], one per row.
     pub frequencies: Vec<f64>,
     /// Y \[m/(N s)\]: one row per frequency, one column per patch.
     pub values: Vec<Vec<Complex64>>,
-    /// Evaluations of the compliance.
+    /// Evaluations of the compliance used.
     pub evaluations: u64,
 }
 
@@ -42,29 +42,30 @@ struct PatchWeights {
     lateral: Vec<f64>,
 }
 
-/// Returns the level of a mobility re 1 m/(N s) \[dB\].
+/// Level of a mobility \[dB re 1 m/(N s)\].
 pub(crate) fn level(value: Complex64) -> f64 {
     20.0 * value.norm().log10()
 }
 
-/// Returns the phase \[degrees\].
+/// Phase of a mobility \[degrees\].
 pub(crate) fn phase(value: Complex64) -> f64 {
     value.arg().to_degrees()
 }
 
-/// Returns so many frequencies, evenly spaced on a logarithmic axis, lowest first; both ends exact.
+/// So many frequencies at equal ratios, lowest first; both ends exact.
 pub(crate) fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
     let (last, ratio) = (points.saturating_sub(1), to / from);
     (0..points).map(|k| if k == last { to } else { from * ratio.powf(f64::from(k) / f64::from(last)) }).collect()
 }
 
-/// Computes the mobility of square patches. A tread under tension has no half-space limit; then every term up to the
-/// last lobe is evaluated.
+/// Driving-point mobility of square patches of the given side lengths \[m\] at frequencies \[Hz\]. A tread under
+/// tension has no half-space limit; then every term up to the last lobe is evaluated.
 pub(crate) fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {
+    // 1. Weights of the patches up to their last lobe.
     let waves = Waves::new(tyre);
     let highest = patches.iter().fold(0.0_f64, |k, &a| k.max(2.0 * PI * LOBES / a));
     let weights: Vec<PatchWeights> = patches.iter().map(|&a| patch_weights(a, highest, waves)).collect();
-    // The asymptotic series must converge at the highest frequency.
+    // 2. The cut-off: above it the tread is a half-space whose series converges at the highest frequency.
     let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
     let kernel = Kernel::new(tyre, 2.0 * PI * top, TOLERANCE);
     let tread = kernel.tread();
@@ -78,11 +79,13 @@ pub(crate) fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -
     };
     kernel.prepare(cut_off);
     let coefficients = tread.map_or([0.0; TERMS], |tread| series(modulus_ratio(tread.material.poisson)));
+    // 3. Moments of the weights above the cut-off, by patch.
     let moments = in_parallel::map(&weights, |weights| moments(weights, waves, cut_off));
 
     let rows: Vec<(Vec<Complex64>, u64)> = in_parallel::map(frequencies, |&frequency| {
         let s = Complex64::new(0.0, 2.0 * PI * frequency);
         let at = kernel.at(s);
+        // 4. At each frequency: explicit terms below the cut-off, for all patches at once, then the series.
         let mut sums = vec![Complex64::ZERO; patches.len()];
         let mut evaluations = 0;
         for (n, kx) in (0..).map(|n| (n, waves.kx(n))).take_while(|(_, kx)| *kx < cut_off) {
@@ -99,6 +102,7 @@ pub(crate) fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -
                 *sum += row * weights.longitudinal.get(n as usize).copied().unwrap_or(0.0);
             }
         }
+        // Half-space above the cut-off: sum of coefficient (Q/mu)^j/mu times moment j.
         let ratio = at.tread().inertia_over_shear();
         for (sum, moments) in sums.iter_mut().zip(&moments) {
             let mut power = at.tread().inverse_shear;
@@ -117,6 +121,7 @@ pub(crate) fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -
     }
 }
 
+/// Weights of a patch of side length `a` up to its last lobe, or to `highest` \[1/m\].
 fn patch_weights(a: f64, highest: f64, waves: Waves) -> PatchWeights {
     let Waves { circumference: length, width, .. } = waves;
     let own = (2.0 * PI * LOBES / a).min(highest);
@@ -132,6 +137,7 @@ fn patch_weights(a: f64, highest: f64, waves: Waves) -> PatchWeights {
     }
 }
 
+/// Moments sum weight k^-(2j+1) of a patch above the cut-off \[1/m\].
 fn moments(weights: &PatchWeights, waves: Waves, cut_off: f64) -> [f64; TERMS] {
     let mut total = [0.0; TERMS];
     for (n, longitudinal) in (0..).zip(&weights.longitudinal) {

@@ -1,21 +1,22 @@
 //! Influence functions by wavenumber summation.
 //!
-//! In the order of the data's way:
+//! From waves to tables:
 //!
-//! - [`Waves`]: their wavenumbers, and what a strip takes of them across the width;
+//! - [`Waves`]: the tyre's wavenumbers, and the weights of a strip for them across the width;
 //! - `kernel`: C and D of one wave (n, m) at s, the only place where the tyre's shape is asked for;
 //! - `curved_waves`: those of a curved tyre, prepared once for all s;
-//! - `short_waves`: what curvature does to those that are taken as flat;
-//! - `projection`: what a contact element takes of a wave;
-//! - `moments`, `half_space_bands`, `half_space_tail`: what short waves add together, without evaluations;
+//! - `short_waves`: the effect of curvature on those that are evaluated as flat;
+//! - `projection`: weights of a contact element for the waves;
+//! - `moments`, `half_space_bands`, `half_space_tail`: contribution of the short waves, without evaluations;
 //! - [`folded_sum`]: the sums Ht_n(s), `bounded_sum`: without a tail, the reference, `lane_sum`: for many s at once;
 //! - [`convolution_quadrature`]: from the sums to weights in the time domain;
 //! - [`mobility`]: the driving-point mobility of patches;
 //! - [`CellGrid`], [`CellSums`]: the same between cells of the contact strip, wave by wave and for an instant, and
 //!   [`CellInfluence`], their table;
-//! - `traction_sums`: the same of all components of traction and displacement, `traction_influence`, their table,
-//!   and `traction_waves`, single waves over frequency;
-//! - [`SurfaceWaves`]: the surface wave by wave, not summed; `flank_waves`: what the sidewalls sweep with it.
+//! - `traction_sums`: the same for all components of traction and displacement, `traction_influence`, their table, and
+//!   `traction_waves`, single waves over frequency;
+//! - [`SurfaceWaves`]: the surface wave by wave, not summed; `flank_waves`: the volume that the sidewalls sweep with
+//!   it.
 
 mod bounded_sum;
 mod cell_grid;

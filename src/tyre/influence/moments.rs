@@ -5,7 +5,7 @@
 //! dx/2) = sin^2(pi n/N)/(pi (n/N + p))^2 varies with p only as a power, and a_m^2 = 2 (1 - cos(ky b))/(ky b)^2 with m
 //! as a power and an oscillation: all three are tails of [`tail_sum`].
 //!
-//! Between two neighbouring cut-offs lies a band with its own Chebyshev moments (see [`super::half_space_bands`]).
+//! Between two neighbouring cut-offs lies a band with separate Chebyshev moments (see [`super::half_space_bands`]).
 
 use std::f64::consts::PI;
 
@@ -19,17 +19,17 @@ use crate::numeric::lanes::{dispatch, load};
 use crate::numeric::{MOST_LANES, in_parallel};
 use crate::tyre::layers::surface_asymptote::TERMS;
 
-/// Cut-off wavenumbers in steps of 2^(1/4).
+/// Cut-off wavenumbers in steps of 2^(1/4), lowest first; a class is an index of them.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct TailClasses {
     cut_offs: Vec<f64>,
 }
 
-/// Number of classes at most: a cut-off of 2^12 times the smallest.
+/// Most classes: a cut-off of 2^12 times the smallest.
 const MOST_CLASSES: usize = 48;
 
 impl TailClasses {
-    /// Returns the classes from `smallest` until `largest` is reached \[1/m\].
+    /// From `smallest` until `largest` is reached \[1/m\], or the most classes.
     pub(super) fn new(smallest: f64, largest: f64) -> Self {
         let mut cut_offs = vec![smallest];
         let mut next = smallest;
@@ -40,34 +40,34 @@ impl TailClasses {
         Self { cut_offs }
     }
 
-    /// Returns the cut-off of a class \[1/m\].
+    /// Cut-off of a class \[1/m\].
     pub(super) fn cut_off(&self, class: usize) -> f64 {
         self.cut_offs[class]
     }
 
-    /// Returns the largest cut-off \[1/m\].
+    /// Largest cut-off \[1/m\].
     pub(super) fn highest(&self) -> f64 {
         self.cut_offs[self.last()]
     }
 
-    /// Returns the last class.
     pub(super) fn last(&self) -> usize {
         self.cut_offs.len() - 1
     }
 
-    /// Returns the band of k^2 between the cut-offs of a class and the next \[1/m^2\].
+    /// Band of k^2 between the cut-offs of a class and the next \[1/m^2\].
     pub(super) fn band(&self, class: usize) -> [f64; 2] {
         [self.cut_offs[class].powi(2), self.cut_offs[class + 1].powi(2)]
     }
 
-    /// Returns the smallest class at or above a wavenumber, and whether there is one.
+    /// The lowest class whose cut-off is at or above a wavenumber \[1/m\], and true; the last class and false if there
+    /// is none.
     pub(super) fn choose(&self, wavenumber: f64) -> (usize, bool) {
         let class = self.cut_offs.partition_point(|&cut_off| cut_off < wavenumber);
         if class < self.cut_offs.len() { (class, true) } else { (self.cut_offs.len() - 1, false) }
     }
 }
 
-/// M_j for n = 0..=N/2 and every class.
+/// M_j, and the Chebyshev moments of the bands, for n = 0..=N/2 and every class.
 #[derive(Clone, Debug)]
 pub(super) struct Moments {
     classes: usize,
@@ -75,11 +75,11 @@ pub(super) struct Moments {
     bands: Vec<[f64; BAND_TERMS]>,
 }
 
-/// Lobes of sinc^2 that are summed one by one past the highest cut-off.
+/// Lobes of sinc^2 past the highest cut-off that are summed term by term.
 pub(super) const EXPLICIT_ALIASES: i64 = 20;
-/// Odd m summed one by one past the highest cut-off, at least.
+/// Least number of odd m past the highest cut-off that are summed term by term.
 const EXPLICIT_LATERAL: usize = 30;
-/// The same, at most: what a strip of nearly the whole width needs, whose a_m^2 beat slowly.
+/// Most of them: for a strip of nearly the whole width, whose a_m^2 beat slowly.
 const MOST_LATERAL: usize = 2000;
 
 impl Moments {
@@ -98,18 +98,18 @@ impl Moments {
         Self { classes: count, values, bands }
     }
 
-    /// Returns the Chebyshev moments nu_j(n) of the band between a class and the next.
+    /// Chebyshev moments nu_j(n) of the band between a class and the next.
     pub(super) fn band(&self, n: usize, class: usize) -> &[f64; BAND_TERMS] {
         &self.bands[n * self.classes + class]
     }
 
-    /// Returns M_j(n) of a class.
+    /// M_j(n) above the cut-off of a class.
     pub(super) fn of(&self, n: usize, class: usize) -> &[f64; TERMS] {
         &self.values[n * self.classes + class]
     }
 }
 
-/// Adds weight k^-(2j+1), in every lane.
+/// Adds weight k^-(2j+1) to the moments, in every lane.
 #[inline(always)]
 pub(super) fn add<S: Simd>(simd: S, moments: &mut [S::f64s; TERMS], weight: S::f64s, k_squared: S::f64s) {
     let inverse = simd.div_f64s(simd.splat_f64s(1.0), k_squared);
@@ -130,15 +130,14 @@ fn powers_of(band: [f64; 2]) -> PowersOfBand {
 /// A value of ky^2 or kx^2 and its weight.
 pub(super) type Weighted = (f64, f64);
 
-/// Returns kx^2 and longitudinal weights of all aliases of n: those up to `lobes`, then those that stand for all
-/// others.
+/// kx^2 and longitudinal weights of all aliases of n: those up to `lobes`, then terms that stand for all others.
 pub(super) fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>; 2] {
     let mut aliases = signed_longitudinal(projection, n, lobes);
     aliases.iter_mut().flatten().for_each(|(kx, _)| *kx *= *kx);
     aliases
 }
 
-/// Returns the same by kx with its sign.
+/// As [`longitudinal`], by kx with its sign.
 pub(super) fn signed_longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<(f64, f64)>; 2] {
     let elements = projection.elements as i64;
     let explicit = (-lobes..=lobes)
@@ -158,23 +157,24 @@ pub(super) fn signed_longitudinal(projection: &Projection, n: usize, lobes: i64)
     [explicit, far]
 }
 
-/// Returns ky^2 and lateral weights of the m that a strip excites: as many as are summed one by one, then those that
-/// stand for all others.
+/// ky^2 and lateral weights of the m that a strip excites: those summed term by term, then terms that stand for all
+/// others.
 pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
-    // a_m^2 oscillates like cos(m angle).
+    // 1. How far terms go: a_m^2 oscillates like cos(m angle).
     let angle = PI * projection.contact_width / projection.waves.width;
     let beat = angle.sin().abs();
     let past = ((PARTS_PER_BEAT / beat) as usize).clamp(EXPLICIT_LATERAL, MOST_LATERAL);
     let first = projection.waves.first_lateral_number();
     let last = 2 * ((highest * projection.waves.width / (2.0 * PI)) as usize + past) + first;
+    // 2. Explicit terms.
     let mean = |m: f64| {
         let ky = PI * m / projection.waves.width;
         (ky * ky, 4.0 / projection.waves.width / (ky * projection.contact_width).powi(2))
     };
     let mut rows: Vec<Weighted> =
         (first..=last).step_by(2).map(|m| (projection.waves.ky(m).powi(2), projection.lateral_weight(m))).collect();
-    // A beat too slow to be summed by parts stands still: angle is close to pi, so that the cosine is -1 for odd m and
-    // 1 for even ones.
+    // 3. The mean of the others. A beat too slow for summation by parts is taken as constant: angle is close to pi, so
+    // that the cosine is -1 for odd m and 1 for even ones.
     let stands = PARTS_PER_BEAT / beat > MOST_LATERAL as f64;
     let standing = match (stands, first) {
         (true, 1) => 2.0,
@@ -185,6 +185,7 @@ pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
         let (ky_squared, mean) = mean(2.0 * x);
         (ky_squared, weight * mean * standing)
     }));
+    // 4. Their oscillation, by parts.
     if !stands {
         let weights = tail_sum::oscillating(-Complex64::cis((last + 2) as f64 * angle), 2.0 * angle);
         rows.extend((last + 2..).step_by(2).zip(weights).map(|(m, weight)| {
@@ -195,11 +196,11 @@ pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
     rows
 }
 
-/// Odd m past the cut-off for which a beat of 1 is summed by parts to rounding.
+/// Odd m past the cut-off after which a beat of 1 is summed by parts to rounding.
 const PARTS_PER_BEAT: f64 = 25.0;
 
-/// Returns the power moments above every cut-off, and Chebyshev moments between neighbouring ones (the last entry stays
-/// empty).
+/// Power moments above every cut-off, and Chebyshev moments between neighbouring ones (the last entry stays empty),
+/// for the wavenumber n.
 fn for_wavenumber(
     projection: &Projection,
     classes: &TailClasses,
@@ -213,6 +214,7 @@ fn for_wavenumber(
     let [aliases, far_aliases] = longitudinal(projection, n, lobes);
     let mut bands = vec![[0.0; BAND_TERMS]; count];
     let above = dispatch(Sums { squares: &squares, lateral, aliases: [&aliases, &far_aliases], bands: &mut bands });
+    // The power moments of a band are its Chebyshev moments times coefficients: from the highest cut-off down.
     let mut values = vec![above; count];
     for class in (0..count - 1).rev() {
         values[class] = values[class + 1];
@@ -223,18 +225,18 @@ fn for_wavenumber(
     (values, bands)
 }
 
-/// The sums over m and aliases, terms of the same shell side by side: power moments above the highest cut-off, and
-/// those of the bands.
+/// Sums over m and aliases, terms of the same shell side by side: power moments above the highest cut-off, and
+/// Chebyshev moments of the bands.
 struct Sums<'a> {
     /// Cut-offs, squared.
     squares: &'a [f64],
     lateral: &'a [Weighted],
-    /// Explicit ones, then those beyond every cut-off.
+    /// Explicit aliases, then those beyond every cut-off.
     aliases: [&'a [Weighted]; 2],
     bands: &'a mut [[f64; BAND_TERMS]],
 }
 
-/// Terms of one shell that wait until they fill a vector.
+/// Terms of one shell (between two cut-offs) that wait until they fill a vector.
 #[derive(Clone, Copy)]
 struct Waiting {
     weights: [f64; MOST_LANES],
@@ -254,7 +256,7 @@ impl WithSimd for Sums<'_> {
         let zero = simd.splat_f64s(0.0);
         let mut sums = ShellSums { simd, squares, bands: vec![[zero; BAND_TERMS]; count], above: [zero; TERMS] };
         for &(ky_squared, lateral) in lateral {
-            // Neighbouring aliases are in the same shell or the next: number of cut-offs at or below k.
+            // Number of cut-offs at or below k; that of the next alias is the same or a neighbour.
             let mut shell = 0;
             for &(kx_squared, longitudinal) in explicit {
                 let k_squared = kx_squared + ky_squared;
@@ -283,7 +285,7 @@ impl WithSimd for Sums<'_> {
     }
 }
 
-/// Sums lane by lane.
+/// Sums of [`Sums`], lane by lane.
 struct ShellSums<'a, S: Simd> {
     simd: S,
     squares: &'a [f64],
@@ -321,7 +323,7 @@ mod tests {
     use super::*;
     use crate::scene::Sides;
 
-    /// Returns a strip of a share of the width, 64 elements round.
+    /// A strip of a fraction of the width, 64 elements round.
     fn projection(share: f64, sides: Sides) -> Projection {
         Projection {
             waves: Waves { circumference: 1.95, width: 0.2, sides },
@@ -337,8 +339,8 @@ mod tests {
             .flat_map(|sides| [0.35, 0.6, 0.75, 0.98, 1.0].map(|share| (share, sides)))
     }
 
-    /// Checks M_0 above everything explicit against sums, one by one to m and p so far out that the rest is estimated
-    /// to 1e-9 by halving.
+    /// M_0 above everything explicit, against sums term by term to m and p so far out that halving estimates the
+    /// remainder to 1e-9.
     #[test]
     fn moments_equal_sums_that_go_much_further() {
         for (share, sides) in shares() {
@@ -364,7 +366,7 @@ mod tests {
                     }
                     sum
                 };
-                // Both rests fall like the square of the number of terms: extrapolated.
+                // Both remainders fall like the square of the number of terms: extrapolated.
                 let (near, far) = (straight(2001, 100), straight(4001, 200));
                 let exact = far + (far - near) / 3.0;
                 let error = (moments.of(n, 0)[0] - exact).abs() / exact;
@@ -384,9 +386,9 @@ mod tests {
             let (near, far) = (of(900.0), of(12_000.0));
             for n in [0, 1, 13, 32] {
                 for (j, (a, b)) in near.of(n, 0).iter().zip(far.of(n, 0)).enumerate() {
-                    // A guided strip of the whole width takes nothing of the mean but m = 0.
+                    // A guided strip of the whole width is excited by no m but 0.
                     let error = (a - b).abs() / b.max(1e-9 * far.of(1, 0)[j]);
-                    // Far lobes, whose k hardly changes with m, are what the integral over m finds hardest.
+                    // Far lobes, whose k hardly changes with m, have the largest error of the integral over m.
                     assert!(error < 5e-10, "b/B {share}, {sides:?}, n {n}, moment {j}: {error:.1e}");
                 }
             }

@@ -6,20 +6,18 @@ use crate::numeric::ComplexField;
 /// real at real s and conjugate at conjugate s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Parts<T> {
-    /// E.
     pub(crate) even: T,
-    /// O.
     pub(crate) odd: T,
 }
 
 impl<T: ComplexField> Parts<T> {
-    /// Returns those of X_n and X_-n.
+    /// From X_n and X_-n: E = (X_n + X_-n)/2, O = (X_n - X_-n)/2i.
     #[inline(always)]
     pub(crate) fn of([forwards, backwards]: [T; 2]) -> Self {
         Self { even: (forwards + backwards) * 0.5, odd: ((backwards - forwards) * 0.5).times_i() }
     }
 
-    /// Returns the parts of an X_n that is even in n.
+    /// Parts of an X_n that is even in n: O = 0.
     #[inline(always)]
     pub(crate) fn even(even: T) -> Self {
         Self { even, odd: even * 0.0 }

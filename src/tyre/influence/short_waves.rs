@@ -1,9 +1,9 @@
-//! Effect of curvature on the short waves of a curved tyre, which the sums take as a flat layer's.
+//! Effect of curvature on the short waves of a curved tyre, which the sums take as those of a flat layer.
 //!
 //! A wave so short that it does not feel the tread's thickness is evaluated on the flat layers, or not at all, as part
 //! of the half-space's tail. Curvature still changes its C_zz, by 1/(k R) to first order: 6e-5 of it at low
-//! frequencies, 1e-3 at 3 kHz, 3e-2 where Rayleigh's wave of the tread is met. The change is smooth in k and in the
-//! wave's direction, so it is found at a few waves for each s, and the sum over all others takes moments:
+//! frequencies, 1e-3 at 3 kHz, 3e-2 at the Rayleigh wave of the tread. The change is smooth in k and in the wave's
+//! direction, so it is found for a few waves at each s, and the sum over all others takes moments:
 //!
 //! 1. the wavenumbers from the shortest prepared wave on are divided into bands, k in steps of 2^(1/4); each has
 //!    [`NODES`] Chebyshev points in k^2 and, at each, waves along, across and half-way between;
@@ -16,10 +16,10 @@
 //!
 //! With rotation, the curved layers turn, and the flat ones do not: the change has an odd part too, k_x/k times a
 //! polynomial a + b c^2, which falls like k^-3 beyond the last band, and its even part has the tread's hoop stress,
-//! which falls like k^-1 and is told from the curvature by a second wavenumber.
+//! which falls like k^-1 and is separated from the curvature by a second wavenumber.
 //!
-//! Error, as a share of the wave's C_zz (default tyre, k > 860/m): 1e-7 up to 4.5 kHz, 5e-7 at 6 kHz, at most 2e-5,
-//! where a band holds Rayleigh's wave. In a tread of little damping few points do not tell that resonance; its bands
+//! Error, as a fraction of the wave's C_zz (default tyre, k > 860/m): 1e-7 up to 4.5 kHz, 5e-7 at 6 kHz, at most 2e-5,
+//! where a band holds the Rayleigh wave. In a tread of little damping a few points do not resolve that wave; its bands
 //! stay flat. Only the surface's answer to normal traction is changed: deeper faces hardly feel short waves.
 //!
 //! Cost: preparing some 300 waves and evaluating them for each s takes 1.2 s at N = 1024 on two threads, of the 4.2 s
@@ -44,34 +44,34 @@ use crate::tyre::layers::lane_compliance::LaneStack;
 
 /// Chebyshev points of a band.
 const NODES: usize = 10;
-/// Waves that are prepared where bands reach seven times the shortest wave, as they do up to 20 kHz.
+/// Number of waves prepared where bands reach seven times the shortest wave, as they do up to 20 kHz.
 pub(super) const EXPECTED_WAVES: f64 = (11 * NODES * DIRECTIONS.len()) as f64;
 /// Values of c^2, and powers of it.
 const DIRECTIONS: [f64; 3] = [0.0, 0.5, 1.0];
-/// Thickness of the tread, times k, that is kept under a wave.
+/// k times the depth of the tread that is kept under a wave.
 const DEEP: f64 = 30.0;
-/// Least reach of the bands over the shortest wave that is prepared.
+/// Least ratio of the last band's wavenumber to that of the shortest wave prepared.
 const LEAST_REACH: f64 = 4.0;
-/// Error that a Chebyshev sum of twenty terms has to reach in a band: ten then leave a tenth of the change.
+/// Error that a Chebyshev sum of twenty terms has to reach in a band: ten terms then leave a tenth of the change.
 const RESOLVED: f64 = 5e-3;
-/// Frequencies at which that is looked at, for each factor of ten.
+/// Frequencies per decade at which that is tested.
 const FREQUENCIES: f64 = 12.0;
 
-/// Waves at which the change is found, of one tyre.
+/// Waves of one tyre at which the change is found.
 #[derive(Debug)]
 pub(super) struct ShortWaves {
     tyre: Tyre,
     tolerance: f64,
     classes: TailClasses,
-    /// By band; the last one has a single wavenumber, and holds all beyond.
+    /// The last one has one or two wavenumbers, and holds all beyond.
     bands: Vec<Band>,
 }
 
 #[derive(Debug)]
 struct Band {
-    /// k^2 \[1/m^2\].
+    /// Limits of k^2 \[1/m^2\].
     limits: [f64; 2],
-    /// k^2 of its points.
+    /// k^2 of the points \[1/m^2\].
     squares: Vec<f64>,
     cylinder: Cylinder,
     flat: Stack,
@@ -79,10 +79,10 @@ struct Band {
     waves: Vec<OnceLock<Box<CylinderWave>>>,
 }
 
-/// Coefficients of the change at one s, or moments of the weights: by band, term of k^2 and power of c^2.
+/// Coefficients of the change at one s, or moments of the weights: by band and term of k^2, then by power of c^2.
 pub(super) type Terms<T> = Vec<[T; DIRECTIONS.len()]>;
 
-/// The change's even part, and its odd one where the tyre turns; or moments of the weights for both.
+/// Even part of the change, and its odd part where the tyre turns; or moments of the weights for both.
 #[derive(Clone, Debug)]
 pub(super) struct Change<T> {
     pub(super) even: Terms<T>,
@@ -90,7 +90,7 @@ pub(super) struct Change<T> {
 }
 
 impl ShortWaves {
-    /// Prepares for waves from `from` \[1/m\] on and |s| up to `largest_s`, beyond whose Rayleigh wave lies
+    /// For waves from `from` \[1/m\] on and |s| up to `largest_s` \[1/s\], whose Rayleigh wave lies below
     /// `series_limit` \[1/m\]; prepared waves are within a relative `tolerance`.
     pub(super) fn new(tyre: &Tyre, from: f64, series_limit: f64, largest_s: f64, tolerance: f64) -> Self {
         let classes = TailClasses::new(from, series_limit.max(LEAST_REACH * from));
@@ -102,6 +102,7 @@ impl ShortWaves {
             let there = |w: &f64| is_resolved(full.at(Complex64::new(0.0, *w)).tread(), limits, RESOLVED);
             frequencies.iter().all(there)
         };
+        // Bands that hold a sharp resonance at any frequency are left out: waves there stay flat.
         let inner = (0..classes.last()).map(|class| classes.band(class)).filter(|&limits| resolved(limits));
         let top = classes.highest().powi(2);
         let bands = inner.chain([[top, f64::INFINITY]]);
@@ -110,7 +111,7 @@ impl ShortWaves {
         Self { tyre: tyre.clone(), tolerance, classes, bands }
     }
 
-    /// Returns the same for s = 0 alone.
+    /// The same for s = 0 alone.
     fn at_rest(&self) -> Self {
         let stack = CurvedStack::new(&self.tyre).resolved().without_sidewalls();
         let resting = |band: &Band| Band::new(&self.tyre, &stack, band.limits, 0.0, self.tolerance);
@@ -118,12 +119,12 @@ impl ShortWaves {
         Self { tyre: self.tyre.clone(), classes: self.classes.clone(), bands, ..*self }
     }
 
-    /// Returns the wavenumber from which on the last band's change stands for all \[1/m\].
+    /// Wavenumber above which the last band stands for all waves \[1/m\].
     pub(super) fn highest(&self) -> f64 {
         self.classes.highest()
     }
 
-    /// Returns the moments of waves with weights by k_x, signed, and by k_y^2.
+    /// Moments of weights by signed k_x (`longitudinal`) and by k_y^2 (`lateral`).
     pub(super) fn moments(&self, longitudinal: &[(f64, f64)], lateral: &[Weighted]) -> Change<f64> {
         let even = self.moments_of(longitudinal, lateral, |_| 1.0, Band::beyond);
         let odd = if self.tyre.turns() {
@@ -136,8 +137,8 @@ impl ShortWaves {
         Change { even, odd }
     }
 
-    /// Returns the moments with the weights times a `factor` of k_x/k; `beyond` shares those at a k^2 beyond out to the
-    /// last band's wavenumbers.
+    /// Moments with the weights times a `factor` of k_x/k; `beyond` distributes those at a k^2 beyond the bands to the
+    /// wavenumbers of the last one.
     fn moments_of(
         &self,
         longitudinal: &[(f64, f64)],
@@ -177,20 +178,21 @@ impl ShortWaves {
         moments
     }
 
-    /// Returns the change at s.
+    /// The change at s \[1/s\].
     pub(super) fn at(&self, s: Complex64) -> Change<Complex64> {
         let mut changes = Vec::with_capacity(1);
         dispatch(Changes { bands: &self.bands, turns: self.tyre.turns(), points: &[s], changes: &mut changes });
         changes.pop().unwrap_or_else(|| Change { even: Vec::new(), odd: Vec::new() })
     }
 
-    /// Returns the change at s = 0.
+    /// The change at s = 0, from waves prepared for it alone.
     pub(super) fn resting(&self) -> Change<Complex64> {
         self.at_rest().at(Complex64::ZERO)
     }
 
-    /// Returns the change at each s of a list, on all threads.
+    /// The change at each s of a list, on all threads.
     pub(super) fn at_all(&self, points: &[Complex64]) -> Vec<Change<Complex64>> {
+        // All waves first: groups of s would wait for each other's.
         let waves: Vec<(&Band, usize)> =
             self.bands.iter().flat_map(|band| (0..band.waves.len()).map(move |place| (band, place))).collect();
         in_parallel::each(waves.len(), &|index| {
@@ -207,13 +209,13 @@ impl ShortWaves {
     }
 }
 
-/// Returns the change of a sum over waves.
+/// Change of a sum over waves.
 pub(super) fn sum(coefficients: &Terms<Complex64>, moments: &Terms<f64>) -> Complex64 {
     let terms = coefficients.as_flattened().iter().zip(moments.as_flattened());
     terms.map(|(&coefficient, &moment)| coefficient * moment).sum()
 }
 
-/// Adds weight c^(2 i).
+/// Adds weight c^(2 i), `direction` being c^2.
 fn add(moments: &mut [f64; DIRECTIONS.len()], mut weight: f64, direction: f64) {
     for moment in moments {
         *moment += weight;
@@ -221,12 +223,13 @@ fn add(moments: &mut [f64; DIRECTIONS.len()], mut weight: f64, direction: f64) {
     }
 }
 
+/// Angle of a Chebyshev point.
 fn angle(node: usize) -> f64 {
     PI * (node as f64 + 0.5) / NODES as f64
 }
 
 impl Band {
-    /// Prepares a band with only the tread where it is deep, and no more of it than a wave feels: fewer unknowns.
+    /// A band on the tread alone where that is deep, and on no more of it than a wave feels: fewer unknowns.
     fn new(tyre: &Tyre, stack: &CurvedStack, limits: [f64; 2], largest_s: f64, tolerance: f64) -> Self {
         let [low, high] = limits;
         let squares: Vec<f64> = if high.is_finite() {
@@ -256,8 +259,8 @@ impl Band {
         }
     }
 
-    /// Shares a weight at a k^2 beyond between the values at the first wavenumber k_0 and at 2 k_0: for what falls like
-    /// k^-2, and with a second wavenumber like k^-1, too.
+    /// Distributes a weight at a k^2 beyond to the first wavenumber k_0 and 2 k_0: exact for what falls like k^-2, and
+    /// with a second wavenumber also for k^-1.
     fn beyond(&self, weight: f64, k_squared: f64) -> [f64; 2] {
         let first = self.limits[0];
         if self.squares.len() < 2 {
@@ -267,7 +270,7 @@ impl Band {
         [weight * (2.0 * u * u - u), weight * 4.0 * (u - u * u)]
     }
 
-    /// Returns k_x, k_y \[1/m\] of a wave.
+    /// k_x and k_y of a wave \[1/m\].
     fn wavenumbers(&self, place: usize) -> [f64; 2] {
         let direction = DIRECTIONS[place % DIRECTIONS.len()];
         let k_squared = self.squares[place / DIRECTIONS.len()];
@@ -279,7 +282,8 @@ impl Band {
         self.waves[place].get_or_init(|| Box::new(self.cylinder.short_wave(kx, ky)))
     }
 
-    /// Returns the values by point and direction into coefficients.
+    /// Appends the coefficients of values at the points: by `powers` in c^2, by Chebyshev terms in k^2; in the last
+    /// band the values at its wavenumbers.
     fn coefficients(&self, values: &[Values], powers: fn(&Values) -> Values, terms: &mut Terms<Complex64>) {
         let values: Vec<_> = values.iter().map(powers).collect();
         let count = values.len();
@@ -301,23 +305,23 @@ impl Band {
     }
 }
 
-/// Values at c^2 = 0, 1/2, 1, or their coefficients.
+/// Values at c^2 = 0, 1/2, 1, or coefficients.
 type Values = [Complex64; DIRECTIONS.len()];
 
-/// Returns the even values into powers of c^2.
+/// Even values to coefficients of powers of c^2.
 fn even_powers(&[across, between, along]: &Values) -> Values {
     let bend = (across + along) * 2.0 - between * 4.0;
     [across, along - across - bend, bend]
 }
 
-/// Returns the odd values, which are 0 across, into c times powers of c^2.
+/// Odd values, which are 0 at c = 0, to coefficients of c times powers of c^2.
 fn odd_powers(&[_, between, along]: &Values) -> Values {
     let bend = (along - between * std::f64::consts::SQRT_2) * 2.0;
     [along - bend, bend, Complex64::ZERO]
 }
 
-/// The change at several s in lockstep, appended in their order. A type, not a closure, since it has to be inlined into
-/// the dispatch to be compiled for its instructions.
+/// The change at several s in lockstep, appended in their order. A type, not a closure: it has to be inlined into the
+/// dispatch to be compiled for its instructions.
 struct Changes<'a> {
     bands: &'a [Band],
     turns: bool,
@@ -338,6 +342,7 @@ impl WithSimd for Changes<'_> {
             });
             // Lanes without a member repeat the last one.
             let points: [Complex64; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
+            // 1. Curved less flat layers, wave by wave.
             for band in self.bands {
                 let cylinder = points.map(|s| band.cylinder.at(s));
                 let flat = points.map(|s| band.flat.at(s));
@@ -373,6 +378,7 @@ impl WithSimd for Changes<'_> {
                         values.push(change);
                     }
                 }
+                // 2. Coefficients of each band.
                 for ((even, odd), changes) in even.iter().zip(&odd).zip(&mut changes) {
                     band.coefficients(even, even_powers, &mut changes.even);
                     band.coefficients(odd, odd_powers, &mut changes.odd);
@@ -389,7 +395,7 @@ mod tests {
     use crate::scene::{DEFAULT, Scene};
     use crate::tyre::layers::surface_asymptote::thickness_limit;
 
-    /// Returns the largest errors of the even and of the odd part as shares of C, between the waves that are prepared.
+    /// Largest errors of the even and of the odd part, relative to C, between the waves that are prepared.
     fn errors(speed: f64, frequency: f64) -> [f64; 2] {
         let mut tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
         tyre.angular_velocity = -speed / tyre.radius();

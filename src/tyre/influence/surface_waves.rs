@@ -1,5 +1,5 @@
-//! C_zz of the tread's surface wave by wave, over frequency: what a field on the whole tread is made of, where its
-//! mean over the contact strip does not do.
+//! C_zz of the tread's surface wave by wave, over frequency: for a field on the whole tread, where its mean over the
+//! contact strip is not enough.
 //!
 //! A wave is evaluated at frequencies of equal distance in asinh(f/[`LINEAR_BELOW`]), and 1/C_zz is interpolated
 //! between them by cubics: where the wave resonates C is sharp and 1/C, a stiffness, nearly a parabola. Between
@@ -27,45 +27,45 @@ use crate::storage::{Cache, Cached, Format, Kind};
 use crate::tyre::layers::curved::sidewall_waves;
 use crate::tyre::layers::cylinder::EdgeMotion;
 
-/// Below this the frequencies stand at equal distances, above at equal ratios \[Hz\].
+/// Frequency below which the points are at equal distances, above at equal ratios \[Hz\].
 const LINEAR_BELOW: f64 = 100.0;
-/// Distance of the frequencies on the scale that they are equal on.
+/// Distance of the points in asinh(f/[`LINEAR_BELOW`]).
 const STEP: f64 = 0.02;
 
 /// C_zz of the waves with n = 0..=`most_around` and some lateral numbers: those that a centred strip excites, or all.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub(crate) struct SurfaceWaves {
-    /// Their wavenumbers.
+    /// Wavenumbers of the waves.
     pub waves: Waves,
     /// Lateral numbers m.
     pub lateral: Vec<usize>,
-    /// Waves round the tyre, n = 0 included.
+    /// Number of waves round the tyre, n = 0 included.
     around: usize,
+    /// Number of frequencies.
     points: usize,
     /// 1/C_zz by n, m, frequency \[Pa/m\].
     stiffnesses: Vec<Complex64>,
-    /// The same of the waves -n; empty at rest.
+    /// Those of the waves -n; empty at rest.
     backwards: Vec<Complex64>,
-    /// Flow of the sidewalls, where it is wanted.
+    /// Flow of the sidewalls, if asked for.
     flank: Option<FlankWaves>,
 }
 
 impl SurfaceWaves {
-    /// Makes the waves of a tyre and the first lateral numbers that a centred strip excites; else as [`Self::of`].
+    /// The first lateral numbers that a centred strip excites; else as [`Self::of`].
     #[cfg(test)]
     pub(crate) fn new(tyre: &Tyre, most_around: usize, lateral_waves: usize, highest: f64, tolerance: f64) -> Self {
         let lateral = Waves::new(tyre).lateral_numbers().take(lateral_waves).collect();
         Self::of(tyre, most_around, lateral, highest, tolerance)
     }
 
-    /// Makes the waves of a tyre, for frequencies from 0 to `highest` \[Hz\]; compliances within a relative
-    /// `tolerance`.
+    /// For frequencies from 0 to `highest` \[Hz\]; compliances within a relative `tolerance`.
     #[cfg(test)]
     pub(crate) fn of(tyre: &Tyre, most_around: usize, lateral: Vec<usize>, highest: f64, tolerance: f64) -> Self {
         Self::with_flank(tyre, most_around, lateral, [highest, tolerance], None)
     }
 
-    /// Returns the same with the flow of the sidewalls in pieces by a rule, of a tyre that has them as arcs.
+    /// As `of`, with the flow of the sidewalls in pieces by a rule, for a tyre that has them as arcs.
     pub(crate) fn with_flank(
         tyre: &Tyre,
         most_around: usize,
@@ -84,6 +84,7 @@ impl SurfaceWaves {
         let mut backwards = vec![Complex64::ZERO; if at[0].turns() { around * width } else { 0 }];
         let by_edge = rule.map(|rule| flank_waves::by_edge(&at, rule, most_around));
         let mut flank = by_edge.as_ref().map(|by_edge| FlankWaves::new(by_edge, lateral.len(), at[0].turns()));
+        // One row of each table per n; rows that do not exist are None.
         let flows = flank.as_mut().map_or_else(Vec::new, FlankWaves::rows);
         let backwards_of_waves = backwards.chunks_mut(width).map(Some).chain(std::iter::repeat_with(|| None));
         let flows_of_waves = flows.into_iter().map(Some).chain(std::iter::repeat_with(|| None));
@@ -96,8 +97,7 @@ impl SurfaceWaves {
         Self { waves, lateral, around, points, stiffnesses, backwards, flank }
     }
 
-    /// Returns the same from the cache, and true, where they are there; else made and kept. Trouble with the cache
-    /// gives warnings alone.
+    /// From the cache, and true, if they are there; else computed and stored. Faults of the cache give warnings alone.
     pub(crate) fn fetch(
         cache: &Cache,
         tyre: &Tyre,
@@ -122,29 +122,29 @@ impl SurfaceWaves {
         (waves, known)
     }
 
-    /// Returns the pieces of a sidewall whose flow is known; 0 where none is.
+    /// Number of pieces of a sidewall whose flow is known; 0 without any.
     pub(crate) fn pieces(&self) -> usize {
         if self.flank.is_some() { PIECES } else { 0 }
     }
 
-    /// Returns the bytes of the flow of a tyre's sidewalls, for so many lateral numbers and a highest frequency \[Hz\].
+    /// Bytes of the flow of a tyre's sidewalls, for so many lateral numbers and a highest frequency \[Hz\].
     pub(crate) fn flank_bytes(tyre: &Tyre, most_around: usize, lateral: usize, highest: f64) -> f64 {
         let around = (most_around + 1).min(sidewall_waves(tyre));
         flank_waves::bytes(around, lateral, coordinate(highest) / STEP + 4.0, tyre.turns())
     }
 
-    /// Returns the evaluations of the compliance that a table takes; one gives both ways round.
+    /// Evaluations of the compliance that the table took; one gives n and -n.
     pub(crate) fn evaluations(&self) -> u64 {
         self.stiffnesses.len() as u64
     }
 
-    /// Returns the evaluations that a table will take.
+    /// Evaluations of the compliance that a table will take; `highest` in Hz.
     pub(crate) fn expected_evaluations(most_around: usize, lateral_waves: usize, highest: f64) -> f64 {
         (most_around as f64 + 1.0) * lateral_waves as f64 * (coordinate(highest) / STEP + 3.0)
     }
 
-    /// Writes C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, either way round, at a frequency \[Hz\],
-    /// negative or not, into `out`; zero for waves and frequencies beyond the table.
+    /// Writes C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, n of either sign, at a frequency \[Hz\] of
+    /// either sign into `out`; zero for waves and frequencies beyond the table.
     pub(crate) fn at(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
         let table = if self.run_backwards(n, frequency) { &self.backwards } else { &self.stiffnesses };
         let Some((n, first, weights)) = self.place(n, frequency) else {
@@ -159,20 +159,20 @@ impl SurfaceWaves {
         }
     }
 
-    /// Tells whether a wave is among those of -n.
+    /// Whether a wave is in the table of -n: C_n(-i w) = conj C_-n(i w).
     fn run_backwards(&self, n: i64, frequency: f64) -> bool {
         (n < 0) != (frequency < 0.0) && !self.backwards.is_empty()
     }
 
-    /// Returns |n|, the first of the four frequencies about one, and their weights; `None` beyond the table.
+    /// |n|, the first of the four frequencies about the one given, and their weights; `None` beyond the table.
     fn place(&self, n: i64, frequency: f64) -> Option<(usize, usize, [f64; 4])> {
         let n = n.unsigned_abs() as usize;
         let (first, weights) = neighbours(frequency.abs());
         (n < self.around && first + 4 <= self.points).then_some((n, first, weights))
     }
 
-    /// Computes the flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], of the lateral
-    /// numbers of a wave whose C_zz are given, m by m, at a frequency \[Hz\], negative or not.
+    /// Writes the flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], for the lateral
+    /// numbers of a wave whose C_zz are given, m by m, at a frequency \[Hz\] of either sign.
     pub(crate) fn flows_at(&self, n: i64, frequency: f64, compliances: &[Complex64], out: &mut [Complex64]) {
         let Some((flank, (wave, first, weights))) = self.flank.as_ref().zip(self.place(n, frequency)) else {
             out.fill(Complex64::ZERO);
@@ -202,25 +202,25 @@ impl Cached for SurfaceWaves {
     }
 }
 
-/// Returns the frequency of a point \[Hz\].
+/// Frequency of a point \[Hz\].
 fn frequency(point: usize) -> f64 {
     LINEAR_BELOW * (point as f64 * STEP).sinh()
 }
 
-/// Lists the frequencies up to a highest one, and two more: the cubics' outer ones \[Hz\].
+/// Frequencies up to the first at or above a highest one, and two more for the cubics \[Hz\].
 pub(super) fn frequencies(highest: f64) -> impl ExactSizeIterator<Item = f64> {
     (0..(coordinate(highest) / STEP).ceil() as usize + 3).map(frequency)
 }
 
-/// Returns the first of the four frequencies about one that is not negative \[Hz\], and their weights.
+/// The first of the four frequencies about one that is not negative \[Hz\], and their weights.
 pub(super) fn neighbours(frequency: f64) -> (usize, [f64; 4]) {
     let place = coordinate(frequency) / STEP;
     let first = (place as usize).saturating_sub(1);
     (first, uniform_cubic(place - first as f64))
 }
 
-/// Returns asinh of a frequency that is not negative: the library's is as exact for the smallest ones, too, and takes
-/// longer.
+/// asinh(f/[`LINEAR_BELOW`]) of a frequency that is not negative: the library's function is more exact for very small
+/// ones only, and takes longer.
 fn coordinate(frequency: f64) -> f64 {
     let ratio = frequency / LINEAR_BELOW;
     (ratio + (ratio * ratio + 1.0).sqrt()).ln()

@@ -6,8 +6,8 @@
 //! sum_(k >= 1) g(X - 1/2 + k) = int_X^inf g dx + g'(X)/24 - 7 g'''(X)/5760 + 31 g^(5)(X)/967680 - ...
 //! ```
 //!
-//! with the derivatives from differences of terms next to the edge and the integral by Gauss and Legendre in t = X/x.
-//! An oscillating tail is summed by parts (Abel):
+//! with the derivatives from differences of terms next to the edge and the integral by Gauss-Legendre quadrature in
+//! t = X/x. An oscillating tail is summed by parts (Abel):
 //!
 //! ```text
 //! sum_(k >= 0) z^k g(k) = sum_j z^j/(1 - z)^(j+1) (Delta^j g)(0),   |z| = 1, z != 1.
@@ -27,17 +27,17 @@ const NODES: [(f64, f64); 8] = [
     (0.980_144_928_248_768_1, 0.050_614_268_145_188_13),
 ];
 
-/// Differences that stand for the end corrections up to the fifth derivative: distance on either side of the edge and
+/// Differences in place of the end corrections up to the fifth derivative: distance on either side of the edge and
 /// weight. Error of the order of the seventh.
 const END_CORRECTION: [(f64, f64); 3] =
     [(0.5, 26279.0 / 483_840.0), (1.5, -4691.0 / 967_680.0), (2.5, 367.0 / 967_680.0)];
 
-/// Terms of a summation by parts.
+/// Terms of the summation by parts.
 const PARTS: usize = 8;
 
-/// Returns (x, weight) with which sum weight g(x) is the sum of g over edge + 1/2, edge + 3/2, ... `edge` > 2.5; g
-/// falls at least like x^-2 and is smooth on the scale of x. Relative error 1e-10 from an edge of 16 on, where g is a
-/// power.
+/// Nodes and weights (x, weight) such that sum weight g(x) is the sum of g over edge + 1/2, edge + 3/2, ...
+/// `edge` > 2.5; g falls at least like x^-2 and is smooth on the scale of x. Relative error 1e-10 from an edge of 16
+/// on, where g is a power.
 pub(super) fn plain(edge: f64) -> impl Iterator<Item = (f64, f64)> {
     let integral = NODES.into_iter().map(move |(t, weight)| (edge / t, weight * edge / (t * t)));
     let ends = END_CORRECTION
@@ -46,9 +46,8 @@ pub(super) fn plain(edge: f64) -> impl Iterator<Item = (f64, f64)> {
     integral.chain(ends)
 }
 
-/// Returns the weights with which sum weight_k g(k), k = 0..8, is Re of sum_(k >= 0) first z^k g(k), z = exp(i
-/// `angle`). Error: the eighth difference of g over
-/// |2 sin(angle/2)|^8.
+/// Weights such that sum weight_k g(k), k = 0..8, is Re of sum_(k >= 0) first z^k g(k), z = exp(i `angle`). Error: the
+/// eighth difference of g over |2 sin(angle/2)|^8.
 pub(super) fn oscillating(first: Complex64, angle: f64) -> [f64; PARTS] {
     let z = Complex64::cis(angle);
     let inverse = (1.0 - z).inv();

@@ -7,53 +7,54 @@
 //! G_ab = T_ab[i - i'][j - j'] + H_ab[i - i'][j + j'] - delta_by D_a[i - i'][j] - delta_ay O_b[i - i'][j']
 //! ```
 //!
-//! T is the free field, H the images of the tyre's sides. D and O are there with guided sides alone: they take the mean
-//! across off the lateral waves, which a uniform motion stands for.
+//! T is the free field, H the images of the tyre's sides. D and O exist with guided sides alone: they remove from the
+//! lateral waves the mean across, in whose place a uniform motion stands.
 
 use serde::{Deserialize, Serialize};
 
-/// Components of traction and of displacement.
+/// Number of components of traction and of displacement.
 pub(crate) const COMPONENTS: usize = 3;
 
-/// Tables of one pair of components; empty tables are zero.
+/// Tables of one pair of components; an empty table is zero.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(crate) struct PairTables {
-    /// Free field T, rows of 2 `across` - 1 numbers for j - j' = 1 - across ..., by i - i' = 1 - columns ... \[m/N\].
+    /// Free field T \[m/N\]: a row of 2 `across` - 1 numbers for j - j' = 1 - across ... per distance i - i' = 1 -
+    /// columns ...
     pub toeplitz: Vec<f64>,
-    /// Images H, rows of 2 `across` - 1 numbers for j + j' = 0 ..., likewise \[m/N\].
+    /// Images H \[m/N\]: a row of 2 `across` - 1 numbers for j + j' = 0 ... per distance i - i' = 1 - columns ...
     pub hankel: Vec<f64>,
 }
 
-/// Parts of lateral waves that a uniform lateral motion stands for; rows of `across` numbers \[m/N\].
+/// Parts of lateral waves for which a uniform lateral motion stands; rows of `across` numbers \[m/N\].
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(crate) struct UniformTables {
-    /// D_a by i - i' and j, for each displacement a.
+    /// D_a by i - i' and j, one table per displacement a.
     pub driven: [Vec<f64>; COMPONENTS],
-    /// O_b by i - i' and j', for each force b.
+    /// O_b by i - i' and j', one table per force b.
     pub observed: [Vec<f64>; COMPONENTS],
 }
 
 /// Influence between the cells of a window, for all components.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub(crate) struct TractionInfluence {
-    /// Cells along.
+    /// Cells along the window.
     pub columns: usize,
-    /// Cells across.
+    /// Cells across the window.
     pub across: usize,
     /// Tables of displacement a by force b, at 3 a + b.
     pub pairs: Vec<PairTables>,
-    /// Parts that a uniform lateral motion stands for.
+    /// D and O; `None` with supported sides.
     pub uniform: Option<Box<UniformTables>>,
 }
 
 impl TractionInfluence {
-    /// Makes a table of zeros.
+    /// All tables empty: an influence of zero.
     pub(crate) fn zeros(columns: usize, across: usize) -> Self {
         let pairs = vec![PairTables::default(); COMPONENTS * COMPONENTS];
         Self { columns, across, pairs, uniform: None }
     }
 
-    /// Returns the same between the cells of a window of fewer columns.
+    /// The influence between the cells of a window of fewer columns.
     pub(crate) fn narrowed(&self, columns: usize) -> Self {
         let cut = |table: &[f64], width: usize| -> Vec<f64> {
             let first = (self.columns - columns) * width;
@@ -70,22 +71,22 @@ impl TractionInfluence {
         Self { columns, across, pairs: self.pairs.iter().map(of_pair).collect(), uniform }
     }
 
-    /// Counts the numbers of a row of T or H.
+    /// Numbers in a row of T or H.
     pub(crate) fn width(&self) -> usize {
         2 * self.across - 1
     }
 
-    /// Counts the distances along.
+    /// Number of distances along, of both signs.
     pub(crate) fn distances(&self) -> usize {
         2 * self.columns - 1
     }
 
-    /// Counts the cells of the window.
+    /// Number of cells of the window.
     pub(crate) fn cells(&self) -> usize {
         self.columns * self.across
     }
 
-    /// Returns the influence of the forces on cell `b` on the displacements of cell `a`.
+    /// Displacements of cell `a` by forces on cell `b` \[m/N\], row a, column b of the module's G_ab.
     pub(crate) fn block(&self, a: usize, b: usize) -> [[f64; COMPONENTS]; COMPONENTS] {
         let across = self.across;
         let row = a / across + self.columns - 1 - b / across;

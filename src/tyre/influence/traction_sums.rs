@@ -16,10 +16,10 @@
 //! the others imaginary and odd: they vanish at n = 0 and n = -N/2, which stand for both signs. With rotation each has
 //! both parts, C_ab(n) = E + i O at n >= 0, see `folded_sum`.
 //!
-//! Lateral motion has a wave m = 0, uniform across, of shape 1 and weight 1/B: with supported sides beside m = 1 ...,
-//! with guided sides in place of the mean that sines have: their shapes are sin(ky y) less that mean,
-//! c_m = (1 - cos(m pi))/(m pi), so that a lateral force's mean across drives the uniform motion alone and nothing else
-//! does.
+//! Lateral motion has a wave m = 0, uniform across, of shape 1 and weight 1/B: with supported sides in addition to
+//! m = 1 ..., with guided sides in place of the mean of the sines: their shapes are sin(ky y) less that mean,
+//! c_m = (1 - cos(m pi))/(m pi), so that a lateral force's mean across drives the uniform motion alone and nothing
+//! else does.
 //!
 //! Sums are ended as those of normal forces (`cell_sums`): the mean of what is above the last lobe acts on C_xx, C_yy
 //! and C_zz; of all others it is 0.
@@ -40,20 +40,21 @@ use crate::tyre::layers::compliance::Matrix3;
 use crate::tyre::layers::surface_asymptote::thickness_limit;
 use crate::tyre::layers::traction_asymptote::HalfSpaceTraction;
 
-/// Pairs of components.
+/// Number of pairs of components.
 pub(crate) const PAIRS: usize = COMPONENTS * COMPONENTS;
 
-/// Even and odd parts of a wave's compliance by pair, displacement a by force b at 3 a + b \[m/N\].
+/// Even and odd parts of a wave's compliance by pair, displacement a by force b at 3 a + b \[m/N\], or \[m/Pa\] before
+/// weights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TractionParts {
-    /// E.
+    /// Even part E.
     pub even: [Complex64; PAIRS],
-    /// O.
+    /// Odd part O.
     pub odd: [Complex64; PAIRS],
 }
 
 impl TractionParts {
-    /// Tells pairs whose odd part is 0 at rest; of all others it is the even part.
+    /// True for pairs whose odd part is 0 at rest; of all others it is the even part.
     pub(crate) fn is_even_at_rest(pair: usize) -> bool {
         let is_along = |component: usize| component == 0;
         is_along(pair / COMPONENTS) == is_along(pair % COMPONENTS)
@@ -61,7 +62,7 @@ impl TractionParts {
 
     const ZERO: Self = Self { even: [Complex64::ZERO; PAIRS], odd: [Complex64::ZERO; PAIRS] };
 
-    /// Finds the parts of the waves n and -n, n >= 0, of a lateral number \[m/Pa\].
+    /// Parts of the waves n and -n, n >= 0, of a lateral number \[m/Pa\].
     fn of_wave(kernel: &KernelAt, sides: Sides, n: i64, m: usize) -> Self {
         let forwards = in_shapes(&kernel.full(n, m), sides);
         if n == 0 {
@@ -84,7 +85,7 @@ impl TractionParts {
         parts
     }
 
-    /// Finds the parts of a half-space's wave at a real s, kx >= 0.
+    /// Parts of a half-space's wave at a real s, kx >= 0 \[m/Pa\].
     fn of_half_space(half_space: &HalfSpace, sides: Sides, kx: f64, ky: f64) -> Self {
         let k = kx.hypot(ky);
         let HalfSpaceTraction { along, mixed, outward, shear } =
@@ -109,7 +110,7 @@ impl TractionParts {
         parts
     }
 
-    /// Adds parts by their weights; those of lateral with other components times `lateral`.
+    /// Adds parts by their weights; those that couple lateral with other components times `lateral`.
     fn add(&mut self, parts: &Self, lateral: f64, [even, odd]: [f64; 2]) {
         for pair in 0..PAIRS {
             let is_mixed = (pair / COMPONENTS == 1) != (pair % COMPONENTS == 1);
@@ -120,7 +121,7 @@ impl TractionParts {
     }
 }
 
-/// Finds the compliance between shapes from that of waves exp(i (kx x + ky y)), z inwards.
+/// Compliance between shapes from that of waves exp(i (kx x + ky y)): the module's l and r, z inwards.
 pub(super) fn in_shapes(full: &Matrix3, sides: Sides) -> [Complex64; PAIRS] {
     let turn = if sides == Sides::Supported { Complex64::i() } else { -Complex64::i() };
     let (left, right) = ([Complex64::ONE, -turn, -Complex64::ONE], [Complex64::ONE, turn, -Complex64::ONE]);
@@ -130,12 +131,12 @@ pub(super) fn in_shapes(full: &Matrix3, sides: Sides) -> [Complex64; PAIRS] {
     })
 }
 
-/// Returns the mean across of sin(m pi y/B).
+/// Mean across of sin(m pi y/B).
 fn mean_of_sine(m: usize) -> f64 {
     if m.is_multiple_of(2) { 0.0 } else { 2.0 / (m as f64 * PI) }
 }
 
-/// Returns the shape of a component of a wave on the cells across.
+/// Mean over a cell j of the shape of a component in a wave m across.
 pub(crate) fn traction_shape(grid: &CellGrid, component: usize, m: usize, j: usize) -> f64 {
     let sides = grid.waves().sides;
     if component != 1 {
@@ -151,12 +152,12 @@ pub(crate) fn traction_shape(grid: &CellGrid, component: usize, m: usize, j: usi
     }
 }
 
-/// Returns the same of waves that are taken together, before cells take their mean; sides are supported.
+/// As [`traction_shape`] for folded waves, without the mean over a cell; sides are supported.
 pub(crate) fn folded_traction_shape(grid: &CellGrid, component: usize, m: usize, j: usize) -> f64 {
     if component == 1 { lateral_phase(grid, m, j)[0].cos() } else { grid.wave(m, j) }
 }
 
-/// Returns ky y' of a cell's middle, and what a cell takes of a wave across.
+/// ky y' of a cell's middle, and the ratio of the mean over the cell to the value there.
 fn lateral_phase(grid: &CellGrid, m: usize, j: usize) -> [f64; 2] {
     let (waves, ky) = (grid.waves(), grid.waves().ky(m));
     [ky * (0.5 * waves.width + grid.from_middle(j)), sinc(0.5 * ky * grid.pitch())]
@@ -164,7 +165,7 @@ fn lateral_phase(grid: &CellGrid, m: usize, j: usize) -> [f64; 2] {
 
 /// The tread as a half-space at one real s.
 struct HalfSpace {
-    /// Wavenumber from which on it is one \[1/m\].
+    /// Wavenumber from which on the tread is a half-space \[1/m\].
     from: f64,
     kappa: f64,
     /// Q/mu \[1/m^2\].
@@ -184,7 +185,7 @@ impl HalfSpace {
         })
     }
 
-    /// Finds C_xx, C_yy and C_zz.
+    /// C_xx, C_yy and C_zz \[m/Pa\].
     fn own(&self, sides: Sides, kx: f64, ky: f64) -> [f64; COMPONENTS] {
         let parts = TractionParts::of_half_space(self, sides, kx, ky);
         [0, 4, 8].map(|pair| parts.even[pair].re)
@@ -203,17 +204,16 @@ impl HalfSpace {
     }
 }
 
-/// Influence of a lateral number by pair and distance along, i - i' = 1 - columns ...; without what cells take of it
-/// across.
+/// Influence of a lateral number by pair and distance along, i - i' = 1 - columns ...; without the shapes across.
 struct NumberRows {
     m: usize,
     rows: Vec<Vec<f64>>,
 }
 
 impl CellSums {
-    /// Lists the waves of a band that carry the past of tractions: those of normal forces, and on the whole tyre with
-    /// supported sides the lateral motion that is uniform across. Only with supported sides a band may be folded: the
-    /// mean that sines have is another one for each number.
+    /// Waves of a band that carry the past of tractions: those of normal forces, and on the whole tyre with supported
+    /// sides the lateral motion that is uniform across. A band may be folded with supported sides only: the mean of
+    /// the sines differs from number to number.
     pub(crate) fn traction_rows(&self, band: WaveBand) -> Vec<CellRow> {
         let mut rows = self.waves(band);
         if self.grid.waves().sides == Sides::Supported && band.fades_in.is_none() {
@@ -222,10 +222,10 @@ impl CellSums {
         rows
     }
 
-    /// Finds the parts of a wave's influence at s \[m/N\].
+    /// Parts of a wave's influence at s \[m/N\].
     pub(crate) fn traction_parts(&self, wave: &CellWave, CellSumsAt(at): &CellSumsAt) -> TractionParts {
         let mut sum = TractionParts::ZERO;
-        // Both signs of a wave that is its own mirror have no odd part together.
+        // Odd parts of a wave that is its own mirror cancel.
         let sides = if wave.is_mirror { 0.0 } else { 1.0 };
         for &(n, m, weight) in &wave.terms {
             let parts = TractionParts::of_wave(at, self.grid.waves().sides, n.abs(), m);
@@ -235,7 +235,7 @@ impl CellSums {
         sum
     }
 
-    /// Returns the influence between cells at a real s \[1/s\], up to `columns` along.
+    /// Influence between cells at a real s \[1/s\], up to `columns` along.
     pub(crate) fn traction_instant(&self, s: f64, columns: usize) -> TractionInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
         let (grid, tail) = (&self.grid, HalfSpace::of(self, &at));
@@ -243,12 +243,14 @@ impl CellSums {
         let (last, last_m) = self.last_of_instant();
         let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none());
         let around = Around { grid, last, truncated: closed.is_none(), columns };
+        // 1. Parts of any wave: the half-space's where the thickness is not felt.
         let parts = |n: i64, m: usize| match &tail {
             Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => {
                 TractionParts::of_half_space(tail, waves.sides, waves.kx(n), waves.ky(m))
             }
             _ => TractionParts::of_wave(&at, waves.sides, n, m),
         };
+        // 2. For each m: sums over n at each distance along, by pair.
         let of_number = |ring: &mut Ring, m: usize| {
             let values: Vec<TractionParts> = (0..=last).map(|n| parts(n, m)).collect();
             let norm = waves.lateral_norm(m);
@@ -269,6 +271,7 @@ impl CellSums {
         let numbers: Vec<usize> = (0..=last_m).collect();
         let rows: Vec<NumberRows> =
             numbers.par_iter().map_init(|| Ring::new(elements), |ring, &m| of_number(ring, m)).collect();
+        // 3. The sum over m between cells, and the tail above the last m.
         let mut influence = together(grid, columns, &rows);
         if let Some(tail) = closed.filter(|_| self.truncation.lateral_terms.is_none()) {
             add_lateral_rest(&mut influence, &around, tail, waves.ky(last_m) + 0.5 * waves.ky(1));
@@ -277,13 +280,14 @@ impl CellSums {
     }
 }
 
-/// Makes a row from distance 0 on one over all distances, its odd part with its sign changed at those below 0.
+/// A row over all distances from one from distance 0 on; the odd part changes its sign at negative distances.
 fn both_ways(even: &[f64], odd: &[f64]) -> Vec<f64> {
     let below = even.iter().zip(odd).skip(1).rev().map(|(even, odd)| even - odd);
     below.chain(even.iter().zip(odd).map(|(even, odd)| even + odd)).collect()
 }
 
-/// Adds waves beyond the last lateral number, ky > `last` \[1/m\]: the mean of what cells take of them.
+/// Adds the waves beyond the last lateral number, ky > `last` \[1/m\]: the mean of sin^2 cos, for a cell and its
+/// neighbours.
 fn add_lateral_rest(influence: &mut TractionInfluence, around: &Around<'_>, tail: &HalfSpace, last: f64) {
     let (grid, across, columns) = (around.grid, influence.across, influence.columns);
     let (width, sides) = (influence.width(), grid.waves().sides);
@@ -308,7 +312,7 @@ fn add_lateral_rest(influence: &mut TractionInfluence, around: &Around<'_>, tail
     }
 }
 
-/// Sums lateral numbers between cells across.
+/// The influence between cells across: the sum of lateral numbers times their shapes.
 fn together(grid: &CellGrid, columns: usize, rows: &[NumberRows]) -> TractionInfluence {
     let (waves, across) = (grid.waves(), grid.across);
     let mut influence = TractionInfluence::zeros(columns, across);
@@ -317,7 +321,7 @@ fn together(grid: &CellGrid, columns: usize, rows: &[NumberRows]) -> TractionInf
     let first = waves.width + 2.0 * grid.from_middle(0);
     for (pair, tables) in influence.pairs.iter_mut().enumerate() {
         let is_lateral = [pair / COMPONENTS == 1, pair % COMPONENTS == 1];
-        // Products of shapes as functions of ky (y - y') and of ky (y + y').
+        // Products of shapes: 1/2 of functions of ky (y - y') and of ky (y + y').
         let number = |m: usize| -> Vec<[f64; 2]> {
             let share = sinc(0.5 * waves.ky(m) * grid.pitch()).powi(2);
             let product = |[free, image]: [f64; 2]| -> [f64; 2] {
@@ -358,7 +362,7 @@ fn together(grid: &CellGrid, columns: usize, rows: &[NumberRows]) -> TractionInf
     influence
 }
 
-/// Takes the mean of sines off lateral shapes, which the uniform motion stands for.
+/// Removes the mean of sines from lateral shapes, in whose place the uniform motion stands.
 fn take_mean_off(grid: &CellGrid, influence: &mut TractionInfluence, rows: &[NumberRows]) {
     let (across, distances, width) = (influence.across, influence.distances(), influence.width());
     let zeros = || vec![0.0; distances * across];
@@ -366,7 +370,7 @@ fn take_mean_off(grid: &CellGrid, influence: &mut TractionInfluence, rows: &[Num
     for NumberRows { m, rows } in rows.iter().filter(|rows| rows.m % 2 == 1) {
         let mean = mean_of_sine(*m);
         for component in 0..COMPONENTS {
-            // Sines as they are: less their mean they have it once more.
+            // The sine itself: the shape less its mean, plus the mean.
             let offset = if component == 1 { mean } else { 0.0 };
             let shape: Vec<f64> =
                 (0..across).map(|j| mean * (traction_shape(grid, component, *m, j) + offset)).collect();

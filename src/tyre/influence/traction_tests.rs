@@ -1,4 +1,4 @@
-//! Influence of tractions against its double sum over signed waves.
+//! Influence of tractions compared with its double sum over signed waves.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +16,7 @@ fn sums(tyre: &Tyre, across: usize, truncation: CellTruncation) -> CellSums {
     CellSums::new(tyre, CellGrid::new(tyre, ELEMENTS, across), truncation, 1e-8, 8e4)
 }
 
-/// Returns the displacement of a cell by forces on another one, `distance` columns behind it: all signed n, one by one.
+/// Displacement of a cell by forces on another one, `distance` columns behind it: all signed n, term by term.
 fn double_sum(sums: &CellSums, s: f64, distance: i64, [j, other]: [usize; 2]) -> [f64; PAIRS] {
     let (grid, waves) = (&sums.grid, sums.grid.waves());
     let at = sums.kernel.at(Complex64::new(s, 0.0));
@@ -125,7 +125,7 @@ fn influence_cells(influence: &TractionInfluence) -> Vec<(usize, usize)> {
     (0..influence.cells()).flat_map(|a| [(a, 4), (a, 0)]).collect()
 }
 
-/// Checks that the mean lateral motion of a tyre with supported sides rests on the wave that is uniform across.
+/// The mean lateral motion of a tyre with supported sides rests on the wave that is uniform across.
 #[test]
 fn without_the_uniform_wave_lateral_motion_is_lost() {
     let of = |terms: usize| sums(&tyre(PLATE), 4, CellTruncation { lateral_terms: Some(terms), aliases: Some(0) });
@@ -136,7 +136,7 @@ fn without_the_uniform_wave_lateral_motion_is_lost() {
     assert!(uniform[0].abs() + uniform[8].abs() <= 0.0);
 }
 
-/// Returns the displacements of the cells across by forces of a wave's bin, with all its rows.
+/// Displacements of the cells across by forces in one wave of a band, with all its rows.
 fn of_bin(sums: &CellSums, band: WaveBand, bin: usize, s: f64, shape: impl Fn(usize, usize, usize) -> f64) -> Vec<f64> {
     let (at, across) = (sums.at(Complex64::new(0.2 * s, s)), sums.grid.across);
     let mut sum = vec![0.0; across * COMPONENTS];

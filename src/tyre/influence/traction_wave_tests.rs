@@ -1,4 +1,4 @@
-//! Interpolated answers of waves against the kernel's, between the frequencies that are known.
+//! Interpolated answers of waves compared with the kernel's, between the known frequencies.
 
 use std::f64::consts::TAU;
 

@@ -1,13 +1,14 @@
-//! Answer of single waves to all components of traction over frequency: what tangential forces move outwards.
+//! Answer of single waves to all components of traction over frequency: the outward motion that tangential forces
+//! cause.
 //!
-//! The inverse of a wave's C, a stiffness, is known at frequencies of equal distance in asinh(f), and interpolated by
-//! cubics: where the wave resonates C is sharp and its inverse is smooth, as for one component (`surface_waves`). The
-//! inner face follows the surface by D C^-1, smooth likewise. Aliases of a wave on elements are short and have no sharp
-//! resonance: their sum is interpolated as it is. It goes to one alias either way: of waves so short rubber, nearly
-//! incompressible, couples nothing.
+//! The inverse of a wave's C, a stiffness, is tabulated at frequencies of equal distance in asinh(f), and interpolated
+//! by cubics: where the wave resonates C is sharp and its inverse is smooth, as for one component (`surface_waves`).
+//! The inner face follows the surface by D C^-1, which is smooth, too. Aliases of a wave on elements are short and
+//! have no sharp resonance: their sum is interpolated directly. One alias on either side is enough: in waves so short
+//! rubber, nearly incompressible, couples nothing.
 //!
-//! The frequencies stand for whatever s a rule has for them. Components and shapes are those of
-//! [`super::traction_sums`]; -n is known apart where the tyre turns, else by the parity of the pairs.
+//! The frequencies stand for the s that a time rule has for them. Components and shapes are those of
+//! [`super::traction_sums`]; -n is tabulated where the tyre turns, else it follows from n by the parity of the pairs.
 
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -25,46 +26,46 @@ use crate::scene::{Sides, Tyre};
 use crate::tyre::layers::compliance::Matrix3;
 use crate::tyre::layers::curved::inverse;
 
-/// Aliases of a wave that are taken, either way.
+/// Aliases of a wave that are taken, on either side.
 const ALIASES: usize = 1;
 
 /// Answer of a wave to the forces on elements \[m/N\], or to tractions \[m/Pa\].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TractionAnswer {
-    /// Displacement a of the surface by force b.
+    /// Displacement a of the surface by force b, in row a.
     pub surface: Matrix3,
     /// Displacement of the inner face into the tyre by force b.
     pub bottom: [Complex64; COMPONENTS],
 }
 
-/// Values of a wave at one frequency.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     /// C^-1.
     stiffness: Matrix3,
-    /// Displacement of the inner face into the tyre by displacement b of the surface.
+    /// Displacement of the inner face into the tyre by displacement b of the surface: row 3 of D C^-1.
     follows: [Complex64; COMPONENTS],
-    /// C of the aliases.
+    /// Weighted sum of the aliases' C.
     aliases: Matrix3,
 }
 
-/// One wave over frequency, n and where it differs -n.
+/// One wave over frequency: n, and -n where it differs.
 pub(crate) struct TractionWave {
+    /// By sign of n, then frequency.
     ways: Vec<Vec<Sample>>,
-    /// Factor of C.
+    /// Weight of C on elements.
     weight: f64,
     /// True if n and -n are the same on elements.
     is_mirror: bool,
 }
 
-/// Waves of a tyre on elements, of some lateral numbers, at the s that stand for some frequencies.
+/// Waves of a tyre on elements, of some lateral numbers, at the s that stand for a list of frequencies.
 pub(crate) struct TractionLines {
     sums: CellSums,
     rows: Vec<CellRow>,
     at: Vec<CellSumsAt>,
 }
 
-/// C_zx and C_zy of the waves with n = 0..=`most_around` and some lateral numbers, at s = i w.
+/// C^-1 of the waves with n = 0..=`most_around` and some lateral numbers, at s = i w, for C_zx and C_zy.
 #[derive(Clone, Debug)]
 pub(crate) struct TractionWaves {
     lateral: usize,
@@ -72,7 +73,7 @@ pub(crate) struct TractionWaves {
     points: usize,
     /// C^-1 by n, lateral number and frequency \[Pa/m\].
     forwards: Vec<[Complex32; PAIRS]>,
-    /// The same of -n; empty at rest.
+    /// That of -n; empty at rest.
     backwards: Vec<[Complex32; PAIRS]>,
 }
 
@@ -88,14 +89,14 @@ fn matrix(pairs: [Complex64; PAIRS]) -> Matrix3 {
     std::array::from_fn(|a| std::array::from_fn(|b| pairs[COMPONENTS * a + b]))
 }
 
-/// Returns C of the wave -n of a tyre at rest.
+/// C of the wave -n from that of n, of a tyre at rest.
 fn mirrored(matrix: &Matrix3) -> Matrix3 {
     let sign = |a: usize, b: usize| if TractionParts::is_even_at_rest(COMPONENTS * a + b) { 1.0 } else { -1.0 };
     std::array::from_fn(|a| std::array::from_fn(|b| sign(a, b) * matrix[a][b]))
 }
 
 impl TractionAnswer {
-    /// Returns the answer of -n of a tyre at rest.
+    /// Answer of -n from that of n, of a tyre at rest.
     fn mirrored(&self) -> Self {
         let [x, y, z] = self.bottom;
         Self { surface: mirrored(&self.surface), bottom: [-x, y, z] }
@@ -117,8 +118,8 @@ impl Sample {
 }
 
 impl TractionLines {
-    /// Prepares the waves of a tyre on so many elements, of some lateral numbers, for frequencies up to a highest one
-    /// \[Hz\] with their s; compliances within a relative `tolerance`.
+    /// Waves of a tyre on so many elements, of some lateral numbers, for frequencies up to a highest one \[Hz\];
+    /// `symbol`: the s \[1/s\] of a frequency. Compliances within a relative `tolerance`.
     pub(crate) fn new(
         tyre: &Tyre,
         elements: usize,
@@ -135,7 +136,7 @@ impl TractionLines {
         Self { sums, rows, at }
     }
 
-    /// Finds the wave n = 0..=N/2 of the lateral number of an index.
+    /// Wave n = 0..=N/2 of the lateral number at `index`.
     pub(crate) fn wave(&self, index: usize, n: usize) -> TractionWave {
         let (row, sides) = (&self.rows[index], self.sums.grid.waves().sides);
         let wave = &row.waves[n];
@@ -158,7 +159,7 @@ impl TractionLines {
 }
 
 impl TractionWave {
-    /// Returns the answers of the waves n and -n at a frequency that is not negative \[Hz\].
+    /// Answers of the waves n and -n at a frequency that is not negative \[Hz\].
     pub(crate) fn at(&self, frequency: f64) -> [TractionAnswer; 2] {
         let (first, weights) = neighbours(frequency);
         let of = |samples: &Vec<Sample>| {
@@ -174,14 +175,13 @@ impl TractionWave {
         };
         let forwards = of(&self.ways[0]);
         let backwards = self.ways.get(1).map_or_else(|| forwards.mirrored(), of);
-        // n and -n may be one wave: what is odd falls out of it.
+        // Where n and -n are one wave the odd parts cancel.
         if self.is_mirror { [forwards.mean(&backwards); 2] } else { [forwards, backwards] }
     }
 }
 
 impl TractionWaves {
-    /// Makes the waves of a tyre, for frequencies from 0 to `highest` \[Hz\]; compliances within a relative
-    /// `tolerance`.
+    /// For frequencies from 0 to `highest` \[Hz\]; compliances within a relative `tolerance`.
     pub(crate) fn new(tyre: &Tyre, most_around: usize, lateral: &[usize], [highest, tolerance]: [f64; 2]) -> Self {
         let angular: Vec<f64> = frequencies(highest).map(|frequency| std::f64::consts::TAU * frequency).collect();
         let kernel = Kernel::new(tyre, angular.iter().fold(0.0, |_, &last| last), tolerance);
@@ -201,15 +201,15 @@ impl TractionWaves {
         Self { lateral: lateral.len(), around: most_around + 1, points, forwards: all(1), backwards }
     }
 
-    /// Returns the bytes of a table.
+    /// Bytes of a table; `highest` in Hz.
     pub(crate) fn bytes(most_around: usize, lateral: usize, highest: f64, turns: bool) -> f64 {
         let ways = if turns { 2.0 } else { 1.0 };
         let numbers = (most_around + 1) * lateral * frequencies(highest).len();
         ways * (numbers * size_of::<[Complex32; PAIRS]>()) as f64
     }
 
-    /// Returns C_zx and C_zy \[m/Pa\] of a wave of n periods and the lateral number of an index, at a frequency \[Hz\];
-    /// either negative or not; zero beyond the table.
+    /// C_zx and C_zy \[m/Pa\] of a wave of n periods and the lateral number at `index`, at a frequency \[Hz\]; n and
+    /// frequency of either sign; zero beyond the table.
     pub(crate) fn at(&self, n: i64, frequency: f64, index: usize) -> [Complex64; 2] {
         let is_backwards = (n < 0) != (frequency < 0.0);
         let wave = n.unsigned_abs() as usize;

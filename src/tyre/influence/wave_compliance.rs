@@ -1,4 +1,4 @@
-//! The compliance of single waves of a tyre, curved or flat.
+//! Compliance of single waves of a tyre, curved or flat.
 
 use std::f64::consts::TAU;
 
@@ -12,9 +12,9 @@ use crate::tyre::layers::compliance::Matrix3;
 /// Relative accuracy of a curved tyre's waves.
 const TOLERANCE: f64 = 1e-8;
 
-/// Returns C \[m/Pa\] of the waves of `around` periods round the tyre and of a lateral number, at frequencies \[Hz\]
-/// from 0 on: displacement i of the tread's surface for unit traction j; order circumferential, lateral, outward. Wave
-/// by wave, in each frequency by frequency.
+/// C \[m/Pa\] of the waves of `around` periods round the tyre and of a lateral number, at frequencies \[Hz\] that are
+/// not negative: displacement i of the tread's surface for unit traction j; order circumferential, lateral, outward.
+/// Wave by wave, within each wave frequency by frequency.
 pub fn wave_compliance(tyre: &Tyre, around: &[u32], lateral: usize, frequencies: &[f64]) -> Vec<Matrix3> {
     let highest = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
     let kernel = Kernel::new(tyre, TAU * highest, TOLERANCE);

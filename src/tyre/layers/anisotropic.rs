@@ -11,12 +11,12 @@
 //!
 //! so that its transfer matrix consists of c(M), s(M) and products, M = A1 A2 h^2, c and s the entire functions of
 //! [`super::scaled_series`]. Their series in M need M^2 alone: by the theorem of Cayley and Hamilton the coefficients
-//! of higher powers follow from the invariants of M, and no eigenvectors are sought, which meet as P and S do. A1 S and
-//! A2 S, S = diag(1, 1, -1), are symmetric: A2 A1 = S M^T S/h^2.
+//! of higher powers follow from the invariants of M, and no eigenvectors are needed, which coincide where P and S do.
+//! A1 S and A2 S, S = diag(1, 1, -1), are symmetric: A2 A1 = S M^T S/h^2.
 //!
-//! A layer in which a wave grows by more than [`THIN`] is halved until it does not, taken by what its faces feel, and
-//! doubled as often: two equal layers meet in the middle, where a mirror makes a sum of two blocks diagonal. Nothing
-//! overflows.
+//! A layer in which a wave grows by more than [`THIN`] is halved until it does not, represented by its tractions on
+//! the faces, and doubled as often: two equal layers meet in the middle, where a mirror makes a sum of two blocks
+//! diagonal. Nothing overflows.
 //!
 //! Cost: some 700 complex multiplications for each layer and 80 for each doubling.
 
@@ -27,13 +27,13 @@ use super::faces::{Block, carrying, climb, difference, inverse, product, transpo
 use crate::numeric::ComplexField;
 use crate::scene::Layer;
 
-/// Growth of waves, times thickness, up to which a layer is taken at once.
+/// Growth of waves times thickness up to which a layer is not halved.
 const THIN: f64 = 1.5;
-/// Terms of the series: 1.5^32/32! = 2e-30.
+/// Terms of the series: the first omitted one is 1.5^32/32! = 2e-30.
 const TERMS: usize = 15;
 /// Halvings by which lanes may differ.
 const UNEVEN: i32 = 3;
-/// Most halvings.
+/// Most halvings of a layer.
 const MOST_HALVINGS: f64 = 40.0;
 
 /// A layer at one s, or at several in lockstep.
@@ -44,17 +44,16 @@ pub(super) struct FlatLayer<T> {
     /// rho s^2 \[Pa/m^2\].
     inertia: T,
     prestress: [f64; 2],
-    /// Bounds of the squared growth of waves: by kx^2, by ky^2, and of inertia \[1, 1, 1/m^2\]; the least of all lanes,
-    /// and the largest.
+    /// Bounds of the squared growth of waves: coefficients of kx^2 and of ky^2, and inertia \[1, 1, 1/m^2\]; the least
+    /// of all lanes, and the largest.
     growth: [[f64; 3]; 2],
 }
 
-/// The layers.
 #[derive(Clone, Debug)]
 pub(super) struct FlatLayers<T>(Vec<FlatLayer<T>>);
 
 impl FlatLayers<Complex64> {
-    /// Returns the layers at s \[1/s\]; `None` where all are isotropic.
+    /// `None` where all layers are isotropic; s in 1/s.
     pub(super) fn new(layers: &[Layer], s: Complex64) -> Option<Self> {
         let at = |layer: &Layer| {
             let elasticity = ElasticityAt::new(layer, s);
@@ -76,7 +75,7 @@ impl FlatLayers<Complex64> {
 }
 
 impl<T: ComplexField> FlatLayers<T> {
-    /// Returns the layers of several s side by side: `value` gives the lanes of an entry.
+    /// Layers of several s side by side: `value` gives the lanes of an entry.
     #[inline(always)]
     pub(super) fn in_lanes(
         single: &[&FlatLayers<Complex64>],
@@ -99,7 +98,7 @@ impl<T: ComplexField> FlatLayers<T> {
         Self(layers.collect())
     }
 
-    /// Tells whether all lanes want about as many halvings: a layer cut much thinner than it needs loses digits.
+    /// Whether all lanes need about as many halvings: a layer cut much thinner than it needs loses digits.
     #[inline(always)]
     pub(super) fn is_even(&self, kx: f64, ky: f64) -> bool {
         self.0.iter().all(|layer| {
@@ -108,8 +107,8 @@ impl<T: ComplexField> FlatLayers<T> {
         })
     }
 
-    /// Returns C of the surface, and displacements of the bottom face by those of the surface, over a tangential and
-    /// normal stiffness \[N/m^3\]. Rows and columns V, P, w.
+    /// C of the surface, and displacements of the bottom face for tractions on the surface, over a tangential and
+    /// normal foundation stiffness \[N/m^3\]. Rows and columns V, P, w.
     #[inline(always)]
     pub(super) fn surface(&self, foundation: [T; 2], kx: f64, ky: f64) -> (Block<T>, Block<T>) {
         let (impedance, transfer) = self.climb(foundation, kx, ky, self.0.len());
@@ -121,7 +120,8 @@ impl<T: ComplexField> FlatLayers<T> {
         (surface, bottom)
     }
 
-    /// Returns the driving-point compliance \[m/Pa\] for normal traction under the outermost layer, which rides along.
+    /// Driving-point compliance \[m/Pa\] for normal traction under the outermost layer, whose mass and stiffness act
+    /// there.
     #[inline(always)]
     pub(super) fn under_tread(&self, foundation: [T; 2], kx: f64, ky: f64) -> T {
         let carcass = self.0.len().saturating_sub(1);
@@ -144,7 +144,7 @@ impl<T: ComplexField> FlatLayers<T> {
 }
 
 impl<T: ComplexField> FlatLayer<T> {
-    /// Returns the tractions on the faces by displacements: see [`super::faces`].
+    /// Tractions on the faces by their displacements: see [`super::faces`].
     #[inline(always)]
     fn faces(&self, kx: f64, ky: f64) -> [Block<T>; 3] {
         let halvings = self.halvings(self.growth[1], kx, ky);
@@ -160,14 +160,14 @@ impl<T: ComplexField> FlatLayer<T> {
         [mirrored(&outer), down, outer]
     }
 
-    /// Returns the halvings after which waves grow by no more than [`THIN`].
+    /// Halvings after which waves grow by no more than [`THIN`].
     #[inline(always)]
     fn halvings(&self, [along, across, inertia]: [f64; 3], kx: f64, ky: f64) -> i32 {
         let growth = self.thickness * (along * kx * kx + across * ky * ky + inertia).sqrt();
         if growth > THIN { (growth / THIN).log2().ceil().min(MOST_HALVINGS) as i32 } else { 0 }
     }
 
-    /// Returns (outer + S outer S)^-1.
+    /// (outer + S outer S)^-1, a block in the plane and an entry outwards.
     #[inline(always)]
     fn halved_inverse(&self, [[a, b, _], [_, d, _], [_, _, f]]: &Block<T>) -> Block<T> {
         let scale = (*a * *d - *b * *b).reciprocal() * 0.5;
@@ -175,13 +175,13 @@ impl<T: ComplexField> FlatLayer<T> {
         [[*d * scale, -(*b * scale), zero], [-(*b * scale), *a * scale, zero], [zero, zero, f.reciprocal() * 0.5]]
     }
 
-    /// Finds, for a thin part, tractions of the outer face by its displacements, and of the inner one by those of the
-    /// outer.
+    /// Of a thin part: tractions of the outer face by its displacements, and of the inner one by those of the outer.
     #[inline(always)]
     fn thin(&self, kx: f64, ky: f64, h: f64) -> [Block<T>; 2] {
         let Self { elasticity, inertia, prestress: [sx, sy], .. } = self;
         let ElasticityAt { plane: [tt, yy, ty], contraction: [along, across], inverse_radial, shear } = *elasticity;
         let [tr, yr, in_plane] = shear;
+        // 1. A1 and A2, M = A1 A2 h^2, and c(M), s(M).
         let zero = inertia.like(0.0);
         let (x, y) = (inertia.like(kx), inertia.like(ky));
         let q = *inertia + (sx * kx * kx + sy * ky * ky);
@@ -198,13 +198,14 @@ impl<T: ComplexField> FlatLayer<T> {
             *entry = *entry * (h * h);
         }
         let [cosh, sinhc] = functions(&m);
-        // h s(M) A1 and h A2 s(M).
+        // 2. The transfer matrix: h s(M) A1 and h A2 s(M).
         let (mut xy, mut yx) = (product(&sinhc, &a1), product(&a2, &sinhc));
         for entry in xy.as_flattened_mut().iter_mut().chain(yx.as_flattened_mut()) {
             *entry = *entry * h;
         }
         // c(A2 A1) = S c(M)^T S.
         let yy = mirrored(&transposed(&cosh));
+        // 3. From transfer to tractions on the faces.
         // Displacements V, P, w and tractions tau, upsilon, sigma above by tractions below.
         let by_traction =
             [[xy[0][0], xy[0][1], cosh[0][2]], [xy[1][0], xy[1][1], cosh[1][2]], [yy[2][0], yy[2][1], yx[2][2]]];
@@ -216,7 +217,7 @@ impl<T: ComplexField> FlatLayer<T> {
     }
 }
 
-/// Returns c(M) and s(M) by their series.
+/// c(M) and s(M) by their series, to the power `TERMS` of M.
 #[inline(always)]
 fn functions<T: ComplexField>(m: &Block<T>) -> [Block<T>; 2] {
     let square = product(m, m);
@@ -261,7 +262,7 @@ fn combined<T: ComplexField>(square: &Block<T>, m: &Block<T>, [p, q, r]: [T; 3])
     result
 }
 
-/// Returns S block S: outwards the sign changes.
+/// S block S: entries that couple outwards with in-plane change their sign.
 #[inline(always)]
 fn mirrored<T: ComplexField>([[a, b, c], [d, e, f], [g, h, i]]: &Block<T>) -> Block<T> {
     [[*a, *b, -*c], [*d, *e, -*f], [-*g, -*h, *i]]
@@ -278,7 +279,7 @@ fn diagonal<T: ComplexField>(a: T, b: T, c: T) -> Block<T> {
     [[a, zero, zero], [zero, b, zero], [zero, zero, c]]
 }
 
-/// Returns a^-1 of any block by cofactors; a singular one gives non-finite entries.
+/// a^-1 of any block by cofactors; a singular one gives entries that are not finite.
 #[inline(always)]
 fn general_inverse<T: ComplexField>([[a, b, c], [d, e, f], [g, h, i]]: &Block<T>) -> Block<T> {
     let (a, b, c, d, e, f, g, h, i) = (*a, *b, *c, *d, *e, *f, *g, *h, *i);

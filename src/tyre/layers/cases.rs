@@ -30,7 +30,7 @@ use crate::scene::{Cavity, Cords, Foundation, Law, Layer, MOST_CORD_LOSSES, Mate
 use crate::sidewall::cases::SidewallEntry;
 use crate::sidewall::{self, Sidewall};
 
-/// Steps through the layers of a curved tyre at most: ten times those of the shortest waves that matter.
+/// Most steps through the layers of a curved tyre: ten times those of the shortest waves of interest.
 const MOST_STEPS: f64 = 1e4;
 
 /// Errors of a file of cases.
@@ -42,25 +42,23 @@ pub(crate) enum CasesError {
     /// A case names a tyre that is not there.
     #[error("case {index} names the tyre '{name}', which `tyres` does not hold")]
     UnknownTyre {
-        /// Position of the case, from 0.
+        /// Position of the case, counted from 0.
         index: usize,
-        /// The name.
         name: String,
     },
     /// A case names a sidewall that is not there.
     #[error("case {index} names the sidewall '{name}', which `sidewalls` does not hold")]
     UnknownSidewall {
-        /// Position of the case, from 0.
+        /// Position of the case, counted from 0.
         index: usize,
-        /// The name.
         name: String,
     },
     /// A number out of range.
     #[error("{place}: {what}")]
     Range {
-        /// Tyre or case.
+        /// Tyre, sidewall or case.
         place: String,
-        /// Fault and remedy.
+        /// Fault and remedy, for the message.
         what: &'static str,
     },
 }
@@ -196,7 +194,7 @@ struct CavityEntry {
     relaxation: f64,
 }
 
-/// Returns the speed of sound in air at 20 degrees \[m/s\].
+/// Of air at 20 degrees C \[m/s\].
 fn sound_speed() -> f64 {
     343.0
 }
@@ -207,7 +205,7 @@ struct CurvedEntry {
     name: String,
     #[serde(default, rename = "curved")]
     _curved: bool,
-    /// Numbers that others found on the way.
+    /// Numbers that another program has found; not read.
     #[serde(default, rename = "resolved")]
     _resolved: Value,
     #[serde(default)]
@@ -226,11 +224,11 @@ struct CurvedEntry {
     layers: Vec<CurvedLayerEntry>,
 }
 
-/// Tension of a tyre that turns.
+/// How the tension of a tyre that turns is given.
 #[derive(Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum CentrifugalTension {
-    /// Part of the layers' tension already.
+    /// The layers' tension includes the centrifugal one.
     Given,
 }
 
@@ -250,20 +248,20 @@ struct CaseEntry {
     s: [f64; 2],
 }
 
-/// Answer to a case: C and D, or K.
 enum Answer {
     Faces(Box<(Matrix3, Matrix3)>),
     Edge([[[f64; 2]; 2]; 2]),
 }
 
-/// Question of a case.
+/// Tyre of a case.
 enum Asked {
     Flat(Stack),
     Curved(CurvedStack),
 }
 
-/// Evaluates every case of a file's text; the answer is the same document with its `C` and `D` replaced.
+/// Evaluates every case of a file's text; returns the same document with `C` and `D`, or `K`, in its cases.
 pub(crate) fn evaluate(text: &str) -> Result<Value, CasesError> {
+    // 1. Tyres and sidewalls by name, and the cases.
     let mut document: Value = serde_json::from_str(text)?;
     let sidewalls: Vec<SidewallEntry> = list(&document, "sidewalls")?.unwrap_or_default();
     let tyres: Vec<Value> = match list(&document, "tyres")? {
@@ -274,6 +272,7 @@ pub(crate) fn evaluate(text: &str) -> Result<Value, CasesError> {
     let tyres = tyres.into_iter().map(asked).collect::<Result<Vec<_>, _>>()?;
     let sidewalls = sidewalls.into_iter().map(sidewall).collect::<Result<Vec<_>, _>>()?;
     let mut answers = Vec::with_capacity(cases.len());
+    // 2. Each case.
     for (index, case) in cases.iter().enumerate() {
         let refuse = |what| CasesError::Range { place: format!("case {index}"), what };
         let finite = case.s.iter().chain(&case.kx).chain(&case.ky).all(|number| number.is_finite());
@@ -317,6 +316,7 @@ pub(crate) fn evaluate(text: &str) -> Result<Value, CasesError> {
         }
         answers.push(Answer::Faces(Box::new(answer)));
     }
+    // 3. The answers into the document.
     if let Some(entries) = document["cases"].as_array_mut() {
         for (entry, answer) in entries.iter_mut().zip(answers) {
             match answer {
@@ -332,12 +332,10 @@ pub(crate) fn evaluate(text: &str) -> Result<Value, CasesError> {
     Ok(document)
 }
 
-/// Returns a list of a document, if it has it.
 fn list<T: DeserializeOwned>(document: &Value, key: &str) -> Result<Option<Vec<T>>, serde_json::Error> {
     document.get(key).map(|list| serde_json::from_value(list.clone())).transpose()
 }
 
-/// Returns a sidewall by its name.
 fn sidewall(entry: SidewallEntry) -> Result<(String, Sidewall), CasesError> {
     let name = entry.name().to_owned();
     let refuse = |what| CasesError::Range { place: format!("sidewall '{name}'"), what };
@@ -345,7 +343,6 @@ fn sidewall(entry: SidewallEntry) -> Result<(String, Sidewall), CasesError> {
     Ok((name, sidewall))
 }
 
-/// Returns the curved tyres of a file's text, by name.
 #[cfg(test)]
 pub(crate) fn curved_tyres(text: &str) -> Result<Vec<(String, CurvedStack)>, CasesError> {
     let document: Value = serde_json::from_str(text)?;
@@ -358,7 +355,6 @@ fn numbers(matrix: Matrix3) -> Value {
     json!(matrix.map(|row| row.map(|entry| [entry.re, entry.im])))
 }
 
-/// Returns a tyre by its name.
 fn asked(entry: Value) -> Result<(String, Asked), CasesError> {
     if entry["curved"].as_bool() == Some(true) {
         let (name, tyre) = curved(serde_json::from_value(entry)?)?;

@@ -8,7 +8,8 @@
 //!
 //! Where not all layers are isotropic, the stack is that of `super::anisotropic`, without that split.
 //!
-//! Cost: one P-SV pass of 2x2 matrices a layer (see [`operations`]), and one SH pass where the full matrix is wanted.
+//! Cost: one P-SV pass of 2x2 matrices per layer (see [`operations`]), and one SH pass where the full matrix is
+//! wanted.
 
 use num_complex::Complex64;
 
@@ -23,7 +24,7 @@ use crate::scene::{Foundation, Layer, Tyre};
 /// A 3x3 matrix over x, y, z: displacement i \[m\] per unit traction j \[Pa\].
 pub(crate) type Matrix3 = [[Complex64; 3]; 3];
 
-/// The layers and the foundation of a tyre, ready to be evaluated at any s.
+/// Layers and foundation of a flat tyre, for any s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stack {
     layers: Vec<Layer>,
@@ -33,52 +34,51 @@ pub struct Stack {
 /// A stack at one value of s, or at several in lockstep.
 #[derive(Clone, Debug)]
 pub struct StackAt<T = Complex64> {
-    /// The layers, from the rim outwards.
+    /// Layers from the rim outwards.
     pub(super) layers: Vec<LayerAt<T>>,
     /// Tangential and normal foundation stiffness per area \[N/m^3\].
     pub(super) foundation: [T; 2],
-    /// The same layers, where not all are isotropic: they are then evaluated by these.
+    /// Where not all layers are isotropic, the same layers; they are then evaluated in place of `layers`.
     pub(super) anisotropic: Option<FlatLayers<T>>,
 }
 
-/// Compliances of the surface and of the bottom face for normal traction, at one (kx, ky) and as many s.
+/// Compliances of the surface and of the bottom face for normal traction on the surface, at one (kx, ky).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalCompliance<T = Complex64> {
-    /// C_zz \[m/Pa\].
+    /// Outward displacement of the surface, C_zz \[m/Pa\].
     pub surface: T,
-    /// D_zz to the bottom face \[m/Pa\].
+    /// Outward displacement of the bottom face, D_zz \[m/Pa\].
     pub bottom: T,
 }
 
-/// Counts the real additions, multiplications, divisions and square roots of one evaluation for normal traction, both
-/// faces, of a stack of so many layers, where k h is so large that the layers' waves are taken (`thick`); exp as 34,
-/// sin and cos together as 40, a complex square root as 8. A test counts them.
+/// Real additions, multiplications, divisions and square roots of one evaluation for normal traction, both faces, of a
+/// stack of so many layers, where k h is so large that the layers' waves are taken (`thick`); exp as 34, sin and cos
+/// together as 40, a complex square root as 8. A test counts them.
 pub const fn operations(layers: u64) -> u64 {
     1260 + layers.saturating_sub(1) * 1160
 }
 
 impl Stack {
-    /// Returns the stack of a tyre.
+    /// Layers and foundation of a tyre, its curvature disregarded.
     pub fn new(tyre: &Tyre) -> Self {
         Self::of(tyre.layers.clone(), tyre.foundation.clone())
     }
 
-    /// Returns a stack of given layers, from the rim outwards, on a foundation.
+    /// `layers`: from the rim outwards.
     pub fn of(layers: Vec<Layer>, foundation: Foundation) -> Self {
         Self { layers, foundation }
     }
 
-    /// Returns its layers and foundation.
     pub(super) fn into_parts(self) -> (Vec<Layer>, Foundation) {
         (self.layers, self.foundation)
     }
 
-    /// Returns the layers, from the rim outwards.
+    /// Layers from the rim outwards.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    /// Returns the moduli and inertia at s \[1/s\].
+    /// Moduli and inertia at s \[1/s\].
     pub fn at(&self, s: Complex64) -> StackAt {
         let layers = self
             .layers
@@ -104,10 +104,9 @@ impl Stack {
 }
 
 impl<T: ComplexField> StackAt<T> {
-    /// Computes the P-SV matrices of the surface and of the transfer to the bottom face, displacement (w, u_z) for unit
-    /// traction (tau, sigma), each layer by `pass`; and, where it is wanted, the driving-point compliance under the
-    /// tread.
-    // One loop with one place that `pass` is called from: it is inlined there, and long.
+    /// P-SV matrices of the surface and of the transfer to the bottom face, displacement (w, u_z) for unit traction
+    /// (tau, sigma), each layer by `pass`; and, if `under_tread`, the driving-point compliance under the tread.
+    // One loop with a single call of `pass`: it is inlined there, and long.
     #[inline(always)]
     pub(super) fn p_sv(
         &self,
@@ -119,12 +118,12 @@ impl<T: ComplexField> StackAt<T> {
         let ([tangential, normal], count) = (self.foundation, self.layers.len());
         let [zero, one] = [0.0, 1.0].map(|value| normal.like(value));
         let foundation = Matrix2::diagonal(tangential, normal);
-        // Impedance under the next layer and under the last one; what the layers below have come to.
+        // Impedance under the next layer and under the last one; state and transfer of the layers so far.
         let (mut under, mut under_last) = (foundation, foundation);
         let mut last: Option<(FaceState<T>, Matrix2<T>)> = None;
         let mut driven = zero;
         for index in 0..count + usize::from(under_tread && count > 0) {
-            // Last of all the tread once more, on a free face.
+            // The tread once more at the end, on a free face.
             let again = index == count;
             let layer = &self.layers[index - usize::from(again)];
             let below = if again { Matrix2::diagonal(zero, zero) } else { under };
@@ -160,14 +159,14 @@ impl<T: ComplexField> StackAt<T> {
 }
 
 impl<T: Copy> NormalCompliance<Matrix2<T>> {
-    /// Returns the zz entries.
+    /// zz entries.
     #[inline(always)]
     pub(super) fn normal(self) -> NormalCompliance<T> {
         NormalCompliance { surface: self.surface.0[1][1], bottom: self.bottom.0[1][1] }
     }
 }
 
-/// Returns a layer by the way that suits it.
+/// P-SV pass of a layer, by series or by waves as its exponents suit.
 fn pass(
     layer: &LayerAt<Complex64>,
     exponents: &Exponents<Complex64>,
@@ -182,13 +181,13 @@ fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
 }
 
 impl StackAt {
-    /// Returns the outermost layer.
+    /// Outermost layer.
     pub(crate) fn tread(&self) -> &LayerAt<Complex64> {
         // A checked scene has at least one layer.
         &self.layers[self.layers.len() - 1]
     }
 
-    /// Returns the surface and bottom compliance for normal traction.
+    /// Surface and bottom compliance for normal traction; kx and ky in 1/m.
     pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance {
         if let Some(layers) = &self.anisotropic {
             let (surface, bottom) = layers.surface(self.foundation, kx, ky);
@@ -197,8 +196,8 @@ impl StackAt {
         self.p_sv(kx, ky, false, pass).0.normal()
     }
 
-    /// Returns C_xz: displacement of the surface along x for normal traction \[m/Pa\]. It needs no SH pass, whose waves
-    /// have no normal motion.
+    /// C_xz: displacement of the surface along x for normal traction \[m/Pa\]; kx and ky in 1/m. It needs no SH pass,
+    /// whose waves have no normal motion.
     pub fn tangential(&self, kx: f64, ky: f64) -> Complex64 {
         if let Some(layers) = &self.anisotropic {
             return -Complex64::i() * layers.surface(self.foundation, kx, ky).0[0][2];
@@ -211,8 +210,8 @@ impl StackAt {
         }
     }
 
-    /// Returns the driving-point compliance \[m/Pa\] for normal traction applied under the outermost layer, which rides
-    /// along: what independent springs in place of the tread's elasticity act on.
+    /// Driving-point compliance \[m/Pa\] for normal traction applied under the outermost layer, which moves as a free
+    /// layer with it: what independent springs in place of the tread's elasticity act on.
     pub fn under_tread(&self, kx: f64, ky: f64) -> Complex64 {
         if let Some(layers) = &self.anisotropic {
             return layers.under_tread(self.foundation, kx, ky);
@@ -220,7 +219,7 @@ impl StackAt {
         self.p_sv(kx, ky, true, pass).1
     }
 
-    /// Returns the full matrices: C on the surface and D to the bottom face, \[m/Pa\].
+    /// Full matrices: C on the surface and D to the bottom face \[m/Pa\]; kx and ky in 1/m.
     pub fn full(&self, kx: f64, ky: f64) -> (Matrix3, Matrix3) {
         if let Some(layers) = &self.anisotropic {
             let (surface, bottom) = layers.surface(self.foundation, kx, ky);
@@ -243,7 +242,7 @@ impl StackAt {
     }
 }
 
-/// Turns (w, u_z; tau, sigma) and SH in the direction of k to x, y, z. Here u_r = -i w and tau = i sigma_rz.
+/// From (w, u_z; tau, sigma) and SH along k to x, y, z. Here u_r = -i w and tau = i sigma_rz.
 fn turn(p_sv: Matrix2<Complex64>, sh: Complex64, [cos, sin]: [f64; 2]) -> Matrix3 {
     let i = Complex64::i();
     let [[rr, r_sigma], [z_tau, zz]] = p_sv.0;

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! what is odd in Omega and what is even, for the waves n and -n at once. Both are rational functions of x with real
-//! coefficients and poles at -lambda_j, so that no product over pairs of modes is left:
+//! coefficients and poles at -lambda_j, so that no product over pairs of modes remains:
 //!
 //! ```text
 //! A = A_0 + sum_j (A_j1 y_j + A_j2 y_j^2),   B = sum_j (B_j1 y_j + B_j2 y_j^2 + B_j3 y_j^3).
@@ -20,7 +20,7 @@
 //! Parts of the stiffness that do not follow the modulus pull modes by t g_j as well: - i g sum_j (t/mu lambda_j) (h_j
 //! g_j^T + g_j h_j^T).
 //!
-//! High modes follow at once: y as a function of 1/lambda is a parabola through its values at three Lambda_p, which
+//! High modes are quasi-static: y as a function of 1/lambda is a parabola through its values at three Lambda_p, which
 //! stand for all of them.
 //!
 //! Error: at most 7e-6 of C up to 6 kHz and 5e-5 up to 10 kHz at 250 km/h (default tyres).
@@ -30,32 +30,32 @@ use faer::Mat;
 use super::triangle::{BLOCK, ENTRIES, upper};
 use crate::numeric::ComplexField;
 
-/// Lambda_p that stand for the high modes.
+/// Number of Lambda_p that stand for the high modes.
 const POLES: usize = 3;
-/// Blocks of poles at most.
+/// Most blocks of poles.
 const MOST_BLOCKS: usize = 4;
 /// Sets of coefficients: of y and y^2 in A, of y, y^2 and y^3 in B.
 const SETS: usize = 5;
-/// Least distance of two lambda_j that counts, over their value: what is closer is taken apart, for finite residues.
+/// Least relative distance of two lambda_j: closer ones are moved apart, so that residues are finite.
 const APART: f64 = 1e-5;
 
 type Entries = [f64; ENTRIES];
 type Vector = [f64; 6];
 
-/// Coriolis force of a layer between its faces.
+/// Coriolis force of a layer, between its faces.
 #[derive(Clone, Debug)]
 pub(super) struct CoriolisModes {
     /// A_0.
     constant: Entries,
-    /// - sum_j (h_j g_j^T + g_j h_j^T)/lambda_j of each part.
+    /// Minus sum_j (h_j g_j^T + g_j h_j^T)/lambda_j, by part.
     parts: Vec<Entries>,
     blocks: Vec<PoleBlock>,
 }
 
-/// Poles and their coefficients.
+/// [`BLOCK`] poles and their coefficients; unused poles have coefficients of 0.
 #[derive(Clone, Debug)]
 struct PoleBlock {
-    /// lambda_j, and Lambda_p in the last block.
+    /// lambda_j; the last block ends with Lambda_p.
     squares: [f64; BLOCK],
     /// By set, entry and pole.
     sets: [[[f64; BLOCK]; ENTRIES]; SETS],
@@ -63,7 +63,7 @@ struct PoleBlock {
 
 /// Properties of the modes of a layer that turns.
 pub(super) struct Modes<'a> {
-    /// lambda_j, from below.
+    /// lambda_j, rising.
     pub squares: &'a [f64],
     /// m_j and h_j, in rows.
     pub moving: &'a Mat<f64>,
@@ -72,32 +72,33 @@ pub(super) struct Modes<'a> {
     pub modal: &'a Mat<f64>,
     /// g_j of each part of the stiffness, in rows.
     pub parts: Vec<&'a Mat<f64>>,
-    /// Number of modes that waves of the largest s resonate with.
+    /// Number of modes with which waves of the largest s resonate.
     pub low: usize,
 }
 
-/// A pole at -lambda with its coefficients.
 struct Pole {
     square: f64,
     sets: [Entries; SETS],
 }
 
 impl CoriolisModes {
-    /// Prepares those of modes, given Gam'.
+    /// `faces`: Gam'.
     pub(super) fn new(faces: Entries, modes: &Modes<'_>) -> Self {
         let Modes { squares, moving, pulls, modal, ref parts, low } = *modes;
         let count = squares.len();
+        // 1. Distinct lambda_j.
         let mut apart = squares.to_vec();
         for j in 1..count {
             apart[j] = apart[j].max(apart[j - 1] * (1.0 + APART));
         }
+        // 2. The pole of each mode.
         let row = |matrix: &Mat<f64>, j: usize| -> Vector { std::array::from_fn(|row| matrix[(j, row)]) };
         let (m, h): (Vec<Vector>, Vec<Vector>) = (0..count).map(|j| (row(moving, j), row(pulls, j))).unzip();
         let rows = (0..count).map(|j| modal.col_as_slice(j)).collect();
         let residues = Residues { squares: &apart, m: &m, h: &h, modal, rows };
         let mut constant = faces;
         let mut found: Vec<Pole> = (0..count).map(|a| residues.pole(a, &mut constant)).collect();
-        // As many as fill blocks; where the gap is widest, the high modes begin.
+        // 3. As many poles as fill blocks; the high modes begin where the gap is widest.
         let most = (low + POLES).div_ceil(BLOCK).clamp(1, MOST_BLOCKS) * BLOCK - POLES;
         if count > most {
             let gap = |&j: &usize| apart[j] / apart[j - 1];
@@ -105,6 +106,7 @@ impl CoriolisModes {
             let high = found.split_off(first);
             found.extend(together(&high));
         }
+        // 4. Poles by blocks, coefficients side by side.
         let blocks = found.chunks(BLOCK).map(|poles| {
             let mut block = PoleBlock { squares: [1.0; BLOCK], sets: [[[0.0; BLOCK]; ENTRIES]; SETS] };
             for (place, pole) in poles.iter().enumerate() {
@@ -124,8 +126,8 @@ impl CoriolisModes {
         Self { constant, parts: parts.iter().map(part).collect(), blocks: blocks.collect() }
     }
 
-    /// Returns the entries of both waves, n and -n, from those without the Coriolis force; g and mu x \[Pa/m^2\], mu,
-    /// and t by part.
+    /// Entries of both waves, n and -n, from those without the Coriolis force; g and mu x \[Pa/m^2\], mu, and t by
+    /// part.
     #[inline(always)]
     pub(super) fn both_ways<T: ComplexField>(
         &self,
@@ -147,6 +149,7 @@ impl CoriolisModes {
                 odd[k] = odd[k].plus_scaled(part[k], share);
             }
         }
+        // y, y^2, y^3 of a block of poles, then their sums for each entry.
         for block in &self.blocks {
             let (mut y, mut squared, mut cubed) = ([zero; BLOCK], [zero; BLOCK], [zero; BLOCK]);
             for j in 0..BLOCK {
@@ -187,11 +190,11 @@ struct Residues<'a> {
 }
 
 impl Residues<'_> {
-    /// Returns the pole of the mode a; adds to A_0 what does not depend on x.
+    /// Pole of the mode a; adds to A_0 what does not depend on x.
     fn pole(&self, a: usize, constant: &mut Entries) -> Pole {
         let Self { squares, m, h, modal, ref rows } = *self;
         let (count, square) = (squares.len(), squares[a]);
-        // Of A: - (1 - y) U + (1 - y)^2 W.
+        // 1. Of A: - (1 - y) U + (1 - y)^2 W.
         let mut u = h[a];
         for k in (0..count).filter(|&k| k != a) {
             add(&mut u, modal[(a, k)] * square / (squares[k] - square), &m[k]);
@@ -201,9 +204,9 @@ impl Residues<'_> {
         for k in 0..ENTRIES {
             constant[k] += w[k] - u[k];
         }
-        // Of B, by powers of 1/(lambda_a + x): F_j = own_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) + ..., with
-        // own_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes divide by lambda_j
-        // - lambda_a; what they add is summed before it is multiplied.
+        // 2. Of B, by powers of 1/(lambda_a + x): F_j = own_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) + ...,
+        // with own_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes divide by
+        // lambda_j - lambda_a; their contributions are summed before they are multiplied.
         let weight = |k: usize| if k == a { -1.0 } else { square / (squares[k] - square) };
         let (mut rest, mut slope) = (h[a], [0.0; 6]);
         let (mut others, mut coupled, mut sum, mut sum_of_squares) = ([0.0; 6], vec![0.0; count], 0.0, 0.0);
@@ -235,6 +238,7 @@ impl Residues<'_> {
         }
         powers[2] = scaled(&twice_symmetric(&own, &own), 0.5);
         let [first, second, third] = powers;
+        // 3. By powers of y = lambda_a/(lambda_a + x).
         let over = square.recip();
         let mut linear = u;
         linear.iter_mut().zip(&w).for_each(|(entry, w)| *entry -= 2.0 * w);
@@ -243,8 +247,8 @@ impl Residues<'_> {
     }
 }
 
-/// Returns the few simple poles in place of high ones: y(t) = 1/(1 + x t), t = 1/lambda, through their values at three
-/// t_p; y^2 = (t y)' and y^3 = (t^2 y)''/2.
+/// Few simple poles in place of high ones: y(t) = 1/(1 + x t), t = 1/lambda, through its values at three t_p; y^2 = (t
+/// y)' and y^3 = (t^2 y)''/2.
 fn together(high: &[Pole]) -> [Pole; POLES] {
     let [least, largest] = [high[0].square, high[high.len() - 1].square];
     let places = [least, least.powf(0.6) * largest.powf(0.4), largest].map(f64::recip);
@@ -277,7 +281,7 @@ fn scaled(entries: &Entries, factor: f64) -> Entries {
     entries.map(|entry| entry * factor)
 }
 
-/// Returns f g^T + g f^T.
+/// f g^T + g f^T.
 fn twice_symmetric(f: &Vector, g: &Vector) -> Entries {
     upper(|row, column| f[row] * g[column] + g[row] * f[column])
 }

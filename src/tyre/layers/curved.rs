@@ -28,11 +28,12 @@
 //!
 //! Sidewalls as arcs ([`crate::sidewall`]), spread evenly across the width B, give the inner face 2/B times the
 //! impedance of one of them, between V and w; a belt that moves across as a whole (k_y = 0) meets their lateral one.
-//! The pressure on the face is then the full one: the sidewalls' pull turns with the edge, and is in their impedance. A
-//! pressure that is uniform over the section drives the edges, too, against the face: the air's term is times
+//! The pressure on the face is then the full one: the sidewalls' pull turns with the edge, and is in their impedance.
+//! A
+//! pressure that is uniform over the section drives the edges, too, against the face: the air's term is multiplied by
 //! (B_e/B)^2, B_e = B - 2 N_b cos(a_b)/p.
 //!
-//! Cost: one exponential of a 6x6 matrix and one inverse of a 3x3 matrix a step.
+//! Cost: one exponential of a 6x6 matrix and one inverse of a 3x3 matrix per step.
 
 use std::sync::Arc;
 
@@ -47,18 +48,18 @@ use crate::numeric::ComplexField;
 use crate::scene::{Cavity, Foundation, Layer, Tyre};
 use crate::sidewall::{self, EdgeImpedance, Sidewall, table_bytes};
 
-/// Longest step times (wavenumber + 1/h), a wavenumber counted as often as displacements change faster across a layer
-/// than along it (see `super::elasticity`): the error is below 2e-5, its median 4e-8. Layers that are not isotropic
+/// Longest step times (wavenumber + 1/h), a wavenumber multiplied by the ratio of the displacements' rates across and
+/// along a layer (see `super::elasticity`): the error is below 2e-5, its median 4e-8. Layers that are not isotropic
 /// take twice the steps.
 pub const STEP: f64 = 0.6;
-/// A step for reference values: the error is below 2e-8.
+/// The same for reference values: the error is below 2e-8.
 pub const FINE_STEP: f64 = 0.1;
-/// Wavenumber times thickness of the layers from which waves do not feel the sidewalls under them: to exp(-12), of
-/// what the sidewalls are beside the layers, a hundredth.
+/// Wavenumber times thickness of the layers from which on waves do not feel the sidewalls under them: these count by
+/// exp(-12) of their ratio to the layers, which is a hundredth.
 const REACH: f64 = 6.0;
 /// Fewest steps in a layer.
 const FEWEST_STEPS: usize = 4;
-/// Terms of the exponential's series; with a norm of at most 1/2 the last one is below 1e-19.
+/// Terms of the exponential's series; with a norm of at most 1/2 the first omitted one is below 3e-17.
 const TERMS: usize = 14;
 
 type Matrix6 = [[Complex64; 6]; 6];
@@ -74,41 +75,41 @@ pub struct CurvedStack {
     pub radius: f64,
     /// Width B between the sides \[m\].
     pub width: f64,
-    /// Sidewalls as arcs, in place of the foundation; both are alike.
+    /// One of the two sidewalls, which are equal, as an arc in place of a foundation.
     pub sidewall: Option<Arc<Sidewall>>,
-    /// Pressure on the inner face \[Pa\], less what the sidewalls pull where they are none of their own: it follows the
-    /// face as it turns.
+    /// Pressure on the inner face \[Pa\], which follows the face as it turns; less the pull of sidewalls that are not
+    /// given as arcs.
     pub pressure: f64,
     /// Mass per area that moves with the inner face, of sidewalls that are a foundation \[kg/m^2\].
     pub sidewall_mass: f64,
-    /// The air within.
+    /// Air in the tyre.
     pub cavity: Option<Cavity>,
-    /// Its rotation.
+    /// Rotation, with the growth of the radius.
     pub rotation: Rotation,
 }
 
-/// Returns the growth of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
+/// Growth of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
 pub(crate) fn growth(tyre: &Tyre) -> f64 {
     if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
 }
 
-/// Returns the number of periods round layers of a thickness \[m\] up to a radius \[m\] from which on waves do not feel
-/// what is under them.
+/// Number of periods round the tyre from which on waves do not feel what is under layers of a thickness \[m\], whose
+/// outer radius is `radius` \[m\].
 fn reach(radius: f64, thickness: f64) -> usize {
     (REACH * radius / thickness).ceil() as usize
 }
 
-/// Returns the waves n >= 0 whose sidewalls are told apart.
+/// Number of waves n >= 0 whose sidewalls are evaluated separately; shorter waves share those of the last.
 pub(crate) fn sidewall_waves(tyre: &Tyre) -> usize {
     reach(tyre.radius(), tyre.thickness()) + 1
 }
 
-/// Returns the bytes that the sidewalls of a tyre take for each s; 0 without them.
+/// Bytes of a tyre's sidewalls for each s; 0 without them.
 pub(crate) fn sidewall_bytes(tyre: &Tyre) -> f64 {
     if tyre.sidewall.is_some() { table_bytes(sidewall_waves(tyre)) } else { 0.0 }
 }
 
-/// Returns the stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
+/// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
 #[inline(always)]
 pub(crate) fn air_stiffness<T: ComplexField>(cavity: &Cavity, n: i64, s: T) -> T {
     let Cavity { radius, depth, density, sound_speed, relaxation } = *cavity;
@@ -120,26 +121,26 @@ pub(crate) fn air_stiffness<T: ComplexField>(cavity: &Cavity, n: i64, s: T) -> T
     squared * (density / depth) * waves.reciprocal()
 }
 
-/// The inner face of a wave (n, k_y) and what acts on it.
+/// The inner face in a wave (n, k_y), and what acts on it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InnerFace {
     n: i64,
     /// k_y \[1/m\].
     pub(super) ky: f64,
-    /// Radius \[m\].
+    /// Radius of the face \[m\].
     pub(super) radius: f64,
     pressure: f64,
-    /// The air, where the wave feels it.
+    /// Air in the tyre, where the wave moves it.
     cavity: Option<Cavity>,
     /// m_s Omega^2 \[N/m^3\] and 2 m_s Omega \[N s/m^3\].
     turning: [f64; 2],
-    /// Share of an area of the face in the edges of both sidewalls \[1/m\].
+    /// Length of the edges of both sidewalls per area of the face \[1/m\].
     edges: f64,
 }
 
 impl InnerFace {
-    /// Returns the traction per displacement at s of what carries the face: sidewalls and foundation, given as their
-    /// tangential and normal stiffness with inertia \[N/m^3\], following pressure, cavity. Order V, P, w.
+    /// Traction per displacement at s of what carries the face: sidewalls and foundation, given as their tangential
+    /// and normal stiffness with inertia \[N/m^3\], following pressure, cavity. Order V, P, w.
     #[inline(always)]
     pub(super) fn impedance<T: ComplexField>(&self, s: T, [tangential, normal]: [T; 2]) -> [[T; 3]; 3] {
         let Self { n, ky, radius, pressure, cavity, .. } = *self;
@@ -152,7 +153,7 @@ impl InnerFace {
         [[tangential + -hoop, zero, turned], [zero, tangential, tilted], [turned, tilted, normal + -hoop]]
     }
 
-    /// Returns the number of periods round the tyre.
+    /// |n|, the number of periods round the tyre.
     pub(super) fn periods(&self) -> usize {
         self.n.unsigned_abs() as usize
     }
@@ -163,7 +164,7 @@ impl InnerFace {
         self.hold_scaled(impedance, edge, 1.0);
     }
 
-    /// Adds the same times a factor.
+    /// As [`Self::hold`], times a factor.
     #[inline(always)]
     pub(super) fn hold_scaled<T: ComplexField>(
         &self,
@@ -180,8 +181,8 @@ impl InnerFace {
         }
     }
 
-    /// Returns the same where the tyre turns: the impedance without the Coriolis force of the sidewalls' mass, and what
-    /// this adds over i between V and w.
+    /// As [`Self::impedance`] of a tyre that turns: without the Coriolis force of the sidewalls' mass, whose term
+    /// between V and w, over i, comes second.
     #[inline(always)]
     pub(super) fn turning_impedance<T: ComplexField>(&self, s: T, foundation: [T; 2]) -> ([[T; 3]; 3], T) {
         let mut impedance = self.impedance(s, foundation);
@@ -192,7 +193,6 @@ impl InnerFace {
     }
 }
 
-/// A layer at one value of s and one wavenumber.
 struct LayerAt {
     /// n, k_y \[1/m\].
     n: f64,
@@ -204,15 +204,14 @@ struct LayerAt {
     /// rho Omega^2, i 2 Omega rho s \[Pa/m^2\].
     softening: f64,
     coriolis: Complex64,
-    /// Steps over those of an isotropic layer.
+    /// Number of steps over that of an isotropic layer.
     fineness: f64,
-    /// Traction that counts as 1 \[Pa per m of displacement\].
+    /// Traction per displacement that is scaled to 1 \[Pa/m\].
     unit: f64,
 }
 
 impl LayerAt {
-    /// Returns the number of steps through a thickness h from the radius r on, none longer than `step` over (wavenumber
-    /// + 1/h).
+    /// Number of steps through a thickness h from the radius r on, none longer than `step` over (wavenumber + 1/h).
     fn steps(&self, r: f64, h: f64, step: f64) -> f64 {
         let q = self.inertia + self.tension * (self.n / r).powi(2);
         let ([along, across], [tr, yr, _]) = (self.elasticity.steepness(), self.elasticity.shear);
@@ -221,7 +220,7 @@ impl LayerAt {
         ((h * wavenumber + 1.0) * self.fineness / step).ceil().max(FEWEST_STEPS as f64)
     }
 
-    /// Returns the derivative of (V, P, w, tau, upsilon, sigma) by r as a matrix; tractions in units of `unit`.
+    /// Matrix of the derivative of (V, P, w, tau, upsilon, sigma) by r; tractions in units of `unit`.
     fn system(&self, r: f64) -> Matrix6 {
         let Self { elasticity, inertia, tension, softening, coriolis, unit, lateral: ky, .. } = *self;
         let ElasticityAt { plane: [tt, yy, ty], contraction: [at, ay], inverse_radial, shear } = elasticity;
@@ -263,7 +262,7 @@ impl LayerAt {
         matrix
     }
 
-    /// Returns expm(W) of a step of length d that begins at r: Magnus' expansion of fourth order.
+    /// expm(W) of a step of length d that begins at r: Magnus expansion of fourth order.
     fn step(&self, r: f64, d: f64) -> Matrix6 {
         let offset = 0.5 * d / 3.0_f64.sqrt();
         let (first, second) = (self.system(r + 0.5 * d - offset), self.system(r + 0.5 * d + offset));
@@ -280,10 +279,10 @@ impl LayerAt {
 }
 
 impl CurvedStack {
-    /// Returns the layers of a tyre, taken as curved.
+    /// Layers and sidewalls of a tyre, taken as curved, in steady rotation.
     ///
-    /// The edges of sidewalls as arcs are at the radius of the inner face: a rigid turn of the tyre, or a shift of it,
-    /// meets nothing but their stiffness if the tension is what pressure and pull give.
+    /// The edges of sidewalls as arcs are at the radius of the inner face: a rigid rotation or translation of the tyre
+    /// meets nothing but their stiffness if the tension is that of pressure and pull.
     pub fn new(tyre: &Tyre) -> Self {
         let sidewall = tyre.sidewall_arc(tyre.angular_velocity).map(|arc| Arc::new(Sidewall::new(arc)));
         let share = |wall: &Arc<Sidewall>| wall.effective_width(tyre.width).unwrap_or(f64::NAN) / tyre.width;
@@ -306,12 +305,12 @@ impl CurvedStack {
         Self { rotation: resting.turning(tyre.angular_velocity), ..resting }
     }
 
-    /// Returns the same on nothing: for waves that do not reach the inner face.
+    /// Without sidewalls as arcs: for waves that do not reach the inner face.
     pub(in crate::tyre) fn without_sidewalls(self) -> Self {
         Self { sidewall: None, ..self }
     }
 
-    /// Returns the same with all of the hoop stress in its layers' tension, so that the stress stays if a layer is cut.
+    /// With all of the hoop stress in the layers' tension, so that the stress stays if a layer is cut.
     pub(in crate::tyre) fn resolved(mut self) -> Self {
         let mut from = self.inner_radius();
         for layer in &mut self.layers {
@@ -324,11 +323,12 @@ impl CurvedStack {
         self
     }
 
-    /// Returns the rotation with the growth that the stack takes: see [`super::rotation`].
+    /// Rotation at an angular velocity \[rad/s\] with the growth of the stack: see [`super::rotation`].
     pub fn turning(&self, angular_velocity: f64) -> Rotation {
         if angular_velocity.abs() <= 0.0 {
             return Rotation::default();
         }
+        // 1. Centrifugal load and hoop stiffness of the layers, and the foundation.
         let inner = self.inner_radius();
         let mut from = inner;
         let (mut load, mut stiffness) = (self.sidewall_mass * inner * inner, 0.0);
@@ -341,7 +341,7 @@ impl CurvedStack {
         let [_, normal] = material::foundation_stiffness(&self.foundation, Complex64::ZERO);
         stiffness += normal.re * inner;
         if let Some(sidewall) = &self.sidewall {
-            // What turns pulls less.
+            // 2. Sidewalls: their stiffness, and their pull, which falls with the speed.
             let pull = |sidewall: &Sidewall| sidewall.edge().map_or(f64::NAN, |edge| edge.pull());
             let arc = sidewall.arc().clone();
             let resting = Sidewall::new(sidewall::Arc { angular_velocity: 0.0, ..arc.clone() });
@@ -357,15 +357,16 @@ impl CurvedStack {
         Rotation { angular_velocity, growth: angular_velocity * angular_velocity * load / stiffness }
     }
 
-    /// Returns the radius of the inner face \[m\].
+    /// Radius of the inner face \[m\].
     pub fn inner_radius(&self) -> f64 {
         self.radius - self.layers.iter().map(|layer| layer.thickness).sum::<f64>()
     }
 
-    /// Returns C and D at (n, m, s), k_y = m pi/B: displacement i \[m\] of the outer and of the inner face per unit
-    /// traction j \[Pa\] on the outer one; order circumferential, lateral, radial outward. `step`: longest step times
+    /// C and D at (n, m, s), k_y = m pi/B: displacement i \[m\] of the outer and of the inner face per unit traction j
+    /// \[Pa\] on the outer one; order circumferential, lateral, radial outward. `step`: longest step times
     /// (wavenumber + 1/h).
     pub fn compliance(&self, n: i64, m: usize, s: Complex64, step: f64) -> (Matrix3, Matrix3) {
+        // 1. Impedance at the inner face.
         let inner = self.inner_face(n, m);
         let (ky, mut r) = (inner.ky, inner.radius);
         let mut impedance = inner.impedance(s, self.foundation(s));
@@ -378,6 +379,7 @@ impl CurvedStack {
         if let Some(sidewall) = &self.sidewall {
             inner.hold(&mut impedance, &sidewall.impedance(n, s));
         }
+        // 2. Outwards through the layers; only impedance and transfer of displacement are kept.
         let n = n as f64;
         let mut transfer = identity();
         for layer in &self.layers {
@@ -400,12 +402,13 @@ impl CurvedStack {
             impedance = scaled.map(|row| row.map(|entry| entry * at.unit));
             r += h;
         }
+        // 3. The outer face.
         let surface = inverse(impedance);
         let bottom = product(&transfer, &surface);
         (to_fields(surface), to_fields(bottom))
     }
 
-    /// Returns the number of steps through all layers that [`Self::compliance`] takes.
+    /// Number of steps through all layers that [`Self::compliance`] takes.
     pub fn steps(&self, n: i64, m: usize, s: Complex64, step: f64) -> f64 {
         let inner = self.inner_face(n, m);
         let mut r = inner.radius;
@@ -417,25 +420,25 @@ impl CurvedStack {
         self.layers.iter().map(of).sum()
     }
 
-    /// Returns the number of periods from which on waves do not feel what is under the layers.
+    /// Number of periods from which on waves do not feel what is under the layers.
     pub(super) fn reach(&self) -> usize {
         reach(self.radius, self.radius - self.inner_radius())
     }
 
-    /// Returns its inner face at a wave.
+    /// Inner face in a wave; only waves that are uniform across (m = 0) move the air.
     pub(super) fn inner_face(&self, n: i64, m: usize) -> InnerFace {
         let ky = m as f64 * std::f64::consts::PI / self.width;
         InnerFace { cavity: self.cavity.filter(|_| m == 0), ..self.face_of_short_wave(n, ky) }
     }
 
-    /// Returns the same at a wave that the air does not follow.
+    /// Inner face in a wave that does not move the air.
     pub(super) fn face_of_short_wave(&self, n: i64, ky: f64) -> InnerFace {
         let Self { pressure, sidewall_mass: mass, rotation: Rotation { angular_velocity: omega, .. }, .. } = *self;
         let turning = [mass * omega * omega, 2.0 * mass * omega];
         InnerFace { n, ky, radius: self.inner_radius(), pressure, cavity: None, turning, edges: 2.0 / self.width }
     }
 
-    /// Returns the tangential and normal stiffness of sidewalls and foundation at s, inertia included \[N/m^3\].
+    /// Tangential and normal stiffness of sidewalls and foundation at s, inertia included \[N/m^3\].
     pub(super) fn foundation(&self, s: Complex64) -> [Complex64; 2] {
         let inertia = s * s * self.sidewall_mass;
         material::foundation_stiffness(&self.foundation, s).map(|stiffness| stiffness + inertia)
@@ -476,7 +479,7 @@ fn product<const N: usize>(a: &[[Complex64; N]; N], b: &[[Complex64; N]; N]) -> 
     result
 }
 
-/// Returns a^-1 by cofactors; a singular `a` gives non-finite entries.
+/// a^-1 by cofactors; a singular `a` gives entries that are not finite.
 pub(crate) fn inverse(a: Matrix3) -> Matrix3 {
     let minor = |i: usize, j: usize| {
         let [r, s] = [(i + 1) % 3, (i + 2) % 3];
@@ -487,13 +490,13 @@ pub(crate) fn inverse(a: Matrix3) -> Matrix3 {
     std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant))
 }
 
-/// Squarings of the largest matrix of finite numbers.
+/// Squarings for the largest matrix of finite numbers.
 const MOST_SQUARINGS: f64 = 1024.0;
 
-/// Returns exp of a matrix: its series at a 2^-k of it, squared k times.
+/// exp of a matrix: its series at 2^-k of it, squared k times.
 fn exponential(mut matrix: Matrix6) -> Matrix6 {
     let norm = matrix.iter().map(|row| row.iter().map(|entry| entry.norm()).sum::<f64>()).fold(0.0, f64::max);
-    // What is larger, or no number, has no exponential either.
+    // A larger or non-finite matrix has no finite exponential either.
     let squarings = if norm > 0.5 { (2.0 * norm).log2().ceil().min(MOST_SQUARINGS) as i32 } else { 0 };
     let scale = 2.0_f64.powi(-squarings);
     matrix.iter_mut().flatten().for_each(|entry| *entry *= scale);

@@ -1,4 +1,4 @@
-//! The curved tyre, wave by wave: what of C and D at (n, m) does not depend on s is worked out once, so that a value
+//! The curved tyre, wave by wave: whatever in C and D at (n, m) does not depend on s is computed once, so that a value
 //! at s costs little more than the flat plate's.
 //!
 //! In each layer the displacements are polynomials in r (`super::radial_polynomials`), and the field equations of
@@ -17,12 +17,12 @@
 //! Z(s) = mu K' + rho s^2 M' + G' - sum_j c_j c_j^T/(mu lambda_j + rho s^2 + gamma_j),   c_j = rho s^2 m_j + g_j.
 //! ```
 //!
-//! No mode is left out. What is: how the prestress couples different modes where mu(s) is not mu_0 (see
-//! `super::layer_modes`), at most 5e-7 of C. The error of C is about the square of the
-//! displacement's, and falls with the degree faster than any power.
+//! No mode is left out. What is neglected: coupling of different modes by the prestress where mu(s) is not mu_0 (see
+//! `super::layer_modes`), at most 5e-7 of C. The error of C is about the square of the displacement's, and falls with
+//! the degree faster than any power.
 //!
-//! Cost: a wave takes an eigenvalue problem of some 40 unknowns a layer; a value two real products for each mode and
-//! entry of a symmetric 6x6 matrix and one 3x3 inverse a layer.
+//! Cost: a wave takes an eigenvalue problem of some 40 unknowns per layer; a value two real products for each mode and
+//! entry of a symmetric 6x6 matrix and one 3x3 inverse per layer.
 
 use std::sync::{Arc, OnceLock};
 
@@ -41,13 +41,13 @@ use crate::numeric::{ComplexField, Lanes, MOST_LANES};
 use crate::scene::{Layer, MOST_CORD_LOSSES, Tyre};
 use crate::sidewall::{BothWays, EdgeImpedance, SidewallAt};
 
-/// Where the prestress is part of the stiffness, as a share of the largest |s|: modes matter where waves are short.
+/// |s| at which the prestress is part of the stiffness, over the largest |s|: modes matter where waves are short.
 const REFERENCE: f64 = 0.3;
-/// Degrees across a layer.
+/// Bounds of the polynomials' degree across a layer.
 const LEAST_DEGREE: usize = 6;
 const HIGHEST_DEGREE: usize = 64;
 
-/// A curved tyre whose waves may be prepared.
+/// A curved tyre as far as its waves need it: any of them can be prepared.
 #[derive(Debug)]
 pub struct Cylinder {
     stack: CurvedStack,
@@ -55,7 +55,6 @@ pub struct Cylinder {
     tolerance: f64,
 }
 
-/// One layer of it.
 #[derive(Debug)]
 struct CurvedLayer {
     layer: Layer,
@@ -63,9 +62,9 @@ struct CurvedLayer {
     from: f64,
     /// Square of the largest wavenumber of shear waves \[1/m^2\].
     shear_waves: f64,
-    /// |mu| where the fastest waves are \[Pa\].
+    /// |mu| at [`REFERENCE`] times the largest |s| \[Pa\].
     shear: f64,
-    /// Cords, and their f where |mu| is taken.
+    /// Cords, and their f at the same |s|.
     cords: CordParts,
     fibres: [f64; MOST_CORD_LOSSES],
     /// Constants of the material over mu.
@@ -76,7 +75,7 @@ struct CurvedLayer {
     prestress: [f64; 2],
     /// rho Omega^2 \[Pa/m^2\].
     softening: f64,
-    /// True if s = 0 is all that will be asked for.
+    /// True if s = 0 is the only s.
     at_rest: bool,
     /// By degree.
     products: Vec<OnceLock<RadialProducts>>,
@@ -85,28 +84,26 @@ struct CurvedLayer {
 /// Values that depend on s alone, at one s or at several in lockstep.
 #[derive(Clone, Debug)]
 pub struct CylinderAt<T = Complex64> {
-    /// Values of each layer.
     pub(super) layers: Vec<LayerValues<T>>,
     /// Tangential and normal stiffness of foundation and sidewalls, inertia included \[N/m^3\].
     pub(super) foundation: [T; 2],
-    /// s.
     pub(super) s: T,
-    /// Sidewalls as arcs, lane by lane; none on a foundation.
+    /// Sidewalls as arcs, lane by lane; empty on a foundation.
     sidewalls: Vec<Arc<SidewallAt>>,
 }
 
-/// Motion under a normal traction of 1 on the surface \[m/Pa\].
+/// Motion under a normal traction of 1 Pa on the surface \[m/Pa\].
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeMotion<T = Complex64> {
-    /// C_zz of the surface.
+    /// Outward motion of the surface, C_zz.
     pub surface: T,
     /// Outward motion w of the inner face.
     pub radial: T,
-    /// Its V: the circumferential motion is -i V.
+    /// V of the inner face: its circumferential motion is -i V.
     pub circumferential: T,
 }
 
-/// A wave (n, m), ready for any s.
+/// A wave (n, m), prepared for any s.
 #[derive(Clone, Debug)]
 pub struct CylinderWave {
     layers: Vec<LayerModes>,
@@ -120,12 +117,12 @@ impl Cylinder {
     /// Bytes of the products of polynomials of all degrees in a layer.
     pub const PRODUCT_BYTES: f64 = RadialProducts::bytes(HIGHEST_DEGREE);
 
-    /// Returns a curved tyre whose C is wanted up to |s| = `largest_s` \[1/s\] within a relative `tolerance`.
+    /// For C up to |s| = `largest_s` \[1/s\] within a relative `tolerance`.
     pub fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
         Self::of(CurvedStack::new(tyre), largest_s, tolerance)
     }
 
-    /// Returns the same of a stack.
+    /// As [`Self::new`], for a given stack.
     pub fn of(stack: CurvedStack, largest_s: f64, tolerance: f64) -> Self {
         let mut from = stack.inner_radius();
         let layers = stack.layers.iter().map(|layer| {
@@ -151,7 +148,7 @@ impl Cylinder {
         Self { layers: layers.collect(), stack, tolerance }
     }
 
-    /// Returns the moduli, inertia and foundation at s \[1/s\].
+    /// Moduli, inertia, foundation and sidewalls at s \[1/s\].
     pub fn at(&self, s: Complex64) -> CylinderAt {
         let layers = self
             .layers
@@ -167,13 +164,13 @@ impl Cylinder {
         CylinderAt { layers, foundation: self.stack.foundation(s), s, sidewalls: sidewall.into_iter().collect() }
     }
 
-    /// Returns the wave of n periods round the tyre and of the lateral number m.
+    /// Wave of n periods round the tyre and of the lateral number m.
     pub fn wave(&self, n: i64, m: usize) -> CylinderWave {
         self.with_face(n as f64, self.stack.inner_face(n, m))
     }
 
-    /// Returns a wave with any wavenumbers \[1/m\] on the outer face, so short that it hardly moves the inner one: the
-    /// pressure there acts as for the next whole number of periods.
+    /// Wave of any wavenumbers \[1/m\] on the outer face, so short that it hardly moves the inner one: the pressure
+    /// there acts as for the nearest whole number of periods.
     pub fn short_wave(&self, kx: f64, ky: f64) -> CylinderWave {
         let n = kx * self.stack.radius;
         self.with_face(n, self.stack.face_of_short_wave(n.round() as i64, ky))
@@ -190,9 +187,9 @@ impl Cylinder {
 }
 
 impl CurvedLayer {
-    /// Returns the degree of the polynomials: displacements ~ exp(a x), x in (-1, 1), have Legendre coefficients of
-    /// about (a/2)^p/p!, and C has the square of what is left out. A thin layer's bending, which is soft beside its
-    /// stretching, wants no less than the least degree. Cords make displacements steeper across the layer.
+    /// Degree of the polynomials: displacements ~ exp(a x), x in (-1, 1), have Legendre coefficients of about
+    /// (a/2)^p/p!, and the error of C is the square of the first omitted one. A thin layer's bending, which is soft
+    /// beside its stretching, needs no less than the least degree. Cords make displacements steeper across the layer.
     fn degree(&self, n: f64, ky: f64, tolerance: f64) -> usize {
         let [along, across] = self.steepness;
         let k_squared = (along * n / self.from).powi(2) + (across * ky).powi(2);
@@ -231,7 +228,7 @@ impl CurvedLayer {
 }
 
 impl<S: Simd> CylinderAt<Lanes<S>> {
-    /// Returns the several s side by side, as many as there are lanes.
+    /// Several s side by side, as many as there are lanes.
     #[inline(always)]
     pub fn lanes(simd: S, single: [&CylinderAt; MOST_LANES]) -> Self {
         let pair = |of: &dyn Fn(&CylinderAt) -> [Complex64; 2]| {
@@ -258,14 +255,14 @@ impl<S: Simd> CylinderAt<Lanes<S>> {
 }
 
 impl CylinderAt {
-    /// Returns a sidewall as an arc; none on a foundation.
+    /// A sidewall as an arc; `None` on a foundation.
     pub fn sidewall(&self) -> Option<&SidewallAt> {
         self.sidewalls.first().map(AsRef::as_ref)
     }
 }
 
 impl<T: ComplexField> CylinderAt<T> {
-    /// Returns the impedance of a sidewall's edge under a wave.
+    /// Impedance of a sidewall's edge in a wave of n periods, one rotation or the other by `way`.
     #[inline(always)]
     fn edge(&self, n: usize, way: impl Fn(&BothWays) -> &EdgeImpedance) -> Option<EdgeImpedance<T>> {
         if self.sidewalls.is_empty() {
@@ -284,7 +281,7 @@ impl<T: ComplexField> CylinderAt<T> {
 }
 
 impl CylinderWave {
-    /// Returns C_zz of the surface and D_zz to the inner face for normal traction \[m/Pa\].
+    /// C_zz of the surface and D_zz to the inner face for normal traction \[m/Pa\].
     #[inline(always)]
     pub fn normal<T: ComplexField>(&self, at: &CylinderAt<T>) -> NormalCompliance<T> {
         if self.turns {
@@ -294,21 +291,20 @@ impl CylinderWave {
         self.normal_at_rest(at)
     }
 
-    /// Returns the same of a tyre at rest.
+    /// As [`Self::normal`], of a tyre at rest.
     #[inline(always)]
     pub fn normal_at_rest<T: ComplexField>(&self, at: &CylinderAt<T>) -> NormalCompliance<T> {
         self.normal_over(&self.climb(at, self.layers.len()))
     }
 
-    /// Returns the same of the waves n and -n.
+    /// As [`Self::normal`], of the waves n and -n.
     #[inline(always)]
     pub fn normal_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [NormalCompliance<T>; 2] {
         let [forwards, backwards] = &self.climb_both_ways(at, self.layers.len());
         [self.normal_over(forwards), self.normal_over(backwards)]
     }
 
-    /// Returns the motion of the inner face, which the sidewalls' edges follow, in the waves n and -n (-n as n of
-    /// -Omega).
+    /// Motion of the inner face, which the sidewalls' edges follow, in the waves n and -n (-n as n of -Omega).
     #[inline(always)]
     pub fn edge_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [EdgeMotion<T>; 2] {
         if self.turns {
@@ -318,7 +314,7 @@ impl CylinderWave {
         [self.edge_over(&self.climb(at, self.layers.len())); 2]
     }
 
-    /// Returns C and D \[m/Pa\]; order circumferential, lateral, radial outward.
+    /// C and D \[m/Pa\]; order circumferential, lateral, radial outward.
     pub fn full(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
         if self.turns {
             let [forwards, _] = &self.climb_both_ways(at, self.layers.len());
@@ -327,7 +323,7 @@ impl CylinderWave {
         self.full_over(&self.climb(at, self.layers.len()))
     }
 
-    /// Returns the same of the wave -n.
+    /// As [`Self::full`], of the wave -n.
     pub fn full_backwards(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
         let (surface, bottom) = if self.turns {
             let [_, backwards] = &self.climb_both_ways(at, self.layers.len());
@@ -338,8 +334,8 @@ impl CylinderWave {
         (mirrored(surface), mirrored(bottom))
     }
 
-    /// Returns the driving-point compliance \[m/Pa\] for normal traction, per area of the surface, under the outermost
-    /// layer, which rides along.
+    /// Driving-point compliance \[m/Pa\] for normal traction, per area of the surface, under the outermost layer,
+    /// which is free on its outer face.
     #[inline(always)]
     pub fn under_tread<T: ComplexField>(&self, at: &CylinderAt<T>) -> T {
         if self.turns {
@@ -349,7 +345,7 @@ impl CylinderWave {
         self.under_tread_at_rest(at)
     }
 
-    /// Returns the same of a tyre at rest.
+    /// As [`Self::under_tread`], of a tyre at rest.
     #[inline(always)]
     pub fn under_tread_at_rest<T: ComplexField>(&self, at: &CylinderAt<T>) -> T {
         let carcass = self.layers.len().saturating_sub(1);
@@ -360,7 +356,7 @@ impl CylinderWave {
         inverse(impedance)[2][2] * self.radius
     }
 
-    /// Returns the same of the waves n and -n.
+    /// As [`Self::under_tread`], of the waves n and -n.
     #[inline(always)]
     pub fn under_tread_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [T; 2] {
         let carcass = self.layers.len().saturating_sub(1);
@@ -396,8 +392,8 @@ impl CylinderWave {
         (to_fields(surface), to_fields(bottom))
     }
 
-    /// Climbs through so many layers from the inner face: finds tractions times radius by displacements of the face
-    /// that is reached, and displacements of the inner face by those.
+    /// Goes through so many layers from the inner face: tractions times radius by displacements of the face that is
+    /// reached, and displacements of the inner face by those.
     #[inline(always)]
     fn climb<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> Climb<T> {
         let mut impedance = self.inner.impedance(at.s, at.foundation);
@@ -411,8 +407,8 @@ impl CylinderWave {
         climb
     }
 
-    /// Returns the same of the waves n and -n of a tyre that turns: layer by layer, since what is even in Omega serves
-    /// both.
+    /// As [`Self::climb`], of the waves n and -n of a tyre that turns: layer by layer, since what is even in Omega
+    /// serves both.
     #[inline(always)]
     fn climb_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> [Climb<T>; 2] {
         let (even, odd) = self.inner.turning_impedance(at.s, at.foundation);
@@ -437,7 +433,7 @@ impl CylinderWave {
     }
 }
 
-/// Returns the wave -n of Omega is n of -Omega in a mirror, which turns circumferential motion round.
+/// The wave -n of Omega is n of -Omega in a mirror, which reverses circumferential motion.
 fn mirrored([[vv, vp, vw], [pv, pp, pw], [wv, wp, ww]]: Matrix3) -> Matrix3 {
     [[vv, -vp, -vw], [-pv, pp, pw], [-wv, wp, ww]]
 }

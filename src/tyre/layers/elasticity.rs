@@ -1,6 +1,6 @@
 //! Elastic constants of a layer: isotropic rubber, rubber with cords, or an orthotropic material.
 //!
-//! A layer's stiffness is a sum of positive parts, each with a factor of s of its own, so that it is passive:
+//! A layer's stiffness is a sum of positive parts, each with a separate factor of s, so that it is passive:
 //!
 //! ```text
 //! C(s) = mu(s) C_0 + sum_k f_k(s) K_k (tt c^4, yy s^4, ty c^2 s^2, G_ty c^2 s^2, nothing else).
@@ -27,7 +27,7 @@ use crate::scene::{Layer, MOST_CORD_LOSSES, PlaneConstants};
 pub(super) struct ElasticityAt<T> {
     /// Q_tt, Q_yy, Q_ty \[Pa\].
     pub plane: [T; 3],
-    /// a_t, a_y \[1\].
+    /// a_t, a_y (no unit).
     pub contraction: [f64; 2],
     /// 1/C_rr \[1/Pa\].
     pub inverse_radial: T,
@@ -35,7 +35,7 @@ pub(super) struct ElasticityAt<T> {
     pub shear: [T; 3],
 }
 
-/// The material's constants in units of its shear modulus.
+/// Constants of a material in units of its shear modulus mu.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MaterialRatios {
     /// Q_tt, Q_yy, Q_ty.
@@ -52,20 +52,20 @@ pub(super) struct MaterialRatios {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Fibres {
     loss_factor: f64,
-    /// Along, across, and both between them and in shear, at the reference frequency \[Pa\].
+    /// Stiffness along, across, and both between them and in shear, at the reference frequency \[Pa\].
     pub shares: [f64; 3],
 }
 
-/// All cords of a layer.
+/// All cords of a layer, those of equal loss factor together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct CordParts {
+    /// Reference and corner frequency \[Hz\].
     frequencies: [f64; 2],
     /// By loss factor.
     pub parts: Vec<Fibres>,
 }
 
 impl MaterialRatios {
-    /// Returns those of a layer's material.
     pub(super) fn new(layer: &Layer) -> Self {
         match &layer.orthotropic {
             None => {
@@ -93,7 +93,6 @@ impl MaterialRatios {
 }
 
 impl CordParts {
-    /// Returns the cords of a layer.
     pub(super) fn new(layer: &Layer) -> Self {
         let mut parts: Vec<Fibres> = Vec::new();
         for cords in &layer.cords {
@@ -107,7 +106,7 @@ impl CordParts {
         Self { frequencies: [material.reference_frequency, material.corner_frequency], parts }
     }
 
-    /// Returns their factors f_k at s; zero for those that are not there.
+    /// Factors f_k at s; zero past the parts.
     pub(super) fn at(&self, s: Complex64) -> [Complex64; MOST_CORD_LOSSES] {
         let [reference, corner] = self.frequencies;
         let mut factors = [Complex64::ZERO; MOST_CORD_LOSSES];
@@ -119,7 +118,7 @@ impl CordParts {
 }
 
 impl ElasticityAt<Complex64> {
-    /// Returns the constants of a layer at s \[1/s\].
+    /// Constants of a layer at s \[1/s\].
     pub(super) fn new(layer: &Layer, s: Complex64) -> Self {
         let shear = material::shear_modulus(&layer.material, s);
         let ratios = MaterialRatios::new(layer);
@@ -139,7 +138,7 @@ impl ElasticityAt<Complex64> {
         found
     }
 
-    /// Tells how much faster than in an isotropic layer displacements change across the thickness, for waves along and
+    /// Ratio to an isotropic layer of the rate at which displacements change across the thickness, for waves along and
     /// across: half the root of Q over the shear modulus outwards, at least 1.
     pub(super) fn steepness(&self) -> [f64; 2] {
         [0, 1].map(|axis| (0.5 * (self.plane[axis] / self.shear[axis]).norm().sqrt()).max(1.0))
@@ -147,7 +146,7 @@ impl ElasticityAt<Complex64> {
 }
 
 impl<T: ComplexField> ElasticityAt<T> {
-    /// Returns the constants of several s side by side: `value` gives the lanes of an entry.
+    /// Constants of several s side by side: `value` gives the lanes of an entry.
     #[inline(always)]
     pub(super) fn in_lanes(
         single: &ElasticityAt<Complex64>,

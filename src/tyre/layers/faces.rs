@@ -1,8 +1,8 @@
-//! 3x3 blocks over the faces of layers, and the way from the inner face of a stack to its outer one.
+//! 3x3 blocks over the faces of layers, and the recursion from the inner face of a stack to its outer one.
 //!
-//! A layer that is known by what its two faces feel, tractions by displacements, has the blocks \[inner, across,
-//! outer\] of a symmetric matrix: within the inner face, from the outer face (columns) to the inner one (rows), within
-//! the outer face. Rows and columns: V, P, w (see [`super::curved`]). Over an impedance Z the layer has
+//! A layer that is represented by the tractions on its two faces by their displacements has the blocks \[inner,
+//! across, outer\] of a symmetric matrix: within the inner face, from the outer face (columns) to the inner one
+//! (rows), within the outer face. Rows and columns: V, P, w (see [`super::curved`]). Over an impedance Z the layer has
 //!
 //! ```text
 //! Z' = outer - across^T (Z + inner)^-1 across,   u_inner = -(Z + inner)^-1 across u_outer.
@@ -15,23 +15,22 @@ use crate::numeric::ComplexField;
 /// A block over V, P, w.
 pub(super) type Block<T> = [[T; 3]; 3];
 
-/// An impedance on the way outwards.
+/// State of the recursion at a face.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Climb<T> {
     /// Impedance of the face that is reached.
     pub impedance: Block<T>,
-    /// Displacements of the inner face by those there (`None` without layers).
+    /// Displacements of the inner face by those of the face reached (`None` without layers).
     pub transfer: Option<Block<T>>,
 }
 
 impl<T: ComplexField> Climb<T> {
-    /// Starts from the impedance of the inner face.
     #[inline(always)]
     pub(super) fn from(impedance: Block<T>) -> Self {
         Self { impedance, transfer: None }
     }
 
-    /// Goes on through a layer, given by its blocks.
+    /// Goes through a layer, given by its blocks.
     #[inline(always)]
     pub(super) fn through(self, [inner, across, outer]: &[Block<T>; 3]) -> Self {
         // Minus the displacement of the inner face by that of the outer one.
@@ -47,7 +46,7 @@ impl<T: ComplexField> Climb<T> {
     }
 }
 
-/// Climbs through layers from an impedance. `faces` gives a layer's blocks.
+/// Goes through layers from an impedance; `faces` gives a layer's blocks.
 #[inline(always)]
 pub(super) fn climb<T: ComplexField, L>(
     start: Block<T>,
@@ -61,7 +60,7 @@ pub(super) fn climb<T: ComplexField, L>(
     (climb.impedance, climb.transfer)
 }
 
-/// Adds a layer whose outer face is free to the impedance of the face under it.
+/// Impedance of a face under a layer whose outer face is free, given that without the layer.
 #[inline(always)]
 pub(super) fn carrying<T: ComplexField>(impedance: &Block<T>, [inner, across, outer]: &[Block<T>; 3]) -> Block<T> {
     let following = product(across, &product(&inverse(*outer), &transposed(across)));
@@ -107,7 +106,7 @@ pub(super) fn difference<T: ComplexField>(a: &Block<T>, b: &Block<T>) -> Block<T
     result
 }
 
-/// Returns a^-1 of a symmetric block by cofactors; a singular one gives non-finite entries.
+/// a^-1 of a symmetric block by cofactors; a singular one gives entries that are not finite.
 #[inline(always)]
 pub(super) fn inverse<T: ComplexField>([[a, b, c], [_, d, e], [_, _, f]]: Block<T>) -> Block<T> {
     let (p, q, r) = (d * f - e * e, c * e - b * f, b * e - c * d);
@@ -117,7 +116,7 @@ pub(super) fn inverse<T: ComplexField>([[a, b, c], [_, d, e], [_, _, f]]: Block<
     [[p, q, r], [q, s, t], [r, t, u]]
 }
 
-/// Turns a matrix from V, P and tau, upsilon to fields: tangential ones are -i times them.
+/// From V, P and tau, upsilon to fields: tangential ones are -i times them.
 pub(super) fn to_fields(matrix: Block<Complex64>) -> Block<Complex64> {
     let i = Complex64::i();
     let [[vv, vp, vw], [pv, pp, pw], [wv, wp, ww]] = matrix;

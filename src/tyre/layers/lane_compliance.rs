@@ -1,8 +1,8 @@
-//! The compliance for normal traction at several values of s in lockstep.
+//! Compliance for normal traction at several values of s in lockstep.
 //!
-//! Same formulas as [`super::compliance`] over [`Lanes`]: one wavenumber, several s. Where lanes take different ways
-//! through a layer both are gone and the results blended; lanes that need slices (grazing waves, rare) are redone one
-//! by one.
+//! Same formulas as [`super::compliance`] over [`Lanes`]: one wavenumber, several s. Where lanes need different
+//! methods for a layer both are evaluated and the results blended; lanes that need slices (grazing waves, rare) are
+//! redone one by one.
 
 use num_complex::Complex64;
 use pulp::Simd;
@@ -22,7 +22,7 @@ pub(crate) struct LaneStack<'a, S: Simd> {
 }
 
 impl<'a, S: Simd> LaneStack<'a, S> {
-    /// Puts stacks (of the same tyre) side by side, as many as there are lanes.
+    /// `single`: stacks of the same tyre, one per lane.
     pub(crate) fn new(simd: S, single: [&'a StackAt; MOST_LANES]) -> Self {
         let layer = |(index, layer): (usize, &LayerAt<Complex64>)| LayerAt {
             thickness: layer.thickness,
@@ -42,13 +42,13 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         Self { lanes: StackAt { layers, foundation, anisotropic }, single }
     }
 
-    /// Returns the compliances at a wavenumber. To be called within a `pulp` dispatch.
+    /// Compliances at a wavenumber \[1/m\]. To be called within a `pulp` dispatch.
     #[inline(always)]
     pub(crate) fn normal(&self, kx: f64, ky: f64) -> NormalCompliance<Lanes<S>> {
         self.driven(kx, ky, true)
     }
 
-    /// Returns the same of the surface, or of the face under the tread that is driven there in its place: see
+    /// As [`Self::normal`], of the surface or, driven there, of the face under the tread: see
     /// [`StackAt::under_tread`].
     #[inline(always)]
     pub(crate) fn driven(&self, kx: f64, ky: f64, on_surface: bool) -> NormalCompliance<Lanes<S>> {
@@ -70,7 +70,7 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         NormalCompliance { surface, bottom }
     }
 
-    /// Returns C_xz/i at a wavenumber, likewise: see [`StackAt::tangential`].
+    /// C_xz/i at a wavenumber \[1/m\]: see [`StackAt::tangential`]. To be called within a `pulp` dispatch.
     #[inline(always)]
     pub(crate) fn tangential_over_i(&self, kx: f64, ky: f64) -> Lanes<S> {
         if let Some(layers) = &self.lanes.anisotropic {
@@ -88,7 +88,7 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         value
     }
 
-    /// Returns [`StackAt::p_sv`], and which lanes need slices.
+    /// [`StackAt::p_sv`], and which lanes need slices.
     #[inline(always)]
     fn p_sv(
         &self,
@@ -107,7 +107,7 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         (both, driven, sliced)
     }
 
-    /// Returns the values with those of some lanes done one by one.
+    /// The values, those of some lanes evaluated one by one.
     #[inline(always)]
     fn redone<const VALUES: usize>(
         &self,
@@ -134,14 +134,14 @@ impl<'a, S: Simd> LaneStack<'a, S> {
     }
 }
 
-/// Returns the compliances of one s: of the surface, or of the face under the tread that is driven in its place, and of
-/// the bottom.
+/// Compliances of one s: of the surface, or of the face under the tread that is driven in its place, and of the
+/// bottom.
 fn driven(single: &StackAt, kx: f64, ky: f64, on_surface: bool) -> [Complex64; 2] {
     let NormalCompliance { surface, bottom } = single.normal(kx, ky);
     [if on_surface { surface } else { single.under_tread(kx, ky) }, bottom]
 }
 
-/// Returns one layer, each lane by its own way; marks the lanes that need slices.
+/// One layer, each lane by the method that suits it; marks the lanes that need slices.
 #[inline(always)]
 fn pass<S: Simd>(
     layer: &LayerAt<Lanes<S>>,
@@ -154,7 +154,7 @@ fn pass<S: Simd>(
     let alpha = simd.mul_f64s(simd.sqrt_f64s(exponents.alpha_squared.norm_squared()), scale);
     let beta = simd.mul_f64s(simd.sqrt_f64s(exponents.beta_squared.norm_squared()), scale);
     let (smaller, larger) = (simd.min_f64s(alpha, beta), simd.max_f64s(alpha, beta));
-    // The extreme lanes decide for all, if they agree.
+    // If the extreme lanes agree on a method, it suits all.
     let least = choose_way(simd.reduce_min_f64s(smaller), simd.reduce_min_f64s(larger));
     let most = choose_way(simd.reduce_min_f64s(smaller), simd.reduce_max_f64s(larger));
     if least == most && least == Way::Thin {

@@ -12,7 +12,7 @@
 //! coefficients that stay bounded for nu -> 1/2, and real for real s. The characteristic exponents are +-alpha, +-beta,
 //! alpha^2 = k^2 + Q/M, beta^2 = k^2 + Q/mu.
 //!
-//! Three ways through a layer, chosen by |alpha h| and |beta h|:
+//! Three methods for a layer, chosen by |alpha h| and |beta h|:
 //! 1. *thin* (both <= 2): the transfer matrix exp(A h) with (w, sigma)' = P (u_z, tau), (u_z, tau)' = R (w, sigma), so
 //!    that exp(A h) consists of c(PR h^2), s(PR h^2) P h, R s(PR h^2) h and c(RP h^2); c, s by power series, the
 //!    two-point Newton form f(PR) = f(alpha^2) I + f\[alpha^2, beta^2\] (PR - alpha^2 I) with exact divided
@@ -30,7 +30,6 @@ use super::matrix2::Matrix2;
 use super::scaled_series::{SERIES_LIMIT, exponential_quotient, hyperbolic_pair};
 use crate::numeric::ComplexField;
 
-/// A layer at one value of s.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LayerAt<T> {
     /// Thickness h \[m\].
@@ -56,7 +55,7 @@ pub(crate) struct FaceState<T> {
     pub traction: Matrix2<T>,
 }
 
-/// Impedance on a layer and transfer to the face under it.
+/// Result of a layer over an impedance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LayerResult<T> {
     /// Two independent states on the top face.
@@ -65,7 +64,7 @@ pub(crate) struct LayerResult<T> {
     pub bottom_displacement: Matrix2<T>,
 }
 
-/// The way through a layer.
+/// Method for a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Way {
     /// Transfer matrix by series.
@@ -76,12 +75,12 @@ pub(crate) enum Way {
     Sliced(usize),
 }
 
-/// Below this |exponent h| a wave in a thick layer counts as slow.
+/// |exponent h| below which a wave in a thick layer counts as slow.
 const SLOW: f64 = 0.05;
-/// Most thin layers that a thick layer with a slow wave is cut into; past it the waves are used all the same.
+/// Most slices of a thick layer with a slow wave; beyond, the waves are used all the same.
 const MOST_SLICES: f64 = 512.0;
 
-/// Chooses the way from |alpha h|^2 and |beta h|^2.
+/// Method by |alpha h|^2 and |beta h|^2.
 pub(crate) fn choose_way(alpha_h_squared: f64, beta_h_squared: f64) -> Way {
     let largest = alpha_h_squared.max(beta_h_squared);
     if largest <= SERIES_LIMIT {
@@ -96,7 +95,7 @@ pub(crate) fn choose_way(alpha_h_squared: f64, beta_h_squared: f64) -> Way {
     Way::Thick
 }
 
-/// The exponents' squares and what else depends on the wavenumber.
+/// Squared exponents and other values that depend on the wavenumber.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exponents<T> {
     /// k \[1/m\].
@@ -112,12 +111,12 @@ pub(crate) struct Exponents<T> {
 }
 
 impl<T: ComplexField> LayerAt<T> {
-    /// Returns rho s^2/mu \[1/m^2\]: the square of s over the speed of shear waves.
+    /// rho s^2/mu \[1/m^2\]: the square of s over the speed of shear waves.
     pub(crate) fn inertia_over_shear(&self) -> T {
         self.inertia * self.inverse_shear
     }
 
-    /// Returns the exponents at a wavenumber (kx, ky).
+    /// At a wavenumber (kx, ky) \[1/m\].
     #[inline(always)]
     pub(crate) fn exponents(&self, kx: f64, ky: f64) -> Exponents<T> {
         let k_squared = kx * kx + ky * ky;
@@ -132,7 +131,7 @@ impl<T: ComplexField> LayerAt<T> {
         }
     }
 
-    /// Returns the P-SV states on top of the layer over an impedance (tau, sigma) = `under` (w, u_z), by the given way.
+    /// P-SV states on top of the layer over an impedance (tau, sigma) = `under` (w, u_z), by a given method.
     #[inline(always)]
     pub(crate) fn p_sv(&self, exponents: &Exponents<T>, way: Way, under: Matrix2<T>) -> LayerResult<T> {
         match way {
@@ -152,8 +151,10 @@ impl<T: ComplexField> LayerAt<T> {
         }
     }
 
+    /// Method 1 of the module, for a thickness `h`.
     #[inline(always)]
     pub(super) fn p_sv_thin(&self, exponents: &Exponents<T>, h: f64, under: Matrix2<T>) -> LayerResult<T> {
+        // 1. c and s of alpha^2 h^2, and their divided differences.
         let Exponents { k, q, q_over_shear, alpha_squared, beta_squared } = *exponents;
         let (kappa, mu) = (self.modulus_ratio, self.shear);
         let h_squared = h * h;
@@ -175,12 +176,13 @@ impl<T: ComplexField> LayerAt<T> {
         ]);
         let cosh = Matrix2::diagonal(pair.cosh, pair.cosh);
         let sinhc = Matrix2::diagonal(pair.sinhc, pair.sinhc);
+        // 2. The blocks of exp(A h).
         let xx = (cosh + pr.scaled(cosh_difference)).0;
         let yy = (cosh + rp.scaled(cosh_difference)).0;
         let s_pr = (sinhc + pr.scaled(sinhc_difference)).scaled(q.like(h));
         let xy = (s_pr * p).0;
         let yx = (r * s_pr).0;
-        // From (w, sigma | u_z, tau) to (w, u_z | tau, sigma).
+        // 3. From (w, sigma | u_z, tau) to (w, u_z | tau, sigma).
         let t11 = Matrix2([[xx[0][0], xy[0][0]], [yx[0][0], yy[0][0]]]);
         let t12 = Matrix2([[xy[0][1], xx[0][1]], [yy[0][1], yx[0][1]]]);
         let t21 = Matrix2([[yx[1][0], yy[1][0]], [xx[1][0], xy[1][0]]]);
@@ -191,13 +193,14 @@ impl<T: ComplexField> LayerAt<T> {
         }
     }
 
+    /// Method 2 of the module.
     #[inline(always)]
     pub(super) fn p_sv_thick(&self, exponents: &Exponents<T>, under: Matrix2<T>) -> LayerResult<T> {
         let Exponents { k, q, q_over_shear, alpha_squared, beta_squared } = *exponents;
         let (kappa, mu, h) = (self.modulus_ratio, self.shear, self.thickness);
         let (alpha, beta) = (alpha_squared.square_root(), beta_squared.square_root());
         let (decay_p, decay_s) = ((alpha * -h).exponential(), (beta * -h).exponential());
-        // (exp(-beta h) - exp(-alpha h)) mu/Q; beta - alpha = (1 - kappa) (Q/mu)/(alpha + beta).
+        // 1. (exp(-beta h) - exp(-alpha h)) mu/Q; beta - alpha = (1 - kappa) (Q/mu)/(alpha + beta).
         let split = (alpha + beta).reciprocal() * (1.0 - kappa);
         let argument = q_over_shear * split * -h;
         let near = decay_p * split * exponential_quotient(argument) * -h;
@@ -206,7 +209,7 @@ impl<T: ComplexField> LayerAt<T> {
 
         let shear_traction = mu * (2.0 * k * k) + q;
         let two_mu_k = mu * (2.0 * k);
-        // Wave P: displacement (-k, alpha), traction (-2 mu k alpha, 2 mu k^2 + Q).
+        // 2. Wave P: displacement (-k, alpha), traction (-2 mu k alpha, 2 mu k^2 + Q).
         let p_displacement = [q.like(-k), alpha];
         let p_traction = [-(two_mu_k * alpha), shear_traction];
         // Wave SV: displacement (beta, -k), traction (2 mu k^2 + Q, -2 mu k beta); enters through (P + SV) mu/Q only.
@@ -217,7 +220,7 @@ impl<T: ComplexField> LayerAt<T> {
         let sv_displacement = [beta, q.like(-k)];
         let sv_traction = [shear_traction, -(two_mu_k * beta)];
 
-        // Waves that decay downwards from the top face: on the top face, and on the bottom face.
+        // 3. Waves that decay downwards from the top face: on the top face, and on the bottom face.
         let down = FaceState {
             displacement: columns(p_displacement, d_displacement),
             traction: columns(p_traction, d_traction),
@@ -226,7 +229,8 @@ impl<T: ComplexField> LayerAt<T> {
             displacement: away(p_displacement, d_displacement, sv_displacement, decay_p, delta),
             traction: away(p_traction, d_traction, sv_traction, decay_p, delta),
         };
-        // Waves that decay upwards are their mirror images: u_z and tau change sign.
+        // 4. Waves that decay upwards are their mirror images; the impedance below determines how much of them is
+        // reflected.
         let (up, up_far) = (mirror(down), mirror(down_far));
         let reflected =
             (under * up.displacement - up.traction).solve(down_far.traction - under * down_far.displacement);
@@ -239,7 +243,7 @@ impl<T: ComplexField> LayerAt<T> {
         }
     }
 
-    /// Returns SH: (u, t) on top and u at the bottom over an impedance t = `under` u, in one state.
+    /// SH: (u, t) on top and u at the bottom over an impedance t = `under` u, in one state.
     pub(crate) fn sh(&self, exponents: &Exponents<T>, thin: bool, under: T) -> [T; 3] {
         let h = self.thickness;
         if thin {
@@ -264,20 +268,20 @@ impl<T: ComplexField> LayerAt<T> {
     }
 }
 
-// Functions, not closures: they are inlined by force, since the vector instructions of the lanes end at a call.
+// Functions, not closures: they are inlined by force, since the vector code of the lanes ends at a call.
 
 #[inline(always)]
 fn columns<T: ComplexField>(p: [T; 2], d: [T; 2]) -> Matrix2<T> {
     Matrix2([[p[0], d[0]], [p[1], d[1]]])
 }
 
-/// Returns the two waves on the far face.
+/// Both waves on the far face.
 #[inline(always)]
 fn away<T: ComplexField>(p: [T; 2], d: [T; 2], sv: [T; 2], decay_p: T, delta: T) -> Matrix2<T> {
     columns([p[0] * decay_p, p[1] * decay_p], [d[0] * decay_p + sv[0] * delta, d[1] * decay_p + sv[1] * delta])
 }
 
-/// Returns the mirrored in the middle plane: u_z and tau change sign.
+/// Mirror image in the middle plane: u_z and tau change sign.
 #[inline(always)]
 fn mirror<T: ComplexField>(face: FaceState<T>) -> FaceState<T> {
     let [above, [a, b]] = face.displacement.0;

@@ -16,13 +16,13 @@ use crate::scene::MOST_CORD_LOSSES;
 
 /// Pairs of modes of a block.
 const PAIRS: usize = BLOCK * (BLOCK - 1) / 2;
-/// Most parts beside modulus and inertia: prestress and cords.
+/// Most parts in addition to modulus and inertia: prestress and cords.
 const MOST_PARTS: usize = 1 + MOST_CORD_LOSSES;
 
 /// mu(s) K' + rho s^2 M' + sum of t_p(s) G_p' less the modes' terms.
 ///
-/// Prestress and cords, the parts G_p, count as stiffness at one s_0: K = K_material + sum G_p f_p(s_0)/mu_0, f = 1 for
-/// the prestress, and t_p = f_p(s) - f_p(s_0) mu(s)/mu_0 is left of each: modes that they couple are then hardly
+/// Prestress and cords, the parts G_p, count as stiffness at one s_0: K = K_material + sum G_p f_p(s_0)/mu_0, f = 1
+/// for the prestress, and t_p = f_p(s) - f_p(s_0) mu(s)/mu_0 remains of each: modes that they couple are then hardly
 /// coupled any more. Cords of all modes of one shape across the layer are nearly diagonal together, whatever t_p.
 #[derive(Clone, Debug)]
 pub(super) struct LayerModes {
@@ -30,12 +30,12 @@ pub(super) struct LayerModes {
     faces: [[f64; ENTRIES]; 2],
     parts: Vec<Part>,
     blocks: Vec<Block>,
-    /// How each part couples the modes of the first block, the lowest ones, where there are cords: an entry for each
-    /// pair. Taken to the first order: c^T (D + E)^-1 c = c^T D^-1 c - c^T D^-1 E D^-1 c.
+    /// Coupling of the modes of the first block, the lowest ones, by each part, where there are cords: an entry for
+    /// each pair. Taken to the first order: c^T (D + E)^-1 c = c^T D^-1 c - c^T D^-1 E D^-1 c.
     coupled: Vec<[f64; PAIRS]>,
-    /// The Coriolis force, where the tyre turns.
+    /// Coriolis force, where the tyre turns.
     coriolis: Option<Box<CoriolisModes>>,
-    /// Share of the prestress that acts as inertia, where the tyre turns \[Pa/m^2\].
+    /// Part of the prestress that acts as inertia, where the tyre turns \[Pa/m^2\].
     mean: f64,
 }
 
@@ -46,11 +46,10 @@ struct Part {
     faces: [f64; ENTRIES],
     /// f_p(s_0)/mu_0.
     reference: f64,
-    /// Its place among the cords; `None`: the prestress.
+    /// Index of the cords; `None`: the prestress.
     cords: Option<usize>,
 }
 
-/// Some modes.
 #[derive(Clone, Debug)]
 struct Block {
     /// lambda_j; 1 past the last one.
@@ -65,7 +64,7 @@ struct Block {
 enum Terms {
     /// By entry m_j m_j^T; under tension m_j g_j^T + g_j m_j^T and g_j g_j^T, too.
     Products(Vec<[[f64; BLOCK]; ENTRIES]>),
-    /// With cords the products of several parts would be more than their vectors: m_j, then g_pj, by row.
+    /// With cords, whose products would be more numbers than the vectors: m_j, then g_pj, by row.
     Vectors(Vec<[[f64; BLOCK]; 6]>),
 }
 
@@ -86,8 +85,8 @@ pub(super) struct LayerValues<T> {
 pub(super) type Faces<T> = [super::faces::Block<T>; 3];
 
 impl LayerModes {
-    /// Reduces a layer at a wave. Where its stiffness cannot be reduced, as for numbers that are not finite, nothing of
-    /// it is a number.
+    /// Reduces a layer at a wave. Where its stiffness cannot be reduced, as for numbers that are not finite, all
+    /// values are NaN.
     pub(super) fn new(wave: &LayerWave<'_>, products: &RadialProducts) -> Self {
         let nothing = [[f64::NAN; ENTRIES]; 2];
         Self::between_held_faces(wave, products).unwrap_or(Self {
@@ -101,12 +100,14 @@ impl LayerModes {
     }
 
     fn between_held_faces(wave: &LayerWave<'_>, products: &RadialProducts) -> Option<Self> {
+        // 1. K: material, prestress and cords at s_0.
         let parts = wave.parts(products);
         let mut stiffness = wave.stiffness(products);
         for (matrix, reference, _) in &parts {
             stiffness += matrix * faer::Scale(*reference);
         }
         let modes = stiffness.nrows() - 6;
+        // At s = 0 alone: static condensation, no modes.
         if wave.at_rest {
             let coupling = stiffness.submatrix(6, 0, modes, 6);
             let following = stiffness.submatrix(6, 6, modes, modes).llt(Side::Lower).ok()?.solve(coupling);
@@ -120,14 +121,15 @@ impl LayerModes {
                 mean: 0.0,
             });
         }
+        // 2. Modes between held faces, K and M on the faces and m_j.
         let held = stiffness.submatrix(6, 6, modes, modes).self_adjoint_eigen(Side::Lower).ok()?;
         let (vectors, squares) = (held.U(), held.S().column_vector());
         let coupling = |matrix: &Mat<f64>| vectors.transpose() * matrix.submatrix(6, 0, modes, 6);
         let pulled = coupling(&stiffness);
-        // How the interior follows the faces at rest, in modes.
+        // Motion of the interior that follows the faces at rest, in modes.
         let following = Mat::from_fn(modes, 6, |j, column| -pulled[(j, column)] / squares[j]);
         let stiff = reduced(&stiffness, &(following.transpose() * &pulled * faer::Scale(0.5)), None);
-        // M: the identity in the interior, the products of the polynomials beside it.
+        // M: the identity in the interior; products of the polynomials where a face is involved.
         let inertia = by_fields(products.values.nrows(), |a, b| {
             let m = if a < 2 || b < 2 { products.values_r[(a, b)] } else { 0.0 };
             [m, 0.0, 0.0, m, 0.0, m]
@@ -135,11 +137,11 @@ impl LayerModes {
         let moved = coupling(&inertia);
         let heavy = reduced(&inertia, &(following.transpose() * &moved), Some(&(following.transpose() * &following)));
         let moving = moved + &following;
-        // Of each part: itself on the faces, g_j and gamma_j.
+        // 3. Each part: on the faces, g_j and gamma_j.
         let turns = wave.softening > 0.0;
         let has_cords = !wave.cords.is_empty();
         let mut pairs: Vec<[f64; PAIRS]> = Vec::new();
-        // How the prestress, less its mean, couples modes: see below.
+        // Coupling of modes by the prestress, less its mean, to first order.
         let mut tense: Option<Mat<f64>> = None;
         let mut mean = 0.0;
         let parts: Vec<(Part, Mat<f64>, Vec<f64>)> = parts
@@ -171,6 +173,7 @@ impl LayerModes {
                 (Part { faces, reference, cords }, coupled + inner, gamma)
             })
             .collect();
+        // 4. Terms of the modes, by blocks.
         let block = |first: usize| {
             let range = first..modes.min(first + BLOCK);
             let padded = |value: &dyn Fn(usize) -> f64, rest: f64| {
@@ -199,6 +202,7 @@ impl LayerModes {
                 terms,
             }
         };
+        // 5. The Coriolis force.
         let coriolis = turns.then(|| {
             let exchange = by_fields(products.values.nrows(), |a, b| {
                 let m = products.values_r[(a, b)];
@@ -229,14 +233,14 @@ impl LayerModes {
         })
     }
 
-    /// Returns the tractions on the faces times their radii by displacements: the blocks of [`super::faces`], of a
-    /// layer that turns without the Coriolis force.
+    /// Tractions on the faces times their radii by displacements: the blocks of [`super::faces`]; of a layer that
+    /// turns, without the Coriolis force.
     #[inline(always)]
     pub(super) fn faces<T: ComplexField>(&self, values: &LayerValues<T>) -> Faces<T> {
         blocks_of(self.entries(values))
     }
 
-    /// Returns the same of the waves n and -n of a tyre that turns.
+    /// As [`Self::faces`], of the waves n and -n of a tyre that turns, with the Coriolis force.
     #[inline(always)]
     pub(super) fn faces_both_ways<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
         let entries = self.entries(values);
@@ -248,7 +252,7 @@ impl LayerModes {
         [blocks_of(forwards), blocks_of(backwards)]
     }
 
-    /// Returns f(s) less the share of each part that follows the modulus.
+    /// t_p = f(s) less the fraction of each part that follows the modulus.
     #[inline(always)]
     fn left<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; MOST_PARTS] {
         let shear = values.shear;
@@ -262,10 +266,10 @@ impl LayerModes {
         left
     }
 
-    /// Returns the tractions of the faces without the modes' motion.
+    /// Tractions of the faces with the modes at rest.
     #[inline(always)]
     fn held<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS]) -> [T; ENTRIES] {
-        // Loops, not closures over arrays: a call of those would end the lanes' vector instructions.
+        // Loops, not closures over arrays: a call of those would end the lanes' vector code.
         let LayerValues { shear, inertia, .. } = *values;
         let [stiff, heavy] = &self.faces;
         let mut entries = [shear; ENTRIES];
@@ -280,6 +284,7 @@ impl LayerModes {
         entries
     }
 
+    /// Entries of the face matrix, without the Coriolis force.
     #[inline(always)]
     fn entries<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; ENTRIES] {
         let left = self.left(values);
@@ -311,7 +316,7 @@ impl LayerModes {
 }
 
 impl Block {
-    /// Returns d_j = mu lambda_j + rho s^2 + sum t_p gamma_pj.
+    /// d_j = mu lambda_j + rho s^2 + sum t_p gamma_pj.
     #[inline(always)]
     fn impedance<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS], j: usize) -> T {
         let LayerValues { shear, inertia, .. } = *values;
@@ -322,7 +327,7 @@ impl Block {
         sum + inertia
     }
 
-    /// Returns -1/d_j.
+    /// -1/d_j.
     #[inline(always)]
     fn inverse<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS]) -> [T; BLOCK] {
         let mut inverse = [values.shear; BLOCK];
@@ -333,7 +338,7 @@ impl Block {
     }
 }
 
-/// Returns a symmetric 6x6 matrix by its upper triangle into its blocks.
+/// The blocks of a symmetric 6x6 matrix given by its upper triangle.
 #[inline(always)]
 fn blocks_of<T>(entries: [T; ENTRIES]) -> Faces<T>
 where
@@ -343,7 +348,7 @@ where
     [[[a, b, c], [b, g, h], [c, h, l]], [[d, e, f], [i, j, k], [m, n, o]], [[p, q, r], [q, s, t], [r, t, u]]]
 }
 
-/// Returns c_j = inertia m_j + sum of left_p g_pj.
+/// c_j = inertia m_j + sum of left_p g_pj.
 #[inline(always)]
 fn force_of<T: ComplexField>(vectors: &[[[f64; BLOCK]; 6]], inertia: T, left: &[T; MOST_PARTS], j: usize) -> [T; 6] {
     let mut c = [inertia; 6];
@@ -357,7 +362,8 @@ fn force_of<T: ComplexField>(vectors: &[[[f64; BLOCK]; 6]], inertia: T, left: &[
     c
 }
 
-/// Returns the faces' own entries of a matrix with what follows them: `cross` and its transpose, and `own`.
+/// Entries of the faces in a matrix, with those of the interior that follows them: `cross` and its transpose, and
+/// `own`.
 fn reduced(matrix: &Mat<f64>, cross: &Mat<f64>, own: Option<&Mat<f64>>) -> [f64; ENTRIES] {
     upper(|row, column| {
         let own = own.map_or(0.0, |own| own[(row, column)]);
@@ -365,7 +371,7 @@ fn reduced(matrix: &Mat<f64>, cross: &Mat<f64>, own: Option<&Mat<f64>>) -> [f64;
     })
 }
 
-/// Returns the symmetric part of f_j g_j^T for some modes j, rows of both.
+/// Symmetric part of f_j g_j^T for some modes j, rows of both.
 fn outer_products(f: &Mat<f64>, g: &Mat<f64>, modes: Range<usize>) -> [[f64; BLOCK]; ENTRIES] {
     let mut entries = [[0.0; BLOCK]; ENTRIES];
     for (values, (row, column)) in entries.iter_mut().zip(upper_places()) {
@@ -397,8 +403,8 @@ fn add<T: ComplexField>(
     }
 }
 
-/// Adds c_j c_j^T inverse_j to `entries`, where c_j = inertia m_j + sum of left_p g_pj, and what couples modes of the
-/// block.
+/// Adds c_j c_j^T inverse_j to `entries`, where c_j = inertia m_j + sum of left_p g_pj, and the coupling of the
+/// block's modes.
 #[inline(always)]
 fn add_vectors<T: ComplexField>(
     entries: &mut [T; ENTRIES],
@@ -426,7 +432,7 @@ fn add_vectors<T: ComplexField>(
     add_coupled(entries, coupled, left, &moved);
 }
 
-/// Adds the first order of what couples the modes of a block to `entries`, from their motion c_j/d_j.
+/// Adds the coupling of a block's modes to first order to `entries`, from their motion c_j/d_j.
 #[inline(always)]
 fn add_coupled<T: ComplexField>(
     entries: &mut [T; ENTRIES],

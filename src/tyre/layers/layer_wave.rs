@@ -6,7 +6,7 @@ use super::elasticity::{Fibres, MaterialRatios};
 use super::radial_polynomials::RadialProducts;
 use crate::scene::MOST_CORD_LOSSES;
 
-/// Properties of a layer that its waves depend on.
+/// Properties of a layer on which its waves depend.
 #[derive(Clone, Debug)]
 pub(super) struct LayerWave<'a> {
     /// n, k_y \[1/m\].
@@ -27,12 +27,12 @@ pub(super) struct LayerWave<'a> {
     pub shear: f64,
     /// Square of the largest wavenumber of shear waves \[1/m^2\].
     pub shear_waves: f64,
-    /// True if s = 0 is all that will be asked for, and mu_0 the modulus there: no mode moves then.
+    /// True if s = 0 is the only s, and mu_0 the modulus there: no mode moves then.
     pub at_rest: bool,
 }
 
 impl LayerWave<'_> {
-    /// Returns K_material: the energy over mu as a matrix over V, P, w, each over all polynomials.
+    /// K_material: the energy over mu as a matrix over V, P, w, each over all polynomials.
     pub(super) fn stiffness(&self, products: &RadialProducts) -> Mat<f64> {
         if let Some(ratios) = &self.orthotropic {
             return self.orthotropic(ratios, products);
@@ -54,8 +54,8 @@ impl LayerWave<'_> {
         })
     }
 
-    /// Returns the same of an orthotropic material: int [Q_tt e_t^2 + Q_yy e_y^2 + 2 Q_ty e_t e_y + C_rr (e_r + a_t e_t
-    /// + a_y e_y)^2 + G_tr g_rt^2 + G_yr g_ry^2 + G_ty g_ty^2] r dr.
+    /// K_material of an orthotropic material: int [Q_tt e_t^2 + Q_yy e_y^2 + 2 Q_ty e_t e_y + C_rr
+    /// (e_r + a_t e_t + a_y e_y)^2 + G_tr g_rt^2 + G_yr g_ry^2 + G_ty g_ty^2] r dr.
     fn orthotropic(&self, ratios: &MaterialRatios, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, .. } = *self;
         let MaterialRatios { plane: [tt, yy, ty], contraction: [at, ay], inverse_radial, shear } = *ratios;
@@ -79,7 +79,7 @@ impl LayerWave<'_> {
         matrix
     }
 
-    /// Returns the energy of strains in the layer's surface: int [tt e_t^2 + yy e_y^2 + 2 ty e_t e_y + G g_ty^2] r dr.
+    /// Energy of strains in the layer's surface: int [tt e_t^2 + yy e_y^2 + 2 ty e_t e_y + G g_ty^2] r dr.
     fn membrane(&self, [tt, yy, ty]: [f64; 3], in_plane: f64, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, .. } = *self;
         by_fields(products.values.nrows(), |a, b| {
@@ -95,8 +95,8 @@ impl LayerWave<'_> {
         })
     }
 
-    /// Returns the parts of the stiffness that do not follow the modulus, each with f(s_0)/mu_0 and its place among the
-    /// cords.
+    /// Parts of the stiffness that do not follow the modulus, each with f(s_0)/mu_0 and the index of its cords
+    /// (`None`: prestress).
     pub(super) fn parts(&self, products: &RadialProducts) -> Vec<(Mat<f64>, f64, Option<usize>)> {
         let tense = self.softening > 0.0 || self.prestress.iter().any(|stress| stress.abs() > 0.0);
         let inverse = self.shear.recip();
@@ -108,7 +108,7 @@ impl LayerWave<'_> {
         tension.into_iter().chain(cords).collect()
     }
 
-    /// Returns the mean of the prestress over the layer, as an inertia of V and w \[Pa/m^2\].
+    /// Mean of the prestress over the layer, as an inertia of V and w \[Pa/m^2\].
     pub(super) fn mean_prestress(&self, products: &RadialProducts) -> f64 {
         let Self { n, ky, prestress: [along, across], softening, .. } = *self;
         // Of a displacement that is constant across the layer.
@@ -116,7 +116,7 @@ impl LayerWave<'_> {
         along * n * n * sum(&products.values_over_r) / sum(&products.values_r) + across * ky * ky - softening
     }
 
-    /// Returns G: the prestress, less what rotation takes off.
+    /// G: the prestress, less rho Omega^2 of rotation.
     fn prestress(&self, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, prestress: [along, across], softening, .. } = *self;
         by_fields(products.values.nrows(), |a, b| {
@@ -127,8 +127,8 @@ impl LayerWave<'_> {
     }
 }
 
-/// Returns a symmetric matrix over three fields of so many polynomials from its entries VV, VP, Vw, PP, Pw, ww. Order:
-/// V, P, w of the inner face, of the outer one, then the interior's V, P, w.
+/// Symmetric matrix over three fields of so many polynomials from its entries VV, VP, Vw, PP, Pw, ww. Order: V, P, w
+/// of the inner face, of the outer one, then the interior's V, P, w.
 pub(super) fn by_fields(polynomials: usize, entries: impl Fn(usize, usize) -> [f64; 6]) -> Mat<f64> {
     let place = |field: usize, a: usize| if a < 2 { 3 * a + field } else { 4 + field * (polynomials - 2) + a };
     let mut matrix = Mat::zeros(3 * polynomials, 3 * polynomials);
@@ -147,7 +147,7 @@ pub(super) fn by_fields(polynomials: usize, entries: impl Fn(usize, usize) -> [f
     matrix
 }
 
-/// Returns M of all polynomials.
+/// M of all polynomials.
 pub(super) fn whole_inertia(products: &RadialProducts) -> Mat<f64> {
     by_fields(products.values.nrows(), |a, b| {
         let m = products.values_r[(a, b)];

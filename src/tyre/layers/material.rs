@@ -12,13 +12,14 @@ use num_complex::Complex64;
 
 use crate::scene::{Foundation, Law, Material};
 
-/// Returns ((s + wc)/w0)^(2 atan(eta)/pi): the frequency dependence shared by power-law materials and the foundation.
+/// ((s + wc)/w0)^(2 atan(eta)/pi): the frequency dependence shared by power-law materials and the foundation;
+/// frequencies in Hz.
 pub(super) fn power_law(s: Complex64, loss_factor: f64, reference_frequency: f64, corner_frequency: f64) -> Complex64 {
     let ratio = (s + 2.0 * PI * corner_frequency) / (2.0 * PI * reference_frequency);
     ratio.powf(2.0 * loss_factor.atan() / PI)
 }
 
-/// Returns the young's modulus E(s) \[Pa\].
+/// Young's modulus E(s) \[Pa\].
 pub(crate) fn modulus(material: &Material, s: Complex64) -> Complex64 {
     let factor = match material.law {
         Law::Elastic => Complex64::new(1.0, 0.0),
@@ -43,26 +44,25 @@ pub(crate) fn modulus(material: &Material, s: Complex64) -> Complex64 {
     factor * material.modulus
 }
 
-/// Returns the shear modulus mu(s) \[Pa\].
+/// Shear modulus mu(s) \[Pa\].
 pub(crate) fn shear_modulus(material: &Material, s: Complex64) -> Complex64 {
     modulus(material, s) / (2.0 * (1.0 + material.poisson))
 }
 
-/// Returns the effective modulus |E(2 pi i f)|/(1 - nu^2) \[Pa\] at a frequency \[Hz\]: what a half-space of the
-/// material is indented with.
+/// Effective modulus |E(2 pi i f)|/(1 - nu^2) \[Pa\] at a frequency \[Hz\]: that of a half-space under a rigid
+/// indenter.
 pub(crate) fn effective_modulus(material: &Material, frequency: f64) -> f64 {
     let poisson = material.poisson;
     modulus(material, Complex64::new(0.0, 2.0 * PI * frequency)).norm() / (1.0 - poisson * poisson)
 }
 
-/// Returns the foundation stiffness per area at s: \[tangential, normal\] \[N/m^3\].
+/// Foundation stiffness per area at s: \[tangential, normal\] \[N/m^3\].
 pub(crate) fn foundation_stiffness(foundation: &Foundation, s: Complex64) -> [Complex64; 2] {
     let factor = power_law(s, foundation.loss_factor, foundation.reference_frequency, foundation.corner_frequency);
     [factor * foundation.tangential, factor * foundation.normal]
 }
 
-/// Returns the ratio of shear to longitudinal modulus mu/(lambda + 2 mu) = (1 - 2 nu)/(2 - 2 nu); real for a real
-/// Poisson's ratio.
+/// Ratio of shear to longitudinal modulus mu/(lambda + 2 mu) = (1 - 2 nu)/(2 - 2 nu); real for a real Poisson's ratio.
 pub(crate) fn modulus_ratio(poisson: f64) -> f64 {
     (1.0 - 2.0 * poisson) / (2.0 - 2.0 * poisson)
 }

@@ -9,20 +9,20 @@ use crate::numeric::ComplexField;
 pub(crate) struct Matrix2<T>(pub [[T; 2]; 2]);
 
 impl<T: ComplexField> Matrix2<T> {
-    /// Returns diag(a, b).
+    /// diag(a, b).
     #[inline(always)]
     pub(crate) fn diagonal(a: T, b: T) -> Self {
         let zero = a.like(0.0);
         Self([[a, zero], [zero, b]])
     }
 
-    /// Returns a b^-1 by cofactors. A singular `b` gives non-finite entries.
+    /// a b^-1 by cofactors. A singular `b` gives entries that are not finite.
     #[inline(always)]
     pub(crate) fn over(self, b: Self) -> Self {
         self * b.inverse()
     }
 
-    /// Returns a^-1 b by cofactors. A singular `a` gives non-finite entries.
+    /// a^-1 b by cofactors. A singular `a` gives entries that are not finite.
     #[inline(always)]
     pub(crate) fn solve(self, b: Self) -> Self {
         self.inverse() * b
@@ -35,7 +35,6 @@ impl<T: ComplexField> Matrix2<T> {
         Self([[s * scale, -(q * scale)], [-(r * scale), p * scale]])
     }
 
-    /// Returns all entries times a factor.
     #[inline(always)]
     pub(crate) fn scaled(self, factor: T) -> Self {
         let [[a, b], [c, d]] = self.0;

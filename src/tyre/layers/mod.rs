@@ -8,9 +8,9 @@
 //! - [`curved`]: C and D of the same layers as a hollow cylinder, under inflation, over a cavity;
 //! - [`cylinder`]: the same wave by wave, prepared once for all s;
 //! - [`rotation`]: growth and hoop stress of a tyre that turns;
-//! - [`lane_compliance`]: the flat ones at several s in lockstep;
-//! - [`surface_asymptote`]: what C becomes at high wavenumbers;
-//! - `traction_asymptote`: the same of all components, at real s;
+//! - [`lane_compliance`]: the flat stack at several s in lockstep;
+//! - [`surface_asymptote`]: the limit of C_zz at high wavenumbers;
+//! - `traction_asymptote`: that of all components, at real s;
 //! - [`cases`]: files of wavenumbers and s in, C and D out.
 
 mod anisotropic;

@@ -79,7 +79,7 @@ impl ComplexField for Counted {
     }
 }
 
-/// Returns the operations with the tread put on `below` belts.
+/// Operations with the tread on `below` belts.
 fn counted_operations(below: usize) -> u64 {
     let tyre = tyre(0.25);
     let mut layers = vec![tyre.layers[0].clone(); below];

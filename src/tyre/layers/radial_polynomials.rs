@@ -7,11 +7,11 @@ use faer::Mat;
 
 use crate::numeric::legendre::gauss;
 
-/// Nodes beyond the degree: enough for 1/r, which is smooth, to rounding.
+/// Nodes beyond the degree: enough to integrate 1/r, which is smooth, to rounding.
 const SPARE_NODES: usize = 6;
 
-/// Integrals over r of products f_a g_b of the polynomials; rows a, columns b: the inner face, the outer face, interior
-/// ones.
+/// Integrals over r of products f_a g_b of the polynomials; rows a, columns b: the inner face, the outer face,
+/// interior ones.
 #[derive(Clone, Debug)]
 pub(super) struct RadialProducts {
     /// f' g' r.
@@ -31,26 +31,27 @@ pub(super) struct RadialProducts {
 }
 
 impl RadialProducts {
-    /// Returns the bytes of those of all degrees up to one: eight matrices each.
+    /// Bytes of the products of all degrees up to one: eight matrices each.
     pub(super) const fn bytes(highest: usize) -> f64 {
         let sizes = (highest + 1) * (highest + 2) * (2 * highest + 3) / 6;
         8.0 * 8.0 * sizes as f64
     }
 
-    /// Makes the polynomials up to a degree, at least 2, between two radii \[m\].
+    /// Polynomials up to a degree, at least 2, on a layer of a thickness \[m\] from the radius `from` \[m\] on.
     pub(super) fn new(from: f64, thickness: f64, degree: usize) -> Self {
         let rule = gauss(degree + SPARE_NODES);
         let half = 0.5 * thickness;
         let nodes = rule.len();
         let radius: Vec<f64> = rule.iter().map(|[x, _]| from + half * (1.0 + x)).collect();
         let weight: Vec<f64> = rule.iter().map(|[_, weight]| half * weight).collect();
-        // Values and slopes by x of 1, then of the q_j, at the nodes.
+        // 1. Values at the nodes and slopes by r of the two linear functions.
         let mut values = Mat::zeros(nodes, degree + 1);
         let mut slopes = Mat::zeros(nodes, degree + 1);
         for (i, [x, _]) in rule.iter().enumerate() {
             (values[(i, 0)], values[(i, 1)]) = (0.5 * (1.0 - x), 0.5 * (1.0 + x));
             (slopes[(i, 0)], slopes[(i, 1)]) = (-0.5 / half, 0.5 / half);
         }
+        // 2. The others by Stieltjes' recurrence: q_j orthonormal under (1 - x^2)^2 r, values and slopes side by side.
         let measure = |i: usize| weight[i] * radius[i] * (1.0 - rule[i][0].powi(2)).powi(2);
         let (mut q, mut q_slope) = (vec![1.0; nodes], vec![0.0; nodes]);
         let (mut before, mut before_slope, mut beta) = (vec![0.0; nodes], vec![0.0; nodes], 0.0);
@@ -72,6 +73,7 @@ impl RadialProducts {
                 (q[i], q_slope[i]) = (next, next_slope);
             }
         }
+        // 3. Products by quadrature.
         let product = |f: &Mat<f64>, g: &Mat<f64>, power: i32| {
             let weighted = Mat::from_fn(nodes, degree + 1, |i, b| weight[i] * radius[i].powi(power) * g[(i, b)]);
             f.transpose() * weighted

@@ -1,7 +1,7 @@
-//! Rotation of a curved tyre: its growth and the hoop stress of its layers, steady in the tyre's own frame.
+//! Rotation of a curved tyre: its growth and the hoop stress of its layers, steady in the frame of the tyre.
 //!
-//! Layers that turn with Omega are held together by one growth w_0 that they share: each bears of the centrifugal load
-//! what its own hoop stiffness is worth, and the foundation the rest:
+//! Layers that turn with Omega are held together by one growth w_0 that they share: each bears the centrifugal load in
+//! proportion to its hoop stiffness, and the foundation the rest:
 //!
 //! ```text
 //! w_0 = Omega^2 (sum rho_j h_j r_j^2 + m_s R_i^2)/(sum Q_tt,j(0) h_j/r_j + k_n(0) R_i),
@@ -24,27 +24,28 @@ use num_complex::Complex64;
 use super::elasticity::ElasticityAt;
 use crate::scene::Layer;
 
-/// Steady rotation of a curved stack; none by default.
+/// Steady rotation of a curved stack; at rest by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rotation {
-    /// Angular velocity Omega, positive towards the waves exp(i n theta) of growing theta \[rad/s\].
+    /// Angular velocity Omega \[rad/s\]; positive where the tyre moves with growing theta, the direction of the waves
+    /// exp(i n theta).
     pub angular_velocity: f64,
     /// Growth w_0 of the radius \[m\].
     pub growth: f64,
 }
 
 impl Rotation {
-    /// Returns the rotation whose tension the layers' own already holds: no growth adds to it.
+    /// A rotation whose tension is already in the layers' tension: no growth adds to it.
     pub fn of_given_tension(angular_velocity: f64) -> Self {
         Self { angular_velocity, growth: 0.0 }
     }
 
-    /// Tells whether it turns.
+    /// True unless the angular velocity is 0.
     pub fn turns(&self) -> bool {
         self.angular_velocity != 0.0
     }
 
-    /// Returns the prestress S, S_y \[Pa\] of a layer whose inner face has the radius `from` \[m\].
+    /// Prestress S, S_y \[Pa\] of a layer whose inner face has the radius `from` \[m\].
     pub fn prestress(&self, layer: &Layer, from: f64) -> [f64; 2] {
         let [hoop, across] = layer.tension.map(|tension| tension / layer.thickness);
         if !self.turns() {
@@ -53,19 +54,18 @@ impl Rotation {
         [hoop + hoop_modulus(layer) * self.growth / (from + 0.5 * layer.thickness), across]
     }
 
-    /// Returns rho Omega^2: what the rotation takes off the stiffness against circumferential and outward motion
-    /// \[Pa/m^2\].
+    /// rho Omega^2: reduction by rotation of the stiffness against circumferential and outward motion \[Pa/m^2\].
     pub(super) fn softening(&self, density: f64) -> f64 {
         density * self.angular_velocity * self.angular_velocity
     }
 
-    /// Returns 2 Omega rho s, of the Coriolis force \[Pa/m^2\]; also of a mass per area \[N/m^3\].
+    /// 2 Omega rho s, of the Coriolis force \[Pa/m^2\]; of a mass per area \[N/m^3\].
     pub(super) fn coriolis(&self, density: f64, s: Complex64) -> Complex64 {
         s * (2.0 * self.angular_velocity * density)
     }
 }
 
-/// Returns Q_tt at s = 0 \[Pa\].
+/// Q_tt at s = 0 \[Pa\].
 pub(super) fn hoop_modulus(layer: &Layer) -> f64 {
     ElasticityAt::new(layer, Complex64::ZERO).plane[0].re
 }

@@ -9,10 +9,10 @@ use crate::numeric::ComplexField;
 /// Largest |z| for which [`hyperbolic_pair`] reaches full double precision.
 pub(super) const SERIES_LIMIT: f64 = 4.0;
 
-/// 4^16/32! = 2e-26: the first term left out, relative to 1.
+/// First omitted term, relative to 1: 4^16/32! = 2e-26.
 const TERMS: usize = 15;
 
-/// Returns 1/(2j)! and 1/(2j+1)!.
+/// 1/(2j)! and 1/(2j+1)!, j = 0..=TERMS.
 const fn inverse_factorials() -> ([f64; TERMS + 1], [f64; TERMS + 1]) {
     let mut even = [1.0; TERMS + 1];
     let mut odd = [1.0; TERMS + 1];
@@ -41,7 +41,7 @@ pub(super) struct HyperbolicPair<T> {
     pub sinhc_difference: T,
 }
 
-/// Evaluates the series for |a|, |b| <= [`SERIES_LIMIT`].
+/// By series, for |a|, |b| <= [`SERIES_LIMIT`].
 #[inline(always)]
 pub(super) fn hyperbolic_pair<T: ComplexField>(a: T, b: T) -> HyperbolicPair<T> {
     let one = a.like(1.0);
@@ -62,10 +62,10 @@ pub(super) fn hyperbolic_pair<T: ComplexField>(a: T, b: T) -> HyperbolicPair<T> 
     pair
 }
 
-/// Returns (exp(z) - 1)/z for |z| < 1/2 by series.
+/// (exp(z) - 1)/z for |z| < 1/2 by series.
 #[inline(always)]
 pub(super) fn exponential_quotient<T: ComplexField>(z: T) -> T {
-    // Horner from 1/14!: 0.5^13/14! = 1e-15 of the last kept term's neighbour is below rounding.
+    // Horner from z^13/14!; the first omitted term, 0.5^14/15! = 5e-17, is below rounding.
     let mut sum = z.like(1.0);
     let mut j = 14.0;
     while j > 1.5 {

@@ -19,15 +19,15 @@
 
 use num_complex::Complex64;
 
-/// Terms of the power series that are kept.
+/// Terms of the power series.
 pub(crate) const TERMS: usize = 14;
 
 /// Largest |x| at which the series is used: (0.12/0.76)^14 = 6e-12.
 pub(crate) const LARGEST_ARGUMENT: f64 = 0.12;
 
-/// Returns the power-series coefficients phi_j for a modulus ratio kappa = mu/(lambda + 2 mu) in (0, 1).
+/// Power-series coefficients phi_j for a modulus ratio kappa = mu/(lambda + 2 mu) in (0, 1).
 ///
-/// Both 1/denominator and numerator start at x, so the quotient of the shifted series is taken; the constant terms
+/// Numerator and denominator both start at x, so the quotient of the shifted series is taken; the constant terms
 /// cancel exactly.
 pub(crate) fn series(kappa: f64) -> [f64; TERMS] {
     // sqrt(1 + c x): coefficients binomial(1/2, j) c^j.
@@ -59,15 +59,16 @@ pub(crate) fn series(kappa: f64) -> [f64; TERMS] {
     quotient
 }
 
-/// Returns phi(x) itself, for checking the series.
+/// phi(x) in closed form: also where the series does not converge. Cancels for x -> 0.
 pub(crate) fn closed_form(kappa: f64, x: Complex64) -> Complex64 {
     let (a, b) = ((x * kappa + 1.0).sqrt(), (x + 1.0).sqrt());
     a * x / ((x + 2.0) * (x + 2.0) - a * b * 4.0)
 }
 
-/// Returns the wavenumber above which a layer of thickness `h` is a half-space to a relative `tolerance` \[1/m\].
+/// Wavenumber above which a layer of thickness `h` \[m\] is a half-space to a relative `tolerance` \[1/m\].
 pub(crate) fn thickness_limit(h: f64, tolerance: f64) -> f64 {
-    // 4 (k h)^2 exp(-2 k h) = tolerance, by fixed-point iteration from the large-argument side.
+    // 4 (k h)^2 exp(-2 k h) = tolerance, by fixed-point iteration from the large-argument side; it contracts by 1/(k
+    // h).
     let mut argument: f64 = 0.5 * (4.0 / tolerance).ln();
     for _ in 0..8 {
         argument = 0.5 * (4.0 * argument * argument / tolerance).ln();

@@ -16,7 +16,7 @@
 pub(crate) struct HalfSpaceTraction {
     /// C_LL mu k.
     pub along: f64,
-    /// C_Lz mu k: a wave's motion along it, a quarter of a period apart, by outward traction.
+    /// C_Lz mu k: motion along the wave, a quarter of a period apart, by outward traction.
     pub mixed: f64,
     /// C_zz mu k.
     pub outward: f64,
@@ -25,7 +25,7 @@ pub(crate) struct HalfSpaceTraction {
 }
 
 impl HalfSpaceTraction {
-    /// Returns the compliances times mu k for a modulus ratio kappa and x.
+    /// Compliances times mu k for a modulus ratio kappa and x >= 0.
     pub(crate) fn new(kappa: f64, x: f64) -> Self {
         let (a, b) = ((1.0 + kappa * x).sqrt(), (1.0 + x).sqrt());
         let numerator = 16.0 * (1.0 - kappa) + x * ((24.0 - 16.0 * kappa) + x * (8.0 + x));

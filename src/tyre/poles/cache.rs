@@ -7,16 +7,16 @@ use super::model::RationalModel;
 use crate::scene::Tyre;
 use crate::storage::{Cache, Cached, Format, Kind};
 
-/// A model with where it came from.
+/// A model and its origin.
 #[derive(Debug)]
 pub struct Fetched {
-    /// The model.
+    /// The model, valid whatever the warnings.
     pub model: RationalModel,
     /// True if it was read from the cache.
     pub warm: bool,
-    /// Times of the fit, where it was fitted.
+    /// Times of the fit; `None` if the model was read.
     pub times: Option<FitTimes>,
-    /// Troubles with the cache on the way; the model is right all the same.
+    /// Faults of the cache.
     pub warnings: Vec<String>,
 }
 
@@ -33,7 +33,7 @@ impl Cached for RationalModel {
     }
 }
 
-/// Returns a model's key: all that it depends on.
+/// Key of a model: all that it depends on.
 ///
 /// # Errors
 /// [`FitError::Options`] for a tyre whose numbers are not finite.
@@ -42,8 +42,8 @@ pub(crate) fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitErro
     crate::storage::cache::key::<RationalModel>(&(tyre.levelled(), options)).map_err(not_finite)
 }
 
-/// Returns the model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and
-/// stored. Trouble with the cache only ever gives warnings.
+/// The model from the cache if it is there and valid, else fitted, unless `stop` is set meanwhile, and stored. Faults
+/// of the cache give warnings only.
 ///
 /// # Errors
 /// As `fit_timed`.

@@ -1,9 +1,9 @@
-//! Rational models of the waves that the past of contact cells is carried by: one fit for each pair (n, m).
+//! Rational models of the waves that carry the past of contact cells: one fit for each pair (n, m).
 //!
-//! A pair is a single wave and a few aliases of little weight: its function has far fewer resonances than a sum over m.
-//! Each lateral number is a row of fits, each started from its neighbour with one n less; rows go to threads as they
-//! are free, and nothing depends on who takes which. Of a tyre that turns the odd part of a wave's function is fitted
-//! with it, over the same poles.
+//! A pair is a single wave and a few aliases of little weight: its function has far fewer resonances than a sum over
+//! m. Each lateral number is a row of fits, each started from its neighbour with one n less; rows go to threads as
+//! they are free, and results do not depend on which thread takes which. Of a tyre that turns the odd part of a wave's
+//! function is fitted with it, over the same poles.
 
 use std::sync::atomic::AtomicBool;
 
@@ -20,7 +20,7 @@ use crate::numeric::in_parallel;
 use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::{CellRow, CellSums, CellWave, FaceValues, WaveValues};
 
-/// Requirements of the fits.
+/// Requirements on the fits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CellFitOptions {
     /// Top of the band \[rad/s\].
@@ -31,7 +31,7 @@ pub struct CellFitOptions {
     pub most_poles: usize,
 }
 
-/// Poles and residues of a list of waves.
+/// Rational models of a list of waves.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct CellModel {
     /// lambda \[1/s\].
@@ -40,37 +40,36 @@ pub struct CellModel {
     residues: Vec<Complex64>,
     /// R of the odd parts \[m/(N s)\]; empty at rest.
     odd: Vec<Complex64>,
-    /// Evaluations of the compliance that the fits took.
     evaluations: u64,
 }
 
 impl CellModel {
-    /// Returns the waves.
+    /// Number of waves.
     pub fn len(&self) -> usize {
         self.poles.functions()
     }
 
-    /// Tells whether there are no waves.
+    /// True without any wave.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Returns the poles of all waves, conjugates counted.
+    /// Number of poles of all waves, conjugates counted.
     pub fn order(&self) -> usize {
         self.poles.order()
     }
 
-    /// Returns the evaluations of the compliance that the fits took.
+    /// Evaluations of the compliance that the fits took.
     pub fn evaluations(&self) -> u64 {
         self.evaluations
     }
 
-    /// Tells whether it is of a tyre that turns: some of its waves then have odd parts.
+    /// True for a tyre that turns: some of its waves then have odd parts.
     pub fn turns(&self) -> bool {
         !self.odd.is_empty()
     }
 
-    /// Returns the values of all waves at a real s \[1/s\].
+    /// Values of all waves at a real s \[1/s\], in their order.
     pub fn values(&self, s: f64) -> WaveValues {
         let all = |of: fn(Modes<'_>, Complex64) -> Complex64| -> Vec<f64> {
             (0..self.len()).map(|wave| of(self.modes(wave), s.into()).re).collect()
@@ -79,11 +78,11 @@ impl CellModel {
         WaveValues { even: all(|modes, s| modes.evaluate(s)), odd: if self.turns() { odd() } else { Vec::new() } }
     }
 
-    /// Returns the poles and residues of a wave.
+    /// Poles and residues of a wave.
     pub(crate) fn modes(&self, wave: usize) -> Modes<'_> {
         let (poles, pairs) = self.poles.of(wave);
         let range = self.poles.range(wave);
-        // Waves that do not feel the tyre turn have none.
+        // Waves that rotation does not affect have none.
         let odd = self.odd.get(range.clone()).filter(|odd| odd.iter().any(|residue| residue.norm() > 0.0));
         Modes { poles, residues: &self.residues[range], odd: odd.unwrap_or(&[]), pairs, constant: 0.0 }
     }
@@ -120,7 +119,7 @@ pub fn fit_cells(
             (faces.bottom, faces.odd[1]) = (Complex64::ZERO, Complex64::ZERO);
         }
     };
-    // The belt is not asked for: any scale will do.
+    // The belt is not sampled: any scale will do.
     let target = RowTarget { tolerance: options.tolerance, most_poles: options.most_poles, bottom_scale: 1.0 };
     let number = |wave: &CellWave| wave.terms.first().map_or(0, |(n, ..)| n.unsigned_abs() as usize);
     let fit =
@@ -132,7 +131,7 @@ pub fn fit_cells(
             model.poles.push(&entry.poles);
             model.residues.extend_from_slice(&entry.residues[0]);
             if !entry.odd[0].is_empty() {
-                // Waves before it that do not feel the tyre turn.
+                // Zeros for waves before it that rotation does not affect.
                 model.odd.resize(model.poles.stored() - entry.poles.len(), Complex64::ZERO);
                 model.odd.extend_from_slice(&entry.odd[0]);
             }

@@ -1,4 +1,4 @@
-//! Why a model was refused.
+//! Reasons for which a model is refused.
 
 use thiserror::Error;
 
@@ -11,7 +11,7 @@ pub enum FitError {
          {reason}"
     )]
     Refused {
-        /// n.
+        /// Wavenumber n.
         wavenumber: usize,
         /// Smallest error reached.
         error: f64,
@@ -19,11 +19,11 @@ pub enum FitError {
         tolerance: f64,
         /// Poles in use, conjugates counted.
         order: usize,
-        /// Why it ended.
+        /// Why the attempt ended.
         reason: RefusalReason,
     },
-    /// A material that answers before it is pushed: on a finite band a stable model can be made to follow it, but not a
-    /// passive tyre.
+    /// A material that responds before it is pushed: on a finite band a stable model can be made to follow it, but not
+    /// a passive tyre.
     #[error(
         "layer '{layer}': the law 'hysteretic' is not causal and has no time-domain model; use 'power-law', 'prony' or \
          'elastic'"
@@ -35,14 +35,14 @@ pub enum FitError {
     /// Options out of range.
     #[error("{what} = {value} is out of range: {wanted}")]
     Options {
-        /// Which one.
+        /// Name of the option.
         what: &'static str,
-        /// Its value.
+        /// Value given.
         value: f64,
-        /// Remedy.
+        /// Values allowed, for the message.
         wanted: &'static str,
     },
-    /// It was asked to end before it was done.
+    /// The fit was stopped from outside.
     #[error("the fit was stopped")]
     Stopped,
 }
@@ -53,7 +53,7 @@ pub enum RefusalReason {
     /// The largest number of poles was reached.
     #[error("the largest number of poles is reached; allow more, or a larger tolerance")]
     Poles,
-    /// The finest rungs were reached: resonances sharper than the ladder.
+    /// The finest rungs were reached: resonances are sharper than the ladder.
     #[error("resonances are sharper than the sampling can follow; more damping or a lower top frequency is needed")]
     Resolution,
     /// Neither more poles nor more samples helped.
@@ -65,7 +65,7 @@ pub enum RefusalReason {
     /// The fit generates energy at some frequency.
     #[error("the fit would generate energy; a smaller tolerance may mend that")]
     Passivity,
-    /// The function does not take real values on the real axis or is not finite: not a transfer function.
+    /// A sample that is not finite: not a transfer function.
     #[error("a sample is not finite")]
     NotATransferFunction,
 }

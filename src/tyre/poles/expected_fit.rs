@@ -3,7 +3,7 @@
 use crate::scene::Tyre;
 use crate::tyre::poles::ladder::REAL;
 
-/// Number by resolution N of: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured,
+/// By resolution N: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured,
 /// `tyrewave influence --cost`).
 const FITS: [(f64, f64, f64); 7] = [
     (128.0, 3940.0, 0.93),
@@ -20,18 +20,18 @@ const BY_TOLERANCE: [f64; 5] = [0.46, 0.65, 1.0, 1.6, 4.1];
 const POLES_BY_DECADE: f64 = 1.25;
 /// Growth of a fit's time with the number of layers: exponent, relative to two.
 const BY_LAYERS: f64 = 0.37;
-/// Evaluations of the compliance.
+/// Evaluations of the compliance in a fit.
 pub(crate) const EVALUATIONS: f64 = 2e6;
 /// Points at which the tyre's kernel is held.
 pub(crate) const POINTS: usize = REAL.end;
-/// Bytes held for each thread, and what the allocator keeps of them.
+/// Bytes held for each thread.
 pub(crate) const BYTES: f64 = 26e6;
-/// Share of them that the allocator still keeps afterwards (measured).
+/// Fraction of them that the allocator keeps afterwards (measured).
 pub(crate) const KEPT: f64 = 0.3;
 
 /// Cost of a curved tyre's fit over the flat one's: its waves are prepared first (measured).
 const CURVED: f64 = 6.0;
-/// The same of one evaluation, in lanes (measured).
+/// Cost of one evaluation of a curved tyre over that of a flat one, in lanes (measured).
 pub(crate) const CURVED_EVALUATION: f64 = 3.3;
 /// Time of a tyre that turns over that at rest: waves of both directions, and more for each to prepare (measured).
 const TURNING: f64 = 2.1;
@@ -39,17 +39,17 @@ const TURNING: f64 = 2.1;
 /// Cost of a wave prepared for s = 0 alone, in evaluations of a flat tyre (measured).
 pub(crate) const WAVE_AT_REST: f64 = 1400.0;
 
-/// Returns the poles, conjugates counted, of a fit with so many elements to a tolerance.
+/// Expected number of poles, conjugates counted, of a fit with so many elements to a tolerance.
 pub(crate) fn poles(elements: f64, tolerance: f64) -> f64 {
     of_elements(elements).0 * POLES_BY_DECADE.powf(-tolerance.log10() - 5.0)
 }
 
-/// Returns the time relative to that of the default tyre with 512 elements to 1e-5.
+/// Expected time relative to that of the default tyre with 512 elements to 1e-5.
 pub(crate) fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
     of_elements(elements).1 * growth(tolerance, tyre)
 }
 
-/// Returns how many times as long a fit takes for a tyre to a tolerance as for two flat layers at rest to 1e-5.
+/// Ratio of a fit's time, for a tyre to a tolerance, to that for two flat layers at rest to 1e-5.
 pub(crate) fn growth(tolerance: f64, tyre: &Tyre) -> f64 {
     let shape = if tyre.curvature { CURVED } else { 1.0 } * if tyre.turns() { TURNING } else { 1.0 };
     let place = (-tolerance.log10() - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
@@ -58,8 +58,8 @@ pub(crate) fn growth(tolerance: f64, tyre: &Tyre) -> f64 {
     a * (b / a).powf(place - low as f64) * (0.5 * tyre.layers.len() as f64).powf(BY_LAYERS) * shape
 }
 
-/// Interpolates between the lines of the table by its first column, linear in the logarithms; beyond its ends by the
-/// last two.
+/// Poles and time at a resolution: interpolation between the lines of the table, linear in the logarithms; beyond its
+/// ends by the last two.
 fn of_elements(elements: f64) -> (f64, f64) {
     let place = FITS.iter().position(|entry| entry.0 > elements).unwrap_or(FITS.len() - 1).max(1);
     let (low, high) = (FITS[place - 1], FITS[place]);

@@ -1,9 +1,9 @@
-//! All wavenumbers of a tyre.
+//! Fits of all wavenumbers of a tyre.
 //!
 //! 1. the sums are prepared and the ladder of sampling points is built;
 //! 2. the scale of the belt's errors is taken from samples of n = 0;
-//! 3. the wavenumbers are fitted in the order of a `Tree`, each as soon as the one that it starts from is done, on
-//!    all threads; who starts from whom does not depend on their number: same bits for any number of them.
+//! 3. the wavenumbers are fitted in the order of a `Tree`, each as soon as the one that it starts from is done, on all
+//!    threads; starts do not depend on the number of threads: same bits for any number of them.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -24,10 +24,10 @@ use crate::numeric::rational::partial_fractions::order;
 use crate::scene::{Law, Tyre};
 use crate::tyre::influence::{FaceValues, Field, InfluenceSum, Projection, SumAt, Truncation};
 
-/// Samples beyond the number of poles that a fit starts with.
+/// Samples in excess of the number of poles from which a fit starts.
 const SPARE_SAMPLES: usize = 16;
 
-/// Requirements of a model.
+/// Requirements on a model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FitOptions {
     /// Elements N round the tyre; even.
@@ -48,14 +48,13 @@ pub struct FitOptions {
 }
 
 impl FitOptions {
-    /// Returns the same with another tolerance; the sums are made a hundred times as accurate, so that the fit sees no
-    /// noise.
+    /// With another tolerance; the sums' tolerance is a hundredth of it, so that the fit sees no noise.
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, influence_tolerance: (0.01 * tolerance).clamp(1e-12, 1e-4), ..self }
     }
 
-    /// Returns the defaults for N elements: 1e-5 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt)
-    /// at `highest_speed` \[m/s\] with one step an element.
+    /// Defaults for N elements: 1e-5 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt) at
+    /// `highest_speed` \[m/s\] with one step per element.
     pub fn new(tyre: &Tyre, elements: usize, highest_speed: f64) -> Self {
         let reach = 4.0 * highest_speed * elements as f64 / tyre.circumference;
         Self {
@@ -83,15 +82,12 @@ fn check(options: &FitOptions) -> Result<(), FitError> {
 /// Fits all wavenumbers n = 0..=N/2.
 ///
 /// # Errors
-/// `FitError`; of several wavenumbers that are refused the first one in the order of the `Tree`.
+/// [`FitError`]; of several refused wavenumbers that of the first one in the order of the `Tree`.
 pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError> {
     fit_unless_stopped(tyre, options, &AtomicBool::new(false))
 }
 
-/// Fits as [`fit`], but looks at `stop` before every wavenumber, and ends early once it is set.
-///
-/// # Errors
-/// As [`fit`], and [`FitError::Stopped`].
+/// As [`fit`], but looks at `stop` before every wavenumber, and ends early with [`FitError::Stopped`] once it is set.
 pub(crate) fn fit_unless_stopped(
     tyre: &Tyre,
     options: &FitOptions,
@@ -100,25 +96,23 @@ pub(crate) fn fit_unless_stopped(
     fit_timed(tyre, options, stop).map(|(model, _)| model)
 }
 
-/// Wall time of a fit, its two parts told apart: threads take turns at both, so their shares are those of all threads'
+/// Wall time of a fit in two parts; threads work on both by turns, so that the parts are in proportion to all threads'
 /// time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FitTimes {
-    /// Influence functions summed at the sampling points.
+    /// Time of the influence functions' sums at the sampling points.
     pub sums: Duration,
-    /// Poles fitted to them.
+    /// Time of the fit of poles to them.
     pub poles: Duration,
 }
 
-/// Fits as [`fit_unless_stopped`], and returns its times, too.
-///
-/// # Errors
-/// As [`fit_unless_stopped`].
+/// As [`fit_unless_stopped`], with the times.
 pub(crate) fn fit_timed(
     tyre: &Tyre,
     options: &FitOptions,
     stop: &AtomicBool,
 ) -> Result<(RationalModel, FitTimes), FitError> {
+    // 1. Options and materials, then the sums on the ladder.
     let begin = Instant::now();
     check(options)?;
     if let Some(layer) = tyre.layers.iter().find(|layer| layer.material.law == Law::Hysteretic) {
@@ -131,19 +125,21 @@ pub(crate) fn fit_timed(
     let projection = Projection::new(tyre, options.elements);
     let sum = InfluenceSum::with(tyre, projection, Truncation::Tail, options.influence_tolerance, options.top);
     let ladder = Ladder::new(options.top);
-    // Moduli, cut-offs and asymptotes depend on s only and are worked out once.
+    // Moduli, cut-offs and asymptotes depend on s only: once for all wavenumbers.
     let at = sum.at_all(&ladder.points);
     let rungs = Rungs { sum, at };
     if stopped() {
         return Err(FitError::Stopped);
     }
+    // 2. The belt's scale.
     let tree = Tree::new(options.elements / 2);
     let (bottom_scale, evaluations) = bottom_scale(&rungs, options.driven);
+    // 3. All wavenumbers.
     let clock = FitClock::default();
     let work = Work { rungs, ladder, tree, options, bottom_scale, stop, clock };
     let prepared = begin.elapsed();
     let mut done = work.carry_out()?;
-    // n = 0 is what the scale was found on.
+    // n = 0 has the samples of the scale, too.
     done[0].entry.statistics.evaluations += evaluations;
     let entries = done.into_iter().map(|fitted| fitted.entry);
     let model = RationalModel::assemble(options.elements, options.driven, options.top, options.tolerance, entries);
@@ -152,7 +148,7 @@ pub(crate) fn fit_timed(
     Ok((model, FitTimes { sums: prepared + sums, poles: fitted - sums }))
 }
 
-/// Time of all threads \[ns\], in sampling and in all: two reads of a clock for some hundred evaluations.
+/// Time of all threads \[ns\], in sums and in all: two reads of a clock for some hundred evaluations.
 #[derive(Debug, Default)]
 struct FitClock {
     sums: AtomicU64,
@@ -170,13 +166,13 @@ impl FitClock {
     }
 }
 
-/// Rungs of the axis between two at which the belt's scale is looked for; a resonance is many times wider.
+/// Distance on the axis, in rungs, of the samples for the belt's scale; a resonance is many times wider.
 const SCALE_STRIDE: usize = 8;
-/// Rungs that are evaluated together there.
+/// Number of rungs that are evaluated together.
 const SCALE_BATCH: usize = 32;
 
-/// Returns the largest |D_0| on the axis: the belt follows most at n = 0, and its errors are relative to that. With the
-/// evaluations that it took.
+/// Largest |D_0| on the axis, and the evaluations used: the belt moves most at n = 0, and its errors are relative to
+/// that.
 fn bottom_scale(sums: &Rungs, driven: Field) -> (f64, u64) {
     let rungs: Vec<usize> = (0..=RUNGS).step_by(SCALE_STRIDE).collect();
     let batches: Vec<&[usize]> = rungs.chunks(SCALE_BATCH).collect();
@@ -204,7 +200,6 @@ impl Rungs {
     }
 }
 
-/// A fit of all wavenumbers, planned.
 struct Work<'a> {
     rungs: Rungs,
     ladder: Ladder,
@@ -215,7 +210,6 @@ struct Work<'a> {
     clock: FitClock,
 }
 
-/// Progress of the fit.
 struct Progress {
     /// By rank.
     done: Vec<OnceLock<Result<Fitted, FitError>>>,
@@ -225,7 +219,7 @@ struct Progress {
 }
 
 impl Work<'_> {
-    /// Returns every wavenumber as soon as the one it starts from is done; by n.
+    /// Fits every wavenumber as soon as the one from which it starts is done; results by n.
     fn carry_out(&self) -> Result<Vec<Fitted>, FitError> {
         let progress = Progress {
             done: (0..self.tree.len()).map(|_| OnceLock::new()).collect(),
@@ -242,7 +236,7 @@ impl Work<'_> {
         }
         let mut by_rank = Vec::with_capacity(self.tree.len());
         for fitted in progress.done {
-            // Only what comes after one that was refused is missing.
+            // Only what comes after a refused one is missing.
             by_rank.push(fitted.into_inner().unwrap_or(Err(FitError::Stopped))?);
         }
         let mut by_wavenumber: Vec<(usize, Fitted)> =
@@ -264,18 +258,18 @@ impl Work<'_> {
             progress.refused.fetch_min(rank, Ordering::Relaxed);
         }
         let go_on = fitted.is_ok();
-        // Nobody else visits this rank.
+        // Each rank is visited once: the cell is empty.
         let _ = progress.done[rank].set(fitted);
         if go_on {
-            // What is left last is taken first: coarse strides, since most follows from them.
+            // The last one spawned is taken first: coarse strides, since most follow from them.
             for &follower in self.tree.followers(rank).iter().rev() {
                 scope.spawn(move |scope| self.visit(follower, progress, scope));
             }
         }
     }
 
-    /// Returns the scale of a carcass's errors where it yields less than the whole tyre at rest. Next
-    /// to the springs of the bedding on it, short waves of the carcass are nothing.
+    /// Least scale of the errors for a carcass under a bedding: the whole tyre at rest. Beside the springs of the
+    /// bedding on it, short waves of the carcass are negligible.
     fn least_scale(&self, wavenumber: usize) -> f64 {
         match self.options.driven {
             Field::UnderTread => {
@@ -287,7 +281,7 @@ impl Work<'_> {
 
     fn fitted(&self, rank: usize, start: Start) -> Result<Fitted, FitError> {
         let Visit { wavenumber, stride } = self.tree.visit(rank);
-        // Far from its start a fit is worth tidying; close to it, its start was tidy.
+        // Far from its start a fit may hold superfluous poles; close to it, its start had none.
         let (removals, removal_below) = match stride {
             0 => (8, 1.0),
             1..=4 => (2, 0.6),
@@ -312,14 +306,14 @@ impl Work<'_> {
     }
 }
 
-/// Returns the poles and rungs of a finished neighbour.
+/// Poles and rungs of a finished neighbour.
 pub(super) fn start_of(fitted: &Fitted) -> Start {
     let poles = fitted.entry.poles.clone();
     Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles }
 }
 
-/// Returns a grid as dense relative to itself, with no more than `most` rungs: what the neighbour needed on its way
-/// need not be needed again.
+/// A grid of at most `most` rungs, distributed as the given one: the neighbour's intermediate fits need not be
+/// repeated.
 fn thinned(grid: &[usize], most: usize) -> Vec<usize> {
     if grid.len() <= most || most < 2 {
         return grid.to_vec();

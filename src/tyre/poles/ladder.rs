@@ -1,4 +1,4 @@
-//! The points at which the exact influence functions may be sampled, shared by all wavenumbers.
+//! Points at which the exact influence functions may be sampled, shared by all wavenumbers.
 //!
 //! On the imaginary axis a ladder of [`RUNGS`] + 1 angular frequencies, w_i = w0 ((1 + top/w0)^(i/RUNGS) - 1): linear
 //! below w0, where a viscoelastic tyre is smooth, logarithmic above, where resonances have widths proportional to
@@ -13,31 +13,30 @@ use crate::numeric::rational::Parts;
 
 /// Intervals on the imaginary axis; a power of two, so that intervals can be halved.
 pub(super) const RUNGS: usize = 2048;
-/// Points on the positive real axis: odd ones, the top among them, for fits, even ones for checks; nothing is checked
-/// where a fit would have to extrapolate.
+/// Points on the positive real axis: odd ones, the top among them, for fits, even ones for checks; no check lies where
+/// a fit would have to extrapolate.
 const REAL_RUNGS: usize = 24;
 /// Rungs on the positive real axis; those below are on the imaginary one.
 pub(super) const REAL: Range<usize> = RUNGS + 1..RUNGS + 1 + REAL_RUNGS;
-/// Where the ladder turns from linear to logarithmic \[rad/s\].
+/// Angular frequency at which the ladder turns from linear to logarithmic \[rad/s\].
 const KNEE: f64 = 2.0 * PI * 10.0;
-/// Points beyond the band where passivity is checked: factors of sqrt(2) above the top.
+/// Points above the top where passivity is checked, at factors of sqrt(2).
 const BEYOND: usize = 20;
 
-/// The ladders, one after the other.
+/// Both ladders, one after the other.
 #[derive(Clone, Debug)]
 pub(super) struct Ladder {
     /// Top of both \[rad/s\].
     pub top: f64,
     /// s on the imaginary axis, rising from 0, then on the positive real axis, rising: [`REAL`].
     pub points: Vec<Complex64>,
-    /// Where passivity is checked: every eighth rung of the axis, and beyond the band.
+    /// Points of the passivity check: every eighth rung of the axis, and beyond the band.
     pub checked: Vec<Complex64>,
-    /// The same in parts.
+    /// `checked` as real and imaginary parts.
     pub checked_parts: Parts,
 }
 
 impl Ladder {
-    /// Returns the ladders up to an angular frequency `top` \[rad/s\].
     pub(super) fn new(top: f64) -> Self {
         let growth = (top / KNEE).ln_1p() / RUNGS as f64;
         let mut points: Vec<_> =

@@ -1,8 +1,8 @@
-//! Rational models of the tyre's waves of one lateral number, n = 0..=N/2: how both faces answer forces that are
+//! Rational models of the tyre's waves of one lateral number, n = 0..=N/2: response of both faces to forces that are
 //! resolved across the strip.
 //!
-//! A model is like that of a strip's sum over m, without its shapes, which the user of the model adds. Unlike the waves
-//! that carry the past of cells, which are handed to shorter rings where they are short, these have every n, all
+//! A model is like that of a strip's sum over m, without its shapes, which the user of the model applies. Unlike the
+//! waves that carry the past of cells, which move to shorter rings where they are short, these have every n, all
 //! aliases of the instant's lobes, and the belt. Of a tyre that turns they have odd parts as a strip's do.
 
 use std::sync::atomic::AtomicBool;
@@ -19,25 +19,22 @@ use crate::scene::Tyre;
 use crate::storage::cache::key;
 use crate::tyre::influence::{CellGrid, CellRow, CellSums, CellTruncation, CellWave, FaceValues, Field};
 
-/// Rungs of the axis between two at which the belt's scale is looked for.
+/// Distance on the axis, in rungs, of the samples for the belt's scale.
 const SCALE_STRIDE: usize = 8;
-/// Aliases of a wave: the lobes up to which the instant's sum between cells goes wave by wave.
+/// Largest alias of a wave: the lobes up to which the instant's sum between cells goes wave by wave.
 const ALIASES: usize = 8;
 
-/// Requirements of the models.
+/// Requirements on the models.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct LateralFitOptions {
-    /// As for a strip; its sums are not those of a strip.
+    /// As for a strip, but the sums are those of single lateral numbers.
     pub fit: FitOptions,
     /// Largest alias |p|; `None`: as far as the sums between cells go.
     pub aliases: Option<usize>,
 }
 
 impl LateralFitOptions {
-    /// Returns the key of a lateral number's model in a cache.
-    ///
-    /// # Errors
-    /// A tyre whose numbers are not finite.
+    /// Cache key of a lateral number's model; an error for a tyre whose numbers are not finite.
     pub(crate) fn key(&self, tyre: &Tyre, m: usize) -> serde_json::Result<[u8; 32]> {
         key::<RationalModel>(&(tyre.levelled(), self, "lateral number", m))
     }
@@ -47,7 +44,7 @@ impl LateralFitOptions {
     }
 }
 
-/// Returns the evaluations of a wave's function that its aliases are.
+/// Evaluations of the compliance for a wave with its aliases.
 pub(crate) fn lateral_terms(aliases: Option<usize>) -> usize {
     2 * aliases.unwrap_or(ALIASES) + 1
 }
@@ -63,7 +60,7 @@ pub(crate) fn fit_lateral(
     stop: &AtomicBool,
 ) -> Result<Vec<RationalModel>, FitError> {
     let FitOptions { elements, top, influence_tolerance, .. } = options.fit;
-    // Waves know nothing of the cells across.
+    // Waves do not depend on the cells across.
     let grid = CellGrid::new(tyre, elements, 1);
     let sums = CellSums::new(tyre, grid, CellTruncation::default(), influence_tolerance, top);
     let ladder = Ladder::new(top);

@@ -1,6 +1,6 @@
 //! Rational models of the influence functions: one compact object that serves every speed, time step and road.
 //!
-//! In the order of the data's way:
+//! From samples to models:
 //!
 //! - `ladder`: the points at which the exact functions may be sampled;
 //! - `tree`: which wavenumber starts from which;
@@ -11,11 +11,11 @@
 //! - `table`: poles of a list of functions; [`model`]: with the residues of every wavenumber, as structure of arrays;
 //! - `row`: a row of fits, each started from its neighbour;
 //! - [`cache`]: models in the cache on disk;
-//! - [`cells`]: the same for waves one by one, the past of contact cells;
-//! - [`tractions`]: all components of tractions, over common poles; [`traction_model`]: what is kept of them;
-//! - [`lateral`]: the same for the waves of one lateral number, both faces;
-//! - `tangential`: how the surface moves sideways under normal forces, over the same poles;
-//! - [`scaling`]: what a fit costs.
+//! - [`cells`]: models of single waves, the past of contact cells;
+//! - [`tractions`]: all components of tractions, over common poles; [`traction_model`]: the stored part of them;
+//! - [`lateral`]: models of the waves of one lateral number, both faces;
+//! - `tangential`: sideways motion of the surface under normal forces, over the same poles;
+//! - [`scaling`]: cost of a fit.
 //!
 //! Meaning of the tolerance: the error at s is relative to |H_n(s)|, or to 0.003 of the largest |H_n| over the band
 //! where that is more: the contact feels G0, H_n far from its resonances, where it is small. A model within the

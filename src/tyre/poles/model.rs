@@ -23,7 +23,7 @@ pub struct FitStatistics {
     /// Largest error on fresh samples of the axis, relative to |H_n(s)|, or to 0.003 of its largest value over the band
     /// where that is more.
     pub error: f64,
-    /// The same on the positive real axis.
+    /// Largest error on the positive real axis, relative to the same scale.
     pub real_axis_error: f64,
     /// Largest error of the belt, relative to the largest |D_n| of all wavenumbers.
     pub bottom_error: f64,
@@ -38,8 +38,7 @@ pub struct FitStatistics {
 /// A pair of poles is stored once; a real pole has a real residue. Within a wavenumber the pairs come first.
 ///
 /// With rotation, these are the even parts E_n of H_n = E_n + i O_n, H_-n = E_n - i O_n (see
-/// [`InfluenceSum`](crate::tyre::influence::InfluenceSum)); the odd parts have residues of their own over the same
-/// poles.
+/// [`InfluenceSum`](crate::tyre::influence::InfluenceSum)); the odd parts have separate residues over the same poles.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct RationalModel {
     /// Elements N round the tyre.
@@ -49,7 +48,7 @@ pub struct RationalModel {
     pub driven: Field,
     /// Top of the band that was fitted \[rad/s\].
     pub top: f64,
-    /// The tolerance that was asked for.
+    /// Tolerance that was asked for, see [`FitStatistics::error`].
     pub tolerance: f64,
     /// lambda \[1/s\].
     pub(super) poles: PoleTable,
@@ -65,25 +64,25 @@ pub struct RationalModel {
     pub(super) statistics: Vec<FitStatistics>,
 }
 
-/// The poles of one wavenumber with the residues of one face.
+/// Poles of one wavenumber with the residues of one face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Modes<'a> {
     /// lambda: `pairs` complex ones (Im > 0), then the real ones \[1/s\].
     pub poles: &'a [Complex64],
-    /// R, in the same order \[m/(N s)\].
+    /// R, in the order of the poles \[m/(N s)\].
     pub residues: &'a [Complex64],
-    /// R of the odd part, likewise; empty at rest.
+    /// R of the odd part, in the order of the poles; empty at rest.
     pub odd: &'a [Complex64],
     /// Number of conjugate pairs.
     pub pairs: usize,
-    /// The part that follows the force at once \[m/N\].
+    /// H_n(infinity), the part that follows the force at once \[m/N\].
     pub constant: f64,
 }
 
-/// Least residue of a wave of both directions in one of them, as a part of that in the other.
+/// Least ratio of the residues of a wave in one direction and in the other for which it belongs to the former.
 pub(crate) const LEAST_SHARE: f64 = 0.1;
 
-/// Direction of a wave round the tyre, seen by its material.
+/// Direction of a wave round the tyre, in the frame of its material.
 ///
 /// Elements count against the rotation. A wave exp(i n theta' + i w t), n and w > 0 and theta' rising with the
 /// elements, has crests that run to smaller elements.
@@ -97,10 +96,8 @@ pub(crate) enum Direction {
 }
 
 impl Direction {
-    /// Both, forwards first.
     pub(crate) const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
 
-    /// Returns the other one.
     pub(crate) fn opposite(self) -> Self {
         match self {
             Self::Forwards => Self::Backwards,
@@ -108,7 +105,7 @@ impl Direction {
         }
     }
 
-    /// Returns E + i O, or E - i O.
+    /// H_n = E + i O, or H_-n = E - i O.
     pub(crate) fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
         let turned = Complex64::new(-odd.im, odd.re);
         match self {
@@ -119,34 +116,34 @@ impl Direction {
 }
 
 impl Modes<'_> {
-    /// Tells how often a pole counts in a sum of real parts: twice where it stands for a pair.
+    /// Weight of a pole in a sum of real parts: 2 where it stands for a pair.
     pub(crate) fn multiplicity(&self, index: usize) -> f64 {
         if index < self.pairs { 2.0 } else { 1.0 }
     }
 
-    /// Returns the value at s, of a tyre that turns the even part E_n(s) \[m/N\].
+    /// Value at s, of a tyre that turns the even part E_n(s) \[m/N\].
     pub(crate) fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(self.poles, self.residues, self.constant, s)
     }
 
-    /// Returns the odd part O_n(s) \[m/N\].
+    /// Odd part O_n(s) \[m/N\].
     pub(crate) fn evaluate_odd(&self, s: Complex64) -> Complex64 {
         if self.odd.is_empty() { Complex64::ZERO } else { evaluate(self.poles, self.odd, 0.0, s) }
     }
 
-    /// Returns the value at s of the waves of one direction: H_n(s), or H_-n(s) \[m/N\].
+    /// Value at s of the waves of one direction: H_n(s), or H_-n(s) \[m/N\].
     pub(crate) fn evaluate_wave(&self, direction: Direction, s: Complex64) -> Complex64 {
         direction.of(self.evaluate(s), self.evaluate_odd(s))
     }
 
-    /// Returns the residue at a stored pole of the waves of one direction: R + i Q of H_n, or R - i Q of H_-n, with the
-    /// residues R of E_n and Q of O_n. A resonance of one direction has none in the other \[m/(N s)\].
+    /// Residue at a stored pole of the waves of one direction: R + i Q of H_n, or R - i Q of H_-n, with the residues R
+    /// of E_n and Q of O_n. A resonance of one direction has none in the other \[m/(N s)\].
     pub(crate) fn residue(&self, direction: Direction, index: usize) -> Complex64 {
         direction.of(self.residues[index], self.odd.get(index).copied().unwrap_or_default())
     }
 
-    /// Tells whether a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is
-    /// at least [`LEAST_SHARE`] of that in the other direction.
+    /// Whether a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is at
+    /// least [`LEAST_SHARE`] of that in the other direction.
     pub(crate) fn belongs_to(&self, direction: Direction, index: usize) -> bool {
         let [own, other] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
         own >= LEAST_SHARE * other
@@ -154,13 +151,13 @@ impl Modes<'_> {
 }
 
 impl RationalModel {
-    /// Returns the largest wavenumber N/2.
+    /// Largest wavenumber, N/2.
     pub fn largest_wavenumber(&self) -> usize {
         self.elements / 2
     }
 
-    /// Returns the poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven
-    /// one; any other is `None`.
+    /// Poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven one; any
+    /// other gives `None`.
     pub(crate) fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
         let (residues, face) = match field {
             Field::Bottom => (&self.bottom_residues, 1),
@@ -169,42 +166,42 @@ impl RationalModel {
         };
         let (poles, pairs) = self.poles.of(n);
         let range = self.poles.range(n);
-        // None at rest.
+        // Empty at rest.
         let odd = self.odd_residues[face].get(range.clone()).unwrap_or(&[]);
         Some(Modes { poles, residues: &residues[range], odd, pairs, constant: self.constants[n][face] })
     }
 
-    /// Tells whether it is of a tyre that turns: it then has odd parts.
+    /// True for a tyre that turns: the model then has odd parts.
     pub fn turns(&self) -> bool {
         !self.odd_residues[0].is_empty()
     }
 
-    /// Returns H_n(s) of a face \[m/N\], of a tyre that turns E_n(s); see [`Self::modes`].
+    /// H_n(s) of a face \[m/N\], of a tyre that turns E_n(s); `None` for a face that was not fitted.
     pub fn evaluate(&self, n: usize, s: Complex64, field: Field) -> Option<Complex64> {
         self.modes(n, field).map(|modes| modes.evaluate(s))
     }
 
-    /// Returns H_n(0) of a face \[m/N\], n = 0..=N/2.
+    /// H_n(0) of a face \[m/N\], n = 0..=N/2; `None` for a face that was not fitted.
     pub fn at_rest(&self, field: Field) -> Option<Vec<f64>> {
         (0..=self.largest_wavenumber()).map(|n| Some(self.evaluate(n, Complex64::ZERO, field)?.re)).collect()
     }
 
-    /// Returns the poles of all wavenumbers, conjugates counted.
+    /// Number of poles of all wavenumbers, conjugates counted.
     pub fn order(&self) -> usize {
         self.poles.order()
     }
 
-    /// Returns cost and accuracy of the wavenumbers, n = 0..=N/2.
+    /// Cost and accuracy of the wavenumbers, n = 0..=N/2.
     pub fn statistics(&self) -> &[FitStatistics] {
         &self.statistics
     }
 
-    /// Returns the evaluations of the compliance that the whole fit took.
+    /// Evaluations of the compliance that the whole fit took.
     pub fn evaluations(&self) -> u64 {
         self.statistics.iter().map(|entry| entry.evaluations).sum()
     }
 
-    /// Returns a model put together from one entry for each wavenumber n = 0..=N/2.
+    /// From one entry for each wavenumber n = 0..=N/2, in this order.
     pub(crate) fn assemble(
         elements: usize,
         driven: Field,
@@ -229,7 +226,7 @@ impl RationalModel {
             model.driven_residues.extend_from_slice(&entry.residues[0]);
             model.bottom_residues.extend_from_slice(&entry.residues[1]);
             for (residues, odd) in model.odd_residues.iter_mut().zip(&entry.odd).filter(|(_, odd)| !odd.is_empty()) {
-                // Waves before it that are like their mirror images.
+                // Zeros for waves before it that are like their mirror images.
                 residues.resize(model.poles.stored() - odd.len(), Complex64::ZERO);
                 residues.extend_from_slice(odd);
             }
@@ -243,7 +240,7 @@ impl RationalModel {
     }
 }
 
-/// The fit of one wavenumber.
+/// Fit of one wavenumber.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Entry {
     /// lambda, in the stored order.
@@ -252,8 +249,8 @@ pub(crate) struct Entry {
     pub residues: [Vec<Complex64>; 2],
     /// R of their odd parts; empty where these are 0: at rest, of n = 0 and of n = N/2.
     pub odd: [Vec<Complex64>; 2],
-    /// Constants of both.
+    /// Constants of both faces.
     pub constants: [f64; 2],
-    /// Cost of the fit.
+    /// Cost and accuracy of the fit.
     pub statistics: FitStatistics,
 }

@@ -1,4 +1,4 @@
-//! Passivity of a model: Re(s H(s)) >= 0 on the axis, within the band and beyond it, where only the model's own poles
+//! Passivity of a model: Re(s H(s)) >= 0 on the axis, within the band and beyond it, where only the model's poles
 //! could make it negative between points of the ladder.
 //!
 //! With rotation, for both waves: H_n = E + i O and H_-n = E - i O, Re(s H_+-n)/|s| = -Im E -+ Re O at s = i w.
@@ -9,12 +9,11 @@ use super::ladder::Ladder;
 use super::sampled::{Candidate, Sampled};
 use crate::numeric::rational::PartialFractions;
 
-/// Rounds of mending.
 const MENDING_ROUNDS: usize = 8;
 
-/// Mends a model that generates energy: its residues are refitted with the offending points as further samples, where
-/// the model is asked for its own real part and no energy. Most offences lie beyond the band, where nothing else
-/// determines it. Only what stays within the tolerance is taken.
+/// Mends a model that generates energy: its residues are refitted with the offending points as further samples, at
+/// which its value without energy is prescribed. Most offences lie beyond the band, where nothing else determines the
+/// model. Only a model within the tolerance is accepted.
 pub(super) fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candidate {
     let tolerance = sampled.target.tolerance;
     let mut samples = sampled.samples();
@@ -24,6 +23,7 @@ pub(super) fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candid
         if least >= 0.0 {
             break;
         }
+        // Samples at the worst point and on either side: the model's real part, and a little dissipation.
         let offends = powers(&values(models, s)).map(|power| power < 0.0);
         for s in [s * 0.93, s, s * 1.07] {
             let mut values = values(models, s);
@@ -43,34 +43,34 @@ pub(super) fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candid
     candidate
 }
 
-/// Returns the values of the models at s, one after the other.
+/// Values of the models at s, one after the other.
 fn values(models: &[PartialFractions], s: Complex64) -> Vec<Complex64> {
     models.iter().map(|model| model.evaluate(s)).collect()
 }
 
-/// Returns O of the driven face.
+/// O of the driven face; 0 of a wave like its mirror image.
 fn odd(values: &[Complex64]) -> Complex64 {
     values.get(2).copied().unwrap_or_default()
 }
 
-/// Returns the mean of |H_n|^2 and |H_-n|^2 of the driven face.
+/// Mean of |H_n|^2 and |H_-n|^2 of the driven face.
 fn square(values: &[Complex64]) -> f64 {
     values[0].norm_sqr() + odd(values).norm_sqr()
 }
 
-/// Returns Re(s H_n)/|s| and Re(s H_-n)/|s| of the driven face on the axis.
+/// Re(s H_n)/|s| and Re(s H_-n)/|s| of the driven face on the axis.
 fn powers(values: &[Complex64]) -> [f64; 2] {
     let (even, odd) = (values[0], odd(values));
     [-even.im - odd.re, -even.im + odd.re]
 }
 
-/// Gives the waves of the driven face that offend the imaginary part `margin`; their real parts stay.
+/// Sets the imaginary part of the offending waves of the driven face to `margin`; their real parts stay.
 fn without_energy(values: &mut [Complex64], offends: [bool; 2], margin: f64) {
     if values.len() <= 2 {
         values[0].im = margin;
         return;
     }
-    // H_n and H_-n.
+    // Im H_n and Im H_-n.
     let [forwards, backwards] = powers(values).map(|power| -power);
     let asked = |imaginary: f64, offends: bool| if offends { margin } else { imaginary };
     let [forwards, backwards] = [asked(forwards, offends[0]), asked(backwards, offends[1])];
@@ -78,8 +78,8 @@ fn without_energy(values: &mut [Complex64], offends: [bool; 2], margin: f64) {
     values[2].re = 0.5 * (forwards - backwards);
 }
 
-/// Returns the smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung and
-/// beyond the band, and where; about poles beyond the band, too, where it is below the tolerance.
+/// Smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung and beyond the
+/// band, and where; about poles beyond the band, too, where it is below minus the tolerance.
 pub(super) fn least_power(sampled: &Sampled<'_>, models: &[PartialFractions]) -> (f64, Complex64) {
     let Ladder { checked, checked_parts, top, .. } = sampled.ladder;
     let even = models[0].evaluate_all(checked_parts);

@@ -26,7 +26,7 @@ impl Ring {
         Self { modes, creep }
     }
 
-    /// Returns H_n or H_-n of the outer face, and of an inner one that feels the stiff mode less.
+    /// H_n or H_-n of the outer face, and of an inner one in which the stiff mode is weaker and of opposite sign.
     fn faces(&self, direction: Direction, s: Complex64) -> [Complex64; 2] {
         let [ring, along, stiff] = self.modes.map(|mode| mode.at(direction, s));
         let creep = self.creep * ((s + 300.0) / 1e3).powf(-0.6);
@@ -94,8 +94,7 @@ fn the_poles_of_a_turning_ring_are_found_each_with_its_direction() {
     assert_eq!((modes.pairs, entry.statistics.order), (6, 12));
 }
 
-/// Returns the largest error of both faces and waves at points that no fit saw, relative to the mean size of both
-/// waves.
+/// Largest error of both faces and waves at points that no fit saw, relative to the mean size of both waves.
 fn error(ring: &Ring, entry: &Entry, s: Complex64, largest: [f64; 2]) -> f64 {
     let (with, against) = (ring.faces(Direction::Forwards, s), ring.faces(Direction::Backwards, s));
     let of_face = |face: usize| {

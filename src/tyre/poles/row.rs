@@ -9,7 +9,7 @@ use super::sampled::Target;
 use super::wavenumber::{Fitted, fit_wavenumber};
 use crate::tyre::influence::{CellWave, FaceValues};
 
-/// Requirements of the fits of a row.
+/// Requirements on the fits of a row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RowTarget {
     /// Largest relative error.
@@ -35,7 +35,7 @@ pub(super) fn fit_row<'w>(
             return Err(FitError::Stopped);
         }
         let start = done.last().map(start_of).unwrap_or_default();
-        // From scratch a fit is worth tidying; close to its start, its start was tidy.
+        // From scratch a fit may hold superfluous poles; close to its start, its start had none.
         let (removals, removal_below) = if start.poles.is_empty() { (8, 1.0) } else { (2, 0.6) };
         let target = Target {
             wavenumber,

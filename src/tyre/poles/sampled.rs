@@ -1,4 +1,4 @@
-//! The exact functions of one wavenumber, sampled where a fit wants them, and the errors of a model there.
+//! Exact functions of one wavenumber, sampled where a fit wants them, and the errors of a model there.
 //!
 //! Samples on the *grid* are what fits may use; *fresh* ones, half-way between them, and every other one on the real
 //! axis only check.
@@ -20,21 +20,21 @@ use crate::numeric::rational::vector_fitting::residues;
 use crate::numeric::rational::{PartialFractions, Parts, RationalError, Samples};
 use crate::tyre::influence::FaceValues;
 
-/// Smallest local scale of the driven face's errors, as a share of the largest |H_n|. The contact feels G0, H_n at
-/// large s, where H_n is a hundredth of its resonances: with errors that are relative to those alone, forces are ten
-/// times as wrong as the model. Measured on a rough road at N = 1024: 1e-5 with this floor takes as many poles as 1e-6
-/// of the largest value, and the error of the force is a fifth; with 0.01 it is four times, with 0.0003 a fifth of that
-/// with this one, for 2 % fewer and 3 % more poles.
+/// Smallest local scale of the driven face's errors, relative to the largest |H_n|. The contact feels G0, H_n at large
+/// s, where H_n is a hundredth of its resonances: with errors relative to those alone, forces are ten times as wrong
+/// as the model. Measured on a rough road at N = 1024: 1e-5 with this floor takes as many poles as 1e-6 of the largest
+/// value, and the error of the force is a fifth; with 0.01 it is four times, with 0.0003 a fifth of that with this
+/// one, for 2 % fewer and 3 % more poles.
 const LEAST_SCALE: f64 = 3e-3;
-/// Rungs that join the grid in one round.
+/// Most rungs that join the grid in one round.
 const MOST_JOINING: usize = 12;
-/// Parts of the faces: E of the driven and of the innermost one, then O likewise.
+/// Parts of the faces: E of the driven and of the innermost one, then O of both.
 const PARTS: usize = 4;
 
 /// Target of the fit of a wavenumber.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Target {
-    /// n.
+    /// Wavenumber n.
     pub wavenumber: usize,
     /// Largest error relative to |H_n(s)|, or to 0.003 of its largest value over the band where that is more.
     pub tolerance: f64,
@@ -42,32 +42,32 @@ pub(super) struct Target {
     pub most_poles: usize,
     /// True if a constant is fitted.
     pub constant: bool,
-    /// Largest |D_n| of all wavenumbers: what the error of the belt is relative to. 0: of this wavenumber.
+    /// Largest |D_n| of all wavenumbers, to which the error of the belt is relative. 0: of this wavenumber.
     pub bottom_scale: f64,
     /// Least local scale of the driven face's errors.
     pub least_scale: f64,
-    /// How many times poles may be taken away.
+    /// Most times that poles may be removed.
     pub removals: usize,
-    /// Poles are only taken away where the error is below this fraction of the tolerance.
+    /// Poles are removed only where the error is below this fraction of the tolerance.
     pub removal_below: f64,
 }
 
 /// Evaluates the exact functions on a list of rungs of the [`Ladder`], in their order.
 pub(super) type Sample<'s> = dyn FnMut(&[usize], &mut Vec<FaceValues>) + 's;
 
-/// Samples of one wavenumber.
+/// Samples of one wavenumber, and which of them fits may use.
 pub(super) struct Sampled<'a> {
     pub ladder: &'a Ladder,
     pub target: &'a Target,
     /// Samples by rung: driven and innermost face.
     values: Vec<Option<[Complex64; 2]>>,
-    /// Odd parts, likewise; empty as long as all of them are 0.
+    /// Odd parts by rung; empty as long as all of them are 0.
     odd: Vec<[Complex64; 2]>,
     /// Rungs of the axis that fits may use, rising.
     pub grid: Vec<usize>,
     /// Rungs of the axis that only check, rising.
     pub fresh: Vec<usize>,
-    /// Further fresh rungs, where a model has a peak that is narrower than the samples are apart.
+    /// Further fresh rungs, where a model has a peak narrower than the distance of the samples.
     probes: Vec<usize>,
     /// Largest |H_n| and |D_n| so far, each the mean of both waves.
     pub scales: [f64; 2],
@@ -92,11 +92,11 @@ pub(super) struct Errors {
     pub fresh: f64,
     /// Worst of both faces on the fresh rungs of the axis.
     pub between: f64,
-    /// Fresh on the axis, driven face.
+    /// Largest of the driven face on the fresh rungs of the axis.
     pub axis: f64,
-    /// Real axis, driven face.
+    /// Largest of the driven face on the real axis.
     pub real: f64,
-    /// Belt.
+    /// Largest of the belt on fresh rungs and the real axis.
     pub bottom: f64,
     /// s where the error on the grid, or on the real axis if that is the worst of all, is largest.
     pub worst: Complex64,
@@ -108,17 +108,17 @@ impl Errors {
     }
 }
 
-/// Returns the rungs of the real axis that fits may use.
+/// Rungs of the real axis that fits may use: the odd ones.
 fn fitted_real() -> impl Iterator<Item = usize> {
     REAL.skip(1).step_by(2)
 }
 
-/// Returns the larger one of |E + i O|^2 and |E - i O|^2.
+/// The larger of |E + i O|^2 and |E - i O|^2.
 fn largest_square(even: Complex64, odd: Complex64) -> f64 {
     even.norm_sqr() + odd.norm_sqr() + 2.0 * (even * odd.conj()).im.abs()
 }
 
-/// Returns the magnitude of a pole's residue in a face, the larger one of the waves n and -n.
+/// Magnitude of a pole's residue in a face, the larger of the waves n and -n.
 pub(super) fn largest_residue(models: &[PartialFractions], face: usize, index: usize) -> f64 {
     let even = models[face].residues[index];
     match models.get(face + 2) {
@@ -128,7 +128,7 @@ pub(super) fn largest_residue(models: &[PartialFractions], face: usize, index: u
 }
 
 impl<'a> Sampled<'a> {
-    /// Returns the samples a grid of rungs and the real axis.
+    /// Samples a grid of rungs, those half-way between, and the real axis.
     pub(super) fn new(ladder: &'a Ladder, target: &'a Target, grid: Vec<usize>, sample: &mut Sample<'_>) -> Self {
         let mut sampled = Self {
             ladder,
@@ -145,19 +145,19 @@ impl<'a> Sampled<'a> {
         sampled
     }
 
-    /// Returns the squares of a face's samples on the imaginary axis.
+    /// Squares of a face's samples on the imaginary axis.
     fn on_axis(&self, face: usize) -> impl Iterator<Item = f64> {
         self.values[..REAL.start].iter().enumerate().filter_map(move |(rung, value)| {
             value.map(|value| value[face].norm_sqr() + self.odd(rung)[face].norm_sqr())
         })
     }
 
-    /// Tells whether the belt moves more than a share of its scale anywhere.
+    /// Whether the belt moves by more than a fraction of its scale anywhere.
     pub(super) fn bottom_exceeds(&self, share: f64) -> bool {
         self.on_axis(1).any(|square| square > (share * self.scales[1]).powi(2))
     }
 
-    /// Tells whether the odd parts of a face are more than a share of its scale anywhere.
+    /// Whether the odd parts of a face exceed a fraction of its scale anywhere.
     pub(super) fn odd_exceeds(&self, face: usize, share: f64) -> bool {
         let exceeds = |rung: &usize| {
             let scale = if face == 0 { self.local_scale(self.square(*rung)) } else { self.scales[1] };
@@ -166,7 +166,7 @@ impl<'a> Sampled<'a> {
         !self.odd.is_empty() && (0..REAL.end).filter(|&rung| self.values[rung].is_some()).any(|rung| exceeds(&rung))
     }
 
-    /// Brings `fresh` up to date with the grid and evaluates what is missing.
+    /// Updates `fresh` for the grid, evaluates missing samples, and updates the scales.
     fn refresh(&mut self, sample: &mut Sample<'_>) {
         self.fresh =
             self.grid.windows(2).filter(|pair| pair[1] - pair[0] > 1).map(|pair| (pair[0] + pair[1]) / 2).collect();
@@ -176,7 +176,7 @@ impl<'a> Sampled<'a> {
         self.fresh.dedup();
         let rungs = self.grid.iter().chain(&self.fresh).copied().chain(REAL);
         let mut wanted: Vec<usize> = rungs.filter(|&rung| self.values[rung].is_none()).collect();
-        // Neighbouring rungs side by side.
+        // Neighbouring rungs side by side: see `lane_sum`.
         wanted.sort_unstable();
         let mut values = Vec::with_capacity(wanted.len());
         sample(&wanted, &mut values);
@@ -197,28 +197,28 @@ impl<'a> Sampled<'a> {
         self.values[rung].unwrap_or_default()
     }
 
-    /// Returns the odd parts of both faces.
+    /// Odd parts of both faces.
     fn odd(&self, rung: usize) -> [Complex64; 2] {
         self.odd.get(rung).copied().unwrap_or_default()
     }
 
-    /// Returns the mean of |H_n|^2 and |H_-n|^2 of the driven face.
+    /// Mean of |H_n|^2 and |H_-n|^2 of the driven face.
     fn square(&self, rung: usize) -> f64 {
         self.value(rung)[0].norm_sqr() + self.odd(rung)[0].norm_sqr()
     }
 
-    /// Returns the parts that are there: two of a wave like its mirror image, else four.
+    /// Number of parts: two of a wave like its mirror image, else four.
     fn parts(&self) -> usize {
         if self.odd.is_empty() { PARTS / 2 } else { PARTS }
     }
 
-    /// Returns the samples that fits may use, of all parts.
+    /// Samples that fits may use, of all parts.
     pub(super) fn samples(&self) -> Samples {
         self.samples_of(|_| true)
     }
 
-    /// Returns the same of chosen parts, the driven face's E among them: the belt and the odd parts only have a say in
-    /// the poles where they are not negligible.
+    /// As [`Self::samples`], of chosen parts, the driven face's E among them: the belt and the odd parts take part in
+    /// moving poles only where they are not negligible.
     pub(super) fn samples_of(&self, chosen: impl Fn(usize) -> bool) -> Samples {
         let rungs: Vec<usize> = self.grid.iter().copied().chain(fitted_real()).collect();
         let value = |part: usize, rung: usize| if part < 2 { self.value(rung)[part] } else { self.odd(rung)[part - 2] };
@@ -232,11 +232,11 @@ impl<'a> Sampled<'a> {
         }
     }
 
-    /// Returns the best model over given poles; `samples` of all parts.
+    /// Best model over given poles; `samples` of all parts.
     pub(super) fn candidate(&self, samples: &Samples, poles: Vec<Complex64>) -> Result<Candidate, RationalError> {
         let mut models = residues(samples, &poles, self.target.constant)?;
         if self.target.constant && models.len() > 2 {
-            // Odd parts have none.
+            // Odd parts have no constant.
             let odd = Samples {
                 responses: samples.responses[2..].to_vec(),
                 weights: samples.weights[2..].to_vec(),
@@ -248,19 +248,19 @@ impl<'a> Sampled<'a> {
         Ok(Candidate { poles, models, errors })
     }
 
-    /// Returns the scale of errors of the driven face where the mean of |H_n|^2 and |H_-n|^2 is `square`.
+    /// Scale of errors of the driven face where the mean of |H_n|^2 and |H_-n|^2 is `square`.
     pub(super) fn local_scale(&self, square: f64) -> f64 {
         let largest = self.scales[0];
         let scale = square.sqrt().max(LEAST_SCALE * largest).min(largest);
         scale.max(self.target.least_scale).max(f64::MIN_POSITIVE)
     }
 
-    /// Tells how much more an error counts where the mean of |H_n|^2 and |H_-n|^2 is `square` than where it is largest.
+    /// Weight of an error where the mean of |H_n|^2 and |H_-n|^2 is `square`, relative to where it is largest.
     pub(super) fn point_weight(&self, square: f64) -> f64 {
         self.scales[0].max(f64::MIN_POSITIVE) / self.local_scale(square)
     }
 
-    /// Returns the errors of both faces at rungs, in their order.
+    /// Errors of both faces at rungs, in their order.
     fn errors_at(&self, models: &[PartialFractions], rungs: &[usize]) -> Vec<[f64; 2]> {
         let points = Parts::new(rungs.iter().map(|&rung| self.ladder.points[rung]), 1.0);
         let modelled: Vec<Parts> = models.iter().map(|model| model.evaluate_all(&points)).collect();
@@ -271,7 +271,7 @@ impl<'a> Sampled<'a> {
                 let of_even = modelled[face].get(k) - values[face];
                 let of_odd = modelled.get(face + 2).map_or(Complex64::ZERO, |odds| odds.get(k) - odd[face]);
                 let error = largest_square(of_even, of_odd).sqrt() / scales[face];
-                // Not a number would lose every comparison and pass for no error.
+                // NaN would lose every comparison and pass for no error.
                 if error.is_finite() { error } else { f64::INFINITY }
             })
         };
@@ -310,7 +310,7 @@ impl<'a> Sampled<'a> {
         errors
     }
 
-    /// Moves fresh rungs with a large error into the grid. `false` if there is nothing left to halve.
+    /// Moves fresh rungs with a large error into the grid, the largest first. `false` if there are none.
     pub(super) fn refine(&mut self, models: &[PartialFractions], sample: &mut Sample<'_>) -> bool {
         let limit = 0.5 * self.target.tolerance;
         let errors = self.errors_at(models, &self.fresh).into_iter().map(|[driven, bottom]| driven.max(bottom));
@@ -328,8 +328,8 @@ impl<'a> Sampled<'a> {
         true
     }
 
-    /// Returns the samples the exact function where the model has a peak that would fit between two samples: nothing
-    /// else would notice if it were not real. Returns whether there was one.
+    /// Samples the exact function where the model has a peak that would fit between two samples: nothing else would
+    /// reveal it if it were spurious. Returns whether there was one.
     pub(super) fn probe(&mut self, Candidate { poles, models, .. }: &Candidate, sample: &mut Sample<'_>) -> bool {
         let mut sampled: Vec<usize> = self.grid.iter().chain(&self.fresh).copied().collect();
         sampled.sort_unstable();
@@ -355,7 +355,7 @@ impl<'a> Sampled<'a> {
         found
     }
 
-    /// Takes fresh rungs into the grid until it determines the unknowns with a margin.
+    /// Moves fresh rungs into the grid until it determines the unknowns with a margin.
     pub(super) fn enough_samples(&mut self, order: usize, sample: &mut Sample<'_>) {
         while self.grid.len() < order + 12 && !self.fresh.is_empty() {
             self.grid.extend(self.fresh.iter().copied());

@@ -1,4 +1,4 @@
-//! Cost of a fit: against the elements round the tyre, and against the layers of its stack.
+//! Cost of a fit: by the elements round the tyre, and by the layers of its stack.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::fit::{FitError, FitOptions, fit_unless_stopped};
 use crate::scene::Tyre;
 
-/// One fit.
+/// Cost of one fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct FitCost {
     /// Elements N round the tyre.
@@ -23,10 +23,7 @@ pub(crate) struct FitCost {
     pub seconds: f64,
 }
 
-/// Fits a tyre, unless `stop` is set on the way, and says what it took; no cache.
-///
-/// # Errors
-/// [`FitError`].
+/// Fits a tyre without the cache, unless `stop` is set meanwhile, and measures the cost.
 pub(crate) fn cost(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<FitCost, FitError> {
     let begin = Instant::now();
     let model = fit_unless_stopped(tyre, options, stop)?;
@@ -39,8 +36,8 @@ pub(crate) fn cost(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Resu
     })
 }
 
-/// Returns the same tyre with its innermost layer cut into `parts` of equal thickness, which share its tension: nothing
-/// changes but the work.
+/// The tyre with its innermost layer cut into `parts` of equal thickness, which share its tension: only the work
+/// changes.
 pub(crate) fn cut(tyre: &Tyre, parts: usize) -> Tyre {
     let mut layers = tyre.layers.clone();
     if let Some(first) = layers.first().cloned() {

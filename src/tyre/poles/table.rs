@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::numeric::rational::partial_fractions::is_pair;
 
-/// A complex pole is stored once, Im lambda > 0, and stands for itself and its conjugate; a real pole has Im lambda =
-/// 0. Within a function the pairs come first.
+/// Poles of a list of functions. A complex pole is stored once, Im lambda > 0, and stands for itself and its
+/// conjugate; a real pole has Im lambda = 0. Within a function the pairs come first.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(super) struct PoleTable {
     /// Position of the first pole of each function; one more at the end.
@@ -26,7 +26,7 @@ impl Default for PoleTable {
 }
 
 impl PoleTable {
-    /// Adds a function's poles, in the stored order.
+    /// Appends a function's poles, in the stored order.
     pub(super) fn push(&mut self, poles: &[Complex64]) {
         let pairs = poles.iter().filter(|&&pole| is_pair(pole)).count();
         self.first_real.push(self.poles.len() + pairs);
@@ -34,32 +34,32 @@ impl PoleTable {
         self.offsets.push(self.poles.len());
     }
 
-    /// Returns the functions.
+    /// Number of functions.
     pub(super) fn functions(&self) -> usize {
         self.first_real.len()
     }
 
-    /// Tells where a function's poles, and its residues, are among all.
+    /// Positions of a function's poles, and of its residues.
     pub(super) fn range(&self, function: usize) -> Range<usize> {
         self.offsets[function]..self.offsets[function + 1]
     }
 
-    /// Returns a function's poles, and how many of them are pairs.
+    /// A function's poles, and how many of them are pairs.
     pub(super) fn of(&self, function: usize) -> (&[Complex64], usize) {
         (&self.poles[self.range(function)], self.first_real[function] - self.offsets[function])
     }
 
-    /// Returns the poles as they are stored.
+    /// Number of poles as they are stored, pairs counted once.
     pub(super) fn stored(&self) -> usize {
         self.poles.len()
     }
 
-    /// Returns the poles of all functions, conjugates counted.
+    /// Number of poles of all functions, conjugates counted.
     pub(super) fn order(&self) -> usize {
         self.poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
     }
 
-    /// Tells whether positions that were read make sense.
+    /// Whether positions read from a file are consistent.
     pub(super) fn is_sound(&self) -> bool {
         let ends = self.offsets.get(1..).unwrap_or_default();
         let ranges = self.offsets.iter().zip(&self.first_real).zip(ends);

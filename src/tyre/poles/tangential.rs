@@ -5,8 +5,8 @@
 //! ```
 //!
 //! in the same mean over the element and the contact width as H_n ([`crate::tyre::influence`]). It is odd in n and i
-//! times a transfer function with real coefficients, which has the poles of H_n: the same waves, seen along x. So only
-//! residues are fitted, over the model's poles that the band can feel, and a constant for the rest.
+//! times a transfer function with real coefficients, which has the poles of H_n: the same waves, observed along x. So
+//! only residues are fitted, over the model's poles up to a few times the band's top, and a constant for the others.
 //!
 //! With rotation, T_n has a part that is even in n, too: Coriolis forces twist it where it moves outwards. With
 //! real functions P and Q of s, n >= 0,
@@ -19,7 +19,7 @@
 //! is 0.
 //!
 //! Above the cut-off the tread is a half-space, whose surface moves sideways by (1 - 2 nu)/(2 mu k) at most: nearly
-//! nothing for rubber. What is left out is bounded by that times the weight that is left.
+//! nothing for rubber. The error of the sum is bounded by that times the remaining weight.
 //!
 //! Cost: some hundred compliances for each sample, 40 of them and two for each resonance in the band, for each n;
 //! several samples in lockstep.
@@ -39,19 +39,18 @@ use crate::tyre::influence::lane_sum::Below;
 use crate::tyre::influence::parts::Parts;
 use crate::tyre::influence::projection::Lateral;
 
-/// Samples between the poles, evenly over the logarithm of the frequency; half of them again, in the gaps, check the
-/// fit.
+/// Samples evenly over the logarithm of the frequency; half as many again, in the gaps, check the fit.
 const SAMPLES: usize = 40;
 /// Lowest sample \[rad/s\].
 const LOWEST: f64 = 10.0;
 /// Poles up to this many times the top of the band are fitted.
 const REACH: f64 = 3.0;
 /// Penalty in the fit of a pole's peak as large as the largest value, as an error: the poles of the normal motion
-/// include some that the tangential one does not tell apart.
+/// include some that the tangential one does not resolve.
 const RIDGE: f64 = 1e-5;
-/// k h from which the tread is a half-space: exp(-2 k h) is nothing.
+/// k h from which on the tread is a half-space: exp(-2 k h) is negligible.
 const DEEP: f64 = 18.0;
-/// The same beside the shear waves: k over their wavenumber.
+/// The same for the shear waves: k over their wavenumber.
 const SLOW: f64 = 4.0;
 
 /// Residues of T_n/i over the poles of a model, n = 0..=N/2: of a tyre that turns those of P_n and Q_n.
@@ -59,29 +58,29 @@ const SLOW: f64 = 4.0;
 pub struct TangentialModel {
     /// By n, in the order of the model's poles \[m/(N s)\].
     pub residues: Vec<Vec<Complex64>>,
-    /// By n \[m/N\].
+    /// Constants by n \[m/N\].
     pub constants: Vec<f64>,
-    /// Residues of Q_n, likewise; empty at rest.
+    /// Residues of Q_n, in the same order; empty at rest.
     pub odd_residues: Vec<Vec<Complex64>>,
-    /// Constants of Q_n, likewise; empty at rest.
+    /// Constants of Q_n by n; empty at rest.
     pub odd_constants: Vec<f64>,
     /// Largest error on fresh samples, relative to the largest |T_n| of all n.
     pub error: f64,
-    /// Largest bound on what the sums leave out, likewise.
+    /// Largest bound on the omitted part of the sums, relative to the same.
     pub omitted: f64,
-    /// Evaluations of the compliance.
+    /// Evaluations of the compliance used.
     pub evaluations: u64,
 }
 
 impl TangentialModel {
-    /// Returns the motion's modes, from those of the normal motion of the same wavenumber n.
+    /// Modes of the tangential motion, from those of the normal motion of the same wavenumber n.
     pub(crate) fn modes<'a>(&'a self, n: usize, normal: Modes<'a>) -> Modes<'a> {
         let odd = self.odd_residues.get(n).map_or(&[][..], Vec::as_slice);
         Modes { residues: &self.residues[n], odd, constant: self.constants[n], ..normal }
     }
 }
 
-/// One wavenumber: of P_n and, of a tyre that turns, of Q_n.
+/// Fit of one wavenumber: of P_n and, of a tyre that turns, of Q_n.
 struct Fitted {
     residues: Vec<Vec<Complex64>>,
     constants: Vec<f64>,
@@ -92,17 +91,11 @@ struct Fitted {
 }
 
 /// Fits T_n up to `top` \[rad/s\] over a model's poles.
-///
-/// # Errors
-/// [`RationalError`].
 pub(crate) fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> Result<TangentialModel, RationalError> {
     fit_all(&TangentialSum::new(tyre, model.elements, top), model, top)
 }
 
-/// Returns the same for the waves of one lateral number, without a strip's shapes.
-///
-/// # Errors
-/// [`RationalError`].
+/// As [`tangential_model`] for the waves of one lateral number, without a strip's shapes.
 pub(crate) fn lateral_tangential_model(
     tyre: &Tyre,
     model: &RationalModel,
@@ -139,18 +132,20 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
     let Some(modes) = model.modes(n, model.driven) else {
         return Err(RationalError::NotFinite { stage: "the tangential motion" });
     };
+    // 1. The poles that are fitted.
     let felt: Vec<usize> = (0..modes.poles.len()).filter(|&index| modes.poles[index].norm() < REACH * top).collect();
     let poles: Vec<Complex64> = felt.iter().map(|&index| modes.poles[index]).collect();
     let spread = |part: f64| Complex64::new(0.0, LOWEST * (top / LOWEST).powf(part));
     let mut resonances: Vec<f64> = poles.iter().map(|pole| pole.im).filter(|im| (LOWEST..top).contains(im)).collect();
     resonances.sort_by(f64::total_cmp);
-    // At the resonances and between them: the sharpest of them would slip through an even spread.
+    // 2. Samples at the resonances and between them, since the sharpest would slip through an even spread, and evenly.
     let between = resonances.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
     let mut points: Vec<Complex64> =
         resonances.iter().copied().chain(between).map(|frequency| Complex64::new(0.0, frequency)).collect();
     points.extend((0..SAMPLES).map(|k| spread(k as f64 / (SAMPLES - 1) as f64)));
     let checks: Vec<Complex64> =
         (0..SAMPLES / 2).map(|k| spread((2.0 * k as f64 + 0.5) / (SAMPLES - 1) as f64)).collect();
+    // 3. The sums, and residues of all parts by regularised least squares.
     let (values, exact) = (sums.values(n, &points), sums.values(n, &checks));
     let omitted = values.iter().chain(&exact).fold(0.0_f64, |omitted, value| omitted.max(value.omitted));
     let evaluations = values.iter().chain(&exact).map(|value| value.evaluations).sum();
@@ -163,7 +158,7 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
     let weights = responses.iter().map(weight).collect();
     let samples = Samples { point_weights: vec![1.0; points.len()], points, responses, weights };
     let fractions = regularised_residues(&samples, &poles, true, RIDGE)?;
-    // Of both ways round no more than the sum of the parts' errors.
+    // 4. The error: of either wave no more than the sum of the parts' errors.
     let misses = checks.iter().zip(exact).map(|(&s, exact)| {
         fractions.iter().zip(exact.over_i).map(|(part, exact)| (exact - part.evaluate(s)).norm()).sum::<f64>()
     });
@@ -178,7 +173,7 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
     Ok(Fitted { residues, constants, largest, error, omitted, evaluations })
 }
 
-/// Relative accuracy of the compliance itself.
+/// Relative accuracy of the compliance.
 const KERNEL_TOLERANCE: f64 = 1e-6;
 
 /// The sums T_n of a tyre.
@@ -186,41 +181,41 @@ const KERNEL_TOLERANCE: f64 = 1e-6;
 struct TangentialSum {
     kernel: Kernel,
     projection: Projection,
-    /// The only lateral number, if it is one wave across and not a strip's sum.
+    /// The only lateral number, for one wave across in place of a strip's sum.
     only: Option<usize>,
     turns: bool,
 }
 
-/// A value with what it took.
+/// A value of T_n and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TangentialValue {
-    /// P_n, which at rest is T_n/i, and Q_n \[m/N\]: real coefficients.
+    /// P_n, which at rest is T_n/i, and Q_n \[m/N\]: functions with real coefficients.
     over_i: [Complex64; 2],
-    /// Bound on what was left out \[m/N\].
+    /// Bound on the omitted part \[m/N\].
     omitted: f64,
-    /// Evaluations of the compliance.
+    /// Evaluations of the compliance used.
     evaluations: u64,
 }
 
 impl TangentialSum {
-    /// Returns the sums of a tyre of N elements.
+    /// N = `elements`, for |s| up to `top` \[rad/s\].
     fn new(tyre: &Tyre, elements: usize, top: f64) -> Self {
         let (kernel, projection) = (Kernel::new(tyre, top, KERNEL_TOLERANCE), Projection::new(tyre, elements));
         Self { kernel, projection, only: None, turns: tyre.turns() }
     }
 
-    /// Returns the wavenumber above which the tread is a half-space \[1/m\].
+    /// Wavenumber above which the tread is a half-space \[1/m\].
     fn cut_off(at: &KernelAt) -> f64 {
         let tread = at.tread();
         (DEEP / tread.thickness).max(SLOW * tread.inertia_over_shear().norm().sqrt())
     }
 
-    /// Returns the sign of the part of an alias that is odd in it: n = 0 and n = N/2 have none.
+    /// Sign of an alias in the part that is odd in it; 0 for n = 0 and n = N/2.
     fn sign_of_odd(&self, n: usize, alias: i64) -> f64 {
         if n == 0 || 2 * n == self.projection.elements { 0.0 } else { alias.signum() as f64 }
     }
 
-    /// Returns T_n at each s of a list, n from 0 to N/2.
+    /// T_n at each s of a list, n from 0 to N/2.
     fn values(&self, n: usize, points: &[Complex64]) -> Vec<TangentialValue> {
         let at: Vec<KernelAt> = points.iter().map(|&s| self.kernel.at(s)).collect();
         let largest = at.iter().map(Self::cut_off).fold(0.0_f64, f64::max);
@@ -234,7 +229,7 @@ impl TangentialSum {
         values
     }
 
-    /// Returns a value from what has been summed of it, with the weights and the number of its waves.
+    /// A value from its sum over waves, with their weights and number: adds the bound.
     fn value(&self, at: &KernelAt, over_i: [Complex64; 2], weights: f64, evaluations: u64) -> TangentialValue {
         // The half-space at rest; with the ratio r = mu/(lambda + 2 mu), 1 - 2 nu = r/(1 - r).
         let (tread, waves) = (at.tread(), self.projection.waves);
@@ -343,7 +338,7 @@ mod tests {
         assert!(twist > 1e-2 * largest, "what moves all of it outwards twists it: {twist:e} of {largest:e}");
     }
 
-    /// Returns the sum of the full kernel's C_xz over signed waves; the two that n = N/2 and -N/2 are have half each.
+    /// Sum of the full kernel's C_xz over signed waves; n = N/2 and -N/2 are one on the ring: half of each.
     fn of_full_kernel(sums: &TangentialSum, n: i64, s: Complex64) -> Complex64 {
         let (at, projection) = (sums.kernel.at(s), &sums.projection);
         let cut_off = TangentialSum::cut_off(&at);
@@ -368,7 +363,7 @@ mod tests {
             let sums = TangentialSum::new(&tyre, 64, 2e4);
             let points: Vec<Complex64> = (0..11).map(|k| Complex64::new(0.0, 10.0 * 2f64.powi(k))).collect();
             let i = Complex64::i();
-            // At rest nothing but rounding is there of the longest and of the shortest wave.
+            // At rest the longest and the shortest wave have nothing but rounding.
             for n in if tyre.turns() { vec![0, 7, 32] } else { vec![7] } {
                 for (&s, value) in points.iter().zip(sums.values(n, &points)) {
                     let [p, q] = value.over_i;

@@ -1,4 +1,4 @@
-//! Rational models of waves under tractions: poles, and channels from forces to displacements, as they are kept.
+//! Rational models of waves under tractions: poles, and channels from forces to displacements, as they are stored.
 //!
 //! Forces and displacements have the phases of the fit (module `tractions`).
 
@@ -9,25 +9,25 @@ use super::table::PoleTable;
 use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::COMPONENTS;
 
-/// Part of the influence of a wave at a pole: output times input.
+/// Rank-one part of a wave's influence at a pole: output times input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Channel {
-    /// Share of each force.
+    /// Weight of each force.
     pub input: [Complex64; COMPONENTS],
     /// Displacement by component \[m/(N s)\].
     pub output: [Complex64; COMPONENTS],
-    /// The same of the odd part; 0 at rest.
+    /// Displacement of the odd part; 0 at rest.
     pub odd: [Complex64; COMPONENTS],
 }
 
 impl Channel {
-    /// Returns the residues of the even and of the odd part of a pair of components.
+    /// Residues of the even and of the odd part, of displacement a by force b.
     fn residues(&self, a: usize, b: usize) -> [Complex64; 2] {
         [self.output[a] * self.input[b], self.odd[a] * self.input[b]]
     }
 }
 
-/// Poles and channels of a list of waves; a pole with several channels stands there as often.
+/// Poles and channels of a list of waves; a pole with several channels is stored as often.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct TractionModel {
     pub(super) poles: PoleTable,
@@ -39,39 +39,37 @@ pub(crate) struct TractionModel {
 }
 
 impl TractionModel {
-    /// Returns the waves.
+    /// Number of waves.
     pub(crate) fn len(&self) -> usize {
         self.poles.functions()
     }
 
-    /// Returns the channels of all waves, conjugates counted.
+    /// Number of channels of all waves, conjugates counted.
     pub(crate) fn order(&self) -> usize {
         self.poles.order()
     }
 
-    /// Returns the evaluations of the compliance that the fits took.
     pub(crate) fn evaluations(&self) -> u64 {
         self.evaluations
     }
 
-    /// Returns the largest error of a wave.
     #[cfg(test)]
     pub(crate) fn error(&self) -> f64 {
         self.error
     }
 
-    /// Tells whether there are odd parts.
+    /// True for a tyre that turns: there are odd parts.
     pub(crate) fn turns(&self) -> bool {
         self.turns
     }
 
-    /// Returns a wave's poles by channel, how many of them are pairs, and the channels.
+    /// A wave's poles by channel, how many of them are pairs, and the channels.
     pub(crate) fn wave(&self, wave: usize) -> (&[Complex64], usize, &[Channel]) {
         let (poles, pairs) = self.poles.of(wave);
         (poles, pairs, &self.channels[self.poles.range(wave)])
     }
 
-    /// Returns the residues of a pair of components by channel: even part, odd part.
+    /// Residues of displacement a by force b, by channel: even part, odd part.
     pub(crate) fn residues(&self, wave: usize, a: usize, b: usize) -> [Vec<Complex64>; 2] {
         let (_, _, channels) = self.wave(wave);
         [0, 1].map(|part| channels.iter().map(|channel| channel.residues(a, b)[part]).collect())

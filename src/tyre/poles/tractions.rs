@@ -6,12 +6,12 @@
 //!    values (module `wavenumber`);
 //! 2. residues of all components follow by least squares; where an error exceeds the tolerance, samples are added,
 //!    poles are relocated with all components, and some are added;
-//! 3. poles that contribute least go, as long as relocation makes up for them;
-//! 4. the residues at a pole, a matrix, are split into products of an output and an input: one such *channel* is what a
-//!    resonance has, a pole of relaxation may have three.
+//! 3. poles that contribute least are removed, as long as relocation makes up for them;
+//! 4. the residues at a pole, a matrix, are split into products of an output and an input: a resonance has one such
+//!    *channel*, a pole of relaxation may have three.
 //!
-//! Errors of C'_ab / sqrt(C_aa C_bb), of these the largest values, are relative to the norm of that matrix at s, or to
-//! 0.003 of its largest where that is more.
+//! Errors of C'_ab / sqrt(C_aa C_bb), with the largest values of C_aa and C_bb, are relative to the norm of that
+//! matrix at s, or to 0.003 of its largest where that is more.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -30,34 +30,34 @@ use crate::numeric::rational::{PartialFractions, Parts as RationalParts, Rationa
 use crate::scene::Sides;
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
 
-/// Part of the trace's largest value below which errors are not relative to it.
+/// Least scale of errors, relative to the largest norm.
 const LEAST_SCALE: f64 = 3e-3;
-/// Rounds of relocation.
+/// Most rounds of relocation.
 const ROUNDS: usize = 40;
-/// Part of the error that relocations have to leave at most to pay.
+/// Ratio of errors below which relocations count as progress.
 const PAYS: f64 = 0.6;
-/// Relocations that have to fail before a pole is added.
+/// Relocations without progress before a pole is added.
 const IDLE_RELOCATIONS: usize = 2;
-/// Poles that the first wave of a row may lose, and each other one.
+/// Most poles removed from the first wave of a row, and from each other one.
 const FIRST_REMOVALS: usize = 12;
 const REMOVALS: usize = 1;
-/// Rungs of the first grid.
+/// Distance of the rungs of the first grid.
 const FIRST_STRIDE: usize = 32;
-/// Rungs that join the grid at a time, and from which on it is thinned for the next wave.
+/// Most rungs that join the grid at a time, and number from which on it is thinned for the next wave.
 const MOST_JOINING: usize = 16;
 const MOST_RUNGS: usize = 140;
-/// A start whose poles have multiplied by the first, and by the second more of them, leads nowhere.
+/// A start whose poles have multiplied by the first, and by the second more of them, is given up.
 const MOST_GROWTH: usize = 2;
 const SPARE: usize = 12;
 /// Relocations that may make up for a pole.
 const RELOCATIONS: usize = 2;
-/// Poles stay within this many tops of the band.
+/// Bound of the poles, in tops of the band.
 const FARTHEST: f64 = 30.0;
-/// Rungs by which scales are found.
+/// Distance of the rungs by which scales are found.
 const SCALE_STRIDE: usize = 256;
-/// Error, in tolerances, up to which a model that cannot be made better is taken.
+/// Error, in tolerances, up to which a model that cannot be improved is accepted.
 const REFUSED_FROM: f64 = 10.0;
-/// Tolerance from which on relocations may take products instead of reflections.
+/// Tolerance from which on relocations may use products instead of reflections.
 const PRODUCTS_FROM: f64 = 1e-6;
 
 /// Exact functions of the waves at the rungs.
@@ -67,17 +67,18 @@ struct Exact<'a> {
     ladder: &'a Ladder,
 }
 
-/// Parts of C' of a wave by pair: even ones, odd ones.
+/// C' of a wave by pair: even parts, odd parts.
 type Parts = [[Complex64; PAIRS]; 2];
 
 impl Exact<'_> {
-    /// Finds C' of a wave at a rung.
+    /// C' of a wave at a rung.
     fn parts(&self, wave: &CellWave, rung: usize) -> Parts {
         let TractionParts { mut even, mut odd } = self.sums.traction_parts(wave, &self.at[rung]);
-        // Along x against across and normal: -i C or i C.
+        // Pairs of x with y or z: times -i or i.
         for (pair, sign) in [(1, 1.0), (2, 1.0), (3, -1.0), (6, -1.0)] {
             (even[pair], odd[pair]) = (sign * odd[pair], -sign * even[pair]);
         }
+        // A uniform lateral motion has no other components.
         let is_uniform = wave.terms.iter().all(|&(_, m, _)| m == 0);
         if is_uniform && self.sums.grid().waves().sides == Sides::Supported {
             let lateral = |pair: usize, value: Complex64| if pair == 4 { value } else { Complex64::ZERO };
@@ -86,7 +87,7 @@ impl Exact<'_> {
         [even, odd]
     }
 
-    /// Finds the largest values of C_xx, C_yy and C_zz of a wave.
+    /// Largest values of C_xx, C_yy and C_zz of a wave on the axis.
     fn scales(&self, wave: &CellWave) -> [f64; COMPONENTS] {
         let mut scales = [0.0_f64; COMPONENTS];
         for rung in (0..=RUNGS).step_by(SCALE_STRIDE) {
@@ -99,17 +100,17 @@ impl Exact<'_> {
     }
 }
 
-/// Finds the trace of scaled parts.
+/// Trace of parts, each component over its scale.
 fn trace(parts: &[Complex64; PAIRS], scales: &[f64; COMPONENTS]) -> Complex64 {
     let own = |component: usize| parts[component * (COMPONENTS + 1)] / scales[component].max(f64::MIN_POSITIVE);
     (0..COMPONENTS).map(own).sum()
 }
 
-/// Samples of a wave: of rungs that fits see, and of those that check.
+/// Samples of a wave: at rungs that fits use, and at rungs that only check.
 struct Sampled {
     fitted: Vec<usize>,
     checked: Vec<usize>,
-    /// Parts and pairs that are not 0 throughout, of a symmetric matrix those on one side; their scales.
+    /// Part, pair and scale of what is not 0 throughout; of a symmetric matrix the upper triangle.
     kinds: Vec<(usize, usize, f64)>,
     /// Scaled parts at a rung, in the order of the kinds, and the scale of errors there.
     values: Vec<Option<(Vec<Complex64>, f64)>>,
@@ -117,7 +118,7 @@ struct Sampled {
 }
 
 impl Sampled {
-    /// Takes samples of a wave on a grid of rungs, which rise; `None` of one that answers nothing.
+    /// Samples of a wave on a grid of rungs, which rise; `None` for a wave without response.
     fn new(exact: &Exact<'_>, wave: &CellWave, grid: &[usize]) -> Option<Self> {
         let scales = exact.scales(wave);
         let of_pair = |pair: usize| (scales[pair / COMPONENTS] * scales[pair % COMPONENTS]).sqrt();
@@ -141,7 +142,7 @@ impl Sampled {
         Some(this)
     }
 
-    /// Takes the samples that are missing; rungs between those of fits check.
+    /// Takes missing samples; rungs half-way between those of fits check.
     fn refresh(&mut self, exact: &Exact<'_>, wave: &CellWave) {
         self.fitted.sort_unstable();
         let on_axis: Vec<usize> = self.fitted.iter().copied().filter(|rung| *rung <= RUNGS).collect();
@@ -161,7 +162,7 @@ impl Sampled {
         self.values.iter_mut().flatten().for_each(|(_, size)| *size = size.max(least));
     }
 
-    /// Takes checks with large errors into the fit; tells whether there are any.
+    /// Moves checks with errors above `limit` into the fit; returns whether there are any.
     fn refine(&mut self, exact: &Exact<'_>, wave: &CellWave, errors: &[(f64, usize)], limit: f64) -> bool {
         let mut joining: Vec<(f64, usize)> = errors.iter().copied().filter(|(error, _)| *error > limit).collect();
         joining.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -171,14 +172,14 @@ impl Sampled {
         !joining.is_empty()
     }
 
-    /// Returns the scale of errors where a pole is heard.
+    /// Scale of errors at the sample nearest to a pole's frequency.
     fn size_near(&self, pole: Complex64) -> f64 {
         let own = if is_pair(pole) { pole.im } else { pole.norm() };
         let near = self.fitted.iter().map(|&rung| ((self.points[rung].norm() - own).abs(), self.at(rung).1));
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(1.0, |(_, size)| size)
     }
 
-    /// Fits residues over given poles.
+    /// Residues over given poles, and their error.
     fn fractions(&self, samples: &Samples, poles: Vec<Complex64>) -> Result<Fractions, RationalError> {
         let all = residues(samples, &poles, false)?;
         let of = |rungs: &[usize]| largest(&self.errors(rungs, &all)).0;
@@ -190,7 +191,7 @@ impl Sampled {
         self.values[rung].as_ref().map_or((&[], 1.0), |(values, size)| (values, *size))
     }
 
-    /// Returns the samples that fits see.
+    /// Samples that fits use.
     fn samples(&self) -> Samples {
         let of_kind = |kind: usize| self.fitted.iter().map(|&rung| self.at(rung).0[kind]).collect();
         Samples {
@@ -201,14 +202,14 @@ impl Sampled {
         }
     }
 
-    /// Returns the largest errors at rungs of fractions in the order of the kinds.
+    /// Largest errors at rungs, of fractions in the order of the kinds.
     fn errors(&self, rungs: &[usize], fractions: &[PartialFractions]) -> Vec<(f64, usize)> {
         let points = RationalParts::new(rungs.iter().map(|&rung| self.points[rung]), 1.0);
         let modelled: Vec<_> = fractions.iter().map(|fraction| fraction.evaluate_all(&points)).collect();
         let at = |(place, &rung): (usize, &usize)| {
             let (values, size) = self.at(rung);
             let errors = values.iter().zip(&modelled).map(|(exact, own)| (own.get(place) - exact).norm_sqr());
-            // Not a number would lose every comparison.
+            // NaN would lose every comparison.
             let worst =
                 errors.fold(0.0, |worst: f64, error| if error > worst || error.is_nan() { error } else { worst });
             (if worst.is_finite() { worst.sqrt() / size } else { f64::INFINITY }, rung)
@@ -217,17 +218,17 @@ impl Sampled {
     }
 }
 
-/// Returns the largest error, and its rung.
+/// Largest error, and its rung.
 fn largest(errors: &[(f64, usize)]) -> (f64, usize) {
     errors.iter().copied().fold((0.0, 0), |worst, error| if error.0 > worst.0 { error } else { worst })
 }
 
-/// A wave, fitted.
+/// Fit of a wave.
 struct Wave {
     poles: Vec<Complex64>,
     channels: Vec<Channel>,
     error: f64,
-    /// Poles and rungs that the next wave starts from.
+    /// Poles and rungs from which the next wave starts.
     next: Vec<Complex64>,
     grid: Vec<usize>,
     evaluations: u64,
@@ -240,7 +241,7 @@ struct Fractions {
     error: f64,
 }
 
-/// Finds poles and residues of all components from the poles of a start.
+/// Poles and residues of all components from the poles of a start; the best found, within the tolerance or not.
 fn common_poles(
     exact: &Exact<'_>,
     wave: &CellWave,
@@ -254,6 +255,7 @@ fn common_poles(
     let mut best: Option<Fractions> = None;
     let (mut before, mut idle) = (f64::INFINITY, 0);
     for _ in 0..ROUNDS {
+        // 1. Residues over the poles, and their errors.
         let samples = sampled.samples();
         let all = residues(&samples, &poles, false)?;
         let of = |rungs: &[usize]| sampled.errors(rungs, &all);
@@ -266,11 +268,12 @@ fn common_poles(
         if error <= tolerance {
             break;
         }
-        // Errors between samples that those at samples do not explain ask for samples.
+        // 2. More samples where errors at samples do not explain those between them.
         if off_grid.0 > tolerance && off_grid.0 > 2.0 * on_grid.0 {
             sampled.refine(exact, wave, &between, 0.5 * tolerance);
             (before, idle) = (f64::INFINITY, 0);
         }
+        // 3. A further pole where relocation makes no progress.
         idle += 1;
         if error < PAYS * before {
             (before, idle) = (error, 0);
@@ -282,6 +285,7 @@ fn common_poles(
             poles.push(new_pole(sampled.points[worst.1], sampled.points[1].im));
             (before, idle) = (f64::INFINITY, 0);
         }
+        // 4. Relocation.
         sort(&mut poles);
         poles = relocate(&sampled.samples(), &poles, false, elimination)?;
         bound(&mut poles, exact.ladder.top);
@@ -289,7 +293,7 @@ fn common_poles(
     best.ok_or(RationalError::NotFinite { stage: "tractions" })
 }
 
-/// Takes poles away, the one that contributes least first, as long as relocation can make up for it.
+/// Removes poles, the one that contributes least first, as long as relocation can make up for it.
 fn fewer_poles(
     sampled: &Sampled,
     mut fractions: Fractions,
@@ -327,12 +331,12 @@ fn fewer_poles(
     Ok(fractions)
 }
 
-/// Tells how relocations eliminate residues.
+/// Elimination of residues in relocations.
 fn elimination(options: &CellFitOptions) -> Elimination {
     if options.tolerance < PRODUCTS_FROM { Elimination::Reflections } else { Elimination::Products }
 }
 
-/// Keeps one of the poles far beyond the band, as `wavenumber` does.
+/// Bounds the poles as `wavenumber` does: one real pole stands for all that are far beyond the band.
 fn bound(poles: &mut Vec<Complex64>, top: f64) {
     let before = poles.len();
     poles.retain(|pole| pole.norm() < FARTHEST * top);
@@ -342,7 +346,7 @@ fn bound(poles: &mut Vec<Complex64>, top: f64) {
     sort(poles);
 }
 
-/// Splits a matrix of outputs by inputs into products, the largest first.
+/// Splits a matrix of outputs by inputs into products of rank one by full pivoting, the largest first.
 fn products(matrix: &mut [[Complex64; COMPONENTS]; 2 * COMPONENTS]) -> Vec<Channel> {
     let mut channels = Vec::new();
     for _ in 0..COMPONENTS {
@@ -367,7 +371,7 @@ fn products(matrix: &mut [[Complex64; COMPONENTS]; 2 * COMPONENTS]) -> Vec<Chann
     channels
 }
 
-/// Splits residues into channels, in scaled components.
+/// Poles and channels from residues, in scaled components.
 fn channels_of(sampled: &Sampled, fractions: &Fractions) -> (Vec<Complex64>, Vec<Channel>) {
     let is_symmetric = sampled.kinds.iter().all(|(_, pair, _)| pair / COMPONENTS <= pair % COMPONENTS);
     let (mut poles, mut channels) = (Vec::new(), Vec::new());
@@ -405,6 +409,7 @@ impl Exact<'_> {
             order,
             reason,
         };
+        // 1. Samples, on the grid of the wave before; a wave without response hands the start on.
         let first: Vec<usize> = (0..=RUNGS).step_by(FIRST_STRIDE).collect();
         let grid = before.filter(|before| !before.grid.is_empty()).map_or(&first, |before| &before.grid);
         let Some(mut sampled) = Sampled::new(self, wave, grid) else {
@@ -413,10 +418,12 @@ impl Exact<'_> {
             return Ok(Wave { poles: Vec::new(), channels: Vec::new(), error: 0.0, next, grid, evaluations: 0 });
         };
         let broken = |_: RationalError| refused(f64::INFINITY, 0, RefusalReason::NotATransferFunction);
+        // 2. From the poles of the wave before.
         let mut fractions = None;
         if let Some(before) = before.filter(|before| !before.next.is_empty()) {
             fractions = common_poles(self, wave, &mut sampled, &before.next, options).ok();
         }
+        // 3. Where that does not do, from the poles of the trace.
         if fractions.as_ref().is_none_or(|fractions| fractions.error > tolerance) {
             let target = RowTarget { tolerance, most_poles, bottom_scale: 1.0 };
             let scales = self.scales(wave);
@@ -435,9 +442,10 @@ impl Exact<'_> {
             }
         }
         let fractions = fractions.ok_or_else(|| broken(RationalError::NotFinite { stage: "tractions" }))?;
+        // 4. Fewer poles.
         let is_first = before.is_none();
         let fractions = if fractions.error <= tolerance {
-            // From scratch a fit is worth tidying; its neighbours take over what it has.
+            // From scratch a fit may hold superfluous poles; its neighbours inherit the rest.
             let removals = if is_first { FIRST_REMOVALS } else { REMOVALS };
             fewer_poles(&sampled, fractions, removals, options, self.ladder.top).map_err(broken)?
         } else {
@@ -447,6 +455,7 @@ impl Exact<'_> {
         if error > REFUSED_FROM * tolerance {
             return Err(refused(error, order(&fractions.poles), RefusalReason::Rounds));
         }
+        // 5. Channels, in unscaled components.
         let (poles, mut channels) = channels_of(&sampled, &fractions);
         let root = self.scales(wave).map(f64::sqrt);
         for Channel { input, output, odd } in &mut channels {
@@ -463,15 +472,13 @@ impl Exact<'_> {
     }
 }
 
-/// Leaves out every second rung of a grid that has grown too dense.
+/// Every second rung of a grid that has grown too dense.
 fn thinned(grid: Vec<usize>) -> Vec<usize> {
     if grid.len() < MOST_RUNGS { grid } else { grid.into_iter().step_by(2).collect() }
 }
 
-/// Fits the waves of a list of rows, each row with n rising, in their order; looks at `stop` before every wave.
-///
-/// # Errors
-/// `FitError`: the first wave in the order of the list that is refused, with its n; `FitError::Stopped`.
+/// Fits the waves of a list of rows, each row with n rising, in their order; looks at `stop` before every wave. Of
+/// several refused waves the error is that of the first in the order of the list.
 pub(crate) fn fit_tractions(
     sums: &CellSums,
     rows: &[CellRow],

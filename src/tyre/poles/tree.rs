@@ -1,32 +1,32 @@
-//! Which wavenumber starts from which: a plan of the whole fit, fixed before any of it is done.
+//! The wavenumber from which each wavenumber starts: a plan of the whole fit, fixed before any of it is done.
 //!
 //! Poles vary smoothly with n, so that a fit is short where it starts from a neighbour's. Two *roots*, n = 0 and about
 //! the middle, start from nothing; every other wavenumber starts from the nearest one below it that belongs to a
-//! coarser stride: strides halve from root to leaf. A wavenumber may be fitted as soon as its own start is done, and
-//! what it starts from never depends on what else is running: same bits for any number of threads.
+//! coarser stride: strides halve from root to leaf. A wavenumber may be fitted as soon as the one from which it starts
+//! is done, and its start never depends on what else is running: same bits for any number of threads.
 
-/// One wavenumber's place in the plan.
+/// A wavenumber in the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Visit {
-    /// n.
+    /// Wavenumber n.
     pub wavenumber: usize,
-    /// Distance to the wavenumber that it starts from; 0: it starts from nothing.
+    /// Distance to the wavenumber from which it starts; 0: it starts from nothing.
     pub stride: usize,
 }
 
-/// All wavenumbers, coarse strides first. The *rank* of one is its place in this order; a start has a lower rank than
-/// what starts from it.
+/// All wavenumbers, coarse strides first. The *rank* of one is its index in this order; a start has a lower rank than
+/// those that start from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Tree {
     visits: Vec<Visit>,
     /// Ranks by wavenumber.
     ranks: Vec<usize>,
-    /// By rank, the ranks of what starts from it, coarse strides first.
+    /// By rank, the ranks of those that start from it, coarse strides first.
     followers: Vec<Vec<usize>>,
 }
 
 impl Tree {
-    /// Returns the plan for n = 0..=`last`.
+    /// Plan for n = 0..=`last`.
     pub(super) fn new(last: usize) -> Self {
         let middle = last.next_power_of_two() / 2;
         let mut visits = vec![Visit { wavenumber: 0, stride: 0 }];
@@ -55,28 +55,27 @@ impl Tree {
         Self { visits, ranks, followers }
     }
 
-    /// Returns the number of wavenumbers.
+    /// Number of wavenumbers.
     pub(super) fn len(&self) -> usize {
         self.visits.len()
     }
 
-    /// Returns the ranks of those that start from nothing.
+    /// Ranks of those that start from nothing.
     pub(super) fn roots(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|&rank| self.visits[rank].stride == 0)
     }
 
-    /// Returns the wavenumber of a rank.
     pub(super) fn visit(&self, rank: usize) -> Visit {
         self.visits[rank]
     }
 
-    /// Returns the rank of what a rank starts from.
+    /// Rank of the one from which a rank starts; `None` for a root.
     pub(super) fn start(&self, rank: usize) -> Option<usize> {
         let Visit { wavenumber, stride } = self.visits[rank];
         (stride > 0).then(|| self.ranks[wavenumber - stride])
     }
 
-    /// Returns the ranks of what starts from a rank, coarse strides first.
+    /// Ranks of those that start from a rank, coarse strides first.
     pub(super) fn followers(&self, rank: usize) -> &[usize] {
         &self.followers[rank]
     }

@@ -19,7 +19,7 @@ pub(crate) struct Gyroscopic {
 }
 
 impl Gyroscopic {
-    /// Returns the frequency \[Hz\], and damping of the critical one.
+    /// Natural frequency \[Hz\], damping relative to the critical one.
     pub(crate) fn new(share: f64, hertz: f64, damping: f64, gyration: f64) -> Self {
         let frequency = 2.0 * PI * hertz;
         Self { share, damping: 2.0 * damping * frequency, frequency, gyration }
@@ -30,33 +30,33 @@ impl Gyroscopic {
         Complex64::new(self.damping, -2.0 * sign * self.gyration)
     }
 
-    /// Returns H_n, or H_-n.
+    /// H_n, or H_-n.
     pub(crate) fn at(self, direction: Direction, s: Complex64) -> Complex64 {
         self.share / (s * (s + self.turned(direction)) + self.frequency.powi(2))
     }
 
-    /// Returns the pole with Im > 0 of the wave n or -n.
+    /// The pole with Im > 0 of the wave n or -n.
     pub(crate) fn pole(self, direction: Direction) -> Complex64 {
         let half = self.turned(direction) * 0.5;
         let root = (half * half - self.frequency.powi(2)).sqrt();
         if root.im > 0.0 { root - half } else { -root - half }
     }
 
-    /// Returns the residue there.
+    /// The residue at that pole.
     pub(crate) fn residue(self, direction: Direction) -> Complex64 {
         self.share / (self.pole(direction) * 2.0 + self.turned(direction))
     }
 }
 
-/// Returns the mode of n periods of a ring of so many elements that turns at `angular_velocity`, elements counted
-/// against it: split as that of an inextensional ring, waves with the rotation lowered.
+/// Mode of n periods of a ring of so many elements that turns at `angular_velocity`, elements counted against it:
+/// split as that of an inextensional ring, waves with the rotation lowered.
 pub(crate) fn mode(elements: usize, n: usize, angular_velocity: f64) -> Gyroscopic {
     let around = n as f64;
     let gyration = if 2 * n == elements { 0.0 } else { 2.0 * around * angular_velocity / (around * around + 1.0) };
     Gyroscopic::new(3.0, 60.0f64.hypot(25.0 * around), 0.02, gyration)
 }
 
-/// Returns the exact model of that ring: its innermost face moves half as far.
+/// Exact model of that ring: its innermost face moves half as far.
 pub(crate) fn model(elements: usize, angular_velocity: f64) -> RationalModel {
     let entry = |n: usize| {
         let mode = mode(elements, n, angular_velocity);

@@ -1,16 +1,16 @@
 //! The adaptive fit of one wavenumber.
 //!
-//! 1. sample H_n on a grid of rungs, and on *fresh* rungs half-way between them that no fit will see;
+//! 1. sample H_n on a grid of rungs, and on *fresh* rungs half-way between them that no fit uses;
 //! 2. poles: from a neighbour where there is one, from AAA where not; relocate them by vector fitting, refit the
 //!    residues by least squares;
 //! 3. where the fresh error exceeds the tolerance and the error on the grid does not explain it, the worst fresh rungs
 //!    join the grid and new ones check it; where the grid itself is not met, a pole is added where the error is
-//!    largest; where it is met far too well, or where a model within the tolerance generates energy, there are poles to
-//!    spare, and the least contributing one goes;
-//! 4. once the tolerance is met, take poles away, the least contributing first, as long as relocation can make up for
-//!    it.
+//!    largest; where it is met far too well, or where a model within the tolerance generates energy, there are
+//!    superfluous poles, and the one that contributes least is removed;
+//! 4. once the tolerance is met, remove poles, the one that contributes least first, as long as relocation can make up
+//!    for it.
 //!
-//! A fit that does not get there is an error with what was reached, never a worse model.
+//! A fit that does not get there is an error with the accuracy reached, never a worse model.
 
 use num_complex::Complex64;
 
@@ -25,28 +25,28 @@ use crate::numeric::rational::{RationalError, aaa};
 
 /// Intervals of the first grid.
 const FIRST_INTERVALS: usize = 64;
-/// Relocations that have to fail before samples or poles are added.
+/// Relocations without progress before samples or poles are added.
 const IDLE_RELOCATIONS: usize = 2;
-/// Samples per pole past which more samples are no remedy.
+/// Samples per pole beyond which more samples are no remedy.
 const MOST_SAMPLES: usize = 4;
-/// A model that generates energy has poles to spare where its error is below this fraction of the tolerance.
+/// A model that generates energy has superfluous poles where its error is below this fraction of the tolerance.
 const THINNED_BELOW: f64 = 0.9;
-/// The same where the error on the grid alone is below this fraction.
+/// So has a model whose error on the grid alone is below this fraction.
 const SPARE_BELOW: f64 = 1e-2;
-/// Poles stay within this many tops of the band.
+/// Bound of the poles, in tops of the band.
 const FARTHEST: f64 = 30.0;
-/// A start whose poles have multiplied by this leads nowhere.
+/// A start whose poles have multiplied by this is given up.
 const MOST_GROWTH: usize = 2;
-/// Rounds of adding rungs or poles.
+/// Most rounds of adding rungs or poles.
 const ROUNDS: usize = 120;
-/// Tolerance from which on relocations may take products instead of reflections: below, most of them lose their digits.
+/// Tolerance from which on relocations may use products instead of reflections: below, most of them lose their digits.
 const PRODUCTS_FROM: f64 = 1e-6;
-/// The belt has a say in the poles from this many tolerances on.
+/// Motion of the belt, in tolerances, from which on it takes part in moving the poles.
 const BELT_FROM: f64 = 1e4;
-/// The odd parts of a tyre that turns have a say in the poles from this many tolerances on.
+/// Odd parts, in tolerances, from which on they take part in moving the poles of a tyre that turns.
 const ODD_FROM: f64 = 1.0;
 
-/// Where a fit starts: poles of a neighbour and the rungs it ended with.
+/// Start of a fit: poles of a neighbour and its last rungs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Start {
     /// Poles; empty: from scratch.
@@ -55,7 +55,7 @@ pub(super) struct Start {
     pub grid: Vec<usize>,
 }
 
-/// A fit, and what the next one can start from.
+/// A fit, and the grid for the next one.
 #[derive(Clone, Debug)]
 pub(super) struct Fitted {
     /// Poles, residues, statistics.
@@ -68,15 +68,12 @@ struct Attempt<'a> {
     target: &'a Target,
     sampled: Sampled<'a>,
     relocations: usize,
-    /// True if it starts from no poles.
+    /// True without poles to start from.
     from_scratch: bool,
 }
 
-/// Fits one wavenumber. `sample` evaluates the exact functions on a list of rungs, in their order. A start that leads
-/// nowhere is not held against the function: it is fitted again from scratch.
-///
-/// # Errors
-/// [`FitError::Refused`].
+/// Fits one wavenumber. `sample` evaluates the exact functions on a list of rungs, in their order. Where a start fails
+/// the function is fitted again from scratch.
 pub(super) fn fit_wavenumber(
     ladder: &Ladder,
     target: &Target,
@@ -111,8 +108,8 @@ impl Attempt<'_> {
         self.refuse(f64::INFINITY, 0, RefusalReason::NotATransferFunction)
     }
 
-    /// Tells how relocations eliminate residues unless they have to be exact: poles that are yet to be found come out
-    /// fewer by reflections.
+    /// Elimination of residues in relocations: by reflections where poles are yet to be found, since fewer of them
+    /// result.
     fn elimination(&self) -> Elimination {
         if self.from_scratch || self.target.tolerance < PRODUCTS_FROM {
             Elimination::Reflections
@@ -123,8 +120,8 @@ impl Attempt<'_> {
 
     /// Relocates once and refits.
     fn improve(&mut self, poles: &[Complex64], elimination: Elimination) -> Result<Candidate, RationalError> {
-        // Poles that follow the driven face alone follow the belt to about a hundredth; a belt that hardly moves needs
-        // no more.
+        // Poles that follow the driven face alone follow the belt to about a hundredth: enough for a belt that hardly
+        // moves.
         let with_bottom = self.sampled.bottom_exceeds((BELT_FROM * self.target.tolerance).min(0.05));
         let odd_from = ODD_FROM * self.target.tolerance;
         let with_odd = [self.sampled.odd_exceeds(0, odd_from), with_bottom && self.sampled.odd_exceeds(1, odd_from)];
@@ -150,9 +147,9 @@ impl Attempt<'_> {
         Ok(poles)
     }
 
-    /// Keeps one of the poles far beyond the band, on the real axis: within the band they are all the same constant,
-    /// relocation drives them further with every round, until they overflow, and what they do between the band and
-    /// there is nothing but a threat to passivity.
+    /// Replaces all poles far beyond the band by one on the real axis: within the band they are all the same constant,
+    /// relocation drives them further with every round, until they overflow, and between the band and there they only
+    /// threaten passivity.
     fn bound(&self, poles: &mut Vec<Complex64>) {
         let farthest = FARTHEST * self.sampled.ladder.top;
         let before = poles.len();
@@ -163,7 +160,7 @@ impl Attempt<'_> {
         }
     }
 
-    /// Returns a model within the tolerance that generates no energy.
+    /// A model within the tolerance that generates no energy.
     fn run(&mut self, start: &Start, sample: &mut Sample<'_>) -> Result<Candidate, FitError> {
         let Target { tolerance, most_poles, .. } = *self.target;
         let mut poles = if start.poles.is_empty() {
@@ -172,11 +169,12 @@ impl Attempt<'_> {
             start.poles.clone()
         };
         let (mut best, mut reason) = (f64::INFINITY, RefusalReason::Rounds);
-        // Error when samples or poles were last changed or relocation last paid, and relocations since.
+        // Error when samples or poles were last changed or relocation last made progress, and relocations since.
         let (mut before, mut idle) = (f64::INFINITY, 0);
-        // Whether a model that generates energy may try with fewer poles; not any more where more were needed.
+        // Whether a model that generates energy may try with fewer poles; no longer once more were needed.
         let mut may_thin = true;
         for _ in 0..ROUNDS {
+            // 1. Relocation and errors; a narrow peak between samples is sampled.
             self.sampled.enough_samples(order(&poles), sample);
             let elimination = self.elimination();
             let mut candidate = self.improve(&poles, elimination).map_err(|error| self.broken(error))?;
@@ -184,6 +182,7 @@ impl Attempt<'_> {
             if candidate.errors.largest() <= tolerance && self.sampled.probe(&candidate, sample) {
                 candidate.errors = self.sampled.errors(&candidate.models);
             }
+            // 2. Within the tolerance: done if passive, else fewer poles or one where the energy comes from.
             if candidate.errors.largest() <= tolerance {
                 let candidate = passive(&self.sampled, candidate);
                 let (least, s) = least_power(&self.sampled, &candidate.models);
@@ -191,7 +190,7 @@ impl Attempt<'_> {
                     return Ok(candidate);
                 }
                 poles = candidate.poles.clone();
-                // Poles to spare are what energy comes from beyond the band, where nothing determines them.
+                // Superfluous poles generate energy beyond the band, where nothing determines them.
                 if may_thin
                     && candidate.errors.largest() < THINNED_BELOW * tolerance
                     && let Some(least) = self.least(&candidate)
@@ -209,7 +208,7 @@ impl Attempt<'_> {
             }
             poles.clone_from(&candidate.poles);
             let errors = candidate.errors;
-            // So much better on the grid than it has to be: poles to spare, which swing between the samples.
+            // 3. Far within the tolerance on the grid: superfluous poles, which oscillate between the samples.
             if may_thin
                 && errors.fitted < SPARE_BELOW * tolerance
                 && let Some(least) = self.least(&candidate)
@@ -218,6 +217,7 @@ impl Attempt<'_> {
                 (before, idle) = (f64::INFINITY, 0);
                 continue;
             }
+            // 4. Without progress: more samples, or a further pole.
             idle += 1;
             if idle < IDLE_RELOCATIONS || errors.largest() < 0.6 * before {
                 before = before.min(errors.largest());
@@ -245,7 +245,7 @@ impl Attempt<'_> {
         Err(self.refuse(best, order(&poles), reason))
     }
 
-    /// Returns the pole that contributes least, if it is not the only one.
+    /// The pole that contributes least, if it is not the only one.
     fn least(&self, Candidate { poles, models, .. }: &Candidate) -> Option<usize> {
         let share = |index: usize| {
             let size = |face: usize| largest_residue(models, face, index) / self.sampled.scales[face];
@@ -254,7 +254,7 @@ impl Attempt<'_> {
         (0..poles.len()).min_by(|&i, &j| share(i).total_cmp(&share(j))).filter(|_| poles.len() > 1)
     }
 
-    /// Takes poles away as long as the tolerance holds.
+    /// Removes poles as long as the tolerance holds.
     fn reduce(&mut self, mut accepted: Candidate) -> Candidate {
         for _ in 0..self.target.removals {
             if accepted.errors.largest() > self.target.removal_below * self.target.tolerance {
@@ -266,7 +266,7 @@ impl Attempt<'_> {
         accepted
     }
 
-    /// Returns a model as good as has to be without the pole that contributes least.
+    /// A passive model within the tolerance without the pole that contributes least; `None` where there is none.
     fn with_one_less(&mut self, accepted: &Candidate) -> Option<Candidate> {
         let mut fewer = accepted.poles.clone();
         fewer.remove(self.least(accepted)?);
@@ -310,8 +310,7 @@ impl Attempt<'_> {
     }
 }
 
-/// Returns a pole that can do something about an error at s: a pair with a tenth of critical damping there, or a real
-/// one close to s = 0.
+/// A pole that can reduce an error at s: a pair with a tenth of critical damping there, or a real one close to s = 0.
 pub(super) fn new_pole(s: Complex64, lowest: f64) -> Complex64 {
     let frequency = s.norm().max(lowest);
     if s.im > 4.0 * lowest && s.im > s.re {

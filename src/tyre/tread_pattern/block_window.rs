@@ -1,7 +1,7 @@
 //! Blocks of the tread under a window, numbered part by part.
 //!
 //! A rib yields like the mean over blocks of m parts wherever they begin: values by part are summed over each place of
-//! such a block, weighted, and given back to the parts. Both sums run along, so that they take two additions to a part.
+//! such a block, weighted, and distributed to the parts. Both sums are running sums: two additions for each part.
 
 use std::ops::Range;
 
@@ -12,9 +12,9 @@ use super::blocks::{Block, Blocks, NO_BLOCK};
 pub(crate) struct Span {
     /// Number of the first part in the window, above 0.
     first: usize,
-    /// Parts, one behind the other.
+    /// Parts, one after the other.
     parts: usize,
-    /// Parts over which pressure is averaged.
+    /// Number of parts over which pressure is averaged.
     pub length: usize,
     /// First of these parts on the tyre, counted within the block, and the block.
     offset: usize,
@@ -22,12 +22,11 @@ pub(crate) struct Span {
 }
 
 impl Span {
-    /// Returns the numbers of the parts.
     pub(crate) fn numbers(&self) -> Range<usize> {
         self.first..self.first + self.parts
     }
 
-    /// Counts the places of averaging that reach the parts.
+    /// Number of places of averaging that reach the parts.
     pub(crate) fn places(&self) -> usize {
         self.parts + self.length - 1
     }
@@ -43,18 +42,18 @@ pub(crate) struct BlockWindow {
     first_place: Vec<usize>,
     /// Number of the part of each cell in the window, 0 for cells of none.
     cells: Vec<u32>,
-    /// Numbers, that of none, too.
+    /// One more than the largest number of a part.
     count: usize,
     /// Blocks in the window.
     spans: Vec<Span>,
-    /// First number by block.
+    /// First number by block; [`NO_BLOCK`] where it is not in the window.
     numbers: Vec<u32>,
     /// Element of the window's first column.
     first_element: i64,
 }
 
 impl BlockWindow {
-    /// Makes the window of so many columns that begins with element 0.
+    /// Window of so many columns that begins with element 0.
     pub(crate) fn new(blocks: &Blocks, across: usize, columns: usize) -> Self {
         let mut next = 0;
         let place = |block: &Block| {
@@ -78,7 +77,7 @@ impl BlockWindow {
         window
     }
 
-    /// Goes to the window that begins with an element; tells whether it was another one.
+    /// Moves the window to begin with an element; returns whether it began with another one.
     pub(crate) fn place(&mut self, first_element: i64) -> bool {
         let is_other = self.first_element != first_element;
         if is_other {
@@ -88,7 +87,7 @@ impl BlockWindow {
         is_other
     }
 
-    /// Finds the blocks in the window.
+    /// Numbers the parts of the blocks in the window.
     fn number(&mut self) {
         let Self { blocks, across, block_of, cells, count, spans, numbers, first_element, .. } = self;
         let columns = blocks.of_cell.len() / *across;
@@ -108,6 +107,7 @@ impl BlockWindow {
                 let (parts, length, within) = (parts as usize, length as usize, (part - first) as usize);
                 if numbers[number] == NO_BLOCK {
                     numbers[number] = *count as u32;
+                    // Of a ring the parts in the window, of a block all parts.
                     let [offset, parts] = if is_ring { [start, wide.min(parts)] } else { [0, parts] };
                     spans.push(Span { first: *count, parts, length, offset, block: number });
                     *count += parts;
@@ -118,23 +118,22 @@ impl BlockWindow {
         }
     }
 
-    /// Returns the number of the part of each cell, 0 for cells of none.
+    /// Number of the part of each cell, 0 for cells of none.
     pub(crate) fn cells(&self) -> &[u32] {
         &self.cells
     }
 
-    /// Counts the numbers.
+    /// One more than the largest number of a part.
     pub(crate) fn count(&self) -> usize {
         self.count
     }
 
-    /// Returns the blocks in the window.
     pub(crate) fn spans(&self) -> &[Span] {
         &self.spans
     }
 
-    /// Returns the places of averaging that reach the parts of a span, in the order of [`Blocks::averaged`]: the first
-    /// one ends with the first part.
+    /// Places of averaging that reach the parts of a span, in the order of [`Blocks::averaged`]: the first one ends
+    /// with the first part.
     pub(crate) fn places(&self, span: &Span) -> impl Iterator<Item = usize> + use<> {
         let Span { length, offset, block, .. } = *span;
         let (first, count) = (self.first_place[block], self.blocks.blocks[block].places() as usize);
@@ -142,7 +141,7 @@ impl BlockWindow {
         (0..span.places()).map(move |place| first + (offset + place + count - before) % count)
     }
 
-    /// Returns the parts of a span as they are counted on the tyre.
+    /// Parts of a span as they are counted on the tyre.
     pub(crate) fn parts(&self, span: &Span) -> impl Iterator<Item = usize> + use<> {
         let Block { first, parts, .. } = self.blocks.blocks[span.block];
         let offset = span.offset;
@@ -163,7 +162,7 @@ pub(crate) fn sum_over_places(values: &[f64], length: usize, sums: &mut Vec<f64>
     }));
 }
 
-/// Gives to each value the sum over the places that reach it.
+/// Sets each value to the sum over the places that reach it.
 pub(crate) fn spread_from_places(places: &[f64], length: usize, values: &mut [f64]) {
     let mut sum: f64 = places[..length - 1].iter().sum();
     for (first, value) in values.iter_mut().enumerate() {

@@ -10,7 +10,7 @@
 //! S = A_b/(2 d perimeter)    of the sides that are cut
 //! ```
 //!
-//! so that c_b = d/(a E). It belongs to the block's mean pressure: u_i += (c_b/A_b) sum of the block's forces. What is
+//! so that c_b = d/(a E). It applies to the block's mean pressure: u_i += (c_b/A_b) sum of the block's forces. A block
 //! longer than 3 d yields locally, like the mean over all its parts of that length.
 
 use std::collections::BTreeMap;
@@ -20,9 +20,9 @@ use super::map::{Cut, TreadMap};
 use crate::scene::{BlockModel, Scene, TreadPattern};
 use crate::tyre::layers::material;
 
-/// Frequency at which the tread's modulus is taken \[Hz\], as that of the local law of slices.
+/// Frequency at which the tread's modulus is taken \[Hz\], as in the local law of slices.
 const MODULUS_FREQUENCY: f64 = 100.0;
-/// Part of the tread that a cut is deep at least.
+/// Least depth of a dividing cut, over the tread's thickness.
 const DEEP: f64 = 1.0 / 3.0;
 /// Length of a block, in depths, over which its pressure is averaged.
 const LENGTH: f64 = 3.0;
@@ -32,24 +32,24 @@ const RIB: f64 = 3.0;
 /// Mark of a cell that belongs to no block.
 pub(crate) const NO_BLOCK: u32 = u32::MAX;
 
-/// Block, or rib, which is longer than its pressure is averaged over. A rib has a part to each column and yields like
-/// the mean over all blocks of `length` parts, wherever they begin: what has no cut yields the same at each place.
+/// A block, or a rib, which is longer than its pressure is averaged over. A rib has one part per column and yields
+/// like the mean over all blocks of `length` parts, wherever they begin: without cuts it yields the same everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Block {
-    /// First part.
+    /// Index of the first part.
     pub first: u32,
-    /// Parts; 1 of a block.
+    /// Number of parts; 1 of a block.
     pub parts: u32,
-    /// Parts over which pressure is averaged.
+    /// Number of parts over which pressure is averaged.
     pub length: u32,
-    /// True if the first part is behind the last one, round the tyre.
+    /// True if the last part is followed by the first, round the tyre.
     pub is_ring: bool,
-    /// Compliance of the mean pressure \[m/Pa\].
+    /// Compliance c_b of the mean pressure \[m/Pa\].
     pub compliance: f64,
 }
 
 impl Block {
-    /// Counts the places where pressure is averaged: on a ring, one to each part; else also those that the ends cut.
+    /// Number of places where pressure is averaged: on a ring, one per part; else also those that the ends cut.
     pub(crate) fn places(&self) -> u32 {
         if self.is_ring { self.parts } else { self.parts + self.length - 1 }
     }
@@ -58,29 +58,28 @@ impl Block {
 /// Blocks of a tread.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Blocks {
-    /// Part of each cell.
+    /// Part of each cell, or [`NO_BLOCK`].
     pub of_cell: Vec<u32>,
-    /// Cells of each part.
+    /// Number of cells of each part.
     pub cells: Vec<u32>,
     /// Blocks and ribs, in the order of their parts.
     pub blocks: Vec<Block>,
 }
 
-/// Part of the tread that no cut divides.
+/// A connected piece of the tread between cuts.
 #[derive(Default)]
 struct Piece {
-    /// Cells with their columns, counted on round the tyre.
+    /// Cells with their columns, counted on beyond a revolution.
     cells: Vec<(usize, i64)>,
     /// True if it runs round the tyre.
     is_ring: bool,
-    /// Extent of the sides by cut, along and across \[m\].
+    /// Extent of the cut sides, along and across \[m\].
     sides: BTreeMap<Cut, [f64; 2]>,
     /// Sum of depth times length of the sides, and of the lengths.
     depth: [f64; 2],
 }
 
 impl Piece {
-    /// Adds a side.
     fn side(&mut self, cut: Cut, depth: f64, extent: [f64; 2]) {
         let own = self.sides.entry(cut).or_default();
         let length = extent[0] + extent[1];
@@ -89,8 +88,8 @@ impl Piece {
         self.depth[1] += length;
     }
 
-    /// Returns the length of all sides \[m\], given the cuts. A slanted one is a staircase on cells, whose steps along
-    /// are its extent across times its slope; what is more is an end.
+    /// Length of all sides \[m\], given the cuts. A slanted one is a staircase on cells, whose steps along are its
+    /// extent across times its slope; any excess is an end.
     fn perimeter(&self, cuts: &[[f64; 2]]) -> f64 {
         let of = |(&cut, &[along, across]): (&Cut, &[f64; 2])| {
             let slope = cuts.get(cut as usize).map_or(0.0, |[_, slope]| slope.abs());
@@ -100,7 +99,8 @@ impl Piece {
     }
 }
 
-/// Returns c_b \[m/Pa\] of a block: its area, the perimeter of its cut sides and their depth, in metres.
+/// c_b \[m/Pa\] of a block: its area \[m^2\], the perimeter of its cut sides and their depth \[m\], Young's modulus
+/// \[Pa\].
 pub(crate) fn compliance(area: f64, perimeter: f64, depth: f64, is_rib: bool, modulus: f64) -> f64 {
     let shape = area / (2.0 * depth * perimeter);
     let stiffer = if is_rib { 4.0 / 3.0 * (1.0 + shape * shape) } else { 1.0 + 2.0 * shape * shape };
@@ -108,7 +108,7 @@ pub(crate) fn compliance(area: f64, perimeter: f64, depth: f64, is_rib: bool, mo
 }
 
 impl Blocks {
-    /// Finds the blocks of a scene's tread; `None` where they are no softer than the tread without cuts.
+    /// Blocks of a scene's tread; `None` where they are no softer than the tread without cuts.
     pub(crate) fn new(map: &TreadMap, pattern: &TreadPattern, scene: &Scene) -> Option<Self> {
         let tread = scene.tyre.layers.last().filter(|_| pattern.blocks == BlockModel::Compliant)?;
         let poisson = tread.material.poisson;
@@ -117,7 +117,7 @@ impl Blocks {
         blocks.blocks.iter().any(|block| block.compliance > 0.0).then_some(blocks)
     }
 
-    /// Returns the blocks of a tread of a thickness \[m\] and a Young's modulus \[Pa\], or of a compliance \[m/Pa\].
+    /// Blocks of a tread of a thickness \[m\] and a Young's modulus \[Pa\], or of a given compliance \[m/Pa\].
     fn of(map: &TreadMap, thickness: f64, modulus: f64, given: Option<f64>) -> Self {
         let (across, [dx, dy]) = (map.across, map.size);
         let mut blocks = Self { of_cell: vec![NO_BLOCK; map.depths.len()], cells: Vec::new(), blocks: Vec::new() };
@@ -126,6 +126,7 @@ impl Blocks {
             if perimeter <= 0.0 {
                 continue;
             }
+            // 1. Extent, mean lengths and compliance of the piece.
             let depth = piece.depth[0] / piece.depth[1];
             let of = |places: &mut dyn Iterator<Item = i64>| {
                 let (mut first, mut last) = (i64::MAX, i64::MIN);
@@ -138,17 +139,17 @@ impl Blocks {
                 columns = map.columns as i64;
             }
             let area = piece.cells.len() as f64 * dx * dy;
-            // Mean lengths: slanted ends make a piece no longer.
+            // Mean lengths: slanted ends do not lengthen a piece.
             let along = if piece.is_ring { columns as f64 * dx } else { area / (rows as f64 * dy) };
             let lengths = [along, rows as f64 * dy];
             let longest = lengths[0].max(lengths[1]);
             let is_rib = piece.is_ring || longest > RIB * area / longest;
             let own = given.unwrap_or_else(|| compliance(area, perimeter, depth, is_rib, modulus));
+            // 2. Parts: one per column of a long piece, in ribs side by side if it is wide.
             let parts = lengths.map(|length: f64| (length / (LENGTH * depth)).round().max(1.0) as i64);
             let is_long = piece.is_ring || parts[0] > 1;
             let length = if is_long { ((LENGTH * depth / dx).round().max(1.0) as u32).min(columns as u32) } else { 1 };
             let count = if is_long { columns } else { 1 };
-            // Parts across are one rib beside the other.
             let first = blocks.cells.len();
             for rib in 0..parts[1] {
                 blocks.blocks.push(Block {
@@ -160,6 +161,7 @@ impl Blocks {
                 });
             }
             blocks.cells.resize(first + (parts[1] * count) as usize, 0);
+            // 3. The part of each cell.
             for &(cell, column) in &piece.cells {
                 let along = match (is_long, piece.is_ring) {
                     (false, _) => 0,
@@ -175,7 +177,7 @@ impl Blocks {
         blocks
     }
 
-    /// Makes blocks of given compliances \[m/Pa\], none of which is a rib.
+    /// Blocks of given compliances \[m/Pa\], none of which is a rib.
     #[cfg(test)]
     pub(crate) fn whole(of_cell: Vec<u32>, compliances: &[f64]) -> Self {
         let mut cells = vec![0; compliances.len()];
@@ -185,7 +187,7 @@ impl Blocks {
         Self { of_cell, cells, blocks: (0..).zip(compliances).map(block).collect() }
     }
 
-    /// Returns a number by part, summed over each place where pressure is averaged, block by block.
+    /// A number by part, summed over each place where pressure is averaged, block by block.
     pub(crate) fn averaged(&self, by_part: &[u32]) -> Vec<u32> {
         let of = |block: &Block| {
             let parts = by_part[block.first as usize..][..block.parts as usize].to_vec();
@@ -198,7 +200,7 @@ impl Blocks {
         self.blocks.iter().flat_map(of).collect()
     }
 
-    /// Returns the number of cells over which pressure is averaged in the smallest block; `None` without blocks.
+    /// Number of cells over which pressure is averaged in the smallest block; `None` without blocks.
     pub(crate) fn smallest(&self) -> Option<u32> {
         let of = |block: &Block| {
             let cells: u32 = self.cells[block.first as usize..][..block.parts as usize].iter().sum();
@@ -208,7 +210,7 @@ impl Blocks {
     }
 }
 
-/// Returns the parts of the tread between cuts that are deeper than so much \[m\], in the order of their first cells.
+/// Pieces of the tread between cuts deeper than `deep` \[m\], in the order of their first cells.
 fn pieces(map: &TreadMap, deep: f64) -> Vec<Piece> {
     let TreadMap { columns, across, size: [dx, dy], depths, groove_of, sipes, cuts, .. } = map;
     let (columns, across) = (*columns, *across);
@@ -218,6 +220,8 @@ fn pieces(map: &TreadMap, deep: f64) -> Vec<Piece> {
         if depths[first] > deep || reached[first].is_some() {
             continue;
         }
+        // Flood fill from the first cell of the piece: sides are collected by cut, and a known cell that is met in
+        // another column closes a ring.
         let mut piece = Piece::default();
         reached[first] = Some((first / across) as i64);
         queue.push_back(first);
@@ -233,7 +237,7 @@ fn pieces(map: &TreadMap, deep: f64) -> Vec<Piece> {
                 ((j > 0).then(|| (cell - 1, column)), if j > 0 { sipes[1][cell - 1] } else { 0 }, [*dx, 0.0]),
             ];
             for (next, sipe, extent) in beside {
-                // The edge of the strip is no cut: the tread goes on.
+                // The edge of the strip is no cut: the tread continues.
                 let Some((next, its_column)) = next else { continue };
                 let [sipe_depth, _] = cuts[sipe as usize];
                 if depths[next] > deep {

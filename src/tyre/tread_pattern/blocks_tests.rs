@@ -2,7 +2,7 @@ use super::*;
 use crate::test_models::reference;
 use crate::tyre::tread_pattern::map::TreadCells;
 
-/// Returns the map of a pattern on the default tyre, `across` cells over its strip.
+/// Map of a pattern on the default tyre, `across` cells over its strip.
 fn map(columns: usize, across: usize, pattern: &str) -> (TreadMap, Scene) {
     let text = format!("{}\n[tread_pattern]\n{pattern}", crate::scene::DEFAULT);
     let scene = Scene::from_str(&text, "pattern").unwrap().scene;
@@ -20,7 +20,7 @@ fn ribs_are_as_soft_as_finite_elements_say() {
     let mut errors = Vec::new();
     for case in cases.iter().filter(|case| case["road"] == "smooth") {
         let [rib, groove, depth] = ["rib", "groove", "depth"].map(|key| number(case, key));
-        // Three ribs on cells of a millimetre; a groove below is a cut of half a one.
+        // Three ribs on cells of a millimetre; a groove narrower than that on cells of its width.
         let cell = if groove < 1e-3 { groove } else { 1e-3 };
         let (wide, gap) = ((rib / cell).round() as usize, (groove / cell).round() as usize);
         let across = 3 * (wide + gap);
@@ -43,7 +43,8 @@ fn ribs_are_as_soft_as_finite_elements_say() {
             exact_void: 0.0,
         };
         let blocks = Blocks::of(&map, thickness, modulus, None);
-        // The rib in the middle has cuts on both sides; one of 4 mm is no third of the tread deep and divides nothing.
+        // The rib in the middle has cuts on both sides; a cut of 4 mm is less than a third of the tread deep and
+        // divides nothing.
         let block = blocks.of_cell[wide + gap];
         assert_eq!(block == NO_BLOCK, depth < thickness / 3.0);
         let own = blocks.blocks.iter().find(|rib| (rib.first..rib.first + rib.parts).contains(&block));
@@ -90,7 +91,7 @@ fn grooves_and_sipes_divide_the_tread_into_blocks() {
     let mut numbers: Vec<u32> = (0..512).map(|i| blocks.of_cell[i * 20 + 10]).collect();
     numbers.sort_unstable();
     numbers.dedup();
-    // As many blocks of 8 cells by 6 as pitches, 33 mm across: each is cut once more at lengths of some 21 mm.
+    // As many blocks of 8 cells by 6 as pitches, 33 mm across: each is divided once more at lengths of some 21 mm.
     assert_eq!(numbers.len(), 64);
     assert!(numbers.iter().all(|number| blocks.cells[*number as usize] == 24), "{:?}", &blocks.cells[..4]);
 

@@ -1,8 +1,8 @@
 //! Depths of the tread's cells, which are fixed to its material and turn with it by whole columns.
 //!
-//! Cell (i, j) has its middle at x = (i + 1/2) dx from where the first pitch begins and at y_j from the tyre's middle.
-//! It is a void if its middle is. A sipe is narrower than a cell and no void: it lies between two cells and divides
-//! them.
+//! Cell (i, j) has its middle at x = (i + 1/2) dx from the beginning of the first pitch and at y_j from the tyre's
+//! middle. It is a void if its middle is. A sipe is narrower than a cell and no void: it lies between two cells and
+//! divides them.
 
 use super::PatternFault;
 use super::pitches::PitchTrain;
@@ -13,20 +13,20 @@ use crate::scene::{
     DEEPEST_VOID, Groove, LateralGroove, RasterPeriod, Scene, TreadPattern, Zone, deepest_groove, short,
 };
 
-/// Most pitches in parts of the cells round the tyre: a pitch has four cells at least.
+/// Least number of cells of a pitch.
 const CELLS_OF_PITCH: usize = 4;
-/// Part by which the share of void on cells may be off.
+/// Relative error of the void ratio on cells that is accepted.
 const VOID_OFF: f64 = 0.05;
-/// Largest share of void: lugs of tyres for deep soil have a fifth of the strip.
+/// Largest void ratio: lugs of tyres for deep soil have a fifth of the strip.
 const MOST_VOID: f64 = 0.85;
-/// Times the cells, round the tyre and at most across, that are tried for a share of void that is not off.
+/// Multiples of the cells, round the tyre and at most across, that are tried for an acceptable void ratio.
 const FINER: [usize; 3] = [1, 2, 4];
-/// Most cells that are tried.
+/// Most lattices that are tried.
 const TRIED: usize = 100;
 
-/// Cut between two cells that are no void, or none: 0.
+/// Number of a cut between two cells that are no void; 0: none.
 pub(crate) type Cut = u32;
-/// Cuts of a raster have no number of their own.
+/// Cuts of a raster are not numbered.
 const UNNUMBERED: Cut = u32::MAX;
 
 /// Depths of a tread by cell.
@@ -40,31 +40,31 @@ pub(crate) struct TreadMap {
     pub size: [f64; 2],
     /// Depths below the uncut surface, cell (i, j) at i x across + j \[m\].
     pub depths: Vec<f64>,
-    /// Number of the groove that each void belongs to.
+    /// Number of the groove to which each void belongs.
     pub groove_of: Vec<Cut>,
     /// Sipe between a cell and the next along, and between a cell and the next across.
     pub sipes: [Vec<Cut>; 2],
-    /// Ends of the sipes, along and across \[m\].
+    /// Ends of the sipes, each x and y \[m\].
     pub sipe_lines: Vec<[[f64; 2]; 2]>,
-    /// Depths of the cuts by number \[m\], and tangents of their angles to the direction across.
+    /// Depth \[m\] of each cut by number, and tangent of its angle to the direction across.
     pub cuts: Vec<[f64; 2]>,
     /// Pitches, where the pattern has some.
     pub train: Option<PitchTrain>,
-    /// Share of void of the grooves as they are given, beside that of the cells.
+    /// Void ratio of the grooves as they are given, in contrast to that on cells.
     pub exact_void: f64,
 }
 
-/// Lattice of the cells that depths are wanted for.
+/// Lattice of cells for which depths are wanted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TreadCells {
     /// Cells round the tyre.
     pub columns: usize,
-    /// Cells across.
+    /// Cells across the strip.
     pub across: usize,
 }
 
 impl TreadMap {
-    /// Makes the map of given depths \[m\], column by column, whose cells are of 1 m and have no cuts.
+    /// Map of given depths \[m\], column by column, whose cells are of 1 m and have no cuts.
     #[cfg(test)]
     pub(crate) fn of_depths(columns: usize, across: usize, depths: Vec<f64>) -> Self {
         let none = || vec![0; depths.len()];
@@ -82,10 +82,7 @@ impl TreadMap {
         }
     }
 
-    /// Makes the map of a scene's pattern.
-    ///
-    /// # Errors
-    /// [`PatternFault`]: what the cells cannot hold, or a file that is no raster.
+    /// Map of a scene's pattern; an error if the cells cannot represent it, or a file is no raster.
     pub(crate) fn new(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> Result<Self, PatternFault> {
         let map = Self::laid(pattern, scene, cells)?;
         let key = if pattern.file.is_some() {
@@ -109,7 +106,7 @@ impl TreadMap {
         Ok(map)
     }
 
-    /// Returns in words the fewest finer cells on which the share of void is not off.
+    /// Remedy in words: the fewest finer cells on which the void ratio is acceptable.
     fn right_cells(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> String {
         let most = cells.across * FINER[FINER.len() - 1];
         let finer = FINER.map(|times| {
@@ -129,19 +126,19 @@ impl TreadMap {
         format!("contact.cells_across = {across} with {round}, or grooves of whole cells")
     }
 
-    /// Returns the fewest cells across, from those given to twice as many, on which the share of void is not off; those
-    /// given where there are none.
+    /// Fewest cells across, from those given to twice as many, on which the void ratio is acceptable; those given
+    /// where there are none.
     pub(crate) fn fewest_across(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> usize {
         let holds = |across: &usize| Self::holds(pattern, scene, TreadCells { across: *across, ..cells });
         (cells.across..=2 * cells.across).find(holds).unwrap_or(cells.across)
     }
 
-    /// Tells whether the share of void is not off on some cells.
+    /// Whether the void ratio on some cells is acceptable.
     fn holds(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> bool {
         Self::laid(pattern, scene, cells).is_ok_and(|map| !map.is_off())
     }
 
-    /// Lays a scene's pattern over cells, whatever its share of void is there.
+    /// A scene's pattern on cells, whatever its void ratio there.
     fn laid(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> Result<Self, PatternFault> {
         let TreadCells { columns, across } = cells;
         if columns.checked_mul(across).is_none_or(|all| all > MOST_TREAD_CELLS) {
@@ -178,28 +175,28 @@ impl TreadMap {
         Ok(map)
     }
 
-    /// Returns the place of the middle of a cell across \[m\].
+    /// Position of the middle of a cell across \[m\], from the tyre's middle.
     pub(crate) fn y(&self, j: usize) -> f64 {
         (j as f64 + 0.5 - 0.5 * self.across as f64) * self.size[1]
     }
 
-    /// Tells whether all depths are 0 and nothing divides the cells.
+    /// True if all depths are 0 and nothing divides the cells.
     pub(crate) fn is_level(&self) -> bool {
         self.depths.iter().all(|depth| *depth <= 0.0) && self.sipes.iter().flatten().all(|cut| *cut == 0)
     }
 
-    /// Returns the share of void of all cells.
+    /// Void ratio of all cells.
     pub(crate) fn void(&self) -> f64 {
         self.depths.iter().filter(|depth| **depth > 0.0).count() as f64 / self.depths.len() as f64
     }
 
-    /// Returns the share of void of each row of cells round the tyre.
+    /// Void ratio of each row of cells round the tyre.
     pub(crate) fn void_of_rows(&self) -> Vec<f64> {
         let of = |j| self.depths.iter().skip(j).step_by(self.across).filter(|depth| **depth > 0.0).count();
         (0..self.across).map(|j| of(j) as f64 / self.columns as f64).collect()
     }
 
-    /// Returns the bands of grooves across, pitch by pitch, with their numbers in the list.
+    /// Bands of grooves across, pitch by pitch, with their indices in the list.
     fn bands<'a>(&'a self, of: &'a [LateralGroove]) -> impl Iterator<Item = (usize, Band)> + 'a {
         let pitches = self.train.iter().flat_map(|train| train.starts.iter().zip(&train.lengths));
         pitches.flat_map(move |(start, length)| {
@@ -210,7 +207,7 @@ impl TreadMap {
         })
     }
 
-    /// Lays a raster over the cells.
+    /// Samples a raster at the middles of the cells.
     fn lay(&mut self, raster: Raster, period: RasterPeriod) -> Result<(), PatternFault> {
         let Raster { rows, columns, depths } = raster;
         let [_, dy] = self.size;
@@ -219,7 +216,7 @@ impl TreadMap {
             (RasterPeriod::Pitch, Some(train)) => around / train.count() as f64,
             _ => around,
         };
-        // A raster of the cells themselves needs no square cells.
+        // A raster of the cells themselves need not have square points.
         let is_cells = rows == self.columns && columns == self.across && period == RasterPeriod::Circumference;
         let pixel = if is_cells { dy } else { shown / rows as f64 };
         let own = pixel * columns as f64;
@@ -253,13 +250,13 @@ impl TreadMap {
         Ok(())
     }
 
-    /// Adds a cut of a depth and a slope; gives its number.
+    /// Adds a cut of a depth \[m\] and a slope; returns its number.
     fn number(&mut self, depth: f64, slope: f64) -> Cut {
         self.cuts.push([depth, slope]);
         (self.cuts.len() - 1) as Cut
     }
 
-    /// Makes a cell as deep as a groove.
+    /// Makes a cell at least as deep as a groove.
     fn deepen(&mut self, cell: usize, depth: f64, number: Cut) {
         if depth > self.depths[cell] {
             (self.depths[cell], self.groove_of[cell]) = (depth, number);
@@ -271,6 +268,7 @@ impl TreadMap {
         let TreadPattern { grooves, laterals, sipes, .. } = pattern;
         let [dx, dy] = self.size;
         let mm = |length: f64| short((1e5 * length).round() / 100.0);
+        // 1. Grooves are at least a cell wide, sipes narrower.
         if let Some((n, Groove { width, .. })) = grooves.iter().enumerate().find(|(_, groove)| groove.width < dy) {
             let wrong = format!("a groove of {} mm is narrower than a cell, {} mm", mm(*width), mm(dy));
             let right = "wider grooves, finer cells, or, across, a sipe";
@@ -279,7 +277,7 @@ impl TreadMap {
         for (key, list, of_sipes) in [("laterals", laterals, false), ("sipes", sipes, true)] {
             for (n, groove) in list.iter().enumerate() {
                 let (along, across) = extents(groove);
-                // A steep one is told by its extent across.
+                // A steep one by its extent across.
                 let is_narrow = if groove.angle.abs() > 45.0 { across < dy } else { along < dx };
                 if is_narrow == of_sipes {
                     continue;
@@ -293,8 +291,9 @@ impl TreadMap {
                 return Err(PatternFault::new(format!("{key}[{n}].width"), wrong, right));
             }
         }
+        // 2. Circumferential grooves.
         for &Groove { position, width, depth } in grooves {
-            // Its sides run along: no part of them goes across.
+            // Their sides run along: slope 0.
             let number = self.number(depth, 0.0);
             let rows: Vec<usize> = (0..self.across).filter(|&j| (self.y(j) - position).abs() < 0.5 * width).collect();
             for j in rows {
@@ -303,6 +302,7 @@ impl TreadMap {
                 }
             }
         }
+        // 3. Lateral grooves, pitch by pitch.
         let bands: Vec<(usize, Band)> = self.bands(laterals).collect();
         for (of, band) in &bands {
             let depth = laterals[*of].depth;
@@ -321,12 +321,14 @@ impl TreadMap {
                 }
             }
         }
+        // 4. Sipes, pitch by pitch.
         let cuts: Vec<(usize, Band)> = self.bands(sipes).collect();
         for (of, band) in cuts {
             let number = self.number(sipes[of].depth, band.slope);
             self.sipe_lines.push(band.ends.map(|y| [band.middle(y), y]));
             self.divide(&band, number);
         }
+        // 5. The exact void ratio.
         let (along, half) = (dx * self.columns as f64, 0.5 * dy * self.across as f64);
         // A groove of no depth is none.
         let of_grooves: Vec<[f64; 2]> = grooves
@@ -345,7 +347,7 @@ impl TreadMap {
     fn divide(&mut self, sipe: &Band, number: Cut) {
         let (columns, across) = (self.columns as i64, self.across);
         let cell = |i: i64, j: usize| i.rem_euclid(columns) as usize * across + j;
-        // Number of the last column whose middle is behind the line.
+        // Index of the last column whose middle is behind the line.
         let behind = |y: f64| (sipe.middle(y) / self.size[0] - 0.5).floor() as i64;
         let lines: Vec<Option<i64>> =
             (0..across).map(|j| self.y(j)).map(|y| sipe.reaches(y).then(|| behind(y))).collect();
@@ -359,7 +361,7 @@ impl TreadMap {
         }
     }
 
-    /// Tells whether the share of void on cells misses that of the grooves.
+    /// Whether the void ratio on cells misses that of the grooves.
     fn is_off(&self) -> bool {
         (self.void() - self.exact_void).abs() > VOID_OFF * self.exact_void
     }
@@ -376,7 +378,7 @@ impl TreadMap {
     }
 }
 
-/// Returns how far a groove across reaches along and across where it is cut by a line that way \[m\].
+/// Extents \[m\] of a groove across on a line along and on a line across.
 fn extents(groove: &LateralGroove) -> (f64, f64) {
     let (sine, cosine) = groove.angle.to_radians().sin_cos();
     (groove.width / cosine, groove.width / sine.abs().max(f64::MIN_POSITIVE))

@@ -1,13 +1,13 @@
-//! Pattern of the tread: how deep it lies below its uncut surface, cell by cell of the material, and which blocks its
-//! cuts leave.
+//! Pattern of the tread: its depth below the uncut surface, cell by cell of the material, and the blocks between its
+//! cuts.
 //!
-//! - [`pitches`]: where the pitches begin, and the spectrum of one pulse to each;
-//! - [`share`]: exact shares of void;
+//! - [`pitches`]: beginnings of the pitches, and the spectrum of one pulse per pitch;
+//! - [`share`]: exact void ratios;
 //! - `raster`: depths of a file;
 //! - [`map`]: depths of cells;
 //! - [`blocks`]: blocks between cuts, and the compliance of their mean pressure;
 //! - [`block_window`]: those under a window of the tyre;
-//! - [`squeeze`]: voids beside blocks, which take the volume that these yield.
+//! - [`squeeze`]: voids beside blocks, which take the volume that these displace.
 
 pub(crate) mod block_window;
 pub(crate) mod blocks;
@@ -19,15 +19,15 @@ pub(crate) mod squeeze;
 
 use thiserror::Error;
 
-/// Fault of a pattern on the cells of a tyre: the key within `[tread_pattern]`, what is wrong and what would be right.
+/// Fault of a pattern on the cells of a tyre: key within `[tread_pattern]`, fault and remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{wrong}")]
 pub(crate) struct PatternFault {
-    /// Key.
+    /// Key within `[tread_pattern]`.
     pub key: String,
-    /// Wrong.
+    /// What is wrong, for the message.
     pub wrong: String,
-    /// Right.
+    /// Remedy, for the message.
     pub right: String,
 }
 

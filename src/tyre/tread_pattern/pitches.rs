@@ -1,4 +1,4 @@
-//! Pitches round the tyre, and the spectrum of one unit pulse to each.
+//! Pitches round the tyre, and the spectrum of one unit pulse per pitch.
 //!
 //! P pulses at X_j have the amplitudes
 //!
@@ -19,7 +19,7 @@ use crate::scene::Pitches;
 pub(crate) struct PitchTrain {
     /// Circumference L \[m\].
     pub circumference: f64,
-    /// Begins X_j \[m\].
+    /// Beginnings X_j \[m\].
     pub starts: Vec<f64>,
     /// Lengths, scaled to fill the circumference \[m\].
     pub lengths: Vec<f64>,
@@ -28,13 +28,12 @@ pub(crate) struct PitchTrain {
 }
 
 impl PitchTrain {
-    /// Makes the train of a scene's pitches.
     pub(crate) fn new(pitches: &Pitches, circumference: f64) -> Self {
         let count = match pitches {
             Pitches::Equal(count) => *count,
             Pitches::Varied(varied) => return Self::of_lengths(&varied.in_order(), circumference),
         };
-        // Each begin by itself: sums of equal lengths would drift.
+        // Each beginning by itself: sums of equal lengths would drift.
         let starts = (0..count).map(|j| circumference * j as f64 / count as f64).collect();
         Self { circumference, starts, lengths: vec![circumference / count as f64; count], scale: 1.0 }
     }
@@ -50,26 +49,26 @@ impl PitchTrain {
         Self { circumference, starts, lengths, scale }
     }
 
-    /// Returns the number P of pitches.
+    /// Number P of pitches.
     pub(crate) fn count(&self) -> usize {
         self.starts.len()
     }
 
-    /// Returns the pitch that a place is in \[m\], and how far on in it, in parts of its length.
+    /// Index of the pitch at a place \[m\], and how far on in it, in parts of its length.
     pub(super) fn within(&self, x: f64) -> (usize, f64) {
         let pitch = self.starts.partition_point(|start| *start <= x).saturating_sub(1);
         (pitch, (x - self.starts[pitch]) / self.lengths[pitch])
     }
 
-    /// Returns A_k.
+    /// Amplitude A_k of the order k.
     pub(crate) fn amplitude(&self, order: usize) -> Complex64 {
         amplitude(&self.starts, self.circumference, order)
     }
 }
 
-/// Returns A_k of pulses at some places round a circumference.
+/// A_k of pulses at some places \[m\] round a circumference.
 pub(crate) fn amplitude(places: &[f64], circumference: f64, order: usize) -> Complex64 {
-    // Whole turns first: the phase keeps its digits at any order.
+    // The fraction of a turn first: the phase keeps its digits at any order.
     let turn = |place: &f64| (order as f64 * (place / circumference)).fract();
     let sum: Complex64 = places.iter().map(|place| Complex64::cis(-TAU * turn(place))).sum();
     sum / places.len().max(1) as f64

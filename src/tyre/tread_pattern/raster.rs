@@ -1,4 +1,4 @@
-//! Depths of a tread as a file has them.
+//! Depths of a tread from a file.
 
 use std::path::Path;
 
@@ -14,15 +14,13 @@ pub(super) struct Raster {
     pub rows: usize,
     /// Columns across, from the right.
     pub columns: usize,
-    /// Depths \[m\].
+    /// Depths \[m\], row-major.
     pub depths: Vec<f64>,
 }
 
 impl Raster {
-    /// Reads a file; a picture's black is so deep \[m\], and no void deeper than `deepest` \[m\].
-    ///
-    /// # Errors
-    /// [`PatternFault`] of the file, or of depths that no tread has.
+    /// Reads an array, or with `black` a picture whose black is that deep \[m\]; refuses depths outside 0 to `deepest`
+    /// \[m\].
     pub(super) fn read(path: &Path, black: Option<f64>, deepest: f64) -> Result<Self, PatternFault> {
         let fault = |wrong: String| {
             let right = "name a two-dimensional .npy array of depths in metres, along and across, or a .png";
@@ -58,7 +56,8 @@ fn array(path: &Path) -> Result<Raster, String> {
     Ok(Raster { rows: rows as usize, columns: columns as usize, depths })
 }
 
-/// Reads a picture: rows along, white the surface, black so deep, grey between; what is transparent is white.
+/// Reads a picture: rows along, white the surface, black `depth` \[m\] deep, grey between; transparent points are
+/// white.
 fn picture(path: &Path, depth: f64) -> Result<Raster, String> {
     let bytes = input::read(path, TABLE_BYTES).map_err(|error| error.to_string())?;
     let mut decoder = png::Decoder::new(std::io::Cursor::new(bytes));

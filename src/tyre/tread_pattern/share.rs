@@ -1,4 +1,4 @@
-//! Exact shares of void: what part of a strip bands across it and grooves along it cover.
+//! Exact void ratios: the part of a strip that bands across it and grooves along it cover.
 //!
 //! A band is |x - X - y tan(angle)| < half for y between two lines. At each y it covers an interval; between all
 //! ends and crossings of edges the length of their union is linear in y, so that sums of trapezia are exact.
@@ -6,42 +6,41 @@
 /// Band across the strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Band {
-    /// Place X at which its middle crosses y = 0 \[m\].
+    /// x at which its middle crosses y = 0, X \[m\].
     pub place: f64,
-    /// Tangent of its angle.
+    /// Tangent of its angle to the direction across.
     pub slope: f64,
     /// Half of its width along x \[m\].
     pub half: f64,
-    /// Ends across \[m\].
+    /// Ends y across \[m\].
     pub ends: [f64; 2],
 }
 
 impl Band {
-    /// Makes the band of a groove of a width square to it, at an angle \[degrees\].
+    /// Band of a groove of a width \[m\] perpendicular to it, at an angle \[degrees\].
     pub(crate) fn new(place: f64, width: f64, degrees: f64, ends: [f64; 2]) -> Self {
         let angle = degrees.to_radians();
         Self { place, slope: angle.tan(), half: 0.5 * width / angle.cos(), ends }
     }
 
-    /// Returns x of its middle at y.
+    /// x of its middle at y \[m\].
     pub(crate) fn middle(&self, y: f64) -> f64 {
         self.slope.mul_add(y, self.place)
     }
 
-    /// Tells whether it has an end on either side of y.
+    /// Whether it extends across y.
     pub(crate) fn reaches(&self, y: f64) -> bool {
         self.ends[0] < y && y < self.ends[1]
     }
 
-    /// Tells whether it covers a point.
     #[cfg(test)]
     pub(crate) fn covers(&self, x: f64, y: f64) -> bool {
         self.reaches(y) && (x - self.middle(y)).abs() < self.half
     }
 }
 
-/// Computes the area that bands cover of a rectangle, along and across \[m^2\], `grooves` being intervals across that
-/// are covered all along. What lies beyond one end along comes in at the other where the rectangle is `closed`.
+/// Area \[m^2\] of a rectangle, along and across, that bands cover, `grooves` being intervals across that are covered
+/// all along. Bands that leave a `closed` rectangle at one end along enter it at the other.
 pub(crate) fn covered(
     bands: &[Band],
     grooves: &[[f64; 2]],
@@ -49,6 +48,8 @@ pub(crate) fn covered(
     [y0, y1]: [f64; 2],
     closed: bool,
 ) -> f64 {
+    // 1. All y at which the union's length may bend: ends, and crossings of edges with each other and with the
+    // borders.
     let mut cuts = vec![y0, y1];
     cuts.extend(grooves.iter().chain(bands.iter().map(|band| &band.ends)).flatten());
     let edges: Vec<(f64, &Band)> =
@@ -76,6 +77,7 @@ pub(crate) fn covered(
     cuts.retain(|y| (y0..=y1).contains(y));
     cuts.sort_by(f64::total_cmp);
     cuts.dedup();
+    // 2. Trapezia between them.
     let mut intervals = Vec::new();
     let mut area = 0.0;
     for pair in cuts.windows(2) {
@@ -89,7 +91,7 @@ pub(crate) fn covered(
     area
 }
 
-/// Returns the length that bands cover at y.
+/// Length that bands cover at y \[m\].
 fn union(bands: &[Band], intervals: &mut Vec<[f64; 2]>, y: f64, [x0, x1]: [f64; 2], closed: bool) -> f64 {
     let length = x1 - x0;
     intervals.clear();

@@ -1,20 +1,20 @@
 //! Volume that blocks press into the voids beside them.
 //!
-//! Rubber keeps its volume: a block that its force F_b presses in by c_b F_b/A_b more than a tread without cuts would
-//! be, bulges into its voids by the volume c_b F_b. Nothing is fitted. A rib does that wherever a block may be on it.
+//! Rubber keeps its volume: a block that its force F_b presses in by c_b F_b/A_b more than a tread without cuts bulges
+//! into its voids by the volume c_b F_b. Nothing is fitted. A rib does that for each place of a block on it.
 
 use super::blocks::{Block, Blocks, NO_BLOCK};
 
-/// Lists of cells, one for each part of a block.
+/// Lists of cells, one per part of a block.
 #[derive(Clone, Debug, PartialEq)]
 struct Lists {
-    /// Place of each part's first cell, and the end of all.
+    /// Index of each part's first cell, and of the end.
     starts: Vec<u32>,
     cells: Vec<u32>,
 }
 
 impl Lists {
-    /// Sorts pairs of a part and a cell by parts.
+    /// From pairs of a part and a cell.
     fn new(pairs: &[[u32; 2]], parts: usize) -> Self {
         let mut starts = vec![0; parts + 1];
         for &[part, _] in pairs {
@@ -35,7 +35,6 @@ impl Lists {
         &self.cells[self.starts[part] as usize..self.starts[part + 1] as usize]
     }
 
-    /// Counts the cells of each part.
     fn counts(&self) -> Vec<u32> {
         self.starts.windows(2).map(|ends| ends[1] - ends[0]).collect()
     }
@@ -46,19 +45,20 @@ impl Lists {
 pub(crate) struct Squeeze {
     /// Columns round the tyre.
     pub columns: usize,
-    /// Cells across.
+    /// Cells across the strip.
     pub across: usize,
+    /// Blocks of the tread.
     pub blocks: Blocks,
-    /// Volume by force that goes in at each cell of a block, and comes out at each void beside it, at each place where
-    /// pressure is averaged; 0 where a block has no voids \[m^3/N\].
+    /// Volume by force that goes in at each cell of a block, and comes out at each void beside it, for each place
+    /// where pressure is averaged; 0 where a block has no voids \[m^3/N\].
     pub shares: Vec<[f64; 2]>,
     own: Lists,
     voids: Lists,
 }
 
 impl Squeeze {
-    /// Finds the voids beside the blocks of a tread with so many cells across. What is beside a block and belongs to
-    /// none is a void that is deep enough to divide blocks. It counts once for each part of a block that it is beside.
+    /// Voids beside the blocks of a tread with so many cells across. A cell beside a block that belongs to none is a
+    /// void deep enough to divide blocks. It counts once for each part of a block beside it.
     pub(crate) fn new(blocks: &Blocks, across: usize) -> Self {
         let (of_cell, count) = (&blocks.of_cell, blocks.cells.len());
         let columns = of_cell.len() / across;
@@ -82,6 +82,7 @@ impl Squeeze {
             found.dedup();
             voids.extend(found.into_iter().map(|part| [part, cell as u32]));
         }
+        // Volume per force and cell; a place without voids presses nothing out.
         let (own, voids) = (Lists::new(&own, count), Lists::new(&voids, count));
         let volume =
             |block: &Block| std::iter::repeat_n(block.compliance / f64::from(block.length), block.places() as usize);
@@ -94,17 +95,17 @@ impl Squeeze {
         Self { columns, across, blocks: blocks.clone(), shares, own, voids }
     }
 
-    /// Returns the cells of a part of a block.
+    /// Cells of a part of a block.
     pub(crate) fn own(&self, part: usize) -> &[u32] {
         self.own.of(part)
     }
 
-    /// Returns the void cells beside a part of a block; none of one between sipes alone.
+    /// Void cells beside a part of a block; empty for one between sipes alone.
     pub(crate) fn voids(&self, part: usize) -> &[u32] {
         self.voids.of(part)
     }
 
-    /// Counts the blocks, and those that have no void beside them.
+    /// Number of blocks, and of those without a void beside them.
     pub(crate) fn counts(&self) -> [usize; 2] {
         let has_none = |block: &&Block| {
             let parts = block.first as usize..(block.first + block.parts) as usize;
@@ -113,8 +114,7 @@ impl Squeeze {
         [self.blocks.blocks.len(), self.blocks.blocks.iter().filter(has_none).count()]
     }
 
-    /// Returns the most columns that cells of a block and of its voids are away from each other, where a force on one
-    /// makes a volume on the other.
+    /// Largest distance in columns of a force on a block from the volume that it causes, in the block or its voids.
     pub(crate) fn reach(&self) -> usize {
         let of = |block: &Block| {
             let parts = block.first as usize..(block.first + block.parts) as usize;
@@ -124,7 +124,7 @@ impl Squeeze {
         self.blocks.blocks.iter().map(of).max().unwrap_or(0)
     }
 
-    /// Returns the columns from the first to the last cell of a part and its voids, round the tyre the shorter way.
+    /// Columns from the first to the last cell of a part and its voids, the shorter way round the tyre.
     fn extent(&self, part: usize) -> usize {
         let cells = self.own(part).iter().chain(self.voids(part));
         let mut found: Vec<usize> = cells.map(|&cell| cell as usize / self.across).collect();
@@ -140,7 +140,7 @@ impl Squeeze {
 mod tests {
     use super::*;
 
-    /// Returns six columns of four cells: a block that spans the seam, one amid, a groove beside both, and a rib.
+    /// Six columns of four cells: a block that spans the seam, one in the middle, a groove beside both, and a rib.
     fn squeeze() -> Squeeze {
         let rows: [[u32; 4]; 6] = [
             [NO_BLOCK, 0, 0, 2],

@@ -24,7 +24,7 @@ const ELEMENTS: usize = 16;
 const COLUMNS: usize = 5;
 const TIME_STEP: f64 = 1e-3;
 
-/// Returns the tyre of the default scene in few elements: what is compared is exact for any model.
+/// The tyre of the default scene in few elements: what is compared is exact for any model.
 fn model() -> &'static RationalModel {
     static MODEL: OnceLock<RationalModel> = OnceLock::new();
     MODEL.get_or_init(|| {
@@ -33,8 +33,7 @@ fn model() -> &'static RationalModel {
     })
 }
 
-/// Returns a model as if its tyre turned: with odd parts as large as the even ones, of waves that are not their own
-/// mirror.
+/// The model as if its tyre turned: with odd parts as large as the even ones, of waves that are not their own mirror.
 fn turned(model: &RationalModel) -> RationalModel {
     let entries = (0..=model.largest_wavenumber()).map(|n| {
         let faces = [model.driven, Field::Bottom].map(|face| model.modes(n, face).unwrap());
@@ -57,7 +56,7 @@ fn turned(model: &RationalModel) -> RationalModel {
     RationalModel::assemble(model.elements, model.driven, model.top, model.tolerance, entries)
 }
 
-/// Returns H_n(s) of a wave of either sign, at any s.
+/// H_n(s) of a wave of either sign, at any s.
 fn of_wave(modes: &Modes<'_>, n: i64, s: Complex64) -> Complex64 {
     modes.evaluate(s) + Complex64::i() * n.signum() as f64 * modes.evaluate_odd(s)
 }
@@ -99,8 +98,8 @@ fn accumulated(layout: &SegmentLayout, forces: &[f64]) -> VibrationAccumulator {
     accumulator
 }
 
-/// Returns one segment of forces whose plain and squared-window means are zero at every place, so that nothing is taken
-/// off, weighted with the window: what the accumulator transforms.
+/// One segment of forces whose plain and squared-window means are zero at every place, so that no mean pattern is taken
+/// off; and the same weighted with the window, as the accumulator transforms it.
 fn windowed_segment(layout: &SegmentLayout, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let width = layout.width();
     let mut forces = noise(layout, layout.length(), 0.0, seed);
@@ -108,7 +107,7 @@ fn windowed_segment(layout: &SegmentLayout, seed: u64) -> (Vec<f64>, Vec<f64>) {
         let (column, phase) = (place / layout.substeps, place % layout.substeps);
         let steps: Vec<usize> = (layout.first_step(phase)..layout.length()).step_by(layout.substeps).collect();
         let swing = |step: usize| 2.0 * layout.weight(step).powi(2) - 1.0;
-        // Twice: the swing's own mean over a substep's steps is not exactly zero.
+        // Repeated: the swing's own mean over a substep's steps is not exactly zero.
         for _ in 0..60 {
             let count = steps.len() as f64;
             let mean = steps.iter().map(|&step| forces[step * width + column]).sum::<f64>() / count;
@@ -268,7 +267,7 @@ fn all_elements_have_the_mean_over_the_circumference() {
         let top = layout.angular_frequency(layout.bins() - 1);
         let tangential = crate::tyre::poles::tangential_model(&tyre, &model, top).unwrap();
         let response = TyreResponse { model: &model, scale: 1.0, spring: 1e-6, tangential: Some(&tangential) };
-        // As if it turned: of the tangential motion another function is even.
+        // As if it turned: another function for the odd part of the tangential motion.
         let other = TangentialModel {
             odd_residues: tangential.residues.iter().cycle().skip(1).zip(&tangential.residues).map(swapped).collect(),
             odd_constants: tangential.constants.iter().rev().copied().collect(),
@@ -288,7 +287,7 @@ fn all_elements_have_the_mean_over_the_circumference() {
     }
 }
 
-/// Returns the residues of another wavenumber for as many poles.
+/// Residues of another wavenumber for as many poles.
 fn swapped((other, own): (&Vec<Complex64>, &Vec<Complex64>)) -> Vec<Complex64> {
     own.iter()
         .zip(other.iter().cycle())

@@ -6,10 +6,8 @@ use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
 use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
 use crate::tyre::poles::lateral::{LateralFitOptions, fit_lateral};
 
-/// Cells across.
 const ACROSS: usize = 4;
-/// All numbers that the waves of these tests have; the strip's mean hears the odd ones, the plate's sides being
-/// supported.
+/// All lateral numbers of these tests' waves; the strip's mean sees the odd ones, as the plate's sides are supported.
 const CARRIED: [usize; 5] = [1, 2, 3, 4, 5];
 const HEARD: [usize; 3] = [1, 3, 5];
 
@@ -40,7 +38,7 @@ fn carried(elements: usize) -> CarriedWaves {
     CarriedWaves { part: 1, rows, model }
 }
 
-/// Returns the carried waves as if their tyre turned: with odd parts of those that are not their own mirror.
+/// The carried waves as if their tyre turned: with odd parts for those that are not their own mirror.
 fn turned_waves(waves: &CarriedWaves) -> CarriedWaves {
     let rows = waves.rows.iter().flat_map(|row| row.waves.iter().enumerate());
     let odd = rows.enumerate().flat_map(|(wave, (n, _))| {
@@ -57,12 +55,12 @@ fn answer(model: &RationalModel) -> TyreResponse<'_> {
     TyreResponse { model, scale: 1.0, spring: 0.0, tangential: None }
 }
 
-/// Returns a layout for so many components, of which so many numbers are kept.
+/// The layout with `components` lateral components and `kept` values per wavenumber.
 fn resolved(layout: SegmentLayout, components: usize, kept: usize) -> SegmentLayout {
     SegmentLayout { across: Across::Resolved { components, kept }, ..layout }
 }
 
-/// Returns the forces of cells over a segment, row by row of steps, from those by cell across and column.
+/// Reorders the forces of each step from cell across by column to column by cell.
 fn by_cell(layout: &SegmentLayout, forces: &[f64]) -> Vec<f64> {
     let cells = COLUMNS * ACROSS;
     let mut all = vec![0.0; forces.len()];
@@ -176,7 +174,7 @@ fn forces_that_are_even_across_move_the_tyre_as_slices_do() {
     let elements = 14;
     let (grid, model) = (grid(elements), &models(elements, &[3])[0]);
     let share = grid.mean_shape(3);
-    // Of one wave a slice takes the square of its mean over the strip.
+    // For one wave a slice takes the square of its mean over the strip.
     let slice = TyreResponse { scale: share * share, ..answer(model) };
     for (rule, substeps, revolutions, phase) in
         [(TimeRule::Bdf2, 1, 1, 0), (TimeRule::Bdf2, 2, 1, 1), (TimeRule::Sdirk2, 1, 1, 0), (TimeRule::Sdirk3, 2, 1, 0)]
@@ -195,7 +193,7 @@ fn forces_that_are_even_across_move_the_tyre_as_slices_do() {
         let mut other = VibrationAccumulator::resolved(across, heard);
         at_places(&mut other, &across, table);
         let mut lateral = LateralForces::new(&grid, vec![3]);
-        // With a mean that only the end of the record tells.
+        // With a mean that is known only at the end of the record.
         for row in noise(&even, 5 * even.hop() + 1, 20.0, 12).chunks_exact(even.width()) {
             one.push(row, 1.0);
             let cells: Vec<f64> = row.iter().flat_map(|force| [force / ACROSS as f64; ACROSS]).collect();

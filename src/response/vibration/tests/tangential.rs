@@ -1,4 +1,4 @@
-//! Velocities by tangential forces against the steps of the contact's own past and instant.
+//! Velocities due to tangential forces against the time stepping of the contact.
 
 use super::*;
 use crate::contact::friction::past::TractionPast;
@@ -9,14 +9,13 @@ use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand, tract
 
 const COLUMNS_HERE: usize = 6;
 const ACROSS_HERE: usize = 3;
-/// Highest lateral number.
 const HIGHEST: usize = 3;
 /// Column and cell across of the force, and the column that is observed.
 const DRIVEN: (usize, usize) = (1, 0);
 const SEEN: usize = 4;
 
-/// Returns velocities outwards of the cells of a column and along, in the last revolution of a harmonic force along or
-/// across on one cell, as the contact finds them, and its time step's number at each.
+/// Mean velocities of the cells of a column, outwards and along, in the last revolution of a harmonic force along or
+/// across on one cell, as the contact computes them, with the number of the time step of each.
 fn stepped(
     tyre: &Tyre,
     layout: &SegmentLayout,
@@ -58,8 +57,8 @@ fn stepped(
     found
 }
 
-/// Returns the amplitude of the velocity outwards, or along, of the cells of the column that is seen, by the sums over
-/// the waves of the contact at the s of the rule.
+/// Amplitude of the velocity outwards, or along, of the cells of the observed column, by the sums over the waves of the
+/// contact at the s of the rule.
 fn summed(
     tyre: &Tyre,
     layout: &SegmentLayout,
@@ -96,7 +95,7 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
     let default = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
     let guided = Tyre { sides: Sides::Guided, ..plate.clone() };
     let turning = Tyre { angular_velocity: -100.0, ..default };
-    // A guided tyre that creeps forgets slowly: steps must go on for longer.
+    // The guided tyre creeps, and its memory decays slowly: more steps are needed.
     for (name, tyre, lags) in [("supported", plate, 2000), ("guided", guided, 4000), ("turning", turning, 2000)] {
         let numbers: Vec<usize> =
             CellGrid::new(&tyre, 16, ACROSS_HERE).lateral_numbers().take_while(|m| *m <= HIGHEST).collect();
@@ -116,7 +115,7 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
         for component in [0, 1] {
             let steps = [500, lags].map(|lags| stepped(&tyre, &layout, (component, bin), lags));
             for (axis, field) in [VibrationField::Tread, VibrationField::Tangential].into_iter().enumerate() {
-                // Amplitude of the velocity at the column that is seen.
+                // Amplitude of the velocity at the observed column.
                 let mut amplitude = Complex64::ZERO;
                 for n in 0..=elements / 2 {
                     let mut ways = [(); 2].map(|()| vec![Complex64::ZERO; width]);
@@ -146,7 +145,7 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
                 });
                 println!("{name}, force {component}, {field:?}: {exact:.3e} m/s, off by {error:.1e}, steps {missed:?}");
                 assert!(error < 1e-4, "{name}, force {component}, {field:?}: {error:e}");
-                // The longer memory is nearer.
+                // The longer memory is more accurate.
                 let is_nearer = missed[1] < 0.02 && missed[1] < missed[0];
                 assert!(is_nearer, "{name}, force {component}, {field:?}: {missed:?}");
             }

@@ -1,4 +1,4 @@
-//! Spectra of all rules and fields against the same forces taken through the rule step by step.
+//! Spectra of all rules and fields against the same forces stepped through the rule.
 
 use super::*;
 use crate::contact::history::{ModalHistory, PastForces};
@@ -7,15 +7,15 @@ use crate::numeric::Ring;
 use crate::time_rule::RungeKutta;
 use crate::tyre::poles::{TangentialModel, tangential_model};
 
-/// Returns the displacements of all elements at the ends of the steps over the last of many periods of the same forces,
-/// and the mean power put in over it, by the run's own recursion.
+/// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, and the
+/// mean power put in over it \[W\], by the run's own recursion.
 fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f64>>, f64) {
     let SegmentLayout { elements, rule, .. } = *layout;
     let length = layout.length();
     let mut history = ModalHistory::new(model(), Field::Surface, rule, TIME_STEP, model().elements).unwrap();
     let first_weights = ModalHistory::first_weights(model(), Field::Surface, rule, TIME_STEP).unwrap();
     let instant = Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
-    // Two elements more on either side: what enters the window carries no force yet, as in a run.
+    // Two elements more on either side: an element that enters the window carries no force yet, as in a run.
     let mut power = ContactPower::new(rule, TIME_STEP, COLUMNS + 4);
     let (mut last, mut work) = (Vec::new(), 0.0);
     for step in 0..periods * length {
@@ -43,7 +43,7 @@ fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f6
     (last, work / length as f64)
 }
 
-/// Returns one period of a mode under the forces of a Runge-Kutta rule's stages: the states at the ends of the steps.
+/// One period of a mode under the forces of a Runge-Kutta rule's stages: the states at the ends of the steps.
 fn steps_of_mode(method: &RungeKutta, z: Complex64, begin: Complex64, forces: &[Complex64]) -> Vec<Complex64> {
     let (a, stages) = (method.matrix(), method.nodes.len());
     let mut state = begin;
@@ -59,8 +59,7 @@ fn steps_of_mode(method: &RungeKutta, z: Complex64, begin: Complex64, forces: &[
     forces.chunks_exact(stages).map(step).collect()
 }
 
-/// Returns the displacements of a field of all elements at the ends of the steps under periodic forces of the stages,
-/// mode by mode.
+/// Displacements of a field of all elements at the ends of the steps under periodic forces of the stages, mode by mode.
 fn periodic(
     layout: &SegmentLayout,
     forces: &[f64],
@@ -99,7 +98,7 @@ fn periodic(
                 displacement.iter_mut().zip(states).for_each(|(sum, state)| *sum += residue * state);
             }
         }
-        // The wave and that of -n; the shortest one is both, and nothing where the field is odd in n.
+        // The wave and that of -n; the shortest one is both, and zero where the field is odd in n.
         let factor = match field {
             VibrationField::Tangential if 2 * n == elements => Complex64::ZERO,
             VibrationField::Tangential => Complex64::i(),
@@ -115,7 +114,7 @@ fn periodic(
     all
 }
 
-/// Returns the plain transform over time.
+/// Plain discrete Fourier transform over time.
 fn transformed(series: &[Complex64]) -> Vec<Complex64> {
     let length = series.len();
     let at = |bin: usize| {
@@ -125,8 +124,8 @@ fn transformed(series: &[Complex64]) -> Vec<Complex64> {
     (0..length).map(at).collect()
 }
 
-/// Returns the velocities of all elements over a period, by the rule's difference quotient or as the rate between the
-/// samples: transforms by element, |w'| signed.
+/// Transforms over a period of the velocities of all elements, by the rule's difference quotient or as the derivative
+/// of the interpolated samples: by element, then by bin, negative frequencies last.
 fn velocity_transforms(layout: &SegmentLayout, displacement: &[Vec<f64>], kind: TransferKind) -> Vec<Vec<Complex64>> {
     (0..layout.elements)
         .map(|element| {
@@ -135,7 +134,7 @@ fn velocity_transforms(layout: &SegmentLayout, displacement: &[Vec<f64>], kind: 
             for (bin, value) in bins.iter_mut().enumerate() {
                 let signed = layout.material_bin(bin, 0);
                 let symbol = kind.symbol(layout.rule, 2.0 * PI * signed as f64 * layout.resolution(), layout.time_step);
-                // The last bin of a real signal is real: cos, whose derivative the samples do not show.
+                // The last bin of a real signal is real: cos, whose derivative is zero at the samples.
                 *value *= if 2 * signed.unsigned_abs() as usize == layout.length() { symbol.re.into() } else { symbol };
             }
             bins
@@ -143,8 +142,8 @@ fn velocity_transforms(layout: &SegmentLayout, displacement: &[Vec<f64>], kind: 
         .collect()
 }
 
-/// Returns the spectra everywhere, maps, and spectra at points and at elements of the forces of a segment, compared
-/// with those of the displacements that the windowed forces give; the power dissipated.
+/// Compares the spectra everywhere, the maps, and the spectra at points and at elements with those of the displacements
+/// under the windowed forces. Returns half of the dissipated power, the mean power of the windowed forces \[W\].
 pub(super) fn compare(
     layout: &SegmentLayout,
     plain: &[f64],
@@ -249,7 +248,7 @@ pub(super) fn compare(
         let powers: Vec<f64> = (0..bins).map(|bin| layout.sides(bin) * scale * exact[bin].norm_sqr()).collect();
         let largest = powers.iter().fold(0.0_f64, |a, &b| a.max(b));
         for (bin, exact) in powers.iter().enumerate() {
-            // The last bin of the material frame has no side; its wave of n lies there in these bins.
+            // The last bin of the material frame has no sign; a wave of some n lies there in these bins.
             let doubtful = (0..layout.wavenumbers())
                 .any(|i| 2 * layout.material_bin(bin, layout.wavenumber(i)).unsigned_abs() as usize == layout.length());
             let error = (found.power[bin] - exact).abs() / largest;

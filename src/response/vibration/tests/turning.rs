@@ -1,4 +1,4 @@
-//! A tyre that turns, whose waves run at other frequencies forwards than backwards, against its own modes, each stepped
+//! A tyre that turns, whose waves have other frequencies forwards than backwards, against its own modes, each stepped
 //! in the time domain.
 
 use super::time_domain::{CASES, compare};
@@ -18,7 +18,7 @@ struct Mode {
     residues: [Complex64; 3],
 }
 
-/// Modes of n = 0..=N/2 and what follows the force at once.
+/// Modes of n = 0..=N/2, and constants of the part that follows the force at once.
 struct TurningRing {
     modes: Vec<Vec<Mode>>,
     constants: Vec<[Complex64; 3]>,
@@ -38,7 +38,7 @@ impl TurningRing {
             let upwards = 150.0 + 90.0 * n as f64;
             let mirror = n == 0 || n == half;
             let modes = if mirror {
-                // Real motion: pairs, and along no part that is odd in n.
+                // Real motion: pairs, and no part along that is odd in n.
                 let mut one = mode(upwards);
                 one.residues[2] *= Complex64::i();
                 let other = Mode { pole: one.pole.conj(), residues: one.residues.map(|residue| residue.conj()) };
@@ -59,7 +59,7 @@ impl TurningRing {
         ring
     }
 
-    /// Returns the even and odd parts over the same poles, as a fit has them.
+    /// The even and odd parts over the same poles, in the form of a fit.
     fn model(&self) -> (RationalModel, TangentialModel) {
         let mut tangential = TangentialModel::default();
         let entries = self.modes.iter().zip(&self.constants).map(|(modes, constants)| {
@@ -99,8 +99,8 @@ impl TurningRing {
         (model, tangential)
     }
 
-    /// Returns the displacements of all elements at the ends of the steps over the last of many periods of the same
-    /// forces, by field, and the mean power that they put in over it.
+    /// Displacements by field of all elements at the ends of the steps over the last of many periods of the same
+    /// forces, and the mean power that they put in over it \[W\].
     fn rolled(&self, layout: &SegmentLayout, forces: &[f64]) -> ([Vec<Vec<f64>>; 3], f64) {
         let SegmentLayout { rule, substeps, .. } = *layout;
         let (length, stages) = (layout.length(), layout.stages());
@@ -124,7 +124,7 @@ impl TurningRing {
                     motion.iter_mut().zip(mode.residues).for_each(|(sum, residue)| *sum += residue * state);
                 }
             }
-            // The wave and that of -n, its conjugate; of the longest and the shortest it is the same.
+            // The wave and that of -n, its conjugate; for the longest and the shortest it is the same.
             let twice = if n == 0 || 2 * n == ELEMENTS { 1.0 } else { 2.0 };
             for (instant, [tread, belt, along]) in motion.into_iter().enumerate() {
                 for (rows, value) in fields.iter_mut().zip([tread, belt, Complex64::i() * along]) {
@@ -141,10 +141,10 @@ impl TurningRing {
     }
 }
 
-/// Returns the mean power that forces put in over a period of displacements.
+/// Mean power that forces put in over a period of displacements \[W\].
 fn put_in(layout: &SegmentLayout, forces: &[f64], displacement: &[Vec<f64>]) -> f64 {
     let (length, stages) = (layout.length(), layout.stages());
-    // Two elements more on either side: what enters the window carries no force yet, as in a run.
+    // Two elements more on either side: an element that enters the window carries no force yet, as in a run.
     let mut power = ContactPower::new(layout.rule, TIME_STEP, COLUMNS + 4);
     let mut work = 0.0;
     for step in 0..2 * length {
@@ -162,7 +162,7 @@ fn put_in(layout: &SegmentLayout, forces: &[f64], displacement: &[Vec<f64>]) -> 
     work / length as f64
 }
 
-/// Returns the states of a' = lambda a + F under a multistep rule, over the last period.
+/// States of a' = lambda a + F under a multistep rule, over the last period.
 fn steps(rule: TimeRule, pole: Complex64, forces: &[Complex64], periods: usize) -> Vec<Complex64> {
     let (mut one, mut two, mut before) = (Complex64::ZERO, Complex64::ZERO, Complex64::ZERO);
     let z = pole * TIME_STEP;
@@ -179,7 +179,7 @@ fn steps(rule: TimeRule, pole: Complex64, forces: &[Complex64], periods: usize) 
     (0..periods).map(|_| forces.iter().map(|&force| step(force)).collect()).last().unwrap()
 }
 
-/// Returns the same under a Runge-Kutta rule, at all stages.
+/// The same under a Runge-Kutta rule, at all stages.
 fn steps_of_stages(method: RungeKutta, pole: Complex64, forces: &[Complex64], periods: usize) -> Vec<Complex64> {
     let (a, stages) = (method.matrix(), method.nodes.len());
     let mut state = Complex64::ZERO;

@@ -1,10 +1,10 @@
-//! Mistakes in effects and in wishes for an accuracy.
+//! Mistakes in effects and in requests for an accuracy.
 
 use super::super::super::{Scene, Switch};
 use super::super::{BASE, edited};
 use super::{accepted, refused};
 
-/// Puts a table of effects before the contact's.
+/// Checks the only complaint about the base scene with a table of effects before the contact's.
 #[track_caller]
 fn effect_refused(effect: &str, key: &str, wrong: &str, right: &str) {
     refused("[contact]", &format!("[effects]\n{effect}\n[contact]"), 23, key, wrong, right);

@@ -1,4 +1,4 @@
-//! Mistakes in what is in a tyre, in its sidewalls, and in what follows from them.
+//! Mistakes in a tyre's inflation and sidewalls, and in quantities that follow from them.
 
 use super::super::super::{Cavity, Scene, Sides};
 use super::super::{BASE, complaints};
@@ -8,27 +8,26 @@ use crate::test_models::replaced;
 const ARC: &str = "radius = 0.05, angle = 1.1, mass = 7.0, shear = 8e3";
 const AIR: &str = "radius = 0.235, depth = 0.08, density = 3.8";
 
-/// Puts keys of the tyre before its contact width.
+/// Checks the only complaint about keys of the tyre put before its contact width.
 #[track_caller]
 fn tyre_refused(keys: &str, line: usize, key: &str, wrong: &str, right: &str) {
     refused("contact_width = 0.12", &format!("{keys}\ncontact_width = 0.12"), line, key, wrong, right);
 }
 
-/// Puts an inflation with these keys before the contact width.
+/// Checks the only complaint about an inflation with these keys, put before the contact width.
 #[track_caller]
 fn inflation_refused(keys: &str, key: &str, wrong: &str, right: &str) {
     tyre_refused(&format!("inflation = {{ {keys} }}"), 5, &format!("tyre.inflation.{key}"), wrong, right);
 }
 
-/// Puts a cavity with these keys into a curved tyre with guided sides.
+/// Checks the only complaint about a cavity with these keys, in a curved tyre with guided sides.
 #[track_caller]
 fn cavity_refused(keys: &str, key: &str, wrong: &str, right: &str) {
     let keys = format!("curvature = true\nsides = \"guided\"\ncavity = {{ {keys} }}");
     tyre_refused(&keys, 7, &format!("tyre.cavity{key}"), wrong, right);
 }
 
-/// Returns the base scene curved and inflated, with sidewalls and without foundation and tensions; these begin on line
-/// 7.
+/// The base scene curved and inflated, with sidewalls and without foundation and tensions; the sidewalls are in line 7.
 fn on_sidewalls(sidewall: &str) -> String {
     let foundation = "foundation = { normal = 1.8e6, tangential = 1e6, loss_factor = 0.1 }";
     let instead = format!("curvature = true\nsidewall = {{ {sidewall} }}\ninflation = {{ pressure = 2.2e5 }}");
@@ -131,13 +130,13 @@ fn a_tension_that_is_left_out_comes_from_the_sidewalls_and_one_that_is_given_win
     let all = tyre(&text);
     let carried = all.carried_tension().unwrap();
     assert_eq!((all.layers[0].tension, all.layers[1].tension), ([carried, 0.0], [0.0; 2]));
-    // Of a flat arc 2 p r cos(phi) pull; the true circumference changes that by some percent.
+    // A flat arc would pull 2 p r cos(phi); the true circumference changes that by some percent.
     let inner = 1.95 / std::f64::consts::TAU - 0.019;
     let flat = inner * 2.2e5 * (1.0 - 0.1 * 1.1_f64.cos() / 0.2);
     assert!((carried / flat - 1.0).abs() < 0.1 && (carried / flat - 1.0).abs() > 0.01, "{carried} {flat}");
     let tense = tyre(&replaced(&text, &[("name = \"tread\"\n", "name = \"tread\"\ntension = [5e4, 1e4]\n")]));
     assert_eq!((tense.layers[0].tension, tense.layers[1].tension), ([0.0; 2], [5e4, 1e4]));
-    // Written out, all of it is given, and the same.
+    // When the scene is written out the tension is given, with the same value.
     let scene = Scene::from_str(&text, "x").unwrap().scene;
     assert_eq!(Scene::from_str(&scene.to_toml().unwrap(), "written").unwrap().scene, scene);
 }
@@ -165,7 +164,7 @@ fn either_a_foundation_or_sidewalls_hold_a_tyre() {
         let [only] = found.as_slice() else { panic!("{found:#?}") };
         assert!(only.key == key && only.wrong.contains(wrong), "{only:?}");
     }
-    // Sidewalls that are themselves wrong are all that is complained about.
+    // If the sidewalls themselves are wrong, nothing else is complained about.
     sidewall_refused(&replaced(ARC, &[("angle = 1.1, ", "")]), ".angle", "missing", "rad");
 }
 

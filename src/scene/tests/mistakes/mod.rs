@@ -1,4 +1,4 @@
-//! Each mistake that a scene can hold: exactly one complaint, with its line, its key, and what would be right.
+//! Each mistake that a scene can have: exactly one complaint, with its line, its key, and the remedy.
 
 mod effects;
 mod inflation;
@@ -30,19 +30,19 @@ fn accepted(from: &str, to: &str) -> Scene {
     Scene::from_str(&text, "test.toml").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false))).scene
 }
 
-/// Replaces the smooth road.
+/// [`refused`] for another road in place of the smooth one.
 #[track_caller]
 fn road_refused(road: &str, line: usize, key: &str, wrong: &str, right: &str) {
     refused("kind = \"smooth\"", road, line, key, wrong, right);
 }
 
-/// Replaces the axle.
+/// [`refused`] for another axle.
 #[track_caller]
 fn axle_refused(axle: &str, key: &str, wrong: &str, right: &str) {
     refused("axle = { load = 3400 }", &format!("axle = {axle}"), 21, key, wrong, right);
 }
 
-/// Replaces the tread's material.
+/// [`refused`] for another material of the tread.
 #[track_caller]
 fn material_refused(material: &str, key: &str, wrong: &str, right: &str) {
     let from = "{ law = \"power-law\", modulus = 8e6, loss_factor = 0.25, poisson = 0.49, density = 1150 }";

@@ -1,4 +1,4 @@
-//! Numbers that are possible and hardly meant.
+//! Numbers that are possible but implausible.
 
 use super::super::{complaints, edited};
 use crate::scene::{DEFAULT, Scene, Setting};
@@ -40,7 +40,7 @@ fn what_no_tyre_has_is_asked_about_and_may_be_tried_within_bounds() {
     Scene::from_str(&toy, "toy").unwrap();
 }
 
-/// Returns the complaints about the default scene with a setting.
+/// Complaints about the default scene with a setting.
 fn about(setting: &str) -> String {
     let setting = [Setting::parse(setting).unwrap()];
     Scene::from_str_with(DEFAULT, "default", &setting).map_or_else(|error| error.to_string(), |_| String::new())

@@ -194,7 +194,7 @@ fn numerics() {
         refused("elements = 512", &format!("elements = {more}"), 25, "numerics.elements", "too large", "most 1000000");
     }
     refused("elements = 512", "cached_factors = 0", 25, "numerics.cached_factors", "0 is too small", "at least 1");
-    // Whether so many fit into memory is for the plan to say.
+    // Whether so many fit into memory is checked by the plan.
     assert_eq!(accepted("elements = 512", "elements = 1_000_000").numerics.elements, 1_000_000);
     assert_eq!(accepted("elements = 512", "wavenumber_aliases = 0").numerics.wavenumber_aliases, Some(0));
 }

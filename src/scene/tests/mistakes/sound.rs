@@ -1,15 +1,15 @@
-//! Mistakes in receivers and in the way that sound takes to them.
+//! Mistakes in receivers and in the radiation.
 
 use super::super::super::{AirMotion, ReceiverPlace, Scene, Setting, StandardReceiver, Vehicle};
 use super::{accepted, refused};
 
-/// Puts tables before the outputs.
+/// [`refused`] for tables put before the outputs.
 #[track_caller]
 fn sound_refused(tables: &str, line: usize, key: &str, wrong: &str, right: &str) {
     refused("[outputs]", &format!("{tables}\n[outputs]"), line, key, wrong, right);
 }
 
-/// Puts a receiver with these keys there.
+/// [`refused`] for a receiver with these keys put before the outputs.
 #[track_caller]
 fn receiver_refused(keys: &str, line: usize, key: &str, wrong: &str, right: &str) {
     sound_refused(&format!("[[receiver]]\n{keys}"), line, &format!("receiver[0]{key}"), wrong, right);

@@ -1,4 +1,4 @@
-//! Mistakes of any table: unknown, missing, doubled, of another type.
+//! Mistakes possible in any table: keys that are unknown, missing, doubled, or of another type.
 
 use super::super::super::Scene;
 use super::super::{BASE, complaints, edited};

@@ -99,7 +99,7 @@ fn cords_and_orthotropic_layers() {
     refused(&moduli(0.5, 1e8), "material.modulus", "an orthotropic layer", "leave it out");
     refused(&moduli(4.0, 1e8), "orthotropic.nu_theta_y", "give energy back", "between +-3.162");
     refused(&moduli(0.5, 1e9), "orthotropic.E_r", "compliance outwards", "below");
-    // Good ones, the moduli in place of those of the material.
+    // Valid layers, with the orthotropic moduli in place of those of the material.
     let belt_material = "modulus = 5e8, loss_factor = 0.08, poisson = 0.3, ";
     let text =
         edited("thickness = 0.006\n", &belt(&moduli(0.5, 1e8))).replacen(belt_material, "loss_factor = 0.08, ", 1);
@@ -109,7 +109,7 @@ fn cords_and_orthotropic_layers() {
     assert!(again.contains("E_theta") && !again.contains("modulus = 2e7"), "{again}");
     let cords = accepted("thickness = 0.006\n", &belt("cords = [{ stiffness = 1e9, angle_deg = -20 }]"));
     assert_eq!(cords.tyre.layers[0].cords.len(), 1);
-    // The road touches isotropic rubber alone.
+    // The road must touch isotropic rubber.
     let tread = edited("thickness = 0.013\n", "thickness = 0.013\ncords = [{ stiffness = 1e9, angle_deg = 0 }]\n");
     let found = complaints(&tread);
     assert!(found.len() == 1 && found[0].key == "tyre.layers[1].cords", "{found:#?}");

@@ -1,4 +1,4 @@
-//! Collection of all tasks' outcomes, and of the missing ones.
+//! Collection of all tasks' outcomes, and of the missing tasks.
 
 use std::path::PathBuf;
 
@@ -13,16 +13,16 @@ use crate::study::sweep::variants::Label;
 /// Outcomes of all tasks.
 #[derive(Debug, Default)]
 pub(crate) struct Collection {
-    /// The tasks, in the order of their numbers, and what those that are done have found.
+    /// The tasks, in the order of their numbers, with the results of those that are done.
     pub tasks: Vec<(Label, Option<Done>)>,
-    /// Tasks that failed when they were last tried: number, name and reason.
+    /// Tasks whose last attempt failed: number, name and reason.
     pub failed: Vec<(u64, String, String)>,
-    /// Outcomes that cannot be used; their tasks are missing.
+    /// Files of outcomes that cannot be used; their tasks are missing.
     pub unusable: Vec<(PathBuf, Unusable)>,
 }
 
 impl TaskFolder {
-    /// Collects what is there and makes one file of each shard that is done; `each` is told of every shard.
+    /// Collects all outcomes and makes one file of each shard that is done; `each` is called after every shard.
     ///
     /// # Errors
     /// [`TaskError`].
@@ -46,13 +46,12 @@ impl TaskFolder {
 }
 
 impl Collection {
-    /// Returns the numbers of the tasks that are not done.
     pub(crate) fn missing(&self) -> Numbers {
         let numbers = (0..).zip(&self.tasks).filter(|(_, (_, done))| done.is_none());
         Numbers::new(numbers.map(|(number, _)| number))
     }
 
-    /// Returns the names of the tasks whose load was missed.
+    /// Names of the tasks that missed their load.
     pub(crate) fn missed_loads(&self) -> Vec<String> {
         let missed = |done: &Option<Done>| done.as_ref().is_some_and(|done| done.missed_load().is_some());
         self.tasks.iter().filter(|(_, done)| missed(done)).map(|(label, _)| label.name.clone()).collect()

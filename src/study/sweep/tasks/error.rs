@@ -9,7 +9,7 @@ use crate::results::ResultsError;
 use crate::scene::SceneError;
 use crate::storage::Unusable;
 
-/// Why tasks cannot be written, done or collected.
+/// Reasons why tasks cannot be written, done or collected.
 #[derive(Debug, Error)]
 pub(crate) enum TaskError {
     /// There is no manifest.
@@ -18,7 +18,7 @@ pub(crate) enum TaskError {
         /// The manifest.
         path: PathBuf,
     },
-    /// Manifest or tasks do not check out.
+    /// Manifest or tasks are damaged.
     #[error(
         "{} cannot be used: {reason}; delete it, and the command that wrote the tasks writes it again (what is done \
          stays, for outcomes are known by their scenes)",
@@ -43,17 +43,17 @@ pub(crate) enum TaskError {
         /// The version found.
         found: String,
     },
-    /// Other tasks are there already.
+    /// The folder holds other tasks.
     #[error("{} holds {count} other tasks (\"{title}\"); they are left alone: choose another folder", path.display())]
     Others {
         /// The folder.
         path: PathBuf,
-        /// How many.
+        /// Number of its tasks.
         count: u64,
         /// Title of their scene.
         title: String,
     },
-    /// No task has that number.
+    /// No task has the number.
     #[error("there is no task {number} in {}: they have the numbers 0 to {last}", path.display())]
     Number {
         /// The folder.
@@ -63,7 +63,7 @@ pub(crate) enum TaskError {
         /// Number of the last task.
         last: u64,
     },
-    /// A file that the scene reads, with another content.
+    /// A file that the scene reads has changed.
     #[error("task {task}: the file {} has changed since the tasks were written", path.display())]
     Input {
         /// Name of the task.
@@ -93,7 +93,7 @@ pub(crate) enum TaskError {
 }
 
 impl TaskError {
-    /// Makes the error that reading `path` failed, for `map_err`.
+    /// Constructor of the error that reading `path` failed, for `map_err`.
     pub(super) fn reading(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Read { path: path.to_owned(), source }
     }

@@ -19,10 +19,10 @@ use crate::study::sweep::variants::Variant;
 /// Name of the manifest.
 const MANIFEST: &str = "manifest";
 const MANIFEST_FORMAT: Format = Format { magic: b"TWAVETSK", version: 1, name: "a manifest of tasks" };
-/// Name of a shard's tasks in its folder.
+/// Name of the file of a shard's tasks in its folder.
 const TASKS: &str = "tasks";
 const TASKS_FORMAT: Format = Format { magic: b"TWAVESHD", version: 2, name: "a shard of tasks" };
-/// Tasks in a shard. A million of them are a thousand files; one task is found by reading a few megabytes.
+/// Tasks in a shard. A million tasks make a thousand files, and one task is found by reading a few megabytes.
 const SHARD: u64 = 1000;
 
 /// Content of the manifest beside the program's version.
@@ -32,9 +32,9 @@ struct Manifest {
     /// True if the scene wants pictures.
     plots: bool,
     count: u64,
-    /// SHA-256 of the ids.
+    /// SHA-256 of the ids of all tasks.
     digest: String,
-    /// Tasks that job files give to an element of their array.
+    /// Number of tasks that job files give to an element of their array.
     chunk: u64,
 }
 
@@ -45,14 +45,14 @@ pub(crate) struct TaskFolder {
     manifest: Manifest,
 }
 
-/// Tasks that have been written, or were there.
+/// Tasks that have been written, or were there already.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Written {
-    /// The folder.
+    /// Where they are.
     pub folder: TaskFolder,
     /// True if they were there already.
     pub found: bool,
-    /// Longest time that the plan of a task expects on one thread \[s\], and that of all together.
+    /// Longest time that the plan of a task expects on one thread \[s\], and the sum over all tasks.
     pub seconds: [f64; 2],
     /// Largest memory that the plan of a task expects \[bytes\].
     pub memory: f64,
@@ -61,13 +61,13 @@ pub(crate) struct Written {
 }
 
 impl TaskFolder {
-    /// Writes the variants of a scene with that title as tasks. `chunk` says, by the number of tasks and the longest
-    /// time of one \[s\], how many job files give to an element of their array; `jobs` writes those files, and comes
-    /// before the manifest, which is last.
+    /// Writes the variants of a scene with that title as tasks. `chunk` gives, from the number of tasks and the longest
+    /// time of one \[s\], how many tasks job files give to an element of their array; `jobs` writes those files, before
+    /// the manifest, which is last.
     ///
     /// # Errors
-    /// [`TaskError::Others`] where other tasks are, [`TaskError::Unusable`] or [`TaskError::Program`] where what is
-    /// there cannot be told, else of files.
+    /// [`TaskError::Others`] if other tasks are there, [`TaskError::Unusable`] or [`TaskError::Program`] if what is
+    /// there cannot be identified, and errors of files.
     pub(crate) fn write<E: From<TaskError>>(
         path: &Path,
         (title, plots): (&str, bool),
@@ -105,7 +105,7 @@ impl TaskFolder {
         Ok(written)
     }
 
-    /// Writes the tasks of a shard, unless they are there.
+    /// Writes the tasks of a shard, unless the same are there.
     fn write_shard(&self, shard: u64, tasks: &[Task]) -> Result<(), TaskError> {
         let folder = self.shard_folder(shard);
         fs::create_dir_all(&folder).map_err(ResultsError::creating(&folder))?;
@@ -137,42 +137,37 @@ impl TaskFolder {
         Ok(Self { path: path.to_owned(), manifest: body.finish().map_err(unusable)? })
     }
 
-    /// Tells where it is.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Returns the title of the scene that is swept.
+    /// Title of the swept scene.
     pub(crate) fn title(&self) -> &str {
         &self.manifest.title
     }
 
-    /// Tells whether the scene wants pictures.
     pub(crate) fn plots(&self) -> bool {
         self.manifest.plots
     }
 
-    /// Tells how many tasks there are.
     pub(crate) fn count(&self) -> u64 {
         self.manifest.count
     }
 
-    /// Returns the tasks that job files give to an element of their array.
+    /// Number of tasks that job files give to an element of their array.
     pub(crate) fn chunk(&self) -> u64 {
         self.manifest.chunk
     }
 
-    /// Tells how many shards there are.
     pub(crate) fn shards(&self) -> u64 {
         self.count().div_ceil(SHARD)
     }
 
-    /// Returns the numbers of a shard's tasks.
     pub(crate) fn numbers(&self, shard: u64) -> Range<u64> {
         shard * SHARD..((shard + 1) * SHARD).min(self.count())
     }
 
-    /// Returns the shards of some tasks.
+    /// Shards that hold a range of tasks.
     ///
     /// # Errors
     /// [`TaskError::Number`] for the first number that no task has.
@@ -186,15 +181,10 @@ impl TaskFolder {
         }
     }
 
-    /// Returns the folder of a shard.
     pub(super) fn shard_folder(&self, shard: u64) -> PathBuf {
         self.path.join(format!("shard-{shard:04}"))
     }
 
-    /// Returns the tasks of a shard.
-    ///
-    /// # Errors
-    /// [`TaskError::Unusable`], [`TaskError::Read`].
     pub(crate) fn shard(&self, shard: u64) -> Result<Vec<Task>, TaskError> {
         let path = self.shard_folder(shard).join(TASKS);
         let unusable = |reason| TaskError::Unusable { path: path.clone(), reason };
@@ -205,7 +195,7 @@ impl TaskFolder {
     }
 }
 
-/// Returns the tasks of variants, in their order.
+/// Tasks of variants, in their order.
 fn tasks(variants: &[Variant]) -> Result<Vec<Task>, TaskError> {
     let mut known = Inputs::default();
     let mut read = Vec::new();
@@ -215,7 +205,7 @@ fn tasks(variants: &[Variant]) -> Result<Vec<Task>, TaskError> {
     in_parallel::map(&read, |(variant, inputs)| Task::of(variant, inputs.clone())).into_iter().collect()
 }
 
-/// Writes a sealed file, which is there as a whole or not at all.
+/// Writes a sealed file atomically: it is there as a whole or not at all.
 pub(super) fn write_sealed(format: &Format, path: &Path, value: &impl Serialize) -> Result<(), TaskError> {
     let file = PendingFile::create(path).map_err(ResultsError::creating(path))?;
     Ok(format.write(file, value).map_err(ResultsError::writing(path))?)

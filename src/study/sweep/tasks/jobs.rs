@@ -1,7 +1,7 @@
-//! Files that hand tasks to a batch system.
+//! Job files for batch systems.
 //!
-//! An element of a job array does a chunk of tasks, as many at a time as it has processors. Systems bound the number of
-//! elements (Slurm's `MaxArraySize` is 1001 unless set otherwise), and each costs them a part of a second: so chunks
+//! An element of a job array does a chunk of tasks, as many at a time as it has processors. Systems limit the number of
+//! elements (Slurm's `MaxArraySize` is 1001 unless set otherwise), and each costs a fraction of a second: so chunks
 //! take a minute, and more where there would be too many elements.
 
 use std::path::Path;
@@ -12,19 +12,19 @@ use crate::study::sweep::tasks::folder::Written;
 const MOST_ELEMENTS: u64 = 1000;
 /// Least time of an element \[s\].
 const ELEMENT_SECONDS: f64 = 60.0;
-/// Time limit and memory of an element over what the plan expects: unit costs of another machine, a slow disk.
+/// Margin of an element's time limit and memory over what the plan expects: unit costs of another machine, a slow disk.
 const TIME_MARGIN: f64 = 3.0;
 const MEMORY_MARGIN: f64 = 1.5;
-/// Allowance of every element \[s\], \[MB\]: tyre fitted anew, program started.
+/// Allowance of every element, for fitting the tyre anew and starting the program \[s\], \[MB\].
 const START_SECONDS: f64 = 300.0;
 const START_MEGABYTES: f64 = 128.0;
-/// Time that an element is given for its checkpoints before it is ended \[s\].
+/// Notice that an element gets before it is ended, for its checkpoints \[s\].
 const NOTICE_SECONDS: u64 = 60;
-/// How often HyperQueue starts an element again whose worker was lost.
+/// How often HyperQueue restarts an element whose worker was lost.
 const CRASH_LIMIT: u32 = 20;
-/// Words of Slurm's script before and after the program. Slurm's notice (of a time limit, of a job of a higher
-/// priority) may reach the shell alone; and an element that ends within its notice counts as failed: Slurm does not put
-/// it back.
+/// Parts of Slurm's script before and after the program. Slurm's signal (at a time limit, or for a job of higher
+/// priority) may reach the shell alone; and an element that ends within its notice counts as failed: Slurm does not
+/// requeue it.
 const SLURM_AROUND: [&str; 2] = [
     r#"# The program is told of the end, writes its checkpoints and ends with 130.
 trap 'told=yes; kill -TERM $(jobs -p) 2> /dev/null' TERM
@@ -40,29 +40,29 @@ if [ "$ended" -eq 130 ] && [ "$(squeue --noheader --jobs="$element" --format=%T)
 fi
 exit "$ended""#,
 ];
-/// How the files begin.
+/// First lines of the files.
 pub(crate) const HEAD: &str = "#!/bin/bash\n# tyrewave sweep: ";
-/// Name of the list of elements with missing tasks.
+/// Name of the file that lists the elements with missing tasks.
 pub(crate) const MISSING: &str = "missing";
-/// Name of the folder of the job's messages.
+/// Folder of the job's messages.
 pub(crate) const LOGS: &str = "logs";
 
-/// How tasks are handed to a batch system.
+/// Distribution of tasks over a batch system's elements.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Jobs<'a> {
     /// The program, as an absolute path.
     pub program: &'a Path,
     /// The folder of tasks, as an absolute path.
     pub folder: &'a Path,
-    /// How many tasks.
+    /// Number of tasks.
     pub count: u64,
     /// Tasks of an element.
     pub chunk: u64,
     /// Processors of an element.
     pub threads: usize,
-    /// Tasks at a time, of an element.
+    /// Tasks that an element does at a time.
     pub at_a_time: usize,
-    /// Elements at a time, at most.
+    /// Most elements at a time.
     pub at_once: u64,
     /// Longest time of a task \[s\].
     pub seconds: f64,
@@ -72,15 +72,15 @@ pub(crate) struct Jobs<'a> {
     pub keep_results: bool,
 }
 
-/// Returns the tasks of an element, where the user does not say: with so many tasks of at most that time \[s\], as many
-/// at a time as there are threads.
+/// Number of tasks of an element, unless the user chooses it, for `count` tasks of at most `seconds` \[s\], `threads`
+/// at a time.
 pub(crate) fn chunk(count: u64, seconds: f64, threads: usize) -> u64 {
     let in_time = (ELEMENT_SECONDS / seconds.max(1e-3)).ceil() as u64 * threads as u64;
     in_time.min(count).max(count.div_ceil(MOST_ELEMENTS)).max(1)
 }
 
 impl<'a> Jobs<'a> {
-    /// Makes the jobs of tasks that were written; paths are absolute.
+    /// Jobs of tasks that were written; `program` and `folder` are absolute paths.
     pub(crate) fn of(written: &Written, program: &'a Path, folder: &'a Path, threads: usize) -> Self {
         let Written { folder: tasks, seconds, memory, alone, .. } = written;
         let (count, chunk) = (tasks.count(), tasks.chunk());
@@ -89,25 +89,24 @@ impl<'a> Jobs<'a> {
         Self { program, folder, count, chunk, threads, at_a_time, at_once, seconds, memory, keep_results }
     }
 
-    /// Returns the elements of the array.
+    /// Number of elements of the array.
     pub(crate) fn elements(&self) -> u64 {
         self.count.div_ceil(self.chunk)
     }
 
-    /// Returns the time limit of an element, in whole minutes.
+    /// Time limit of an element, in whole minutes.
     fn minutes(&self) -> u64 {
         let rounds = self.chunk.div_ceil(self.at_a_time as u64) as f64;
         ((rounds * self.seconds * TIME_MARGIN + START_SECONDS) / 60.0).ceil() as u64
     }
 
-    /// Returns the memory of an element \[MB\].
+    /// Memory of an element \[MB\].
     fn megabytes(&self) -> u64 {
         let at_a_time = self.chunk.min(self.at_a_time as u64) as f64;
         (at_a_time * self.memory / 1e6 * MEMORY_MARGIN + START_MEGABYTES).ceil() as u64
     }
 
-    /// Writes the work of an element, in bash: the variable has its number, `does` goes before the program, `ends`
-    /// after it.
+    /// Commands of an element, in bash: `variable` holds its number, `does` goes before the program, `ends` after it.
     fn element(&self, variable: &str, [does, ends]: [&str; 2]) -> String {
         let Self { chunk, threads, count, .. } = self;
         let [program, folder] = [self.program, self.folder].map(quoted);
@@ -120,7 +119,7 @@ impl<'a> Jobs<'a> {
         )
     }
 
-    /// Writes the reasons of the limits, as comments.
+    /// Head of a file: how to submit it and the reasons of its limits, as comments.
     fn reasons(&self, how: &str) -> String {
         let Self { count, chunk, at_a_time, seconds, memory, .. } = self;
         format!(
@@ -131,7 +130,7 @@ impl<'a> Jobs<'a> {
         )
     }
 
-    /// Returns a job array for Slurm's `sbatch`.
+    /// Job array for Slurm's `sbatch`.
     pub(crate) fn slurm(&self) -> String {
         let last = self.elements().saturating_sub(1);
         let path = |name: &str| quoted(&self.folder.join(name));
@@ -154,7 +153,7 @@ impl<'a> Jobs<'a> {
         )
     }
 
-    /// Returns a script that submits an array to HyperQueue.
+    /// Script that submits an array to HyperQueue.
     pub(crate) fn hyperqueue(&self) -> String {
         let last = self.elements().saturating_sub(1);
         let (minutes, path) = (self.minutes(), |name: &str| quoted(&self.folder.join(name)));
@@ -168,18 +167,17 @@ impl<'a> Jobs<'a> {
             threads = self.threads,
             megabytes = self.megabytes(),
             logs = path(LOGS),
-            // The program takes the shell's place, and with it the signals that the shell is sent.
+            // The program replaces the shell, and so receives the signals that the shell is sent.
             element = shell_word(&self.element("HQ_TASK_ID", ["exec ", ""])),
         )
     }
 }
 
-/// Returns a path as a word of the shell.
 fn quoted(path: &Path) -> String {
     shell_word(&path.display().to_string())
 }
 
-/// Returns a text as one word of the shell, whatever is in it.
+/// Quotes a text as one word of the shell, whatever it contains.
 fn shell_word(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }
@@ -252,7 +250,7 @@ mod tests {
     #[test]
     #[cfg(unix)]
     fn the_shell_reads_what_was_meant() {
-        // The program is one that shows its arguments, a line each.
+        // `printf` shows its arguments, one per line.
         let jobs = Jobs { program: Path::new("/usr/bin/printf"), ..jobs() };
         let element = jobs.element("NUMBER", ["exec ", ""]).replace("sweep --task", "'%s|' sweep --task");
         let of = |number: &str, script: &str| {

@@ -1,7 +1,7 @@
 //! A sweep as tasks in a folder, for systems that start processes on many machines: batch systems, a loop in a shell.
 //!
-//! 1. [`task`]: one scene with all that is needed to run it, named by its content;
-//! 2. [`folder`]: the tasks on disk, many to a file, and the manifest that says that they are all there;
+//! 1. [`task`]: one scene with all that is needed to run it, identified by its content;
+//! 2. [`folder`]: the tasks on disk, many to a file, and the manifest, whose presence means that they are complete;
 //! 3. [`outcomes`]: results of tasks, a small file for each until all tasks of a shard are done, then one file for the
 //!    shard;
 //! 4. [`work`]: runs some of the tasks; leaves out those that are done or under way elsewhere, and resumes interrupted
@@ -19,8 +19,9 @@
 //! DIR/shard-0007/lock-N     held by the process that does task N
 //! ```
 //!
-//! Nothing rests on the locks, which not every shared disk has: files take their names when they are whole, and any
-//! process that does a task finds the same bytes. They keep two processes from doing the same work.
+//! Correctness does not rest on the locks, which not every shared disk has: files get their names when they are
+//! complete, and any process that does a task finds the same bytes. The locks keep two processes from doing the same
+//! work.
 
 pub(crate) mod collect;
 pub(crate) mod error;

@@ -1,13 +1,13 @@
-//! Numbers of tasks in short, as batch systems read them: `3,7-9`.
+//! Compact lists of task numbers, as batch systems read them: `3,7-9`.
 
 use std::fmt;
 
-/// Rising numbers.
+/// Distinct numbers, rising.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Numbers(Vec<u64>);
 
 impl Numbers {
-    /// Collects numbers in any order, each once.
+    /// Collects numbers in any order; duplicates count once.
     pub(crate) fn new(numbers: impl IntoIterator<Item = u64>) -> Self {
         let mut numbers: Vec<u64> = numbers.into_iter().collect();
         numbers.sort_unstable();
@@ -15,7 +15,6 @@ impl Numbers {
         Self(numbers)
     }
 
-    /// Returns the numbers, rising.
     pub(crate) fn as_slice(&self) -> &[u64] {
         &self.0
     }

@@ -1,10 +1,9 @@
 //! Outcomes of tasks.
 //!
-//! A task that is done leaves a small file. A million of those are more than a shared disk likes: a process that does
-//! many tasks makes one file of each 64 that it has written, and once all tasks of a shard are done they become one
-//! file, by the first process that sees it. A file that takes the place of others has its name before those go, and a
-//! reader that misses one of them looks again: at any moment every outcome is found, however many write and collect at
-//! once.
+//! A task that is done leaves a small file. A million of those overload a shared disk: a process that does many tasks
+//! merges each 64 that it has written into one file, and once all tasks of a shard are done the first process that
+//! notices merges them. A file that replaces others gets its name before those are deleted, and a reader that misses
+//! one of them looks again: at any moment every outcome is found, however many processes write and collect at once.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -18,21 +17,21 @@ use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::{TaskFolder, write_sealed};
 use crate::study::sweep::tasks::task::Task;
 
-/// Number of outcomes of one process that are joined into one file.
+/// Number of outcomes of one process that are merged into one file.
 pub(super) const TOGETHER: usize = 64;
-/// Name of the file with all outcomes of a shard; a file with only some of them adds their count and digest to it.
+/// Name of the file with all outcomes of a shard; a file with some of them appends their count and digest.
 const OUTCOMES: &str = "outcomes";
 /// Prefix of the name of a file with one outcome; the task's number follows.
 const OUTCOME: &str = "outcome-";
 const FORMAT: Format = Format { magic: b"TWAVEOUT", version: 2, name: "outcomes of tasks" };
 /// Prefix of the name of a file with the reason why a task failed; the task's number follows.
 const FAILED: &str = "failed-";
-/// Name of the folder that runs are in.
+/// Name of the folder of the runs.
 const RESULTS: &str = "results";
-/// Largest number of attempts to read all files, since another process may join some of them meanwhile.
+/// Most attempts to read all files, since another process may merge some of them meanwhile.
 const ATTEMPTS: usize = 100;
 
-/// An outcome in a file: the task's place in its shard, its id, what it has found.
+/// An outcome in a file: index of the task in its shard, its id, its results.
 type Entry = (usize, String, Done);
 
 /// The outcomes of a shard's tasks.
@@ -43,32 +42,31 @@ pub(crate) struct Outcomes<'a> {
     tasks: &'a [Task],
 }
 
-/// Outcomes of a shard.
+/// Outcomes of a shard, as read.
 #[derive(Debug, Default)]
 pub(crate) struct Found {
-    /// Findings of each task, in their order.
+    /// Results of each task, in their order.
     pub done: Vec<Option<Done>>,
-    /// Files that are there and cannot be used: their tasks are to be done again, unless others know of them.
+    /// Files that cannot be used: their tasks have to be done again, unless another file has them.
     pub unusable: Vec<(PathBuf, Unusable)>,
 }
 
 impl<'a> Outcomes<'a> {
-    /// Opens the outcomes of a shard and its tasks.
     pub(crate) fn of(folder: &TaskFolder, shard: u64, tasks: &'a [Task]) -> Self {
         Self { folder: folder.shard_folder(shard), first: folder.numbers(shard).start, tasks }
     }
 
-    /// Tells where the runs of the shard's tasks are.
+    /// Folder of the runs of the shard's tasks.
     pub(crate) fn results(&self) -> PathBuf {
         self.folder.join(RESULTS)
     }
 
-    /// Returns the file that belongs to a task of the shard, counted from its first.
+    /// File of a task; `index` counts from the shard's first task.
     pub(super) fn file(&self, prefix: &str, index: usize) -> PathBuf {
         self.folder.join(format!("{prefix}{}", self.first + index as u64))
     }
 
-    /// Returns all that is there.
+    /// Reads all outcomes; again if a file vanishes meanwhile.
     ///
     /// # Errors
     /// [`TaskError::Read`].
@@ -87,14 +85,13 @@ impl<'a> Outcomes<'a> {
         Ok(found)
     }
 
-    /// Lists the names of the files of outcomes.
     fn names(&self) -> Result<Vec<String>, TaskError> {
         let mut names = entries(&self.folder).map_err(TaskError::reading(&self.folder))?;
         names.retain(|name| [OUTCOME, OUTCOMES].iter().any(|prefix| name.starts_with(prefix)) && !name.contains('.'));
         Ok(names)
     }
 
-    /// Adds what a file holds; whether it was there.
+    /// Adds the content of a file; false if the file is gone.
     fn add(&self, name: &str, found: &mut Found) -> Result<bool, TaskError> {
         let path = self.folder.join(name);
         let entries: Result<Vec<Entry>, Unusable> = match FORMAT.read(&path) {
@@ -116,25 +113,25 @@ impl<'a> Outcomes<'a> {
         Ok(true)
     }
 
-    /// Tells whether a task of the shard has been done by another process whose outcome is not one file with others.
+    /// Whether another process has done a task and its outcome is not merged with others yet.
     pub(crate) fn has(&self, index: usize) -> bool {
         let mut found = Found { done: vec![None; self.tasks.len()], unusable: Vec::new() };
         let name = format!("{OUTCOME}{}", self.first + index as u64);
         self.add(&name, &mut found).is_ok_and(|there| there && found.done[index].is_some())
     }
 
-    /// Keeps what a task of the shard has found.
+    /// Writes the results of a task of the shard.
     ///
     /// # Errors
     /// [`TaskError::Results`].
     pub(crate) fn keep(&self, index: usize, done: &Done) -> Result<(), TaskError> {
         self.write(&self.file(OUTCOME, index), [(index, done)])?;
-        // A reason of an earlier attempt.
+        // Removes the reason of an earlier failure.
         let _ = fs::remove_file(self.file(FAILED, index));
         Ok(())
     }
 
-    /// Makes one file of what this process has kept by [`Self::keep`].
+    /// Merges what this process has written by [`Self::keep`] into one file.
     ///
     /// # Errors
     /// [`TaskError::Results`].
@@ -143,11 +140,11 @@ impl<'a> Outcomes<'a> {
             return Ok(());
         }
         let ids: Vec<&str> = kept.iter().map(|(index, _)| self.tasks[*index].id.as_str()).collect();
-        // Others may join others, but what has the same name is the same.
+        // Other processes may merge others, but equal names have equal contents.
         let name = format!("{OUTCOMES}-{}-{}", kept.len(), sha256(&ids));
         self.write(&self.folder.join(name), kept.iter().map(|(index, done)| (*index, done)))?;
         for (index, _) in kept {
-            // Whoever has made one file of the whole shard has removed it.
+            // A process that has merged the whole shard may have removed it.
             let _ = fs::remove_file(self.file(OUTCOME, *index));
         }
         Ok(())
@@ -158,18 +155,19 @@ impl<'a> Outcomes<'a> {
         write_sealed(&FORMAT, path, &done.into_iter().map(entry).collect::<Vec<_>>())
     }
 
-    /// Keeps the reason why a task of the shard has failed, for the collection; what cannot be kept has been told.
+    /// Writes the reason why a task of the shard has failed, for the collection; a failure of this is ignored, since
+    /// the reason has been reported.
     pub(crate) fn keep_failure(&self, index: usize, reason: &str) {
         let _ = fs::write(self.file(FAILED, index), reason);
     }
 
-    /// Tells why a task of the shard has failed the last time, where it has.
+    /// Why the last attempt of a task failed; `None` if it did not.
     pub(crate) fn failure(&self, index: usize) -> Option<String> {
         let bytes = fs::read(self.file(FAILED, index)).ok()?;
         Some(String::from_utf8_lossy(&bytes).into_owned())
     }
 
-    /// Makes one file of all outcomes where the names of the files say that all may be there.
+    /// Merges all outcomes if the names of the files say that all may be there.
     ///
     /// # Errors
     /// As [`Self::collect`].
@@ -182,7 +180,7 @@ impl<'a> Outcomes<'a> {
         if counted >= self.tasks.len() { self.collect().map(drop) } else { Ok(()) }
     }
 
-    /// Returns all that is there; one file of it, once all are there.
+    /// Reads all outcomes, and merges them into one file once they are complete.
     ///
     /// # Errors
     /// [`TaskError::Read`], [`TaskError::Results`].
@@ -195,10 +193,10 @@ impl<'a> Outcomes<'a> {
         let done = found.done.iter().enumerate();
         self.write(&self.folder.join(OUTCOMES), done.filter_map(|(index, done)| Some((index, done.as_ref()?))))?;
         for name in names.iter().filter(|name| *name != OUTCOMES) {
-            // Whoever collects at the same time may have removed it.
+            // Another process that collects may have removed it.
             let _ = fs::remove_file(self.folder.join(name));
         }
-        // Unless results are kept it is empty.
+        // It is empty, unless results are kept.
         let _ = fs::remove_dir(self.results());
         Ok(found)
     }
@@ -221,7 +219,7 @@ mod tests {
         (0..COUNT).map(|index| Task::example(&format!("scene {index}"))).collect()
     }
 
-    /// Makes the findings of a task, by its number.
+    /// Results of a task, distinct by its number.
     fn done(index: usize) -> Done {
         let load = LoadResult { wanted: 0.1 + index as f64, relative_error: 1.0 / 3.0, tolerance: 0.01, met: false };
         Done { load: Some(load), ..Done::default() }
@@ -265,7 +263,7 @@ mod tests {
         outcomes.complete().unwrap();
         assert_eq!(names(folder.path()), ["outcomes"]);
         known(&(0..COUNT).collect::<Vec<_>>());
-        // What comes later is of no harm and goes with the next collection.
+        // What comes later does no harm and is removed by the next collection.
         outcomes.keep(3, &done(3)).unwrap();
         known(&(0..COUNT).collect::<Vec<_>>());
         outcomes.collect().unwrap();

@@ -1,4 +1,4 @@
-//! One scene with all that doing it takes.
+//! One scene with everything needed to run it.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,14 +9,14 @@ use crate::scene::{Scene, SceneError, Setting};
 use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::variants::{Label, Variant};
 
-/// A task: nothing but its input files and the program is needed beside it.
+/// A task: beside it only its input files and the program are needed.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Task {
-    /// SHA-256 of scene and inputs: its name by content.
+    /// SHA-256 of scene and inputs: an identity by content.
     pub id: String,
-    /// Label in the tables.
+    /// Name, group and choices in the tables.
     pub label: Label,
-    /// The scene as TOML, open where the scene of the sweep is open, its tyre within, the paths of its inputs absolute.
+    /// The scene as TOML: open where the sweep's scene is open, its tyre included, the paths of its inputs absolute.
     scene: String,
     /// Files that the scene reads.
     inputs: Vec<Input>,
@@ -24,12 +24,12 @@ pub(crate) struct Task {
     pub seconds: f64,
     /// Largest memory that the plan expects, the program itself not included \[bytes\].
     pub memory: f64,
-    /// True if it has all threads to itself: what several at a time would each solve is solved once and kept.
+    /// True if it gets all threads: what several tasks at a time would each solve is solved once and cached.
     pub alone: bool,
 }
 
 impl Task {
-    /// Makes the task of a variant, which reads these files.
+    /// Task of a variant that reads these files.
     ///
     /// # Errors
     /// A scene that TOML cannot hold.
@@ -49,8 +49,8 @@ impl Task {
         })
     }
 
-    /// Returns its variant, once more. Without arrays and pictures in its results folder unless those are kept: they
-    /// are most of its bytes, and the tables do not need them.
+    /// The task's variant again. Without arrays and pictures in its results folder unless those are kept: they are most
+    /// of its bytes, and the tables do not need them.
     ///
     /// # Errors
     /// [`TaskError::Input`] for a file whose content has changed, [`TaskError::Read`], [`TaskError::Scene`].
@@ -68,10 +68,6 @@ impl Task {
     }
 }
 
-/// Returns the files that a scene reads.
-///
-/// # Errors
-/// [`TaskError::Read`].
 pub(super) fn inputs_of(scene: &Scene, known: &mut Inputs) -> Result<Vec<Input>, TaskError> {
     known.of(scene).map_err(|(path, source)| TaskError::Read { path, source })
 }
@@ -82,7 +78,7 @@ fn failed(name: &str) -> impl Fn(SceneError) -> TaskError + use<'_> {
 
 #[cfg(test)]
 impl Task {
-    /// Makes a task that is never done, of a scene that is none.
+    /// A task that is never done, of an invalid scene.
     pub(super) fn example(scene: &str) -> Self {
         Self {
             id: sha256(&[scene]),
@@ -104,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_task_is_its_variant_again() {
-        // A preset chooses at every speed; what the scene leaves open stays open.
+        // A preset chooses anew at every speed; what the scene leaves open stays open.
         let draft = ("numerics", "{ preset = \"draft\", fmax = 1000.0 }");
         let base = Scene::from_str(&edit(crate::scene::PLATE, &[draft]), "draft").unwrap();
         let made = variants(&base, &Axes { speeds: vec![50.0, 80.0], ..Axes::default() }).unwrap();

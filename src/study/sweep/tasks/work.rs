@@ -1,7 +1,7 @@
 //! Does tasks.
 //!
-//! A task that is done is left alone; one that was begun goes on from its checkpoint; one that another process is at is
-//! left to it. A task that fails does not stop the others.
+//! A task that is done is skipped; one that was begun continues from its checkpoint; one that another process works on
+//! is left to it. A task that fails does not stop the others.
 
 use std::fs::{self, File, TryLockError};
 use std::ops::RangeInclusive;
@@ -20,43 +20,43 @@ use crate::study::sweep::tasks::outcomes::{Outcomes, TOGETHER};
 use crate::study::sweep::tasks::task::Task;
 use crate::study::trial::UNIT;
 
-/// Name of the file that the doer of a task holds, before the task's number.
+/// Prefix of the file that a process locks while it does a task; the task's number follows.
 const LOCK: &str = "lock-";
 
 /// How tasks are done.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Work {
-    /// Threads in all: so many tasks at a time, unless they need all for each.
+    /// Threads in all: this many tasks at a time, unless each needs all of them.
     pub threads: usize,
-    /// True if the results folder of a task stays; without it only what the tables need does.
+    /// True to keep the results folders of tasks; otherwise only what the tables need stays.
     pub keep_results: bool,
 }
 
-/// How a task ended.
+/// End of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Ended {
     /// It had been done before.
     Found,
-    /// It is done; how far off its load was, if it was missed.
+    /// It is done; the text says how far off its load was, if that was missed.
     Done(Option<String>),
-    /// The user, or the batch system, wanted the end.
+    /// The user, or the batch system, stopped it.
     Stopped,
-    /// Another process is at it.
+    /// Another process works on it.
     Busy,
-    /// Why it failed.
+    /// It failed, for this reason.
     Failed(String),
 }
 
 /// Event of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Event<'a> {
-    /// It goes on where it had been stopped: time rolled and to be rolled in all \[s\].
+    /// It continues where it had been stopped: simulated time so far and in all \[s\].
     GoesOn([f64; 2]),
-    /// Something that the user may want to know.
+    /// Information for the user.
     Note(&'a str),
-    /// Something that the user should act on.
+    /// Something that needs the user's attention.
     Warning(&'a str),
-    /// It has ended.
+    /// The task has ended.
     Ended(&'a Ended),
 }
 
@@ -64,10 +64,10 @@ pub(crate) enum Event<'a> {
 pub(crate) type Tell<'a> = &'a (dyn Fn(u64, &str, Event<'_>) + Sync);
 
 impl TaskFolder {
-    /// Does tasks, several at a time; how each ended that was come to, in their order.
+    /// Does tasks, several at a time; returns the ends of those that were begun or found, in their order.
     ///
     /// # Errors
-    /// [`TaskError::Number`], and the first task that is refused: an input has changed, its file cannot be used.
+    /// [`TaskError::Number`], and the first task that is refused: a changed input, an unusable file.
     pub(crate) fn work(
         &self,
         numbers: &RangeInclusive<u64>,
@@ -94,7 +94,7 @@ impl TaskFolder {
 /// Does tasks of a shard.
 struct Worker<'a> {
     outcomes: Outcomes<'a>,
-    /// Findings, each in a file of its own still.
+    /// Results that still are in a file each.
     kept: Mutex<Vec<(usize, Done)>>,
     tasks: &'a [Task],
     work: Work,
@@ -103,7 +103,7 @@ struct Worker<'a> {
 }
 
 impl Worker<'_> {
-    /// Does some tasks of the shard, whose first has that number.
+    /// Does some tasks of the shard; `first` is the number of its first task.
     fn all(&self, wanted: &[usize], first: u64) -> Result<Vec<Ended>, TaskError> {
         let found = self.outcomes.read()?.done;
         let open = wanted.iter().filter(|&&index| found[index].is_none()).count();
@@ -141,7 +141,7 @@ impl Worker<'_> {
             }
         });
         let ended = ended.into_iter().map(|slot| slot.into_inner().ok().flatten().unwrap_or(Ok(Ended::Stopped)));
-        // A refusal that came later than the end that was asked for is still one.
+        // A refusal after the stop is reported all the same.
         let (mut all, mut refusal) = (Vec::new(), None);
         for how in ended {
             match how {
@@ -152,7 +152,7 @@ impl Worker<'_> {
         refusal.map_or(Ok(all), Err)
     }
 
-    /// Makes one file of what has been found, once it is so much.
+    /// Merges the results kept so far, if there are `least` of them.
     fn join(&self, least: usize) -> Result<(), TaskError> {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         let kept = if kept.len() >= least { std::mem::take(&mut *kept) } else { Vec::new() };
@@ -175,7 +175,7 @@ impl Worker<'_> {
             Some(Outcome::Done(done)) => {
                 self.outcomes.keep(index, &done)?;
                 if !self.work.keep_results {
-                    // What cannot be deleted is in nobody's way.
+                    // A folder that cannot be deleted does no harm.
                     let _ = flat_folder::remove(&results.join(&task.label.name));
                 }
                 let missed = done.missed_load().map(ToString::to_string);
@@ -193,15 +193,15 @@ impl Worker<'_> {
     }
 }
 
-/// A lock file that goes with its holder, also where that is killed.
+/// Lock of a task by a file. The lock ends with its holder, even if that is killed; the file then stays.
 struct Lock {
-    /// Held, not read; none where the file system knows no locks.
+    /// Held, not read; `None` where the file system has no locks.
     _file: Option<File>,
     path: PathBuf,
 }
 
 impl Lock {
-    /// Returns `None` where another process holds it.
+    /// `None` if another process holds it.
     fn of(path: PathBuf) -> Result<Option<Self>, TaskError> {
         let file = File::create(&path).map_err(ResultsError::creating(&path))?;
         match file.try_lock() {
@@ -214,17 +214,17 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Whoever has opened it a moment before holds a file without a name, and finds that the task is done.
+        // A process that has opened it a moment before holds a file without a name, and finds that the task is done.
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// Hands on what a task's run says.
+/// Forwards the progress of a task's run.
 struct Told<'a> {
     number: u64,
     name: &'a str,
     tell: Tell<'a>,
-    /// Time to be rolled \[s\].
+    /// Simulated time in all \[s\].
     all: f64,
     begun: bool,
 }

@@ -24,6 +24,23 @@ pub(crate) enum FileFault {
     NotANumber { line: u64, column: usize, role: &'static str, found: String },
     #[error("line {line} has {found} columns, column {needed} is needed")]
     MissingCell { line: u64, needed: usize, found: usize },
+    /// A line of numbers whose cells are not those of the table.
+    #[error(
+        "line {line} has {found} numbers or words, the table {usual}: nothing says which is which; correct the line, \
+         put # before one that is no point, or export the table with ; or tabs between all its columns"
+    )]
+    Ragged { line: u64, found: usize, usual: usize },
+    /// A first line of spacing and number of the points, in the file's words.
+    #[error(
+        "line {line}: {found:?} is out of the order of the points and tells their number: put # before it, or take it \
+         out"
+    )]
+    PointCount { line: u64, found: String },
+    #[error(
+        "line {line}: {found:?}: every number with a comma has three digits behind it, which may be decimals or \
+         thousands: export it with decimal points, and with nothing between thousands"
+    )]
+    DoubtfulComma { line: u64, found: String },
     #[error("no column {name:?}; the file has: {available}")]
     NoSuchColumn { name: String, available: String },
     /// No table of numbers, and nothing else that is read.
@@ -42,13 +59,13 @@ pub(crate) enum FileFault {
     DecimalCommas { line: u64, found: String, cells: usize },
     /// Columns that nothing names, or several that a title names alike.
     #[error(
-        "{cells} columns, and {} which are {roles}: {found:?}; choose {needed} of them by title or \
-         number: road.columns = [{}] (tyrewave road FILE --columns {}){}",
-        if *titled { "no titles that tell" } else { "no titles to tell" },
-        numbers(*cells, *needed, ", "), numbers(*cells, *needed, ","),
-        if (*cells, *needed) == (3, 2) { "; points x, y, z are a road of kind = \"grid\"" } else { "" }
+        "{cells} columns, and no titles that tell which are {roles}: {found:?}; choose {} of them by title or number: \
+         road.columns = [{}] (tyrewave road FILE --columns {}){}",
+        likely.len(),
+        listed(likely, ", "), listed(likely, ","),
+        if (*cells, likely.len()) == (3, 2) { "; points x, y, z are a road of kind = \"grid\"" } else { "" }
     )]
-    WhichColumns { cells: usize, roles: String, needed: usize, titled: bool, found: String },
+    WhichColumns { cells: usize, roles: String, likely: Vec<usize>, found: String },
     #[error("road.columns names {found} columns, {needed} are needed: {roles}")]
     ColumnCount { found: usize, needed: usize, roles: String },
     #[error(
@@ -61,12 +78,34 @@ pub(crate) enum FileFault {
          the scene, or correct the title"
     )]
     UnitContradiction { line: u64, title: String, file: &'static str, key: &'static str, scene: &'static str },
+    #[error(
+        "line {line}: {found:?}, the unit of the column {title:?}, is no length that is read (m, mm, um, cm, in, ft, \
+         mil): convert the column and its unit; what is no unit stands without brackets"
+    )]
+    UnknownUnit { line: u64, title: String, found: String },
+    #[error("line {line}: the title {title:?} says {first}, the row of units below it {second}: correct one of them")]
+    UnitRow { line: u64, title: String, first: &'static str, second: &'static str },
+    /// A title by which a column may count downwards, and the columns (from 1) that choose it as it is.
+    #[error(
+        "column {column} {title:?} may count downwards, and heights count upwards: if it does, turn the signs of its \
+         values and call it height; if it does not, choose it: road.columns = [{}] (tyrewave road FILE --columns {})",
+        listed(columns, ", "),
+        listed(columns, ",")
+    )]
+    Downwards { column: usize, title: String, columns: Vec<usize> },
     /// Lines of more than one way over the road.
     #[error(
         "line {line}: the distance starts again: {count} passes in one file, and a road is one of them; write each \
-         into a file of its own"
+         into a file of its own (points x, y, z are a road of kind = \"grid\")"
     )]
     Passes { count: usize, line: u64 },
+    /// Points at the distance of another one.
+    #[error(
+        "{count} of {total} points lie at the distance of another one, at another height: there are several passes in \
+         one file, or distances of too few digits; write each pass into a file of its own (points x, y, z are a road \
+         of kind = \"grid\")"
+    )]
+    Coinciding { count: usize, total: usize },
     #[error(
         "line {line}: {found:?} is no second line of an ERD file: expected channels, samples, records, bytes, form, \
          step"
@@ -207,10 +246,9 @@ const READ: &str = "Read are, as kind = \"profile\", tables of text (columns par
                     .npy, XYZ and ESRI grids (.asc) as text. Topographies of other instruments (SUR, X3P, ...) are \
                     read through the Python package: tyrewave.Road.from_topography";
 
-/// Returns the last `needed` of so many numbers from 1.
-fn numbers(cells: usize, needed: usize, between: &str) -> String {
-    let last = (cells + 1).saturating_sub(needed).max(1)..=cells;
-    last.map(|number| number.to_string()).collect::<Vec<_>>().join(between)
+/// Returns numbers of columns with a text between them.
+fn listed(columns: &[usize], between: &str) -> String {
+    columns.iter().map(usize::to_string).collect::<Vec<_>>().join(between)
 }
 
 /// A guess at what damaged a file; displays as nothing or as the end of a sentence.

@@ -24,6 +24,7 @@ use super::table::Table;
 use super::{DEFAULT, Diagnostic, Law, Problem, Scene, SceneError, consistency};
 use crate::numeric::digest::sha256;
 use crate::storage::input::{self, SCENE_BYTES};
+use crate::storage::separated;
 
 /// Syntax errors looked at; more of them are no help.
 const MOST_SYNTAX_ERRORS: usize = 16;
@@ -336,7 +337,8 @@ impl LoadedScene {
         let receiver_files;
         if reach != Reach::Recorded {
             receiver_files = ReceiverFiles::read(root.get_ref(), &document, |path| {
-                let read = || named_file(&folder, path).map_err(|error| Problem::new(error.to_string(), NO_ARRAY_FILE));
+                let read =
+                    || named_table(&folder, path).map_err(|error| Problem::new(error.to_string(), NO_ARRAY_FILE));
                 outside(&folder, Path::new(path), reach).map_or_else(read, Err)
             })?;
             receiver_files.put_into(root.get_mut(), &mut document);
@@ -407,6 +409,13 @@ fn named_file(folder: &Path, path: &str) -> Result<Arc<Source>, SceneError> {
     Ok(Arc::new(Source { name: path.display().to_string(), text }))
 }
 
+/// Reads a table or XML that a scene names, in whatever encoding.
+fn named_table(folder: &Path, path: &str) -> Result<Arc<Source>, SceneError> {
+    let path = folder.join(path);
+    let bytes = input::read(&path, SCENE_BYTES).map_err(|error| SceneError::reading(&path, error.into()))?;
+    Ok(Arc::new(Source { name: path.display().to_string(), text: separated::decoded(&bytes).into_owned() }))
+}
+
 /// Parses TOML.
 fn parse(source: &Arc<Source>) -> Result<Spanned<DeTable<'_>>, SceneError> {
     let (table, mut errors) = DeTable::parse_recoverable(&source.text);
@@ -445,4 +454,23 @@ fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) ->
 /// if they say the same, however they are written.
 pub(crate) fn settings_hash(settings: &serde_json::Value) -> String {
     sha256(&[&settings.to_string()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::microphone_array::microphones;
+
+    #[test]
+    fn microphones_in_latin_1_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let xml =
+            "<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?><A><pos Name=\"\u{fc}ber\" x=\"0\" y=\"3\" z=\"1\"/></A>";
+        for text in [xml, "name,x,y,z\n\u{fc}ber,0,3,1\n"] {
+            let latin: Vec<u8> = text.chars().map(|sign| u8::try_from(u32::from(sign)).unwrap()).collect();
+            std::fs::write(folder.path().join("array"), latin).unwrap();
+            let source = named_table(folder.path(), "array").unwrap();
+            assert_eq!(microphones(&source).ok().unwrap()[0].name, "\u{fc}ber");
+        }
+    }
 }

@@ -30,7 +30,15 @@ pub(crate) struct Record<'a> {
     pub(crate) cells: Vec<&'a str>,
 }
 
-/// Returns the text of a file: UTF-16 with or without a byte order mark, UTF-8, else Latin-1.
+impl Record<'_> {
+    /// Returns the number of cells up to the last that is not empty.
+    pub(crate) fn filled(&self) -> usize {
+        self.cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1)
+    }
+}
+
+/// Returns the text of a file: UTF-16 with or without a byte order mark, UTF-8, else Latin-1. The mark that DOS puts at
+/// the end is none of it.
 pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes.as_chunks::<2>().0.iter().map(|&pair| unit(pair)).collect();
@@ -48,6 +56,14 @@ pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
                 Ok(text) => Cow::Borrowed(text),
                 Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
             }
+        }
+    };
+    let kept = text.trim_end_matches('\u{1a}').len();
+    let text = match text {
+        Cow::Borrowed(text) => Cow::Borrowed(&text[..kept]),
+        Cow::Owned(mut text) => {
+            text.truncate(kept);
+            Cow::Owned(text)
         }
     };
     // Lines that end with CR alone.
@@ -93,6 +109,26 @@ impl<'a> Table<'a> {
         self.style.delimiter == Some(',')
     }
 
+    /// Tells whether blanks part the cells: one that is missing leaves no trace.
+    pub(crate) fn is_parted_by_blanks(&self) -> bool {
+        self.style.delimiter.is_none()
+    }
+
+    /// Returns the first number whose comma may part thousands as well as decimals, and its line, where all numbers
+    /// with a comma are of this kind.
+    pub(crate) fn doubtful_comma(&self) -> Option<(u64, &str)> {
+        if !self.style.decimal_comma {
+            return None;
+        }
+        let cells = self.records().flat_map(|record| {
+            let line = record.line;
+            record.cells.into_iter().map(move |cell| (line, cell))
+        });
+        let mut numbers = cells.filter(|(_, cell)| cell.contains(',') && self.number(cell).is_some());
+        let first = numbers.next().filter(|(_, cell)| may_part_thousands(cell))?;
+        numbers.all(|(_, cell)| may_part_thousands(cell)).then_some(first)
+    }
+
     /// Tells whether the text holds signs that no table has: it is something else.
     pub(crate) fn is_binary(&self) -> bool {
         let odd = |sign: char| sign.is_control() && !sign.is_whitespace() && sign != '\u{1a}';
@@ -124,6 +160,17 @@ fn number(cell: &str, decimal_comma: bool) -> Option<f64> {
         cell.parse::<f64>()
     };
     parsed.ok().filter(|number| number.is_finite())
+}
+
+/// Tells whether the comma of a number may part thousands: three digits follow it, and no zero begins.
+fn may_part_thousands(number: &str) -> bool {
+    let digits = number.trim_start_matches(['+', '-', '\u{2212}']);
+    digits.split_once(',').is_some_and(|(before, after)| {
+        (1..=3).contains(&before.len())
+            && !before.starts_with('0')
+            && after.len() == 3
+            && after.bytes().all(|sign| sign.is_ascii_digit())
+    })
 }
 
 /// Returns the lines that are neither blank nor comments, with their numbers.
@@ -211,6 +258,7 @@ mod tests {
             "# made by a program, x; y\n0.5, -1.25\n// next\n1, 2\n% end\n",
             "5.0D-1 -1.25d0\r\n1.E0 2.\r\n",
             "0.5,\u{2212}1.25\r1,2\r",
+            "0.5,-1.25\n1,2\n\u{1a}",
         ] {
             let wide: Vec<u16> = format!("\u{feff}{text}").encode_utf16().collect();
             let little: Vec<u8> = wide.iter().flat_map(|unit| unit.to_le_bytes()).collect();
@@ -220,6 +268,20 @@ mod tests {
             }
         }
         assert_eq!(Table::of(b"H\xf6he (\xb5m);x\n").records().next().unwrap().cells, ["Höhe (µm)", "x"]);
+    }
+
+    #[test]
+    fn commas_that_may_part_thousands_are_told_from_decimals() {
+        for (text, doubtful) in [
+            ("0;4,123\n1;-6,001\n", Some((1, "4,123"))),
+            ("x;z\n\"1\";\"800\"\n\"2\";\"1,024\"\n", Some((3, "1,024"))),
+            ("0;4,123\n1;0,001\n", None),
+            ("0,5;4,123\n1,0;6,001\n", None),
+            ("0;1234,123\n1;6,001\n", None),
+            ("0;4.123\n1;6.001\n", None),
+        ] {
+            assert_eq!(Table::of(text.as_bytes()).doubtful_comma(), doubtful, "{text}");
+        }
     }
 
     #[test]

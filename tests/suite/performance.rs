@@ -68,7 +68,7 @@ fn every_workload_is_right_and_takes_what_the_record_says() {
 }
 
 #[test]
-#[ignore = "half a minute"]
+#[ignore = "two minutes"]
 fn the_workloads_must_find_what_the_other_history_finds() {
     let mut wrong = Vec::new();
     for workload in Workload::ALL {

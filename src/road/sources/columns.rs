@@ -27,6 +27,8 @@ pub(super) struct Role {
     pub(super) name: &'static str,
     /// Words of titles, lower case.
     words: &'static [&'static str],
+    /// Words that name it where no others stand beside them.
+    alone: &'static [&'static str],
     /// Key of its unit.
     unit_key: &'static str,
 }
@@ -36,10 +38,6 @@ pub(super) const DISTANCE: Role = Role {
     words: &[
         "distance",
         "dist",
-        "x",
-        "s",
-        "position",
-        "pos",
         "chainage",
         "station",
         "length",
@@ -52,11 +50,13 @@ pub(super) const DISTANCE: Role = Role {
         "distanz",
         "longitudinal",
     ],
+    alone: &["x", "s", "position", "pos", "coordinate"],
     unit_key: "distance_unit",
 };
 pub(super) const ACROSS: Role = Role {
     name: "lateral position",
     words: &["y", "across", "lateral", "transverse", "transversal"],
+    alone: &[],
     unit_key: "distance_unit",
 };
 pub(super) const HEIGHT: Role = Role {
@@ -67,7 +67,6 @@ pub(super) const HEIGHT: Role = Role {
         "z",
         "elevation",
         "elev",
-        "profile",
         "depth",
         "texture",
         "altitude",
@@ -78,8 +77,17 @@ pub(super) const HEIGHT: Role = Role {
         "hauteur",
         "altura",
     ],
+    alone: &["profile"],
     unit_key: "height_unit",
 };
+
+/// Words of titles of heights that may count downwards.
+const DOWNWARDS: [&str; 2] = ["depth", "tiefe"];
+/// Words of titles of columns that count.
+const COUNTERS: [&str; 11] =
+    ["sample", "samples", "no", "nr", "number", "index", "id", "point", "points", "count", "counter"];
+/// Units in titles that are no lengths, or none that is read: as the last word, without brackets.
+const OTHER_UNITS: [&str; 12] = ["km", "nm", "dm", "yd", "mi", "s", "ms", "v", "mv", "hz", "db", "deg"];
 
 /// Why columns cannot be read: a fault of the file, or a unit that nothing states.
 #[derive(Debug)]
@@ -103,6 +111,41 @@ impl Fault {
     }
 }
 
+/// Unit of a column, as a title or a row of units gives it.
+#[derive(Clone, Debug, PartialEq)]
+enum Unit {
+    Unsaid,
+    Length(LengthUnit),
+    /// No length that is read.
+    Other(String),
+}
+
+impl Unit {
+    fn of_word(word: &str) -> Self {
+        match LengthUnit::of_word(word) {
+            Some(unit) => Self::Length(unit),
+            None if word.is_empty() => Self::Unsaid,
+            None => Self::Other(word.to_owned()),
+        }
+    }
+
+    /// Returns the unit in the brackets of a title, or that of its last word before them.
+    fn of_title(title: &str) -> Self {
+        let (name, brackets) = title.split_at(title.find(['(', '[']).unwrap_or(title.len()));
+        let brackets = || {
+            let texts = brackets.split(['(', '[']).filter_map(|text| text.split([')', ']']).next());
+            texts.map(|text| text.trim().trim_start_matches("in ")).filter(|text| !text.is_empty())
+        };
+        let mut words = name.split(|sign: char| !sign.is_alphanumeric()).filter(|word| !word.is_empty());
+        let word = words.next_back().filter(|_| words.next().is_some());
+        if let Some(unit) = brackets().find_map(LengthUnit::of_word).or(word.and_then(LengthUnit::of_word)) {
+            return Self::Length(unit);
+        }
+        let is_other = |word: &&str| OTHER_UNITS.contains(&word.to_lowercase().as_str());
+        brackets().next().or(word.filter(is_other)).map_or(Self::Unsaid, |unit| Self::Other(unit.to_owned()))
+    }
+}
+
 /// The titles of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Titles {
@@ -110,15 +153,51 @@ pub(super) struct Titles {
     pub(super) line: u64,
     pub(super) last: u64,
     pub(super) names: Vec<String>,
-    /// Units that they or the row below them state.
-    units: Vec<Option<LengthUnit>>,
+    /// Units that they and the row below them state.
+    units: Vec<[Unit; 2]>,
 }
 
 impl Titles {
     /// Returns titles at a line, their units as they say.
     pub(super) fn new(line: u64, names: Vec<String>) -> Self {
-        let units = names.iter().map(|name| unit_of(name)).collect();
+        let units = names.iter().map(|name| [Unit::of_title(name), Unit::Unsaid]).collect();
         Self { line, last: line, names, units }
+    }
+
+    fn name(&self, column: usize) -> &str {
+        self.names.get(column).map_or("", String::as_str)
+    }
+
+    /// Returns the unit of a column, where one is stated.
+    ///
+    /// # Errors
+    /// No length, or two of them.
+    fn unit(&self, column: usize) -> Result<Option<LengthUnit>, FileFault> {
+        let (line, title) = (self.line, excerpt(self.name(column)));
+        match self.units.get(column) {
+            None | Some([Unit::Unsaid, Unit::Unsaid]) => Ok(None),
+            Some([Unit::Other(found), _] | [_, Unit::Other(found)]) => {
+                Err(FileFault::UnknownUnit { line, title, found: excerpt(found) })
+            }
+            Some([Unit::Length(first), Unit::Length(second)]) if first != second => {
+                Err(FileFault::UnitRow { line, title, first: first.word(), second: second.word() })
+            }
+            Some([Unit::Length(unit), _] | [_, Unit::Length(unit)]) => Ok(Some(*unit)),
+        }
+    }
+
+    /// Returns the column that alone has a title of a role; one in another unit than a length only if no other has.
+    fn column_of(&self, role: &Role) -> Option<usize> {
+        let only = |may_be: &dyn Fn(usize) -> bool| {
+            let mut found = (0..self.names.len()).filter(|&column| is_of(self.name(column), role) && may_be(column));
+            found.next().filter(|_| found.next().is_none())
+        };
+        only(&|column| self.unit(column).is_ok()).or_else(|| only(&|_| true))
+    }
+
+    /// Tells whether a column's title is that of a counter.
+    fn is_counter(&self, column: usize) -> bool {
+        is_counter(self.name(column)) && matches!(self.unit(column), Ok(None))
     }
 
     /// Finds the titles of so many cells in the records before the numbers, or in a comment.
@@ -139,14 +218,15 @@ impl Titles {
         let of_line =
             |text: &str| separated::words(text).find_map(|words| fitting(&words).or_else(|| rejoined(&words, cells)));
         let unit_row = before.last().and_then(|record| {
-            let cells: Vec<&str> = record.cells.iter().map(|cell| cell.trim_matches(['(', ')', '[', ']'])).collect();
-            let units: Vec<_> = cells.iter().map(|cell| LengthUnit::of_word(cell)).collect();
-            let all = cells.iter().zip(&units).all(|(cell, unit)| unit.is_some() || cell.len() <= 3);
-            (all && units.iter().any(Option::is_some)).then_some((record.line, units))
+            let words: Vec<&str> = record.cells.iter().map(|cell| cell.trim_matches(['(', ')', '[', ']'])).collect();
+            let is_unit = |word: &&str| LengthUnit::of_word(word).is_some();
+            let all = words.iter().all(|word| is_unit(word) || word.len() <= 3);
+            (all && words.iter().any(is_unit)).then_some((record.line, words))
         });
         let named = before.len() - usize::from(unit_row.is_some());
         let tells = |names: &[String]| {
-            names.iter().any(|name| is_of(name, &DISTANCE) || is_of(name, &HEIGHT) || unit_of(name).is_some())
+            let has_unit = |name: &str| matches!(Unit::of_title(name), Unit::Length(_));
+            names.iter().any(|name| is_of(name, &DISTANCE) || is_of(name, &HEIGHT) || has_unit(name))
         };
         // Directly before the numbers any words are titles, farther away those alone that tell of a road.
         let record = (0..named).rev().find_map(|place| {
@@ -160,14 +240,12 @@ impl Titles {
         };
         let mut found = match (record.or_else(comment), &unit_row) {
             (Some((line, names)), _) => Self::new(line, names),
-            (None, Some((line, units))) => Self::new(*line, vec![String::new(); units.len()]),
+            (None, Some((line, words))) => Self::new(*line, vec![String::new(); words.len()]),
             (None, None) => return None,
         };
-        if let Some((line, units)) = unit_row {
+        if let Some((line, words)) = unit_row {
             found.last = found.last.max(line);
-            for (unit, stated) in found.units.iter_mut().zip(units) {
-                *unit = stated.or(*unit);
-            }
+            found.units.iter_mut().zip(words).for_each(|(units, word)| units[1] = Unit::of_word(word));
         }
         Some(found)
     }
@@ -187,23 +265,26 @@ fn rejoined(words: &[&str], cells: usize) -> Option<Vec<String>> {
     fits.then_some(names)
 }
 
-/// Returns the unit that a title states: in brackets, or as its last word.
-fn unit_of(title: &str) -> Option<LengthUnit> {
-    let bracket = title.split(['(', '[']).skip(1).find_map(|rest| LengthUnit::of_word(rest.split([')', ']']).next()?));
-    let mut words = title.split(|sign: char| !sign.is_alphanumeric()).filter(|word| !word.is_empty());
-    bracket.or_else(|| words.next_back().filter(|_| words.next().is_some()).and_then(LengthUnit::of_word))
-}
-
 /// Returns a title in lower case without its unit.
 fn bare(title: &str) -> String {
     let name = title.split(['(', '[']).next().unwrap_or_default().trim();
-    let words: Vec<&str> = name.split(|sign: char| !sign.is_alphanumeric()).filter(|word| !word.is_empty()).collect();
-    let unit = words.len() > 1 && words.last().is_some_and(|word| LengthUnit::of_word(word).is_some());
-    words[..words.len() - usize::from(unit)].join(" ").to_lowercase()
+    let words = name.split(|sign: char| !sign.is_alphanumeric()).filter(|word| !word.is_empty());
+    let mut words: Vec<&str> = words.collect();
+    // Both words of "x in mm" are units.
+    while words.len() > 1 && words.last().is_some_and(|word| LengthUnit::of_word(word).is_some()) {
+        words.pop();
+    }
+    words.join(" ").to_lowercase()
 }
 
 fn is_of(title: &str, role: &Role) -> bool {
-    bare(title).split(' ').any(|word| role.words.contains(&word.trim_end_matches(|sign: char| sign.is_ascii_digit())))
+    let name = bare(title);
+    let words = || name.split(' ').map(|word| word.trim_end_matches(|sign: char| sign.is_ascii_digit()));
+    words().any(|word| role.words.contains(&word)) || words().all(|word| role.alone.contains(&word))
+}
+
+fn is_counter(title: &str) -> bool {
+    bare(title).split(' ').any(|word| COUNTERS.contains(&word))
 }
 
 /// Chooses the column (from 0) of each role, among so many; `line` is the first of numbers.
@@ -226,21 +307,50 @@ pub(super) fn choose<const N: usize>(
         }
         return Ok(columns);
     }
-    let named = roles.map(|role| {
-        let mut found = (0..names.len()).filter(|&column| is_of(&names[column], &role));
-        found.next().filter(|_| found.next().is_none())
-    });
+    let named = roles.map(|role| titles?.column_of(&role));
     let distinct = (0..N).all(|role| !named[role + 1..].contains(&named[role]));
     if let (Some(columns), true) = (all(named), distinct) {
         return Ok(columns);
     }
-    if cells == N {
-        // What titles name keeps its place; the others follow in their order.
-        return Ok(std::array::from_fn(|role| role));
+    // As many columns as needed are taken in their order, unless a title says otherwise.
+    let fits = (0..N).all(|role| named[role].is_none_or(|column| column == role));
+    let of_nothing = (0..N).find(|&column| N == 2 && !named.contains(&Some(column)) && is_of_nothing(titles, column));
+    match of_nothing {
+        _ if cells != N || !fits => {}
+        None => return Ok(std::array::from_fn(|role| role)),
+        Some(column) if titles.is_some_and(|titles| titles.is_counter(column)) => {
+            let title = excerpt(titles.map_or("", |titles| titles.name(column)));
+            return Err(FileFault::Counter { column: column + 1, title, role: roles[column].name });
+        }
+        Some(_) => {}
     }
     let found = if names.is_empty() { line() } else { names.join(", ") };
-    let roles = roles.map(|role| role.name).join(", ");
-    Err(FileFault::WhichColumns { cells, roles, needed: N, titled: !names.is_empty(), found: excerpt(&found) })
+    let (likely, roles) = (likely(roles, titles, cells), roles.map(|role| role.name).join(", "));
+    Err(FileFault::WhichColumns { cells, roles, likely, found: excerpt(&found) })
+}
+
+/// Tells whether a column's title is words that name neither distance nor height. Where its unit is no length, that is
+/// told instead.
+fn is_of_nothing(titles: Option<&Titles>, column: usize) -> bool {
+    titles.is_some_and(|titles| titles.unit(column).is_ok() && bare(titles.name(column)).chars().count() > 1)
+}
+
+/// Returns the columns (from 1) that are most likely those of roles: each role's is the first that its title names, or
+/// one of the last among the others.
+fn likely<const N: usize>(roles: [Role; N], titles: Option<&Titles>, cells: usize) -> Vec<usize> {
+    let is_length = |column: &usize| titles.is_none_or(|titles| titles.unit(*column).is_ok());
+    let is_counter = |column: usize| titles.is_some_and(|titles| titles.is_counter(column));
+    let mut free: Vec<usize> = (0..cells).filter(|column| is_length(column) && !is_counter(*column)).collect();
+    if free.len() < N {
+        free = (0..cells).collect();
+    }
+    let named = roles.map(|role| {
+        let place = free.iter().position(|&column| titles.is_some_and(|titles| is_of(titles.name(column), &role)))?;
+        Some(free.remove(place))
+    });
+    let unnamed = named.iter().filter(|column| column.is_none()).count();
+    let mut last = free.split_off(free.len().saturating_sub(unnamed)).into_iter();
+    named.into_iter().filter_map(|column| column.or_else(|| last.next())).map(|column| column + 1).collect()
 }
 
 fn all<const N: usize>(columns: [Option<usize>; N]) -> Option<[usize; N]> {
@@ -273,7 +383,8 @@ pub(super) struct Columns<const N: usize> {
     numbers: [usize; N],
     titles: [Option<String>; N],
     units: [LengthUnit; N],
-    /// True for those that a length is named for, or that the scene chooses: they may count.
+    /// True for those that a length is named for, in a title or by the scene alone, or that the scene chooses: they may
+    /// count.
     named: [bool; N],
     /// Values and words that stand for no height, as the scene says.
     pub(super) missing: Option<Vec<MissingHeight>>,
@@ -291,10 +402,11 @@ impl<const N: usize> Columns<N> {
         chosen: bool,
     ) -> Result<Self, Fault> {
         let mut units = [LengthUnit::Metre; N];
+        let mut titled = [None; N];
         let name_of =
             |number: usize| titles.and_then(|titles| titles.names.get(number)).filter(|name| !name.is_empty());
-        let titled = numbers.map(|number| titles.and_then(|titles| *titles.units.get(number)?));
         for role in 0..N {
+            titled[role] = titles.map_or(Ok(None), |titles| titles.unit(numbers[role]))?;
             units[role] = match (titled[role], stated[role]) {
                 (Some(file), Some(scene)) if file != scene => {
                     return Err(FileFault::UnitContradiction {
@@ -312,7 +424,7 @@ impl<const N: usize> Columns<N> {
         }
         let named = std::array::from_fn(|role| {
             let titled_so = name_of(numbers[role]).is_some_and(|name| is_of(name, &roles[role]));
-            chosen || titled_so || titled[role].is_some()
+            chosen || titled_so || titled[role].is_some() || titles.is_none()
         });
         Ok(Self {
             roles,
@@ -363,13 +475,24 @@ impl<const N: usize> Columns<N> {
             let unit = self.units[role].metres();
             let first = values(role).next().map_or(f64::NAN, |first| (first / unit).round());
             let is_count = |(index, value): (usize, f64)| (value / unit - first - index as f64).abs() < 1e-6;
-            let counts = (0.0..=1.0).contains(&first) && values(role).enumerate().all(is_count);
+            let begins = (0.0..=1.0).contains(&first) || self.titles[role].as_deref().is_some_and(is_counter);
+            let counts = begins && values(role).enumerate().all(is_count);
             if counts && values(role).count() >= FEWEST_COUNTED {
                 let (column, title) = (self.numbers[role] + 1, self.titles[role].clone().unwrap_or_default());
                 return Err(FileFault::Counter { column, title: excerpt(&title), role: self.roles[role].name });
             }
         }
         Ok(())
+    }
+
+    /// Refuses heights whose title says that they may count downwards.
+    pub(super) fn refuse_downwards(&self) -> Result<(), FileFault> {
+        let title = self.titles[N - 1].as_deref().unwrap_or_default();
+        if !bare(title).split(' ').any(|word| DOWNWARDS.contains(&word)) {
+            return Ok(());
+        }
+        let columns: Vec<usize> = self.numbers.iter().map(|number| number + 1).collect();
+        Err(FileFault::Downwards { column: self.numbers[N - 1] + 1, title: excerpt(title), columns })
     }
 
     /// Tells which columns are used, in words.

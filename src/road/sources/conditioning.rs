@@ -1,7 +1,8 @@
 //! Steps that measured heights of every kind of road go through once they are on a lattice.
 //!
 //! 1. Spikes (ISO 13473-1:2019, 7.5): neighbours that differ by at least three times their distance are interpolated,
-//!    both; of a map along and across. On a lattice finer than the standard's (7.4), means over its spacing count.
+//!    both; of a map along and across. On a lattice finer than the standard's (7.4), means over its spacing count, and
+//!    each point against the median of those around it: in a mean, a spike of one point is lost.
 //!    The standard looks once; here it is looked again until nothing more is found: a spike of several points hides
 //!    those in its middle.
 //! 2. Mean and slope, along and across, are subtracted as the scene says, then waves longer than it wants.
@@ -145,5 +146,27 @@ fn steep(line: &[f64], spacing: f64, mut call: impl FnMut(usize)) {
         }
         before = Some((from, height, place));
         (from, bin) = (to, bin + 1);
+    }
+    lone(line, spacing, call);
+}
+
+/// Calls with every point of a fine line that differs from the median of the points within half of the standard's
+/// spacing by at least three times that distance.
+fn lone(line: &[f64], spacing: f64, mut call: impl FnMut(usize)) {
+    let half = ((0.5 * FINEST / spacing).round() as usize).max(1);
+    let (width, limit) = (2 * half + 1, STEEPEST * (1.0 - 1e-9) * half as f64 * spacing);
+    let mut around = Vec::with_capacity(width);
+    for (index, height) in line.iter().enumerate() {
+        let from = index.saturating_sub(half).min(line.len().saturating_sub(width));
+        let part = &line[from..(from + width).min(line.len())];
+        // The median is sought where it may matter only.
+        if part.iter().any(|other| (other - height).abs() >= limit) {
+            around.clear();
+            around.extend_from_slice(part);
+            let median = *around.select_nth_unstable_by(part.len() / 2, f64::total_cmp).1;
+            if (height - median).abs() >= limit {
+                call(index);
+            }
+        }
     }
 }

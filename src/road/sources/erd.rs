@@ -135,7 +135,13 @@ fn header(text: &str) -> Result<Header, FileFault> {
             "SHORTNAM" => header.names.extend(fields(value, 8)),
             "LONGNAME" if header.names.is_empty() => header.names.extend(fields(value, 32)),
             "UNITSNAM" => header.units.extend(fields(value, 8)),
-            "XUNITS" => header.step_unit = LengthUnit::of_word(value),
+            "XUNITS" => {
+                header.step_unit = LengthUnit::of_word(value);
+                if header.step_unit.is_none() && !value.trim().is_empty() {
+                    let (title, found) = ("XUNITS".to_owned(), excerpt(value.trim()));
+                    return Err(FileFault::UnknownUnit { line, title, found });
+                }
+            }
             _ => {}
         }
     }

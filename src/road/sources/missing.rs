@@ -1,9 +1,10 @@
 //! Heights that stand for none.
 //!
 //! 1. Cells that are empty, NaN, or a word that instruments and programs write for nothing; and what the scene names.
-//! 2. Where the scene names nothing: a number that recurs exactly is none where it lies so far outside all others as
-//!    these reach, and steeply beside them ([`outlying`]). One that lies among them, but every time far from its neighbours ([`isolated`]), is
-//!    refused: only the user knows. Both are told by name where the scene names other numbers.
+//! 2. Where the scene names nothing: a number that recurs exactly is none where it lies farther from all others than
+//!    these from each other, and either steeply beside them or as far as no road has it ([`outlying`]). One that lies
+//!    among them, but every time far from its neighbours ([`isolated`]), is refused: only the user knows. Both are told
+//!    by name where the scene names other numbers.
 
 use std::collections::BTreeMap;
 
@@ -52,6 +53,12 @@ const EQUAL: f64 = 1e-6;
 const FEWEST: [usize; 2] = [3, 10];
 /// Distinct numbers beside steep steps that are looked at; more of them are no dropouts, but steep everywhere.
 const MOST_NUMBERS: usize = 1_000_000;
+/// Distance from all others at which no road has heights that recur exactly \[m\].
+const FARTHEST: f64 = 0.02;
+/// Least step of heights beside a number for none \[m\]: heights of few digits, finely sampled, step as steeply.
+const LEAST_RISE: f64 = 2e-3;
+/// Rows beside each other are so many mean steps apart at most.
+const WIDEST_STEP: f64 = 2.0;
 
 /// Tells whether a cell stands for no height: a usual word for it, or one that the scene names. Any other word is most
 /// likely a damaged number.
@@ -146,80 +153,82 @@ impl Lowest {
     }
 }
 
-/// A measured height and its row.
-type Height = (usize, f64);
+/// Returns the same bits for equal heights: zero has one sign.
+fn bits(height: f64) -> u64 {
+    (height + 0.0).to_bits()
+}
 
-/// Calls with each two measured heights that follow each other in a column.
-fn each_pair(heights: &[f64], columns: usize, mut call: impl FnMut(Height, Height)) {
-    for column in 0..columns {
-        let rows = heights.iter().skip(column).step_by(columns).copied().enumerate();
-        let mut last: Option<Height> = None;
-        for height in rows.filter(|(_, height)| !height.is_nan()) {
-            if let Some(last) = last {
-                call(last, height);
-            }
-            last = Some(height);
+/// Calls with each two measured heights of a column in rows beside each other, as bits, and whether a road is less
+/// steep than between them. Rows at the same place, and on either side of a gap, are none.
+fn each_pair(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64, mut call: impl FnMut([u64; 2], bool)) {
+    let Some(last) = (heights.len() / columns).checked_sub(1) else { return };
+    let widest = WIDEST_STEP * (place(last) - place(0)) / last as f64;
+    for row in 1..=last {
+        let distance = place(row) - place(row - 1);
+        if distance <= 0.0 || distance > widest {
+            continue;
+        }
+        let rows = heights[(row - 1) * columns..(row + 1) * columns].split_at(columns);
+        for (before, after) in rows.0.iter().zip(rows.1).filter(|(before, after)| !(*before - *after).is_nan()) {
+            let rise = (after - before).abs();
+            call([bits(*before), bits(*after)], rise >= LEAST_RISE && rise >= STEEPEST * distance);
         }
     }
 }
 
-/// Tells whether two heights are steeper than a road.
-fn is_steep(place: &impl Fn(usize) -> f64, (a, low): Height, (b, high): Height) -> bool {
-    let distance = place(b) - place(a);
-    distance > 0.0 && (high - low).abs() >= STEEPEST * distance
-}
-
 /// Returns the lowest or highest height and how often it occurs, where it recurs, is farther from all others than these
-/// are from each other, and every one of its runs along the road is steeper than a road on either side.
+/// are from each other, and either farther than on any road or steeper than a road on every side.
 fn outlying(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> Option<(f64, usize)> {
     let lowest = Lowest::of(heights.iter().copied());
     let highest = Lowest::of(heights.iter().map(|height| -height));
-    let found = |this: &Lowest, other: &Lowest| {
-        let others = -other.value - this.next;
-        let is_far = others > 0.0 && others.is_finite() && this.next - this.value > others;
-        (this.count >= FEWEST[0] && is_far).then_some(this.count)
+    let found = |this: &Lowest, other: &Lowest, sign: f64| {
+        let (apart, others) = (this.next - this.value, -other.value - this.next);
+        let is_far = others > 0.0 && others.is_finite() && apart > others;
+        (this.count >= FEWEST[0] && is_far).then_some((sign * this.value + 0.0, apart, this.count))
     };
-    let low = found(&lowest, &highest).map(|count| (lowest.value, count));
-    let (value, count) = low.or_else(|| found(&highest, &lowest).map(|count| (-highest.value, count)))?;
-    let mut is_apart = true;
-    each_pair(heights, columns, |before, after| {
-        let is_side = (before.1.to_bits() == value.to_bits()) != (after.1.to_bits() == value.to_bits());
-        is_apart &= !is_side || is_steep(place, before, after);
+    let (value, apart, count) = found(&lowest, &highest, 1.0).or_else(|| found(&highest, &lowest, -1.0))?;
+    let (mut sides, mut steep) = (0_usize, 0_usize);
+    each_pair(heights, columns, place, |[before, after], is_steep| {
+        if (before == bits(value)) != (after == bits(value)) {
+            sides += 1;
+            steep += usize::from(is_steep);
+        }
     });
-    is_apart.then_some((value, count))
+    (apart > FARTHEST || (sides > 0 && steep == sides)).then_some((value, count))
 }
 
 /// Returns a number and how often it occurs, where it recurs and every one of its runs along the road is steeper than a
 /// road on either side.
 fn isolated(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> Option<(f64, usize)> {
-    let mut occurrences = BTreeMap::new();
+    let mut sides = BTreeMap::new();
     let (mut steep, mut all) = (0, 0);
-    each_pair(heights, columns, |before, after| {
-        let is_steep = is_steep(place, before, after);
+    each_pair(heights, columns, place, |pair, is_steep| {
         all += 1;
         steep += usize::from(is_steep);
-        if occurrences.len() < MOST_NUMBERS && is_steep {
-            *occurrences.entry(before.1.to_bits()).or_insert(0_usize) += 1;
-            *occurrences.entry(after.1.to_bits()).or_insert(0) += 1;
+        if sides.len() < MOST_NUMBERS && is_steep {
+            pair.into_iter().for_each(|number| *sides.entry(number).or_insert(0_usize) += 1);
         }
     });
-    occurrences.retain(|_, sides| *sides >= FEWEST[1]);
+    sides.retain(|_, sides| *sides >= FEWEST[1]);
     // Steep everywhere: another unit, not missing heights.
-    if occurrences.is_empty() || occurrences.len() >= MOST_NUMBERS || 2 * steep > all {
+    if sides.is_empty() || sides.len() >= MOST_NUMBERS || 2 * steep > all {
         return None;
     }
-    each_pair(heights, columns, |before, after| {
+    each_pair(heights, columns, place, |[before, after], is_steep| {
         // A side that is not steep: the number is a height.
-        if before.1.to_bits() != after.1.to_bits() && !is_steep(place, before, after) {
-            occurrences.remove(&before.1.to_bits());
-            occurrences.remove(&after.1.to_bits());
+        if before != after && !is_steep {
+            sides.remove(&before);
+            sides.remove(&after);
         }
     });
-    let counted = occurrences.into_keys().map(|bits| {
-        let count = heights.iter().filter(|height| height.to_bits() == bits).count();
-        (f64::from_bits(bits), count)
-    });
-    counted.filter(|(_, count)| *count >= FEWEST[1]).min_by_key(|(_, count)| *count)
+    let mut counts: BTreeMap<u64, usize> = sides.into_keys().map(|number| (number, 0)).collect();
+    for height in heights {
+        if let Some(count) = counts.get_mut(&bits(*height)) {
+            *count += 1;
+        }
+    }
+    let recurring = counts.into_iter().filter(|(_, count)| *count >= FEWEST[1]);
+    recurring.min_by_key(|(_, count)| *count).map(|(number, count)| (f64::from_bits(number), count))
 }
 
 #[cfg(test)]
@@ -235,6 +244,11 @@ mod tests {
     fn marked(heights: &mut [f64], named: Option<&[MissingHeight]>) -> Result<Vec<RoadNote>, FileFault> {
         let mut notes = Vec::new();
         mark(heights, 1, |row| 0.5e-3 * row as f64, 1e-3, named, &mut notes).map(|()| notes)
+    }
+
+    fn marked_at(spacing: f64, heights: &mut [f64]) -> Result<Vec<RoadNote>, FileFault> {
+        let mut notes = Vec::new();
+        mark(heights, 1, |row| spacing * row as f64, 1e-3, None, &mut notes).map(|()| notes)
     }
 
     fn missing(heights: &[f64]) -> usize {
@@ -255,6 +269,24 @@ mod tests {
         let notes = marked(&mut heights, None).unwrap();
         let taken = |value, count| RoadNote::TakenForMissing { value, count };
         assert_eq!(notes, [taken(-9999.0, 20), taken(0.0, 10)]);
+    }
+
+    #[test]
+    fn a_number_far_outside_is_found_at_any_spacing_and_beside_gaps() {
+        for spacing in [0.5e-3, 0.05] {
+            let mut heights = with(-99.99, 50);
+            heights[58..90].fill(f64::NAN);
+            let taken = RoadNote::TakenForMissing { value: -99.99, count: 20 };
+            assert_eq!(marked_at(spacing, &mut heights).unwrap(), [taken], "{spacing}");
+        }
+        // Zeros of both signs, and a step across a gap between the rows.
+        let mut heights = with(0.0, 50);
+        heights.iter_mut().for_each(|height| *height += if height.abs() > 0.0 { 0.01 } else { 0.0 });
+        heights.iter_mut().skip(7).step_by(100).for_each(|height| *height = -0.0);
+        let mut notes = Vec::new();
+        let place = |row: usize| 0.5e-3 * (row + if row > 57 { 100 } else { 0 }) as f64;
+        mark(&mut heights, 1, place, 1e-3, None, &mut notes).unwrap();
+        assert_eq!(notes, [RoadNote::TakenForMissing { value: 0.0, count: 20 }]);
     }
 
     #[test]
@@ -299,9 +331,15 @@ mod tests {
         assert_eq!(marked(&mut heights, None).unwrap(), []);
         assert_eq!(missing(&heights), 0);
         // Slots of one depth in a plane, as wide as they are far from steep.
-        let slot = |row: usize| if row % 6 < 3 { 1e-16 * (row % 3) as f64 } else { -0.5e-3 };
-        let mut slots: Vec<f64> = (0..200).map(slot).collect();
-        assert_eq!(marked(&mut slots, None).unwrap(), []);
+        for (spacing, depth) in [(0.5e-3, -0.5e-3), (0.02, -2e-3)] {
+            let slot = |row: usize| if row % 6 < 3 { 1e-16 * (row % 3) as f64 } else { depth };
+            let mut slots: Vec<f64> = (0..200).map(slot).collect();
+            assert_eq!(marked_at(spacing, &mut slots).unwrap(), []);
+        }
+        // Tenths of millimetres every 0.02 mm: each step is steeper than 3 : 1.
+        let fine = |i: usize| (0.012 * i as f64).sin() + 0.4 * (0.0046 * i as f64).sin();
+        let mut heights: Vec<f64> = (0..10_000).map(|i| 1e-4 * (10.0 * fine(i)).round()).collect();
+        assert_eq!(marked_at(0.02e-3, &mut heights).unwrap(), []);
         let mut plane = vec![0.0; 100];
         assert_eq!(marked(&mut plane, None).unwrap(), []);
     }

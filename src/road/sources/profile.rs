@@ -2,7 +2,8 @@
 //!
 //! 1. Read distance and height; a CAPTIF file states its units, for a CSV the scene does. Missing heights are empty or
 //!    `NaN`.
-//! 2. Sort by distance, average points at one distance, cut to `range` (CAPTIF: between the reference plates).
+//! 2. Sort by distance, average points at one distance (many of them are refused), cut to `range` (CAPTIF: between the
+//!    reference plates).
 //! 3. CAPTIF only: points outlandishly far from the median count as dropouts (the laser sensor gives such values).
 //! 4. Interpolate linearly to a uniform spacing, the mean of the file's, across dropouts as well.
 //!    Road coordinate 0 is the first point used.
@@ -28,6 +29,8 @@ const MISSING_ALLOWED: f64 = 0.25;
 /// A valid point of the file this many spacings away stands for a point of the lattice: where distances are uneven,
 /// half a spacing would not do.
 const NEARBY: f64 = 0.75;
+/// Largest share of points at the distance of another one and not at its height: more are passes beside each other.
+const COINCIDING_ALLOWED: f64 = 0.05;
 /// Fewest usable points.
 const FEWEST_POINTS: usize = 8;
 
@@ -91,8 +94,17 @@ fn sort(points: &mut [Point], notes: &mut Vec<RoadNote>) {
 }
 
 /// Returns sorted points, those at one distance averaged.
+///
+/// # Errors
+/// Many of them; too few points.
 fn merged(points: Vec<Point>, notes: &mut Vec<RoadNote>) -> Result<Vec<Point>, FileFault> {
     let before = points.len();
+    let coincide =
+        |pair: &&[Point]| pair[1].distance <= pair[0].distance && (pair[1].height - pair[0].height).abs() > 0.0;
+    let count = points.windows(2).filter(coincide).count();
+    if count as f64 > COINCIDING_ALLOWED * before as f64 {
+        return Err(FileFault::Coinciding { count, total: before });
+    }
     let mut merged: Vec<Point> = Vec::with_capacity(points.len());
     let mut valid = 0.0;
     for point in points {

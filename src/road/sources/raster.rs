@@ -1,7 +1,7 @@
 //! Height maps as text: clouds of points x, y, z on a grid, and ESRI ASCII grids.
 //!
 //! Both have x along the road and y across; what is not on their grid is refused, what is missing is NaN. A cloud's
-//! points may stand in any order; its spacings are the usual steps between its different x and y.
+//! points may stand in any order; its spacings are means of the usual steps between its different x and y.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,6 +20,8 @@ use crate::storage::separated::{self, Table};
 const OFF_GRID: f64 = 0.2;
 /// Coordinates that differ by less than this share of their range are the same.
 const SAME: f64 = 1e-6;
+/// Steps that differ by less than this share from the usual one differ by rounding.
+const ROUNDED: f64 = 0.25;
 /// Places of a grid for each point at most: most heights would be invented.
 const MOST_PLACES: f64 = 2.0;
 
@@ -104,7 +106,9 @@ impl Axis {
         }
         let middle = steps.len() / 2;
         let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let intervals = ((last - first) / usual).round().max(1.0);
+        let alike = steps.iter().filter(|&&step| (step - usual).abs() <= ROUNDED * usual);
+        let (sum, count) = alike.fold((0.0, 0.0), |(sum, count), step| (sum + step, count + 1.0));
+        let intervals = ((last - first) * count / sum).round().max(1.0);
         Ok(Self { first, step: (last - first) / intervals, count: intervals + 1.0, name })
     }
 

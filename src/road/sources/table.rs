@@ -1,6 +1,7 @@
 //! Tables of points: columns chosen, units found, every point with its line.
 //!
-//! 1. Most records have the same number of cells; the first of them that begins the numbers ends the preamble.
+//! 1. Most records have the same number of cells; the first of them that begins the numbers ends the preamble. Numbers
+//!    in another number of cells are refused; empty cells at the end of a line may be left out.
 //! 2. Titles are the last record before it without a number, or a comment there; a row of units may follow them.
 //! 3. A column is the one that the scene chooses, that a title names, or, of a table that has no more than needed, that
 //!    at its place; one that merely counts is not taken for a length.
@@ -79,6 +80,7 @@ pub(super) fn points(
         let points: Vec<Point> = points.collect::<Result<_, _>>().map_err(fault)?;
         used.refuse_counters(|column| points.iter().map(move |point| [point.distance, point.height][column]))
             .map_err(fault)?;
+        refuse_point_count(&table, &points).map_err(fault)?;
         (points, used.described(), used.unit(), used.words)
     };
     refuse_passes(&points).map_err(fault)?;
@@ -98,6 +100,8 @@ pub(super) struct Layout {
     titles: Option<Titles>,
     /// Commas part the cells, and none of them has a decimal point or a title.
     decimals_may_be_parted: bool,
+    /// The file is one of CAPTIF, whose depths count upwards.
+    captif: bool,
 }
 
 impl Layout {
@@ -108,6 +112,9 @@ impl Layout {
     pub(super) fn of(table: &Table<'_>, least: usize) -> Result<Self, FileFault> {
         if table.is_binary() {
             return Err(FileFault::NotRead);
+        }
+        if let Some((line, cell)) = table.doubtful_comma() {
+            return Err(FileFault::DoubtfulComma { line, found: excerpt(cell) });
         }
         let all: Vec<Record<'_>> = table.records().take(SAMPLE).collect();
         let captif = all.iter().rposition(|record| record.cells.first() == Some(&CAPTIF_MARK)).map_or(0, |at| at + 1);
@@ -121,16 +128,29 @@ impl Layout {
         };
         let Some(start) = sample.iter().position(begins) else {
             return match sample.len() {
-                0 | 1 => Ok(Self { first: u64::MAX, cells: least, titles: None, decimals_may_be_parted: false }),
+                0 | 1 => Ok(Self {
+                    first: u64::MAX,
+                    cells: least,
+                    titles: None,
+                    decimals_may_be_parted: false,
+                    captif: captif > 0,
+                }),
                 _ => Err(FileFault::NotRead),
             };
         };
-        let full = |record: &Record<'_>| record.cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |at| at + 1);
-        let cells = sample[start..].iter().map(full).max().unwrap_or(usual);
+        let full = sample[start..].iter().filter(|record| record.cells.len() == usual).map(Record::filled);
+        let cells = full.max().unwrap_or(usual);
         if cells < least {
             return Err(FileFault::OneColumn { line: sample[start].line });
         }
         let before = &sample[..start];
+        let is_row = |record: &&Record<'_>| {
+            let filled = record.cells.iter().filter(|cell| !cell.is_empty()).count();
+            filled >= 2 && numbers(record) == filled
+        };
+        if let Some(row) = before.iter().find(is_row) {
+            return Err(FileFault::Ragged { line: row.line, found: row.filled(), usual: cells });
+        }
         let titles = Titles::find(table, before, sample[start].line, cells);
         // What stands between titles and numbers and is neither is a fault, found below with its line.
         let after = titles.as_ref().map_or(start, |titles| before.partition_point(|record| record.line <= titles.last));
@@ -140,6 +160,7 @@ impl Layout {
             cells,
             decimals_may_be_parted: table.is_parted_by_commas() && !points && titles.is_none(),
             titles,
+            captif: captif > 0,
         })
     }
 
@@ -147,7 +168,7 @@ impl Layout {
     ///
     /// # Errors
     /// Columns that are not there, or of which nothing says which they are; units that are not known, or contradict
-    /// each other.
+    /// each other; heights that may count downwards.
     pub(super) fn columns<const N: usize>(
         &self,
         table: &Table<'_>,
@@ -161,7 +182,11 @@ impl Layout {
         }
         let titles = self.titles.as_ref();
         let columns = columns::choose(roles, titles, self.cells, chosen, || table.line(self.first).to_owned())?;
-        Columns::with_units(roles, columns, titles, units, chosen.is_some())
+        let columns = Columns::with_units(roles, columns, titles, units, chosen.is_some())?;
+        if chosen.is_none() && !self.captif {
+            columns.refuse_downwards()?;
+        }
+        Ok(columns)
     }
 
     /// Returns the lines of the table's points with the values of their columns \[m\]; the last role may lack a value,
@@ -171,14 +196,36 @@ impl Layout {
         table: &'a Table<'_>,
         columns: &'a mut Columns<N>,
     ) -> impl Iterator<Item = Result<(u64, [f64; N]), FileFault>> {
-        let first = self.first;
+        let (first, usual) = (self.first, self.cells);
         table.records().skip_while(move |record| record.line < first).map(move |record| {
+            let found = record.filled();
+            if found > usual || (found < usual && table.is_parted_by_blanks()) {
+                return Err(FileFault::Ragged { line: record.line, found, usual });
+            }
             let mut values = [f64::NAN; N];
             for (role, value) in values.iter_mut().enumerate() {
                 *value = columns.value(table, &record, role)?;
             }
             Ok((record.line, values))
         })
+    }
+}
+
+/// Refuses a first line of spacing and number of the points: a number in it is that of the points after it, and its
+/// distance is none that they continue.
+fn refuse_point_count(table: &Table<'_>, points: &[Point]) -> Result<(), FileFault> {
+    let [first, second, third, ..] = points else { return Ok(()) };
+    let step = third.distance - second.distance;
+    if (second.distance - first.distance - step).abs() <= 0.5 * step.abs() {
+        return Ok(());
+    }
+    let after = (points.len() - 1) as f64;
+    let is_count = |cell: &str| table.number(cell).is_some_and(|number| (number - after).abs() < 1e-6);
+    match table.records().find(|record| record.line == first.line) {
+        Some(record) if record.cells.iter().any(|cell| is_count(cell)) => {
+            Err(FileFault::PointCount { line: first.line, found: excerpt(table.line(first.line)) })
+        }
+        _ => Ok(()),
     }
 }
 

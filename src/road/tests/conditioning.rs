@@ -131,7 +131,21 @@ fn spikes_of_a_profile_change_neither_depth_nor_levels() {
 #[test]
 fn spikes_of_several_points_and_at_other_spacings_go_and_steep_segments_are_not_valid() {
     let folder = tempfile::tempdir().unwrap();
-    for (spacing, width) in [(0.1_f64, 9), (0.25, 3), (0.5, 1), (0.5, 4), (1.0, 1), (1.0, 2), (2.0, 1)] {
+    for (spacing, width) in [
+        (0.02_f64, 1),
+        (0.05, 1),
+        (0.05, 4),
+        (0.1, 1),
+        (0.1, 9),
+        (0.25, 1),
+        (0.25, 3),
+        (0.4, 1),
+        (0.5, 1),
+        (0.5, 4),
+        (1.0, 1),
+        (1.0, 2),
+        (2.0, 1),
+    ] {
         let count = (600.0 / spacing) as usize;
         let of = |spiked: bool| {
             let height = |i: usize| {
@@ -152,6 +166,10 @@ fn spikes_of_several_points_and_at_other_spacings_go_and_steep_segments_are_not_
         let differs = (depth(&spiked) - depth(&clean)).abs() > 0.06e-3;
         assert!(valid(&spiked) < 6 || !differs, "{spacing} {width}: {}", depth(&spiked));
     }
+    // Heights of few digits, finely sampled, are no spikes.
+    let tenth = |i: i32| format!("{:.2},{:.1}\n", 0.02 * f64::from(i), (0.012 * f64::from(i)).sin());
+    let text = (0..10_000).fold(String::from("distance_mm,height_mm\n"), |text, i| text + &tenth(i));
+    assert_eq!(spikes(&told(&Road::Profile(captif(write(&folder, "tenths.csv", text.as_bytes())))).unwrap()), 0);
     // A spike every 15 mm makes 10 % of every segment.
     let text: String = (0..1200)
         .map(|i| {

@@ -135,7 +135,6 @@ fn tables_that_can_be_read_in_more_than_one_way_are_refused_with_the_choice() {
         (three("a,b,c\n"), MILLIMETRES, ["\"a, b, c\"", "--columns 2,3"]),
         (three("x,height left,height right\n"), MILLIMETRES, ["3 columns", "distance, height"]),
         (counted.clone(), MILLIMETRES, ["column 1 \"n\"", "counts"]),
-        (counted.replace("n,z\n", ""), MILLIMETRES, ["column 1 \"\"", "columns = "]),
         ("distance,height\n".to_owned() + &lines(",", ","), MILLIMETRES, ["4 cells", "decimal"]),
         (lines(",", ","), MILLIMETRES, ["line 1", "export it with ;"]),
         (pass.repeat(3), MILLIMETRES, ["line 41", "3 passes"]),
@@ -170,6 +169,80 @@ fn tables_that_can_be_read_in_more_than_one_way_are_refused_with_the_choice() {
     }
     assert!(chosen(["1", "2"], &counted).is_ok(), "what is chosen may count");
     assert!(chosen(["1", "4"], &three("")).unwrap_err().to_string().contains("3 columns without titles"));
+}
+
+/// Returns a table with another line in place of one, counted from 1.
+fn with_line(text: &str, number: usize, line: &str) -> String {
+    text.lines().zip(1..).map(|(old, at)| format!("{}\n", if at == number { line } else { old })).collect()
+}
+
+#[test]
+fn titles_that_name_other_quantities_or_units_are_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |text: &str| read(&profile(write(&folder, "table", text.as_bytes()), MILLIMETRES));
+    let pass = lines(",", ".");
+    for (titles, part) in [
+        ("Chainage (km),Height (mm)\n", "\"km\", the unit of the column \"Chainage (km)\""),
+        ("distance_km,height_mm\n", "\"km\""),
+        ("Time (s),Height (mm)\n", "\"s\""),
+        ("Distance (mm),Signal (V)\n", "\"V\""),
+        ("Distance (mm),Height (0.1 mm)\n", "\"0.1 mm\""),
+        ("Distance (mm),Level (dB re 1 mm)\n", "\"dB re 1 mm\""),
+        ("Distance,Height\nkm,mm\n", "\"km\""),
+        ("Distance (mm),Height (mm)\nmm,um\n", "\"Height (mm)\" says mm, the row of units below it um"),
+        ("Distance (mm),Depth (mm)\n", "columns = [1, 2]"),
+        ("Weg (mm),Tiefe (mm)\n", "column 2 \"Tiefe (mm)\" may count downwards"),
+        ("raw (mm),filtered (mm)\n", "2 columns"),
+        ("Elevation (mm),Odometer (mm)\n", "columns = [2, 1]"),
+        ("Weg (mm),Abstand (mm)\n", "2 columns"),
+    ] {
+        let message = of(&(titles.to_owned() + &pass)).unwrap_err().to_string();
+        assert!(message.contains(part), "{message}");
+    }
+    let counted = (100..140).fold("Sample,Height (mm)\n".to_owned(), |text, i| text + &format!("{i},{}\n", i % 3));
+    let message = of(&counted).unwrap_err().to_string();
+    assert!(message.contains("column 1 \"Sample\"") && message.contains("counts"), "{message}");
+    // What names another quantity drops out; a length in millimetres may count.
+    let (wanted, _) = of(&pass).unwrap();
+    for titles in [
+        ["time_s,distance_mm,height_mm\n", "7"],
+        ["Profile no.,Distance (mm),Height (mm)\n", "1"],
+        ["Lateral position (mm),Position (mm),Height (in mm)\n", "0"],
+    ] {
+        let text = pass.lines().fold(titles[0].to_owned(), |text, line| text + &format!("{},{line}\n", titles[1]));
+        assert_eq!(of(&text).unwrap().0.heights, wanted.heights, "{titles:?}");
+    }
+    let whole: String = (0..40).map(|i| format!("{i},{:.3}\n", f64::from(i).sin())).collect();
+    assert!((of(&whole).unwrap().0.dx - 1e-3).abs() < 1e-12);
+}
+
+#[test]
+fn lines_that_do_not_fit_the_table_are_refused_with_their_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |text: &str| read(&profile(write(&folder, "table", text.as_bytes()), MILLIMETRES));
+    let [blanks, commas, semicolons] = [" ", ",", ";"].map(|delimiter| lines(delimiter, "."));
+    let beside = commas.lines().fold(String::new(), |text, line| {
+        let (distance, height) = line.split_once(',').unwrap();
+        text + &format!("{line}\n{distance},{:.3}\n", height.parse::<f64>().unwrap() + 0.5)
+    });
+    let thousands: String = (0..40).map(|i| format!("{};{},{}\n", 2 * i, 1 + i % 3, 100 + i)).collect();
+    for (text, part) in [
+        (with_line(&blanks, 21, "10.0 1.0 7"), "line 21 has 3"),
+        (with_line(&blanks, 21, "10.0"), "line 21 has 1"),
+        (with_line(&commas, 21, "10.0,1,048"), "line 21 has 3"),
+        (with_line(&commas, 1, "0.0,0.1,0.2"), "line 1 has 3"),
+        ("0.5 40\n".to_owned() + &blanks, "line 1: \"0.5 40\" is out of the order"),
+        ("40 0.5\n".to_owned() + &blanks, "tells their number"),
+        (beside, "40 of 80 points lie at the distance of another one"),
+        (thousands, "line 1: \"1,100\""),
+    ] {
+        let message = of(&text).unwrap_err().to_string();
+        assert!(message.contains(part), "{message}\n{text:.300}");
+    }
+    // Cells at the end that are empty may be more or fewer.
+    for line in ["10.0;1.0;;", "10.0;", "10.0"] {
+        assert!(of(&with_line(&semicolons, 21, line)).is_ok(), "{line}");
+    }
 }
 
 #[test]

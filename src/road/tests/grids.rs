@@ -53,6 +53,20 @@ fn points_in_any_order_and_esri_grids_are_the_same_road_as_their_array() {
 }
 
 #[test]
+fn rounded_coordinates_make_the_grid_that_they_were_rounded_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let points = (0..4).flat_map(|y| (0..80).map(move |x| (x, y)));
+    let line = |(x, y): (usize, usize)| format!("{:.2} {y} {:.4}\n", 0.125 * x as f64, 0.1 * height(x, y));
+    let file = write(&folder, "rounded.xyz", points.map(line).collect::<String>().as_bytes());
+    let spec = Road::Grid(text(file, Some(LengthUnit::Millimetre)));
+    let lattice = Lattice { dx: 0.125e-3, along: 1, dy: 0.001, columns: 4 };
+    let read = crate::road::sources::Source::read(&spec, lattice, u64::MAX, &mut RoadReport::default()).unwrap();
+    let crate::road::sources::Source::Measured(map, _) = read else { panic!("no measured road") };
+    assert_eq!((map.rows(), map.columns), (80, 4));
+    assert!((map.dx - 0.125e-3).abs() < 1e-7, "{}", map.dx);
+}
+
+#[test]
 fn text_that_is_no_grid_is_refused_with_its_line() {
     let folder = tempfile::tempdir().unwrap();
     let scan = std::fs::read_to_string(reference("measured/formats/scan.xyz")).unwrap();

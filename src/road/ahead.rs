@@ -10,17 +10,17 @@ use super::surface::RoadSurface;
 use crate::counters::{Counter, Meter};
 use crate::storage::StateError;
 
-/// Rows of the road that are made at a time.
+/// Number of elements whose road is made at a time.
 pub(crate) const CHUNK_ROWS: i64 = 512;
 
-/// Longest period of a repeated road whose curves are kept.
+/// Longest period of a repeated road for which curves are kept \[elements\].
 const LONGEST_PERIOD: i64 = 100_000;
 
-/// Slices as the tyre reaches them. Memory does not grow with the way rolled; the slices of a road that repeats are
-/// made once.
+/// Slices as the tyre reaches them. Memory does not grow with the distance rolled; the slices of a road that repeats
+/// are made once.
 ///
-/// Only chunks that the tyre has reached are counted, kept and saved, not those that lie ready behind: the same
-/// for any number of threads.
+/// Only chunks that the tyre has reached are counted, kept and saved, not those made in advance in the background: the
+/// result is the same for any number of threads.
 pub struct RoadAhead {
     maker: RoadMaker,
     queue: RoadStrip,
@@ -30,11 +30,11 @@ pub struct RoadAhead {
     period: Vec<Option<RoadSlice>>,
     /// The first element made, and the one after the last.
     made: (i64, i64),
-    /// The element after the last one made or begun behind.
+    /// The element after the last one made, or begun in the background.
     begun: i64,
     /// The element after the last one that the run will reach.
     reached: i64,
-    /// Largest error of the curves made \[m\].
+    /// Largest error of the curves taken so far \[m\].
     slice_error: f64,
 }
 
@@ -49,8 +49,8 @@ pub(crate) struct RoadState {
 }
 
 impl RoadAhead {
-    /// Makes a road of which no slice is made yet; `queue` says where it will begin. `elements`: first and last one of
-    /// a road that ends; `reached`: the one after the last that the run will reach.
+    /// A road of which no slice is made yet; `queue` says where it will begin. `elements` are the first and last one of
+    /// a road that ends; `reached` is the one after the last that the run will reach.
     pub fn new(
         surface: RoadSurface,
         form: SliceForm,
@@ -58,7 +58,7 @@ impl RoadAhead {
         elements: Option<(i64, i64)>,
         reached: i64,
     ) -> Self {
-        // Curves that a tread has its part in come again with the tyre, too.
+        // Curves that depend on the tread repeat with the tyre, too.
         let repeats = !matches!(form, SliceForm::Voids(..));
         let period = surface.period().filter(|&period| repeats && period <= LONGEST_PERIOD).unwrap_or(0);
         let begun = queue.end();
@@ -67,8 +67,8 @@ impl RoadAhead {
         Self { maker, queue, elements, period, made, begun, reached, slice_error: 0.0 }
     }
 
-    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road. One thread makes them
-    /// where they are needed; with more of them chunks are made behind, ahead of their need.
+    /// Makes the slices of elements `first`..`end` available, as far as there is road. One thread makes them when they
+    /// are needed; with more threads chunks are made in the background in advance.
     ///
     /// # Errors
     /// Errors of the road and of its slices.
@@ -76,6 +76,7 @@ impl RoadAhead {
         self.queue.forget_before(first);
         if rayon::current_num_threads() > 1 && self.maker.is_free() {
             let rows = self.chunk(self.begun);
+            // A whole period is known already: nothing is left to be made in advance.
             let known = !self.period.is_empty() && rows.start >= self.made.0 + self.period.len() as i64;
             if !known && rows.start < rows.end.min(self.reached) {
                 self.begun = rows.end;
@@ -99,15 +100,14 @@ impl RoadAhead {
         Ok(())
     }
 
-    /// Returns the chunk that begins with an element: no further than the run will reach, and empty past the road's
-    /// end.
+    /// The chunk that begins with an element: no further than the run will reach, and empty past the end of the road.
     fn chunk(&self, begin: i64) -> Range<i64> {
         let whole = begin + CHUNK_ROWS;
         let wanted = if begin < self.reached { whole.min(self.reached) } else { whole };
         begin..self.elements.map_or(wanted, |(_, last)| wanted.min(last + 1))
     }
 
-    /// Gets the slices of a chunk, and keeps them where the road repeats.
+    /// Takes the slices of a chunk from the maker, and keeps them if the road repeats.
     fn make(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, MakingError> {
         let begin = rows.start;
         let slices = self.maker.take(rows, meter)?;
@@ -122,7 +122,7 @@ impl RoadAhead {
         Ok(slices)
     }
 
-    /// Takes down which slices are there; not what they are, which [`Self::refill`] makes again.
+    /// State of what slices are there, without the slices themselves, which [`Self::refill`] makes again.
     pub(crate) fn save(&self) -> RoadState {
         let (first, end) = (self.queue.first(), self.queue.end());
         RoadState { queue: first..end, made: self.made.0..self.made.1, slice_error: self.slice_error }
@@ -131,7 +131,7 @@ impl RoadAhead {
     /// Goes on from a state with an empty queue; [`Self::refill`] then makes the slices that were in it.
     ///
     /// # Errors
-    /// [`StateError`].
+    /// [`StateError::Value`] for a road that began elsewhere or for ranges that are none.
     pub(crate) fn restore(&mut self, state: &RoadState) -> Result<(), StateError> {
         let RoadState { queue, made, slice_error } = state;
         if self.made.0 != made.start || queue.start < made.start || queue.end < queue.start || made.end < made.start {
@@ -145,7 +145,7 @@ impl RoadAhead {
     }
 
     /// Makes the slices of a state: those in the queue and, on a road that repeats, those of its period. They are not
-    /// counted: they have been before.
+    /// counted, as they have been before.
     ///
     /// # Errors
     /// Errors of the road and of its slices.
@@ -170,19 +170,19 @@ impl RoadAhead {
         Ok(())
     }
 
-    /// Returns the slice of an element that an earlier pass has made.
+    /// Slice of an element that an earlier pass over the period has made.
     fn kept(&self, element: i64) -> Option<RoadSlice> {
         let period = self.period.len() as i64;
         if period == 0 { None } else { self.period[element.rem_euclid(period) as usize].clone() }
     }
 
-    /// Returns the largest difference of a curve from that of all its slice's cells, of those that the tyre has reached
+    /// Largest difference of a curve from that of all cells of its slice, over the chunks that the tyre has reached
     /// \[m\].
     pub fn slice_error(&self) -> f64 {
         self.slice_error
     }
 
-    /// Returns the slices.
+    /// The slices made and not yet passed.
     pub fn slices(&self) -> &RoadStrip {
         &self.queue
     }

@@ -10,14 +10,14 @@ use super::surface::{Limits, RoadSurface};
 use super::texture::{HeightOrigin, OverallLevel, ProfileDepth, ProfileSpectrum, TextureLevel, rms};
 use crate::scene::Road;
 
-/// Length of a made road that is measured \[m\].
+/// Length of a made road that is measured for its texture \[m\].
 const MEASURED_LENGTH: f64 = 20.0;
-/// Profiles across a made road that are measured.
+/// Number of profiles across a made road that are measured.
 const MEASURED_PROFILES: usize = 8;
 /// Longest sample that is drawn \[m\].
 const SAMPLE_LENGTH: f64 = 1.0;
 
-/// A rectangular piece of the road on the run's lattice.
+/// A rectangular piece of the road on the run's lattice, to be drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct HeightSample {
     /// Road coordinate of the first row \[m\].
@@ -26,22 +26,22 @@ pub(crate) struct HeightSample {
     pub dx: f64,
     /// Column spacing \[m\].
     pub dy: f64,
-    /// Rows, from the first one under element 0 on.
+    /// Number of rows, from the first one under element 0 on.
     pub rows: usize,
-    /// Columns, centred on the tyre.
+    /// Number of columns, centred on the tyre.
     pub columns: usize,
     /// Row-major heights \[m\].
     pub heights: Vec<f64>,
 }
 
-/// A road described.
+/// Extent, resolution and texture measures of a road.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RoadDescription {
     /// Available road coordinates \[m\]; absent for endless roads.
     pub extent: Option<(f64, f64)>,
     /// The run's lattice.
     pub lattice: Lattice,
-    /// Third-octave levels of the road's profiles on its own lattice (energy mean over the contact width), longest
+    /// Third-octave levels of the road's profiles at the road's spacing (energy mean over the contact width), longest
     /// wavelength first; the shortest has two spacings.
     pub levels: Vec<TextureLevel>,
     /// Level of the macrotexture, 0.5 to 50 mm; absent where no such band is valid.
@@ -54,26 +54,27 @@ pub struct RoadDescription {
     pub span: f64,
     /// Mean profile depth of all profiles (ISO 13473-1); absent for the plane.
     pub mean_profile_depth: Option<ProfileDepth>,
-    /// Highest frequency that the road excites in this run at the given speed \[Hz\]; absent for the plane.
+    /// Highest frequency that the road excites in this run at the given speed \[Hz\], limited by the elements; absent
+    /// for the plane.
     pub highest_frequency: Option<f64>,
-    /// The same for the road's own resolution, however fine the run \[Hz\].
+    /// The same for the resolution of the road itself, however fine the run \[Hz\].
     pub highest_frequency_of_road: Option<f64>,
-    /// Findings and actions of opening.
+    /// Findings and actions of opening the road.
     pub report: RoadReport,
-    /// A piece to draw.
+    /// A piece of the road to draw.
     pub(crate) sample: HeightSample,
 }
 
 /// Describes a road for a run with this `lattice` at `speed` \[m/s\].
 ///
-/// Measured roads are measured whole, on their own lattice; of made roads 20 m are drawn and measured.
+/// Measured roads are measured over their whole length, at their spacing; of made roads 20 m are drawn and measured.
 ///
 /// # Errors
 /// As [`RoadSurface::open`].
 pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Result<RoadDescription, RoadError> {
     let mut report = RoadReport::default();
     let (lattice, source) = match Source::read(spec, lattice, limits.bytes, &mut report) {
-        // What there is of it is described.
+        // A road too narrow for the contact strip is described as wide as it is.
         Err(RoadError::Narrow { available, needed, .. }) if available > 0.0 => {
             let columns = (available / lattice.dy * (1.0 + 1e-9)).floor().max(1.0) as usize;
             let narrow = Lattice { columns, dy: lattice.dy.min(available), ..lattice };
@@ -118,20 +119,20 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
     })
 }
 
-/// Profiles on the road's own lattice, equally long; none of the plane.
+/// Profiles along at the spacing of the road, equally long; none for the plane.
 #[derive(Default)]
 struct Profiles {
     spacing: f64,
-    /// Wavelengths between which they are measured \[m\].
+    /// Wavelengths between which levels are found \[m\].
     shortest: f64,
     longest: f64,
     profiles: Vec<Vec<f64>>,
-    /// Origins of their points, for each profile; empty for one that was measured whole.
+    /// Origins of the heights, for each profile; empty for a profile that was measured throughout.
     origins: Vec<Vec<HeightOrigin>>,
 }
 
 impl Profiles {
-    /// Describes a source, over the contact width \[m\].
+    /// Profiles of a source within the contact width \[m\].
     fn of(source: Source, contact_width: f64, limits: Limits) -> Result<Self, RoadError> {
         let (spacing, shortest) = match &source {
             Source::Smooth => return Ok(Self::default()),
@@ -144,13 +145,13 @@ impl Profiles {
                 let columns = || (0..map.columns).filter(inside);
                 let profiles = columns().map(|column| map.column(column)).collect();
                 let origins = columns().map(|column| map.origins_of(column)).collect();
-                // Fewer than four periods of a wave say little about it.
+                // Fewer than four periods of a wave give no reliable level.
                 let (spacing, longest) = (map.dx, 0.25 * map.end());
                 return Ok(Self { spacing, shortest: 2.0 * spacing, longest, profiles, origins });
             }
         };
-        // Neighbouring columns at the road's own spacing: further apart they would be low-passed across like the run's
-        // cells.
+        // Neighbouring columns at the road's spacing: further apart they would be low-passed across like the cells of
+        // the run.
         let own = Lattice { dx: spacing, along: 1, dy: spacing, columns: MEASURED_PROFILES };
         let rows = (MEASURED_LENGTH / spacing).ceil() as usize;
         limits.check(rows as f64 * own.columns as f64)?;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::file_fault::FileFault;
 
-/// Fault inside a road's file; its message says where it is.
+/// Fault inside a road's file; its message says where.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
 pub struct RoadFileFault(pub(crate) FileFault);
@@ -13,15 +13,15 @@ pub struct RoadFileFault(pub(crate) FileFault);
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RoadError {
-    /// A file that cannot be read, is damaged, or holds no road that can be used.
+    /// A file that cannot be read, is damaged, or contains no usable road.
     #[error("{}: {fault}", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// Fault of the file.
+        /// The fault, with its place in the file.
         fault: RoadFileFault,
     },
-    /// A table whose titles have no units.
+    /// A table whose titles have no units, while the scene gives none either.
     #[error(
         "{}: the scene must give road.{key} = \"m\", \"mm\", \"um\", \"cm\", \"in\", \"ft\" or \"mil\": the file does \
          not state this unit, as a title \"Height (mm)\" would", path.display()
@@ -29,10 +29,10 @@ pub enum RoadError {
     MissingUnit {
         /// The file.
         path: PathBuf,
-        /// The key of the scene.
+        /// The key of the scene that must give the unit.
         key: &'static str,
     },
-    /// The part of the road asked for is not there.
+    /// The file does not cover the part of the road asked for.
     #[error(
         "{}: road.range = [{}, {}] m asked for, the file covers {} to {} m",
         path.display(), asked.0, asked.1, available.0, available.1
@@ -40,12 +40,12 @@ pub enum RoadError {
     Range {
         /// The file.
         path: PathBuf,
-        /// From, to.
+        /// Begin and end of the range asked for.
         asked: (f64, f64),
-        /// From, to.
+        /// Begin and end of the profile.
         available: (f64, f64),
     },
-    /// A spacing or count that is no positive finite number.
+    /// A spacing or count that is not a positive finite number.
     #[error("{key} = {value} must be positive and finite")]
     NotPositive {
         /// The key of the scene.
@@ -82,7 +82,7 @@ pub enum RoadError {
         position: f64,
         /// Contact width.
         width: f64,
-        /// First and last usable v.
+        /// First and last usable lateral position v.
         available: (f64, f64),
     },
     /// The run needs more road than there is.
@@ -95,12 +95,12 @@ pub enum RoadError {
         available.1
     )]
     Short {
-        /// From, to.
+        /// Begin and end of the part needed.
         needed: (f64, f64),
-        /// From, to.
+        /// Begin and end of the road.
         available: (f64, f64),
     },
-    /// `wavelengths` and `levels` of different length, or only one of them.
+    /// `wavelengths` and `levels` of different length, or only one of them given.
     #[error(
         "road.wavelengths has {wavelengths} entries and road.levels {levels}: they must be as many, and at least one"
     )]
@@ -110,42 +110,42 @@ pub enum RoadError {
         /// Number of levels.
         levels: usize,
     },
-    /// More than one kind of spectrum given.
+    /// More than one kind of spectrum is given.
     #[error("road: give either a texture, or wavelengths with levels, or power_law, only one of them")]
     TwoSpectra,
-    /// A wavelength that is no third-octave mid-wavelength.
+    /// A wavelength that is not a third-octave mid-wavelength.
     #[error("road.wavelengths: {wavelength} m is no third-octave mid-wavelength; the nearest is {nearest:.6} m")]
     NotThirdOctave {
-        /// As given.
+        /// The wavelength as given.
         wavelength: f64,
         /// Nearest exact mid-wavelength.
         nearest: f64,
     },
-    /// The same band twice.
+    /// The same band is given twice.
     #[error("road.wavelengths: the band at {wavelength:.6} m is given twice")]
     BandTwice {
         /// Exact mid-wavelength.
         wavelength: f64,
     },
-    /// A level that is no number or outside anything a road can have.
+    /// A level that is not a number or that no road can have.
     #[error("road.levels: {level} dB at {wavelength:.6} m is outside -100 to 120 dB re 1e-6 m")]
     Level {
         /// Mid-wavelength.
         wavelength: f64,
-        /// The level.
+        /// The level, dB re 1e-6 m.
         level: f64,
     },
-    /// The lattice on which the texture is made cannot hold its shortest wavelength.
+    /// The lattice on which the texture is made cannot resolve its shortest wavelength.
     #[error("road.spacing = {spacing} m cannot hold wavelengths down to {shortest:.6} m: at most {allowed:.6} m")]
     Spacing {
         /// Spacing of the lattice.
         spacing: f64,
         /// Shortest wavelength of the spectrum.
         shortest: f64,
-        /// Largest spacing that holds it.
+        /// Largest spacing that resolves it.
         allowed: f64,
     },
-    /// A power law without room or strength.
+    /// A power law without a range of wavelengths or without energy.
     #[error(
         "road.power_law: rms {rms} m, exponent {exponent}, {longest} to {shortest} m: needs rms > 0, a \
          finite exponent and longest >= 1.26 shortest > 0"
@@ -172,10 +172,10 @@ pub enum RoadError {
         kurtosis: f64,
         /// Least kurtosis with that skewness.
         least: f64,
-        /// Greatest.
+        /// Greatest kurtosis with that skewness.
         most: f64,
     },
-    /// A texture so long-waved against its lattice that its working arrays would not fit in memory.
+    /// A texture of such long waves relative to its lattice that its working arrays would not fit in memory.
     #[error(
         "a texture with wavelengths from {longest} m on a lattice of {spacing} m needs {needed} bytes of \
          working memory, more than the {limit} that the run may use"
@@ -190,7 +190,7 @@ pub enum RoadError {
         /// Bytes allowed.
         limit: u64,
     },
-    /// A trend that is too long for the road, or for its spacing.
+    /// A trend wavelength that is too long for the road, or for its spacing.
     #[error(
         "{}: road.longest_wavelength = {longest} m is too long for a road of {length} m, known every {spacing} m: \
          leave it out, or remove shorter waves, too",
@@ -228,12 +228,12 @@ pub enum RoadError {
 }
 
 impl RoadError {
-    /// Tells whether the file is plainly one for another kind of road.
+    /// True if the file is plainly one for another kind of road.
     pub fn is_of_another_kind(&self) -> bool {
         matches!(self, Self::File { fault: RoadFileFault(FileFault::OtherKind { .. }), .. })
     }
 
-    /// Returns a fault of the file at `path`.
+    /// Error of a fault of the file at `path`.
     pub(crate) fn file(path: &Path, fault: impl Into<FileFault>) -> Self {
         Self::File { path: path.to_owned(), fault: RoadFileFault(fault.into()) }
     }

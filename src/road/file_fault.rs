@@ -5,17 +5,16 @@ use std::path::PathBuf;
 use crate::storage::InputError;
 use crate::storage::array::ArrayError;
 
-/// A fault of a file. Its messages are what a user reads behind the file's name; lengths in metres unless they say
-/// otherwise.
+/// A fault of a file. Its messages are shown after the file's name; lengths in metres unless they say otherwise.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum FileFault {
     #[error("it cannot be read: {0}")]
     Io(#[from] std::io::Error),
-    /// In bytes.
+    /// Sizes in bytes.
     #[error("it needs {needed} bytes in memory, more than the {limit} that the run may use (numerics.memory_limit)")]
     TooLarge { needed: u64, limit: u64 },
 
-    /// In words, and as a scene names the kind.
+    /// The file's kind in words, and the kind of road that reads it, as a scene names it.
     #[error("it is {found}: a road of kind = \"{kind}\"")]
     OtherKind { found: &'static str, kind: &'static str },
 
@@ -43,21 +42,21 @@ pub(crate) enum FileFault {
     DoubtfulComma { line: u64, found: String },
     #[error("no column {name:?}; the file has: {available}")]
     NoSuchColumn { name: String, available: String },
-    /// No table of numbers, and nothing else that is read.
+    /// Not a table of numbers, and nothing else that is read.
     #[error("it is nothing that a road is read from. {READ}")]
     NotRead,
     #[error("it is {found}, which is not read. {READ}")]
     Unreadable { found: &'static str },
     #[error("line {line}: one column of numbers; a road needs the distance of each height, too")]
     OneColumn { line: u64 },
-    /// Cells whose decimals cannot be told from cells.
+    /// Cells whose decimals cannot be distinguished from cells.
     #[error(
         "line {line}: {found:?} has {cells} cells parted by commas and no decimal point: if its decimals are parted by \
          commas, too, export it with ; or tabs between its columns, or with decimal points; if they are whole numbers, \
          choose the columns: road.columns = [1, 2]"
     )]
     DecimalCommas { line: u64, found: String, cells: usize },
-    /// Columns that nothing names, or several that a title names alike.
+    /// Columns that nothing identifies, or several that titles identify alike.
     #[error(
         "{cells} columns, and no titles that tell which are {roles}: {found:?}; choose {} of them by title or number: \
          road.columns = [{}] (tyrewave road FILE --columns {}){}",
@@ -121,13 +120,13 @@ pub(crate) enum FileFault {
     TooFlat { rms: f64 },
     #[error("{found} usable points, at least {needed} are needed")]
     TooFewPoints { found: usize, needed: usize },
-    /// More than the share `allowed` of the heights.
+    /// More than the share `allowed` of the heights is missing.
     #[error(
         "{missing} of {total} heights are missing, more than the {} % that are filled by interpolation",
         allowed * 100.0
     )]
     TooManyMissing { missing: usize, total: usize, allowed: f64 },
-    /// A height, in the file's unit, that most likely stands for none.
+    /// A height, in the file's unit, that most likely marks missing ones.
     #[error(
         "the height {value} recurs exactly {count} times, each time far from its neighbours: if it stands for a height \
          that was not measured, write road.missing = {value} (--set road.missing={value}); if it was measured, \
@@ -150,7 +149,7 @@ pub(crate) enum FileFault {
          removed with road.longest_wavelength"
     )]
     ImplausibleHeights { span: f64, allowed: f64 },
-    /// Points so near each other, or so far, that they can hardly be measured.
+    /// Points so near each other, or so far apart, that they can hardly be measured.
     #[error(
         "its points are {spacing:e} m apart, and no road is measured so: from {least:e} to {most} m is plausible; is \
          the unit of its distances right, or a scale?"
@@ -191,7 +190,7 @@ pub(crate) enum FileFault {
     Unit { line: usize, channel: String, found: String, expected: &'static str },
     #[error("line {line}: channel {channel:?} is defined twice or cannot be understood")]
     Channel { line: usize, channel: String },
-    /// Some by number and some by position, or numbers with gaps.
+    /// Some sections by number and some by position, or numbers with gaps.
     #[error("the {sections} longitudinal sections must all have positions (at v = X), or be numbered 1 to {sections}")]
     Sections { sections: usize },
     #[error(
@@ -209,7 +208,7 @@ pub(crate) enum FileFault {
     NoData,
 
     // OpenCRG: its data.
-    /// Binary data of the wrong length, in bytes; `padded` with what fills them to whole records.
+    /// Binary data of the wrong length, in bytes; `padded` is the length with padding to whole records.
     #[error(
         "the header promises {rows} rows of {channels} channels: {expected} bytes of data, {padded} with the padding \
          to whole 80-byte records; {found} are there{hint}"
@@ -217,7 +216,7 @@ pub(crate) enum FileFault {
     Payload { rows: u64, channels: usize, expected: u64, padded: u64, found: u64, hint: LikelyCause },
     #[error("the header promises {expected} rows of data, {found} are there")]
     Rows { expected: u64, found: u64 },
-    /// A text record that ends too early: fields expected, characters of a field, characters found.
+    /// A text record that ends too early: fields expected, characters per field, characters found.
     #[error("line {line}: {expected} fields of {width} characters expected, the record ends after {found} characters")]
     Record { line: usize, expected: usize, width: usize, found: usize },
     /// Damaged data, or data of another format; the channel counts from 1.
@@ -240,7 +239,7 @@ pub(crate) enum FileFault {
     Include { path: PathBuf, source: std::io::Error },
 }
 
-/// Files that a road is read from, in a sentence.
+/// The file formats that a road is read from, for messages.
 const READ: &str = "Read are, as kind = \"profile\", tables of text (columns parted by commas, semicolons, tabs or \
                     blanks; UTF-8, UTF-16 or Latin-1), CAPTIF .dat and ERD as text; as \"opencrg\" .crg; as \"grid\" \
                     .npy, XYZ and ESRI grids (.asc) as text. Topographies of other instruments (SUR, X3P, ...) are \
@@ -251,19 +250,19 @@ fn listed(columns: &[usize], between: &str) -> String {
     columns.iter().map(usize::to_string).collect::<Vec<_>>().join(between)
 }
 
-/// A guess at what damaged a file; displays as nothing or as the end of a sentence.
+/// Likely cause of a file's damage; displays as nothing or as the end of a sentence.
 #[derive(Clone, Copy, Debug, thiserror::Error, PartialEq, Eq)]
 pub(crate) enum LikelyCause {
     /// No guess.
     #[error("")]
     Unknown,
-    /// The data hold no CR LF pair at all although chance would put some there: line ends were converted.
+    /// The data contain no CR LF pair at all although chance would produce some: line ends were converted.
     #[error(
         ". The binary data contain no CR LF pair: the file was probably transferred as text and every CR LF became \
          LF; transfer it again in binary mode"
     )]
     LineEndsConverted,
-    /// The file simply stops.
+    /// The file ends too early.
     #[error(". The file ends too early: it was cut off")]
     Truncated,
 }

@@ -1,28 +1,28 @@
-//! The lattice on which the run sees the road: elements along, cells along and across each.
+//! The lattice of road cells in a run: elements along, cells along and across each.
 
 use serde::Serialize;
 
 use super::error::{RoadError, positive};
 
-/// The run's lattice of road cells: element e is centred at road coordinate e dx and holds `along` rows of cells, each
-/// of `columns` cells across the contact width, centred on the tyre. Heights are those of the cells' centres.
+/// The run's lattice of road cells: element e is centred at road coordinate e dx and has `along` rows of cells, each
+/// of `columns` cells across the contact width, centred on the tyre. Heights are those at the cells' centres.
 ///
-/// Rows are counted through: element e owns the rows e `along` to (e + 1) `along`, so its slice is `along` x `columns`
-/// contiguous heights.
+/// Rows are numbered throughout: element e has the rows e `along` to (e + 1) `along`, so its slice is `along` x
+/// `columns` contiguous heights.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Lattice {
     /// Element length \[m\].
     pub dx: f64,
-    /// Cells along an element.
+    /// Number of cells along an element.
     pub along: usize,
     /// Column spacing \[m\].
     pub dy: f64,
-    /// Cells across.
+    /// Number of cells across.
     pub columns: usize,
 }
 
 impl Lattice {
-    /// Refuses lengths and numbers that make no lattice.
+    /// Refuses lengths and numbers that are not positive.
     pub(super) fn check(&self) -> Result<(), RoadError> {
         positive("element length", self.dx)?;
         positive("column spacing", self.dy)?;
@@ -30,39 +30,39 @@ impl Lattice {
         positive("contact.cells_along", self.along as f64)
     }
 
-    /// Returns the cells of a size across a width \[m\], as nearly as can be.
+    /// Number of cells of about the size `cell` across a width \[m\], at least 1.
     pub fn across(contact_width: f64, cell: f64) -> usize {
         (contact_width / cell).round().max(1.0) as usize
     }
 
-    /// Returns the length of a cell: the spacing of rows \[m\].
+    /// Length of a cell, the spacing of rows \[m\].
     pub fn cell(&self) -> f64 {
         self.dx / self.along as f64
     }
 
-    /// Returns the place of a row's middle in units of `spacing` \[m\]: the road coordinate itself in units of 1 m.
+    /// Position of a row's middle in units of `spacing` \[m\]: the road coordinate itself for 1 m.
     pub fn place(&self, row: i64, spacing: f64) -> f64 {
-        // One ratio for all rows: where it is a round number, so are the places.
+        // One ratio for all rows: where it is a round number, so are the positions.
         (row as f64 - 0.5 * (self.along as f64 - 1.0)) * (self.cell() / spacing)
     }
 
-    /// Returns the heights of one element.
+    /// Number of heights of one element.
     pub fn cells(&self) -> usize {
         self.along * self.columns
     }
 
-    /// Returns the width covered \[m\].
+    /// Width covered by the columns \[m\].
     pub fn width(&self) -> f64 {
         self.dy * self.columns as f64
     }
 
-    /// Returns the lateral position of a column's centre from the tyre's middle \[m\].
+    /// Lateral position of a column's centre from the tyre's middle \[m\].
     pub fn y(&self, column: usize) -> f64 {
         (column as f64 - 0.5 * (self.columns as f64 - 1.0)) * self.dy
     }
 }
 
-/// Tells whether two numbers are equal up to rounding in a scene file.
+/// True if two numbers are equal up to rounding in a scene file.
 pub(super) fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
 }

@@ -1,8 +1,8 @@
-//! Makes chunks of road: where they are needed, or behind the march, on a thread that it leaves free, some chunks ahead
-//! of it.
+//! Makes chunks of road: either when they are needed, or in the background, on a thread that the march leaves free,
+//! some chunks in advance.
 //!
-//! One chunk is in the making at a time, each from the same rows on any thread: same bits, same errors. A chunk's
-//! error waits with the chunk until that is taken. What is made ahead is bounded, and so is its memory.
+//! One chunk is made at a time, each from the same rows on any thread: same bits, same errors. A chunk's error waits
+//! with the chunk until that is taken. The number of chunks made in advance is bounded, and so is their memory.
 
 use std::collections::VecDeque;
 use std::mem::replace;
@@ -21,53 +21,53 @@ use super::strip::RoadSlice;
 use super::surface::RoadSurface;
 use crate::counters::{Meter, Stage};
 
-/// Fault met while a road is made.
+/// Fault that occurs while a road is made.
 #[derive(Debug, Error)]
 pub enum MakingError {
-    /// The road.
+    /// A fault of the road or its file.
     #[error(transparent)]
     Road(#[from] RoadError),
-    /// Its slices.
+    /// A fault of its slices.
     #[error(transparent)]
     Slices(#[from] SliceError),
 }
 
-/// Most chunks that lie ready. A drawn road comes in pieces of some thousand elements (2800 at N = 1024): the march
-/// lives on what is ready while one is drawn.
+/// Most chunks made in advance. A drawn road comes in pieces of some thousand elements (2800 at N = 1024): the march
+/// uses up the chunks ready while one is drawn.
 const MOST_READY: usize = 8;
-/// How long the march sleeps, when there is nothing that it could help with, before it looks again.
+/// Time for which the march sleeps, when there is no task that it could help with, before it looks again.
 const SLEEP: Duration = Duration::from_micros(100);
 
 /// Makes one chunk after the other.
 pub(crate) struct RoadMaker {
     bench: Place,
-    /// Chunks made behind and not taken yet, in order.
+    /// Chunks made in the background and not taken yet, in order.
     ready: VecDeque<Chunk>,
 }
 
-/// Tools that make a chunk.
+/// All that is needed to make a chunk.
 struct Bench {
     surface: RoadSurface,
     form: SliceForm,
     heights: Vec<f64>,
 }
 
-/// Form of the heights under an element.
+/// Form in which the heights under an element are passed on.
 pub enum SliceForm {
-    /// A curve.
+    /// A stiffness curve.
     Curves(SliceBuilder),
-    /// A curve of heights less the depths of a tread, cells of all elements round the tyre \[m\].
+    /// A curve of the heights minus the depths of the tread's voids, cells of all elements round the tyre \[m\].
     Voids(SliceBuilder, Vec<f64>),
-    /// A curve that takes more of the road than the slice itself.
+    /// A curve that depends on more of the road than the slice itself.
     Strips(Box<dyn StripCurves>),
-    /// They stay as they are.
+    /// The heights of the cells as they are.
     Cells,
 }
 
 /// Maker of curves that depend on the road beside a slice, too.
 pub trait StripCurves: Send + Sync {
-    /// Returns the curves of some elements' slices: the same for an element whatever is asked before, after and with
-    /// it.
+    /// Curves of the slices of some elements; that of an element does not depend on the elements asked for before,
+    /// after or with it.
     ///
     /// # Errors
     /// Errors of the road and of its slices.
@@ -77,21 +77,21 @@ pub trait StripCurves: Send + Sync {
 /// Where the bench is.
 enum Place {
     Here(Box<Bench>),
-    /// Behind the march: it comes back with the chunk.
+    /// In the background: it is sent back with the chunk.
     Behind(Receiver<Made>),
 }
 
-/// Bench and chunk as they come back, or the panic that ended the work.
+/// Bench and chunk as they are sent back, or the panic that ended the work.
 type Made = thread::Result<(Box<Bench>, Chunk)>;
 
-/// A chunk's slices, or why there are none, and when its heights and its slices were begun and done.
+/// A chunk's slices, or their error, and the instants before the heights, between heights and slices, and at the end.
 struct Chunk {
     slices: Result<Vec<RoadSlice>, MakingError>,
     times: [Instant; 3],
 }
 
 impl Chunk {
-    /// Returns the stages with their begins and times.
+    /// The stages with their begins and durations.
     fn stages(&self) -> [(Stage, Instant, Duration); 2] {
         let [begin, made, end] = self.times;
         [(Stage::Road, begin, made - begin), (Stage::Slices, made, end - made)]
@@ -99,13 +99,12 @@ impl Chunk {
 }
 
 impl RoadMaker {
-    /// Makes the maker of a road and its slices.
     pub(crate) fn new(surface: RoadSurface, form: SliceForm) -> Self {
         let bench = Bench { surface, form, heights: Vec::new() };
         Self { bench: Place::Here(Box::new(bench)), ready: VecDeque::with_capacity(MOST_READY) }
     }
 
-    /// Tells whether another chunk may be begun behind: looks whether the one before is finished.
+    /// True if another chunk may be begun in the background: collects the previous one if it is finished.
     pub(crate) fn is_free(&mut self) -> bool {
         if let Place::Behind(made) = &self.bench {
             let Ok(made) = made.try_recv() else { return false };
@@ -116,7 +115,7 @@ impl RoadMaker {
         self.ready.len() < MOST_READY
     }
 
-    /// Begins a chunk behind, on a thread of the present pool; nothing while one is in the making.
+    /// Begins a chunk in the background, on a thread of the current pool; does nothing while one is being made.
     pub(crate) fn begin(&mut self, rows: Range<i64>) {
         if matches!(self.bench, Place::Behind(_)) {
             return;
@@ -128,14 +127,14 @@ impl RoadMaker {
                     let chunk = bench.make(rows);
                     (bench, chunk)
                 }));
-                // A run that has ended wants it no more.
+                // It fails after the end of a run, when there is no receiver.
                 let _ = sender.send(made);
             });
         }
     }
 
-    /// Returns the slices of the earliest chunk begun behind and not taken, waited for if need be; of `rows`, made here
-    /// and now, if there is none.
+    /// Takes the slices of the earliest chunk begun in the background, waiting for it if need be; if there is none,
+    /// makes those of `rows` on this thread.
     ///
     /// # Errors
     /// Errors of the road and of its slices.
@@ -158,24 +157,24 @@ impl RoadMaker {
     }
 }
 
-/// Nothing goes on behind a run that has ended.
+/// Waits for the background work, so that nothing goes on after a run has ended.
 impl Drop for RoadMaker {
     fn drop(&mut self) {
         if let Place::Behind(made) = &self.bench {
-            // A chunk that is not wanted may also have failed.
+            // The chunk is not needed, so it may also have failed.
             drop(come_back(made));
         }
     }
 }
 
-/// Waits for what is made behind, and hands a panic on.
+/// Waits for the chunk made in the background, and resumes a panic of it.
 fn wait(made: &Receiver<Made>) -> (Box<Bench>, Chunk) {
     let made = come_back(made).unwrap_or_else(|| resume_unwind(Box::new("the road could not be made")));
     made.unwrap_or_else(|panic| resume_unwind(panic))
 }
 
-/// Waits for what is made behind; `None` if it never comes. The thread helps meanwhile, with the chunk or what else
-/// there is: it may be the only one that is free.
+/// Waits for the chunk made in the background; `None` if it never comes. The thread meanwhile runs tasks of the pool,
+/// perhaps that chunk itself: it may be the only thread that is free.
 fn come_back(made: &Receiver<Made>) -> Option<Made> {
     loop {
         let helped = rayon::yield_now() == Some(Yield::Executed);
@@ -190,7 +189,7 @@ fn come_back(made: &Receiver<Made>) -> Option<Made> {
 impl Bench {
     fn make(&mut self, rows: Range<i64>) -> Chunk {
         let begin = Instant::now();
-        // Strips read heights by themselves.
+        // Strips read the heights themselves.
         let heights = if let SliceForm::Strips(_) = self.form { Ok(()) } else { self.heights(rows.clone()) };
         let made = Instant::now();
         let slices = heights.map_err(MakingError::from).and_then(|()| self.slices(rows));

@@ -1,11 +1,10 @@
 //! Roads: measured or made height maps, brought to the run's elements, and the stiffness curve of each slice.
 //!
-//! The data's way: `sources` read a file or a design; `resample` brings a measured height map to the run's lattice
-//! and continues it past its end, a made texture is drawn on that lattice directly. `surface` is the one face of all of
-//! them. `slices` turn its heights into curves; `strip` is the part that lies made under the tyre;
-//! `ahead` has the next part made in time, by its `maker`.
-//! `texture` measures, [`describe`](fn@describe) tells. `report` is what was found on the way, `error` why there is no
-//! road, `file_fault` what is wrong with its file.
+//! The data flow: `sources` read a file or a design; `resample` brings a measured height map to the run's lattice and
+//! continues it past its end, a made texture is drawn on that lattice directly. `surface` is the common interface of
+//! all of them. `slices` turn its heights into curves; `strip` is the part that lies under the tyre and is made;
+//! `ahead` has the next part made in time, by its `maker`. `texture` measures, [`describe`](fn@describe) reports.
+//! `report` has what was found meanwhile, `error` why a road cannot be used, `file_fault` what is wrong with its file.
 
 pub(crate) mod ahead;
 mod describe;

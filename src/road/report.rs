@@ -7,31 +7,31 @@ use thiserror::Error;
 
 use super::texture::BandFit;
 
-/// Something that the user should know about the road, as it stands in `road.json`; lengths in m.
+/// Information for the user about the road, as written to `road.json`; lengths in m.
 #[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "note")]
 pub(crate) enum RoadNote {
-    /// Missing heights were interpolated: so many of all.
+    /// Missing heights were interpolated.
     #[error("{missing} of {total} heights ({:.1} %) are missing and were interpolated", percent(*missing, *total))]
     Filled { missing: usize, total: usize },
-    /// Words that stand for missing heights, and how often.
+    /// Words that mark missing heights, and how often.
     #[error("words stand for missing heights: {}", in_words(words))]
     WordsForMissing { words: BTreeMap<String, usize> },
-    /// Heights that are exactly a number, in the file's unit, that the scene calls missing.
+    /// Heights equal to a number, in the file's unit, by which the scene marks missing ones.
     #[error("{count} heights are {value}, which stands for a missing height (road.missing)")]
     NamedMissing { value: f64, count: usize },
-    /// Heights that are exactly one number, in the file's unit, far from all others, were taken for missing.
+    /// Heights equal to one number, in the file's unit, far from all others, were taken as missing.
     #[error(
         "{count} heights are exactly {value} and far from all others: they were taken for missing (road.missing = \
          {value} says so without this warning, road.missing = [] that they are heights)"
     )]
     TakenForMissing { value: f64, count: usize },
-    /// The same, of numbers that the scene does not call missing.
+    /// The same, for a number that the scene does not mark as missing.
     #[error(
         "{count} heights are exactly {value}, far from their neighbours, and road.missing does not name this value"
     )]
     NotNamedMissing { value: f64, count: usize },
-    /// Points of a profile farther than `limit` from the median were taken for dropouts.
+    /// Points of a profile farther than `limit` from the median were taken as dropouts.
     #[error("{count} points more than {:.1} mm from the median were taken for dropouts", 1e3 * limit)]
     Outliers { count: usize, limit: f64 },
     /// Heights that differ from their neighbours by at least three times the distance were interpolated.
@@ -43,13 +43,13 @@ pub(crate) enum RoadNote {
     /// Columns that were read, with their titles and units.
     #[error("read: {columns}")]
     FileColumns { columns: String },
-    /// A road narrower than the contact strip, described as wide as it is \[m\].
+    /// A road narrower than the contact strip, described in its width \[m\].
     #[error(
         "the road is {:.1} mm wide, narrower than the contact strip of {:.1} mm: described as it is; a run needs \
          road.widen = \"mirror\" or a narrower strip", 1e3 * available, 1e3 * needed
     )]
     Narrow { available: f64, needed: f64 },
-    /// Widths \[m\] measured and needed.
+    /// Mirror images continue the measured width to the needed one \[m\].
     #[error(
         "measured {:.1} mm wide and continued to {:.1} mm by mirror images: it is assumed that the road beside is \
          like it",
@@ -61,24 +61,24 @@ pub(crate) enum RoadNote {
         "the heights vary by {:.2} um (rms) only, less than on any road in use: is road.height_unit right?", 1e6 * rms
     )]
     AlmostFlat { rms: f64 },
-    /// Only part of the profile is used, in the file's coordinate; so many points were left out.
+    /// Only part of the profile is used, in the file's coordinate; `dropped` points were left out.
     #[error("used from {from:.4} to {to:.4} m of the file, {dropped} points left out")]
     Cut { from: f64, to: f64, dropped: usize },
-    /// Distances were not in rising order: so many went back.
+    /// Distances were not in rising order: `steps` of them went back.
     #[error("distances went back {steps} times; the points were sorted")]
     Unsorted { steps: usize },
-    /// Several points at one distance were averaged: so many merged away.
+    /// Points at one distance were averaged; `merged` is by how many there are fewer.
     #[error("{merged} points at the distance of another one were averaged with it")]
     Duplicates { merged: usize },
-    /// Points `smallest` to `largest` apart were interpolated linearly to one spacing.
+    /// Points at distances from `smallest` to `largest` were interpolated linearly to one spacing.
     #[error(
         "points {:.4} to {:.4} mm apart were interpolated to {:.4} mm", 1e3 * smallest, 1e3 * largest, 1e3 * spacing
     )]
     Resampled { smallest: f64, largest: f64, spacing: f64 },
-    /// Mean \[m\] and slopes of all heights were removed; no slope across of a road that is level there.
+    /// Mean \[m\] and slopes of all heights were removed; no slope across of a road that is level across.
     #[error("removed: a mean of {:.4} mm, a slope of {:.4} % along{}", 1e3 * mean, 1e2 * along, in_percent(*across))]
     Levelled { mean: f64, along: f64, across: Option<f64> },
-    /// The mean \[m\] alone was removed.
+    /// The mean \[m\] was removed, not the slopes.
     #[error("removed: a mean of {:.4} mm; slopes were kept (road.level)", 1e3 * mean)]
     MeanRemoved { mean: f64 },
     /// Nothing was removed.
@@ -104,35 +104,35 @@ pub(crate) enum RoadNote {
     /// Columns at explicit positions were interpolated linearly to a uniform spacing.
     #[error("uneven columns were interpolated linearly to {spacing:.4} m")]
     UnevenColumns { spacing: f64 },
-    /// Section and key of what has no influence on heights along the reference line, or is unknown.
+    /// Section and key of an entry that has no influence on heights along the reference line, or is unknown.
     #[error("{key} has no effect here")]
     Ignored { key: String },
     /// Missing heights were set as the file's modifiers say: to `zero`, or to the `nearest across`.
     #[error("{count} missing heights were set ({mode}) as the file's modifiers say")]
     MissingByModifier { count: usize, mode: &'static str },
-    /// The road's own spacing is coarser than the run's.
+    /// The road's spacing is coarser than the run's elements.
     #[error(
         "the road is known every {:.3} mm only, the run resolves {:.3} mm: shorter wavelengths are absent",
         1e3 * spacing, 1e3 * run
     )]
     Coarse { spacing: f64, run: f64 },
-    /// Heights span more than a texture does.
+    /// Heights span more than that of a texture.
     #[error("the heights span {span:.3} m: this is more than texture")]
     LargeSpan { span: f64 },
     /// The root-mean-square step from the last row to the first, where a repeated road starts again.
     #[error("the repeated road steps by {:.3} mm (rms) where it starts again", 1e3 * step)]
     Joint { step: f64 },
-    /// The spectrum asked for belongs to no isotropic surface; the nearest one deviates most \[dB\] at a wavelength.
+    /// No isotropic surface has the wanted spectrum; the nearest one deviates most \[dB\] at `wavelength`.
     #[error(
         "no isotropic surface has this profile spectrum; the nearest one deviates by up to {deviation:.1} dB, at \
          {:.1} mm", 1e3 * wavelength
     )]
     NotRealisable { deviation: f64, wavelength: f64 },
-    /// A texture that was asked for by its name: its mean profile depth, how far off one such road may be, and where
-    /// depth and levels are from; lengths in m.
+    /// A texture given by its name: its mean profile depth, the tolerance of that, and the source of depth and levels;
+    /// lengths in m.
     #[error("texture {texture}, mean profile depth {:.2} +- {:.2} mm: {origin}", 1e3 * depth, 1e3 * within)]
     NamedTexture { texture: &'static str, depth: f64, within: f64, origin: &'static str },
-    /// The profile's spectrum was measured, and an isotropic surface made from it between two wavelengths.
+    /// The profile's spectrum was measured, and an isotropic surface is made from it between two wavelengths.
     #[error(
         "an isotropic surface with the profile's levels between {:.1} and {:.1} mm and random phases",
         1e3 * longest, 1e3 * shortest
@@ -141,7 +141,7 @@ pub(crate) enum RoadNote {
 }
 
 impl RoadNote {
-    /// Tells whether the results may be affected in a way that the user did not ask for.
+    /// True if the results may be affected in a way that the user did not ask for.
     pub(crate) fn is_warning(&self) -> bool {
         matches!(
             self,
@@ -180,24 +180,24 @@ fn percent(part: usize, whole: usize) -> f64 {
 pub struct RoadReport {
     /// Length of the measured road \[m\]; absent for endless roads.
     pub length: Option<f64>,
-    /// The road's own spacing along \[m\]; absent for the plane.
+    /// Spacing of the road's data along \[m\]; absent for the plane.
     pub spacing: Option<f64>,
-    /// The road's own spacing across \[m\]; absent where it is level across or the plane.
+    /// Spacing of the road's data across \[m\]; absent for a road that is level across and for the plane.
     pub lateral_spacing: Option<f64>,
-    /// Heights in the file.
+    /// Number of heights in the file.
     pub points: usize,
-    /// Missing heights in the file.
+    /// Number of missing heights in the file.
     pub missing: usize,
-    /// Shortest wavelength that the road holds on the run's lattice \[m\]; absent for the plane.
+    /// Shortest wavelength that the road has on the run's elements \[m\]; absent for the plane.
     pub shortest_wavelength: Option<f64>,
-    /// Made roads: levels asked for and levels of the surface.
+    /// Made roads: levels wanted and levels of the surface.
     pub(crate) bands: Vec<BandFit>,
-    /// Everything else, in the order in which it was found.
+    /// All further information, in the order in which it was found.
     pub(crate) notes: Vec<RoadNote>,
 }
 
 impl RoadReport {
-    /// Returns the highest frequency \[Hz\] that the road excites at a speed \[m/s\]; `None` for the plane.
+    /// Highest frequency \[Hz\] that the road excites at a speed \[m/s\]; `None` for the plane.
     pub fn highest_frequency(&self, speed: f64) -> Option<f64> {
         self.shortest_wavelength.map(|wavelength| speed / wavelength)
     }

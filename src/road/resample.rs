@@ -1,10 +1,10 @@
 //! Bringing a measured height map to the run's lattice, and continuing it past its end.
 //!
 //! 1. Across: each row of the map is resampled to the run's columns, once.
-//! 2. Along: each of the run's rows of cells is a weighted sum of rows of the map, the rows past the end taken as
-//!    `at_end` says (reflected, where the road must not be left).
+//! 2. Along: each of the run's rows of cells is a weighted sum of rows of the map, those past the end as `at_end` says
+//!    (reflected, if the road must not be left).
 //!
-//! An axis on which the map is already at the run's spacing and phase is copied, bit for bit. On any other, the kernel
+//! An axis on which the map already has the run's spacing and phase is copied, bit for bit. On any other, the kernel
 //! is the windowed sinc of [`crate::numeric::windowed_sinc`], low-pass at the Nyquist wavenumber of the coarser of both
 //! spacings.
 
@@ -29,17 +29,17 @@ pub struct Resampled {
     /// Columns stored per row: 1 where the road is level across.
     stored: usize,
     kernel: WindowedSinc,
-    /// First of the run's rows that is row 0 of the map, where all of them are rows of it.
+    /// First of the run's rows that is row 0 of the map, if all of them are rows of it.
     aligned: Option<i64>,
-    /// Spectrum of the profiles along, found when it is first asked for.
+    /// Spectrum of the profiles along, computed when it is first needed.
     spectrum: OnceLock<ProfileSpectrum>,
 }
 
 impl Resampled {
-    /// Resamples across and prepares the rest.
+    /// Resamples across; rows are resampled along on demand.
     pub fn new(map: HeightMap, lattice: Lattice, at_end: AtEnd) -> Self {
         let kernel = WindowedSinc::resampling();
-        // An even number of cells along an element lies astride of its middle.
+        // With an even number of cells along an element none is at its middle.
         let aligned = (same(map.dx, lattice.cell()) && lattice.along % 2 == 1).then_some((lattice.along / 2) as i64);
         let dx = map.dx;
         let level_across = map.dy == 0.0;
@@ -48,34 +48,33 @@ impl Resampled {
         Self { lattice, at_end, dx, rows, stored, kernel, aligned, spectrum: OnceLock::new() }
     }
 
-    /// Returns the number of rows of the map.
+    /// Number of rows of the map.
     fn count(&self) -> i64 {
         (self.rows.len() / self.stored) as i64
     }
 
-    /// Returns the available road coordinates \[m\]; `None` when the road goes on for ever.
+    /// Available road coordinates \[m\]; `None` for a road that never ends.
     pub fn extent(&self) -> Option<(f64, f64)> {
         (self.at_end == AtEnd::Refuse).then(|| (0.0, (self.count() - 1) as f64 * self.dx))
     }
 
-    /// Returns the highest stored height, at least 0 \[m\].
+    /// Highest stored height \[m\], at least 0.
     pub fn highest(&self) -> f64 {
         self.rows.iter().fold(0.0, |highest, &height| highest.max(height))
     }
 
-    /// Tells whether the road is level across.
+    /// True if the road is level across.
     pub fn is_level_across(&self) -> bool {
         self.stored == 1
     }
 
-    /// Returns the spectrum of the profiles along, at the map's own spacing, averaged over columns spread evenly
-    /// across.
+    /// Spectrum of the profiles along, at the map's spacing, averaged over up to 16 columns spread evenly across.
     pub fn spectrum(&self) -> &ProfileSpectrum {
         self.spectrum.get_or_init(|| self.find_spectrum())
     }
 
     fn find_spectrum(&self) -> ProfileSpectrum {
-        /// More columns than these hardly differ from those beside them.
+        /// Neighbouring columns hardly differ: more than these add little.
         const COLUMNS: usize = 16;
         let rows = self.count() as usize;
         let mut spectrum = ProfileSpectrum::new(rows, self.dx);
@@ -88,8 +87,7 @@ impl Resampled {
         spectrum
     }
 
-    /// Returns the elements after which the road is the same again; `None` where it ends or does not fall on the
-    /// elements.
+    /// Number of elements after which the road repeats; `None` if it ends or its rows are not on the run's lattice.
     pub fn period(&self) -> Option<i64> {
         self.aligned?;
         let rows = match self.at_end {
@@ -100,14 +98,14 @@ impl Resampled {
         Some(rows / greatest_common_divisor(rows, self.lattice.along as i64))
     }
 
-    /// Returns the first and last element on the road; `None` when it goes on for ever.
+    /// First and last element on the road; `None` for a road that never ends.
     pub fn elements(&self) -> Option<(i64, i64)> {
         let (_, end) = self.extent()?;
-        // Rounding must not lose the last row of a map at the run's own spacing.
+        // Rounding must not lose the last row of a map at the run's spacing.
         Some((0, (end / self.lattice.dx * (1.0 + 1e-12) + 1e-9).floor() as i64))
     }
 
-    /// Computes the heights of the run's rows `first`.., row-major; `out` holds whole rows.
+    /// Heights of the run's rows from `first` on, row-major; `out` must hold whole rows.
     pub fn heights(&self, first: i64, out: &mut [f64]) {
         let columns = self.lattice.columns;
         out.par_chunks_mut(columns).enumerate().with_min_len(16).for_each_init(Vec::new, |weights, (index, row)| {
@@ -144,7 +142,7 @@ impl Resampled {
         if self.stored == 1 { out.fill(source[0]) } else { out.copy_from_slice(source) }
     }
 
-    /// Returns a row of the continued map.
+    /// A row of the continued map.
     fn row(&self, index: i64) -> &[f64] {
         let count = self.count();
         let inside = match self.at_end {
@@ -159,7 +157,7 @@ fn greatest_common_divisor(a: i64, b: i64) -> i64 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
-/// Returns the map's rows at the run's columns.
+/// The map's rows at the run's columns.
 fn across(map: &HeightMap, lattice: &Lattice, kernel: &WindowedSinc) -> Vec<f64> {
     let place = |column: usize| (lattice.y(column) - map.first_y) / map.dy;
     let offset = place(0);
@@ -174,7 +172,7 @@ fn across(map: &HeightMap, lattice: &Lattice, kernel: &WindowedSinc) -> Vec<f64>
     // A single column is a line, not a cell: no low-pass at its width.
     let ratio = if lattice.columns > 1 { (lattice.dy / map.dy).max(1.0) } else { 1.0 };
     let mut taps = Vec::new();
-    // Where the samples of each column stand in a row, with their weights.
+    // Positions of the samples of each column in a row, with their weights.
     let plans: Vec<Vec<(usize, f64)>> = (0..lattice.columns)
         .map(|column| {
             let first = kernel.weights(place(column), ratio, &mut taps);

@@ -1,27 +1,27 @@
-//! The road between the tyre's window and what is made so far, slice by slice.
+//! The road between the tyre's window and the last slice made, slice by slice.
 
 use std::collections::VecDeque;
 
 use super::slices::StiffnessCurve;
 
-/// A run of consecutive slices by element number. Elements outside it have no road: they cannot touch.
+/// Consecutive slices by element number. Elements outside have no road: they cannot touch.
 #[derive(Clone, Debug, Default)]
 pub struct RoadStrip {
     first: i64,
     slices: VecDeque<RoadSlice>,
 }
 
-/// The road under an element, as the contact takes it.
+/// The road under an element, in the form that the contact needs.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RoadSlice {
-    /// How the slice as a whole deforms the tread.
+    /// Curve of the displacement of the slice as a whole.
     Curve(StiffnessCurve),
     /// Heights of its cells \[m\].
     Heights(Box<[f64]>),
 }
 
 impl RoadSlice {
-    /// Returns its curve, if it is told as one.
+    /// The curve; `None` for heights of cells.
     pub fn curve(&self) -> Option<&StiffnessCurve> {
         match self {
             Self::Curve(curve) => Some(curve),
@@ -37,49 +37,49 @@ impl From<StiffnessCurve> for RoadSlice {
 }
 
 impl RoadStrip {
-    /// Returns an empty queue whose first slice will be that of element `first`.
+    /// An empty strip whose first slice will be that of element `first`.
     pub fn starting_at(first: i64) -> Self {
         Self { first, slices: VecDeque::new() }
     }
 
-    /// Returns the element number of the first slice.
+    /// Element number of the first slice.
     pub fn first(&self) -> i64 {
         self.first
     }
 
-    /// Returns the element number after the last slice.
+    /// Element number after the last slice.
     pub fn end(&self) -> i64 {
         self.first + self.slices.len() as i64
     }
 
-    /// Appends slices.
+    /// Appends slices of the following elements.
     pub fn extend<S: Into<RoadSlice>>(&mut self, slices: impl IntoIterator<Item = S>) {
         self.slices.extend(slices.into_iter().map(Into::into));
     }
 
-    /// Forgets the slices before `element`.
+    /// Removes the slices before `element`.
     pub fn forget_before(&mut self, element: i64) {
         let passed = (element - self.first).clamp(0, self.slices.len() as i64);
         self.slices.drain(..passed as usize);
         self.first += passed;
     }
 
-    /// Tells whether the road is told as curves; so is one of which nothing is made yet.
+    /// True if the road consists of curves; also true while it is empty.
     pub fn has_curves(&self) -> bool {
         matches!(self.slices.front(), None | Some(RoadSlice::Curve(_)))
     }
 
-    /// Tells whether it is told as heights of cells; so is one of which nothing is made yet.
+    /// True if the road consists of heights of cells; also true while it is empty.
     pub fn has_heights(&self) -> bool {
         matches!(self.slices.front(), None | Some(RoadSlice::Heights(_)))
     }
 
-    /// Returns the curve of an element's slice, if there is road there.
+    /// Curve of an element's slice; `None` outside the strip and for heights.
     pub fn curve(&self, element: i64) -> Option<&StiffnessCurve> {
         self.slice(element).and_then(RoadSlice::curve)
     }
 
-    /// Returns the heights of the cells under an element \[m\], if there is road there.
+    /// Heights of the cells under an element \[m\]; `None` outside the strip and for curves.
     pub fn heights(&self, element: i64) -> Option<&[f64]> {
         match self.slice(element) {
             Some(RoadSlice::Heights(heights)) => Some(heights),

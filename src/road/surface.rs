@@ -1,4 +1,4 @@
-//! The road as the run sees it: heights of the cells under elements, whatever their source.
+//! The road of a run: heights of the cells under elements, whatever their source.
 
 use std::ops::RangeInclusive;
 
@@ -11,32 +11,32 @@ use super::sources::made::{PEAK_FACTOR, Patches, Texture};
 use super::texture::{self, wavenumber};
 use crate::scene::{AtEnd, Road};
 
-/// Deviation of a made road's level from the one asked for that is worth a note \[dB\]; all deviations are in the
+/// Deviation of a made road's level from the wanted one above which there is a note \[dB\]; all deviations are in the
 /// report.
 const WORTH_TELLING: f64 = 1.0;
 
 /// Waves of the macrotexture that slices of the usual cells resolve, third octaves of 4 to 50 mm \[m\].
 const MACROTEXTURE: RangeInclusive<f64> = 0.00355..=0.0562;
 
-/// Limits of opening a road.
+/// Limits for opening a road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Bytes of one file, and of working arrays.
+    /// Most bytes of one file, and of working arrays.
     pub bytes: u64,
 }
 
 impl Default for Limits {
-    /// Returns 2 GB: a road larger than that is more likely a mistake.
+    /// 2 GB: a road larger than that is more likely a mistake.
     fn default() -> Self {
         Self { bytes: 2_000_000_000 }
     }
 }
 
 impl Limits {
-    /// Refuses so many heights in memory where they would be more than is allowed.
+    /// Refuses so many heights in memory if they need more than the limit.
     ///
     /// # Errors
-    /// [`RoadError::TooManyHeights`].
+    /// [`RoadError::TooManyHeights`] with both numbers of bytes.
     pub fn check(self, heights: f64) -> Result<(), RoadError> {
         let needed = (size_of::<f64>() as f64 * heights) as u64;
         if needed > self.bytes { Err(RoadError::TooManyHeights { needed, limit: self.bytes }) } else { Ok(()) }
@@ -50,7 +50,7 @@ pub struct RoadSurface {
     report: RoadReport,
 }
 
-/// Where heights come from.
+/// Source of the heights.
 enum Heights {
     Plane,
     Drawn { texture: Box<Texture>, patches: Box<Patches> },
@@ -58,20 +58,20 @@ enum Heights {
 }
 
 impl RoadSurface {
-    /// Opens a road: reads and checks its file, prepares resampling or synthesis; made roads are drawn later, as they
-    /// are asked for.
+    /// Opens a road: reads and checks its file, prepares resampling or synthesis; made roads are drawn later, as their
+    /// heights are needed.
     ///
     /// Paths in `spec` are used as they are.
     ///
     /// # Errors
-    /// See [`RoadError`]; nothing is repaired silently: what is filled or left out stands in [`Self::report`].
+    /// See [`RoadError`]; nothing is repaired silently: whatever is filled or left out is in [`Self::report`].
     pub fn open(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Self, RoadError> {
         let mut report = RoadReport::default();
         let source = Source::read(spec, lattice, limits.bytes, &mut report)?;
         Self::on(lattice, source, limits, report)
     }
 
-    /// Returns a source, with the report of its reading, on a lattice.
+    /// A source on a lattice; `report` is that of its reading.
     pub(super) fn on(
         lattice: Lattice,
         source: Source,
@@ -116,28 +116,27 @@ impl RoadSurface {
         Ok(Self { lattice, heights, report })
     }
 
-    /// Returns the lattice that it was opened on.
+    /// The lattice on which it was opened.
     pub fn lattice(&self) -> Lattice {
         self.lattice
     }
 
-    /// Tells whether the road is the plane z = 0.
+    /// True if the road is the plane z = 0.
     pub fn is_smooth(&self) -> bool {
         matches!(self.heights, Heights::Plane)
     }
 
-    /// Tells whether it is made, of waves of known lengths.
+    /// True if the road is made, of waves of known lengths.
     pub fn is_made(&self) -> bool {
         matches!(self.heights, Heights::Drawn { .. })
     }
 
-    /// Returns the findings and actions of opening the road.
+    /// Findings and actions of opening the road.
     pub fn report(&self) -> &RoadReport {
         &self.report
     }
 
-    /// Returns the available road coordinates \[m\]; `None` when the road is endless (smooth, made, repeated,
-    /// mirrored).
+    /// Available road coordinates \[m\]; `None` for an endless road (smooth, made, repeated, mirrored).
     pub fn extent(&self) -> Option<(f64, f64)> {
         match &self.heights {
             Heights::Measured(road) => road.extent(),
@@ -145,7 +144,7 @@ impl RoadSurface {
         }
     }
 
-    /// Returns the first and last element that there is road under; `None` when it is endless.
+    /// First and last element that have road; `None` for an endless road.
     pub fn elements(&self) -> Option<(i64, i64)> {
         match &self.heights {
             Heights::Measured(road) => road.elements(),
@@ -153,7 +152,7 @@ impl RoadSurface {
         }
     }
 
-    /// Returns the elements after which the road is the same again, bit for bit; `None` where that is not so.
+    /// Number of elements after which the road repeats, bit for bit; `None` if it does not.
     pub fn period(&self) -> Option<i64> {
         match &self.heights {
             Heights::Plane => Some(1),
@@ -162,8 +161,8 @@ impl RoadSurface {
         }
     }
 
-    /// Returns the highest point above z = 0 that is to be expected \[m\]: of a measured road the highest there is, of
-    /// a made one five times the root-mean-square height.
+    /// Expected height of the highest point above z = 0 \[m\]: of a measured road the highest there is, of a made one
+    /// five times the root-mean-square height.
     pub fn highest(&self) -> f64 {
         match &self.heights {
             Heights::Plane => 0.0,
@@ -175,9 +174,9 @@ impl RoadSurface {
         }
     }
 
-    /// Returns the mean wavenumber of the surface's texture \[rad/m\], see `wavenumber`: of a made road from the bands
-    /// that it has, of a measured one from its heights. `None` for a road without texture. Costs some transforms of a
-    /// measured road's length.
+    /// Mean wavenumber of the surface's texture \[rad/m\], see `wavenumber`: of a made road from its bands, of a
+    /// measured one from its heights. `None` for a road without texture. Costs some transforms of a measured road's
+    /// length.
     pub fn mean_wavenumber(&self) -> Option<f64> {
         match &self.heights {
             Heights::Plane => None,
@@ -189,9 +188,9 @@ impl RoadSurface {
         }
     }
 
-    /// Returns the root-mean-square height of the surface's macrotexture \[m\], waves of 4 to 50 mm: of a made road by
-    /// the bands that it has, of a measured one from its heights. `None` for a road without texture. Costs as
-    /// [`Self::mean_wavenumber`], once for both.
+    /// Root-mean-square height of the surface's macrotexture \[m\], waves of 4 to 50 mm: of a made road from its bands,
+    /// of a measured one from its heights. `None` for a road without texture. Costs as [`Self::mean_wavenumber`], once
+    /// for both.
     pub fn macrotexture(&self) -> Option<f64> {
         let mean_square = match &self.heights {
             Heights::Plane => return None,
@@ -204,10 +203,10 @@ impl RoadSurface {
         (mean_square > 0.0).then(|| mean_square.sqrt())
     }
 
-    /// Checks that road coordinates `from`..`to` \[m\] are there.
+    /// Checks that the road exists at the road coordinates `from`..`to` \[m\].
     ///
     /// # Errors
-    /// [`RoadError::Short`] with what is needed and what there is.
+    /// [`RoadError::Short`] with the part needed and the part available.
     pub fn check_covers(&self, from: f64, to: f64) -> Result<(), RoadError> {
         match self.extent() {
             Some(available) if from < available.0 - 1e-9 || to > available.1 + 1e-9 || from.is_nan() || to.is_nan() => {
@@ -217,14 +216,14 @@ impl RoadSurface {
         }
     }
 
-    /// Returns the heights \[m\] of the cells of `elements` elements from `first` on into `out`, element by element,
-    /// row by row.
+    /// Writes the heights \[m\] of the cells of `elements` elements from `first` on into `out`, element by element, row
+    /// by row.
     ///
-    /// The same element has the same heights whatever is asked before, after and with it, and on any number of threads.
-    /// Cost O(cells) for elements asked in either order; a made road keeps the last few patches that it has drawn.
+    /// The heights of an element do not depend on the elements asked for before, after and with it, nor on the number
+    /// of threads. Cost O(cells) for elements asked for in either order; a made road keeps the last few patches drawn.
     ///
     /// # Errors
-    /// Elements outside a road that ends; a buffer of another size.
+    /// For elements outside a road that ends, and for a buffer of another size.
     pub fn heights(&mut self, first: i64, elements: usize, out: &mut [f64]) -> Result<(), RoadError> {
         let needed = elements * self.lattice.cells();
         if out.len() != needed {

@@ -1,11 +1,11 @@
 //! From a file or a text to a checked scene.
 //!
 //! 1. The text is parsed into a tree that knows where each key and value stands; syntax errors end here.
-//! 2. A tyre given by its file is read and put in the place of the path; receivers given by a file follow suit, after
-//!    settings from the command line.
-//! 3. The place of every key is noted, for this and for later complaints.
+//! 2. A tyre file is read and its table replaces the path; receivers given by a file follow after settings from the
+//!    command line.
+//! 3. The place of every key is recorded, for these and for later complaints.
 //! 4. The tree is read key by key; all mistakes are collected.
-//! 5. File paths are made absolute, from the scene's folder, which they may not leave unless [`Reach`] says so.
+//! 5. File paths are made absolute, from the scene's folder, which they may not leave unless [`Reach`] allows it.
 //!
 //! Settings that the scene leaves open keep their default here: the plan decides about them, and asks
 //! [`LoadedScene::gives`].
@@ -26,15 +26,15 @@ use crate::numeric::digest::sha256;
 use crate::storage::input::{self, SCENE_BYTES};
 use crate::storage::separated;
 
-/// Syntax errors looked at; more of them are no help.
+/// Most syntax errors that are reported; more of them are no help.
 const MOST_SYNTAX_ERRORS: usize = 16;
-/// How far outside of what is plausible a scene may go that says it wants to: what is further off is no tyre, and the
-/// numbers that follow from it leave what a computer can count to.
+/// Factor by which a scene that allows implausible numbers may go outside the plausible range: what is further off is
+/// no tyre, and numbers that follow from it may overflow.
 const IMPLAUSIBLE: f64 = 1e3;
 
-/// Keys that a tyre's file has and a scene has not.
+/// Keys by which a tyre file is recognised: a scene does not have them.
 const TYRE_KEYS: [&str; 2] = ["circumference", "layers"];
-/// Table of a tyre's file that is the scene's.
+/// Table of a tyre file that belongs to the scene, not to the table of the tyre.
 const PATTERN: &str = "tread_pattern";
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
 const NO_FILE: &str = "give the table [tyre], as a run writes it";
@@ -48,19 +48,19 @@ const NOT_CAUSAL: [&str; 2] = [
     "use \"power-law\", \"prony\" or \"elastic\" here; \"hysteretic\" serves frequency-domain results only",
 ];
 
-/// Where the files that a scene names may be.
+/// Where the files named by a scene may be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Reach {
-    /// In the scene's folder and below, links followed: a scene from anywhere opens nothing else.
+    /// In the scene's folder and below, after resolving links: a scene from an untrusted source opens nothing else.
     #[default]
     Folder,
     /// Anywhere.
     Anywhere,
-    /// Settings that a run has recorded: the road's anywhere; the tyre is a table among them and never a file.
+    /// Settings recorded by a run: the road file may be anywhere; the tyre is a table in them and never a file.
     Recorded,
 }
 
-/// A checked scene and where it comes from.
+/// A checked scene and its origin.
 #[derive(Clone, Debug)]
 pub struct LoadedScene {
     /// The scene, its file paths absolute.
@@ -69,25 +69,25 @@ pub struct LoadedScene {
     pub path: PathBuf,
     /// Folder that the paths in the scene are relative to; empty for a scene that was not read from a file.
     pub folder: PathBuf,
-    /// Files of the road and of the tread's pattern as written.
+    /// Files of the road and of the tread pattern as written.
     road_file: Option<PathBuf>,
     pattern_file: Option<PathBuf>,
-    /// True if all settings are decided, as if they were all given.
+    /// True if all settings are decided; all then count as given.
     settled: bool,
     document: Arc<Document>,
 }
 
 impl Scene {
-    /// Reads and checks a scene file. The files that it names lie in its folder or below.
+    /// Reads and checks a scene file. The files that it names must lie in its folder or below.
     ///
     /// # Errors
-    /// The file cannot be read, or [`SceneError::Invalid`] with all mistakes that could be found in it.
+    /// If the file cannot be read; [`SceneError::Invalid`] with all mistakes that could be found in it.
     pub fn load(path: impl AsRef<Path>) -> Result<LoadedScene, SceneError> {
         Self::load_with(path, &[], Reach::Folder)
     }
 
-    /// Loads a scene as [`Self::load`], with settings in place of the scene's own, and a word on where the tyre and the
-    /// road that it names may be. Paths among the settings are relative to the scene, too.
+    /// Loads a scene as [`Self::load`], with settings replacing those of the scene; `reach` is where the files that it
+    /// names may be. Paths among the settings are relative to the scene, too.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -103,7 +103,7 @@ impl Scene {
         LoadedScene::new(text, path.to_owned(), folder, settings, reach)
     }
 
-    /// Returns the default scene on the tyre of a file, with settings in place of its own.
+    /// The default scene with the tyre of a file, with settings replacing its own.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -116,7 +116,8 @@ impl Scene {
         Ok(loaded)
     }
 
-    /// Checks a scene in a text; `name` stands in messages where a file's name would. Paths in it are used as they are.
+    /// Checks a scene given as text; `name` takes the place of the file name in messages. Paths in it are used as they
+    /// are.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] with all mistakes that could be found.
@@ -124,7 +125,7 @@ impl Scene {
         Self::from_str_with(text, name, &[])
     }
 
-    /// Reads a scene as [`Self::from_str`], with settings in place of the scene's own.
+    /// Reads a scene as [`Self::from_str`], with settings replacing those of the scene.
     ///
     /// # Errors
     /// As [`Self::from_str`].
@@ -132,16 +133,16 @@ impl Scene {
         LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), settings, Reach::Anywhere)
     }
 
-    /// Returns the JSON Schema (draft 2020-12) of scene files: keys, types, bounds and words; each key has a `title`,
-    /// what has to stand there in words, and a `description`. What has to fit together beyond that is told when a scene
-    /// is loaded.
+    /// JSON Schema (draft 2020-12) of scene files: keys, types, bounds and words; each key has a `title`, which
+    /// describes the accepted values, and a `description`. Conditions between keys are not in it; they are checked when
+    /// a scene is loaded.
     pub fn json_schema() -> serde_json::Value {
         let mut schema = Self::schema();
         schema["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
         schema
     }
 
-    /// Returns the scene as TOML, every default spelt out; [`Scene::from_str`] reads it back to an equal scene.
+    /// The scene as TOML, every default spelt out; [`Scene::from_str`] reads it back to an equal scene.
     ///
     /// # Errors
     /// [`SceneError::NotToml`] for numbers or paths that TOML cannot hold.
@@ -149,7 +150,7 @@ impl Scene {
         toml::to_string(self).map_err(|source| SceneError::NotToml { source })
     }
 
-    /// Returns the scene as JSON, with the keys of the TOML file.
+    /// The scene as JSON, with the keys of the TOML file.
     ///
     /// # Errors
     /// [`SceneError::NotJson`] for paths that are not UTF-8.
@@ -159,7 +160,7 @@ impl Scene {
 }
 
 impl LoadedScene {
-    /// Checks a scene that was put together in a program, as if it had been written in a file.
+    /// Checks a scene that was assembled in a program, as if it had been written in a file.
     ///
     /// # Errors
     /// As [`Scene::to_toml`] and [`Scene::from_str`]; lines are those of the scene as TOML.
@@ -167,8 +168,7 @@ impl LoadedScene {
         Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new(), &[], Reach::Anywhere)
     }
 
-    /// Returns a scene that was loaded before: its settings as written and as used, both as TOML, and where they came
-    /// from.
+    /// Restores a scene that was loaded before from its settings as written and as used, both as TOML, and its origin.
     ///
     /// # Errors
     /// As [`Scene::from_str`].
@@ -178,15 +178,15 @@ impl LoadedScene {
         Ok(Self { scene: used.scene, folder, ..written })
     }
 
-    /// Returns the settings that a run has recorded, as TOML: no file is read, whatever they name.
+    /// Scene of the settings that a run has recorded, as TOML: no file is read, whatever they name.
     ///
     /// # Errors
-    /// As [`Scene::from_str`]; of a tyre that is not a table.
+    /// As [`Scene::from_str`]; also if the tyre is not a table.
     pub(crate) fn recorded(text: &str, name: &str) -> Result<Self, SceneError> {
         Self::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), &[], Reach::Recorded)
     }
 
-    /// Returns another scene in this one's folder, from a text and settings that may name files there.
+    /// Another scene in this one's folder, from a text and settings that may name files there.
     ///
     /// # Errors
     /// As [`Scene::from_str_with`].
@@ -194,18 +194,18 @@ impl LoadedScene {
         Self::new(text, PathBuf::from(name), self.folder.clone(), settings, Reach::Anywhere)
     }
 
-    /// Tells whether a key is given, such as `numerics.elements`; all are in a scene with every setting decided.
+    /// True if a key is given, such as `numerics.elements`; all are if every setting is decided.
     pub(crate) fn gives(&self, key: &str) -> bool {
         self.settled || self.document.has(key)
     }
 
-    /// Returns the scene as it was loaded, with settings that are all decided.
+    /// This scene with settings that are all decided.
     #[must_use]
     pub(crate) fn settled(self, scene: Scene) -> Self {
         Self { scene, settled: true, ..self }
     }
 
-    /// Returns the scene as a TOML table: its tables and their keys that are given, no others.
+    /// The scene as a TOML table of the given tables and keys, without the defaults.
     ///
     /// # Errors
     /// As [`Scene::to_toml`].
@@ -220,7 +220,7 @@ impl LoadedScene {
         Ok(scene)
     }
 
-    /// Returns the settings with paths as written, as [`Scene::to_toml`].
+    /// Settings with paths as written in the file, as [`Scene::to_toml`].
     ///
     /// # Errors
     /// As [`Scene::to_toml`].
@@ -239,19 +239,19 @@ impl LoadedScene {
         scene
     }
 
-    /// Returns the scene's name: its file's name without the ending.
+    /// The scene's name: its file name without the ending.
     pub fn name(&self) -> String {
         self.path.file_stem().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
     }
 
-    /// Returns the heading of results and plots: the scene's title, or its name where it has none.
+    /// Heading of results and plots: the scene's title, or its name if it has none; without control characters.
     pub fn title(&self) -> String {
         let title = if self.scene.title.is_empty() { self.name() } else { self.scene.title.clone() };
-        // A file may be called anything, and so may a title that was put together in a program.
+        // File names, and titles assembled in a program, may contain anything.
         title.replace(char::is_control, " ")
     }
 
-    /// Returns the settings with paths as written, as [`Scene::to_json`].
+    /// Settings with paths as written in the file, as [`Scene::to_json`].
     ///
     /// # Errors
     /// As [`Scene::to_json`].
@@ -259,7 +259,7 @@ impl LoadedScene {
         self.as_written().to_json()
     }
 
-    /// Returns the hash of the settings: the same for two scenes that differ in formatting, comments, folder, omitted
+    /// Hash of the settings: the same for two scenes that differ only in formatting, comments, folder, omitted
     /// defaults, or in whether the tyre has its own file.
     ///
     /// # Errors
@@ -268,13 +268,13 @@ impl LoadedScene {
         Ok(settings_hash(&self.settings()?))
     }
 
-    /// Makes the complaint of a later stage about a key, such as `road.file` or `tyre.layers[1].thickness` (items from
-    /// 0), with its place in the file. A key that was left out is placed at the table around it.
+    /// Complaint of a later stage about a key, such as `road.file` or `tyre.layers[1].thickness` (items from 0), with
+    /// its place in the file. A key that was left out is placed at the table around it.
     pub fn complain(&self, key: &str, wrong: impl Into<String>, right: impl Into<String>) -> Diagnostic {
         self.document.diagnose(key, Problem::new(wrong, right))
     }
 
-    /// Checks that a time-domain run is possible: all laws are causal.
+    /// Checks that a simulation in the time domain is possible: all material laws are causal.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] with one complaint per layer whose law is `hysteretic`.
@@ -300,7 +300,7 @@ impl LoadedScene {
         if TYRE_KEYS.iter().all(|key| root.get_ref().contains_key(*key)) && !root.get_ref().contains_key("tyre") {
             return Err(SceneError::Tyre { path });
         }
-        // A tyre's file is known before the settings of what is in it, and what kind a table is before its keys.
+        // The setting of a tyre file comes before settings within it, the kind of a table before its keys.
         let (tyre, mut within): (Vec<_>, Vec<_>) = settings.iter().partition(|setting| setting.is_tyre());
         within.sort_by_key(|setting| !setting.is_kind());
         tyre.into_iter().try_for_each(|setting| setting.apply(root.get_mut(), &mut document))?;
@@ -322,7 +322,7 @@ impl LoadedScene {
             let mut tyre = parse(tyre_source)?;
             let pattern = tyre.get_mut().remove_entry(PATTERN);
             document.include(tyre_source, tyre.get_ref(), "tyre");
-            // The pattern of a tyre's file is the scene's, which may have one of its own in its place.
+            // The pattern in a tyre file becomes the scene's, unless the scene has one itself.
             if let Some((key, value)) = pattern.filter(|_| !root.get_ref().contains_key(PATTERN)) {
                 if let DeValue::Table(table) = value.get_ref() {
                     document.include(tyre_source, table, PATTERN);
@@ -376,13 +376,12 @@ impl LoadedScene {
     }
 }
 
-/// Returns the file of the tread's pattern, where it has one.
 fn pattern_file(scene: &mut Scene) -> Option<&mut PathBuf> {
     scene.tread_pattern.as_mut()?.file.as_mut()
 }
 
-/// Returns the fault of a file outside the scene's folder, links followed. A file that is not there has none: that is
-/// told when it is read.
+/// Problem of a file outside the scene's folder, after resolving links. A missing file has none here: it is reported
+/// when it is read.
 fn outside(folder: &Path, file: &Path, reach: Reach) -> Option<Problem> {
     if reach != Reach::Folder {
         return None;
@@ -392,7 +391,6 @@ fn outside(folder: &Path, file: &Path, reach: Reach) -> Option<Problem> {
     (!real.starts_with(&root)).then(|| Problem::new(wrong(), OUTSIDE))
 }
 
-/// Reads a file as UTF-8.
 fn read_text(path: &Path) -> Result<String, SceneError> {
     let bytes = input::read(path, SCENE_BYTES).map_err(|error| SceneError::reading(path, error.into()))?;
     String::from_utf8(bytes).map_err(|error| {
@@ -402,7 +400,6 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
     })
 }
 
-/// Reads a file that a scene names.
 fn named_file(folder: &Path, path: &str) -> Result<Arc<Source>, SceneError> {
     let path = folder.join(path);
     let text = read_text(&path)?;
@@ -423,7 +420,7 @@ fn parse(source: &Arc<Source>) -> Result<Spanned<DeTable<'_>>, SceneError> {
         return Ok(table);
     }
     let document = Document::new(source, table.get_ref());
-    // A file that is something else altogether, such as a table of numbers, has an error in each line.
+    // A file of another format, such as a table of numbers, has an error in each line.
     errors.sort_by_key(|error| error.span().map(|span| span.start));
     let more = errors.len().saturating_sub(MOST_SYNTAX_ERRORS);
     errors.truncate(MOST_SYNTAX_ERRORS);
@@ -450,8 +447,8 @@ fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) ->
     Diagnostic { source: Arc::clone(source), key, span, problem }
 }
 
-/// Returns SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly
-/// if they say the same, however they are written.
+/// SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if their
+/// settings are equal, however they are written.
 pub(crate) fn settings_hash(settings: &serde_json::Value) -> String {
     sha256(&[&settings.to_string()])
 }

@@ -1,8 +1,8 @@
-//! `.npy` arrays of numbers, read row by row.
+//! `.npy` arrays of numbers, read from files that may be damaged or hostile.
 //!
-//! The library that knows the format believes its header: it multiplies lengths that wrap and follows brackets as deep
-//! as they go, in a time that doubles with each. The header is looked at here before: its length, its brackets, and
-//! whether the file holds as many numbers as it promises.
+//! The library that knows the format trusts its header: it multiplies lengths that overflow, and parses nested brackets
+//! to any depth, in a time that doubles with each. Therefore the header is checked here before: its length, its
+//! brackets, and whether the file holds as many numbers as it promises.
 
 use std::fs::File;
 use std::io::{BufReader, Cursor, Error, ErrorKind, Read};
@@ -13,10 +13,10 @@ use thiserror::Error;
 
 use super::input;
 
-/// Longest header of an array of plain numbers \[bytes\]; writers fill theirs up to 128.
+/// Longest header of an array of plain numbers \[bytes\]; writers pad theirs to 128 at most.
 const LONGEST_HEADER: usize = 4096;
 
-/// More numbers than any file holds: their bytes are far from wrapping.
+/// More numbers than any file holds, yet so few that their bytes do not overflow.
 const MOST_NUMBERS: u64 = 1 << 48;
 
 /// Why an array is not read.
@@ -25,28 +25,28 @@ pub(crate) enum ArrayError {
     /// The file cannot be read.
     #[error(transparent)]
     Io(#[from] Error),
-    /// It is not an array, or not all of one.
+    /// It is not an array, or an incomplete one.
     #[error("it is not a complete .npy array: {0}")]
     Damaged(String),
     /// It does not hold real numbers.
     #[error("this array holds {found}, and real numbers are needed")]
     Type {
-        /// Type of its numbers, in the words of the file.
+        /// Type of its numbers, as written in the file.
         found: String,
     },
 }
 
-/// An array whose header is known.
+/// An open array whose header has been read and checked.
 pub(crate) struct Array {
     npy: NpyFile<BufReader<Box<dyn Read>>>,
     kind: (TypeChar, u64),
 }
 
 impl Array {
-    /// Opens a file and reads its header.
+    /// Opens a file, and reads and checks its header.
     ///
     /// # Errors
-    /// [`ArrayError`].
+    /// For a file that cannot be read, is not a complete array, or does not hold real numbers.
     pub(crate) fn open(path: &Path) -> Result<Self, ArrayError> {
         let (mut file, size) = input::open(path)?;
         let header = header(&mut file)?;
@@ -69,25 +69,25 @@ impl Array {
         Ok(Self { npy, kind })
     }
 
-    /// Returns its lengths.
+    /// Length of each dimension.
     pub(crate) fn shape(&self) -> &[u64] {
         self.npy.shape()
     }
 
-    /// Tells whether its numbers are floating-point ones.
+    /// True if its numbers are floating-point, not integers.
     pub(crate) fn is_of_floats(&self) -> bool {
         self.kind.0 == TypeChar::Float
     }
 
-    /// Returns the type of its numbers, in the file's words.
+    /// Type of its numbers, as written in the file.
     pub(crate) fn type_name(&self) -> String {
         self.npy.dtype().descr()
     }
 
-    /// Returns all numbers, of an array of two lengths row by row whatever the order in the file.
+    /// All numbers, row by row if there are two dimensions, whatever the order in the file.
     ///
     /// # Errors
-    /// [`ArrayError`].
+    /// For numbers of another length than 4 or 8 bytes, and errors of the file.
     pub(crate) fn into_values(self) -> Result<Vec<f64>, ArrayError> {
         let (shape, order) = (self.npy.shape().to_vec(), self.npy.order());
         let npy = self.npy;
@@ -113,7 +113,7 @@ fn damaged(error: Error) -> ArrayError {
     ArrayError::Damaged(error.to_string())
 }
 
-/// Returns the bytes of a file up to its numbers.
+/// The bytes of a file before its numbers.
 fn header(file: &mut File) -> Result<Vec<u8>, ArrayError> {
     let wrong = |what: &str| ArrayError::Damaged(what.to_owned());
     let mut bytes = Vec::new();
@@ -135,7 +135,7 @@ fn header(file: &mut File) -> Result<Vec<u8>, ArrayError> {
     Ok(bytes)
 }
 
-/// Returns how many numbers a header promises: the product of its shape.
+/// Number of values that a header promises: the product of its shape.
 fn promised(header: &str) -> Result<u64, ArrayError> {
     let count = |bracket: char| header.matches(bracket).count();
     if [('{', 1), ('(', 1), ('[', 0)].into_iter().any(|(bracket, most)| count(bracket) > most) {

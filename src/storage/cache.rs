@@ -1,13 +1,13 @@
 //! Results that take long, kept on disk for the next run.
 //!
 //! An entry is a sealed file `<key>.<extension>`, the extension that of its kind and the key a SHA-256 of everything
-//! that the value depends on, its kind's version too. It takes its name when it is whole, so a reader sees all of an
-//! entry or nothing, and two processes may store the same one at once.
+//! that the value depends on, the version of its kind included. It gets its name when it is complete, so a reader sees
+//! all of an entry or nothing, and two processes may store the same one at once.
 //!
-//! Whatever does not check out (truncated, damaged, another version, another key) is no error: the caller gets the
-//! reason, makes the value again and replaces it. When the entries exceed the size limit the least recently used ones
-//! go first, those that older versions have left among them. The limit follows the room on the disk: a sound solved for
-//! has a gigabyte, and a sweep comes back to those of all its speeds.
+//! An unusable entry (truncated, damaged, another version, another key) is no error: the caller gets the reason, makes
+//! the value again and replaces it. When the entries exceed the size limit the least recently used ones are removed
+//! first, including those left by older versions. The limit follows the room on the disk: a solved sound takes a
+//! gigabyte, and a sweep comes back to those of all its speeds.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
@@ -24,9 +24,9 @@ use super::pending_file::PendingFile;
 use super::sealed_file::{Body, Format, Unusable};
 use crate::numeric::digest::hexadecimal;
 
-/// Size of all entries together that is let be on any disk, and on the largest \[bytes\].
+/// Limit of the size of all entries together \[bytes\]: the least, allowed on any disk, and the greatest.
 const BOUNDS: [u64; 2] = [2 << 30, 32 << 30];
-/// Part of the disk's room, that of the entries included, that entries may fill.
+/// Entries may fill one part in so many of the disk's free room, their present size added to it.
 const SHARE_OF_ROOM: u64 = 8;
 
 /// Reason why the cache cannot be used.
@@ -38,44 +38,44 @@ pub enum CacheError {
     /// The folder or an entry cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {
-        /// The file or folder.
+        /// The file or folder that failed.
         path: PathBuf,
-        /// Error of the system.
+        /// The system's error.
         source: std::io::Error,
     },
 }
 
 impl CacheError {
-    /// Makes the error of a file or folder, for `map_err`.
+    /// Converts an error of the file system at a path, for `map_err`.
     fn of(path: &Path) -> impl Fn(std::io::Error) -> Self + use<'_> {
         |source| Self::Io { path: path.to_owned(), source }
     }
 }
 
-/// A kind of entry.
+/// A kind of entry: its file name extension and its format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kind {
-    /// Extension of its files.
+    /// Extension of its files, without the dot.
     pub extension: &'static str,
-    /// Their format; its version is also that of the algorithm, and to be raised whenever the same input may give
-    /// another value.
+    /// Their format. Its version is also that of the algorithm: raise it whenever the same input may give another
+    /// value.
     pub format: Format,
 }
 
 /// A value that the cache keeps.
 pub trait Cached: Serialize + DeserializeOwned {
-    /// Its kind.
+    /// File extension and format of such values.
     const KIND: Kind;
 
-    /// Tells whether a value that was read is valid.
+    /// True if a value that was read is valid, as all its numbers being finite.
     fn is_sound(&self) -> bool;
 }
 
-/// Returns the key of a value: SHA-256 over its kind's version and all that it depends on, in JSON form (numbers are
-/// written with all digits).
+/// Key of a value: SHA-256 over the version of its kind and all that it depends on, in JSON (numbers are written with
+/// all digits).
 ///
 /// # Errors
-/// Content that JSON cannot hold.
+/// If the content cannot be written as JSON.
 pub(crate) fn key<T: Cached>(content: &impl Serialize) -> serde_json::Result<[u8; 32]> {
     Ok(Sha256::digest(serde_json::to_vec(&(T::KIND.format.version, content))?).into())
 }
@@ -83,36 +83,36 @@ pub(crate) fn key<T: Cached>(content: &impl Serialize) -> serde_json::Result<[u8
 /// One entry, as listed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CacheEntry {
-    /// The file.
+    /// The entry's file.
     pub path: PathBuf,
-    /// Its size \[bytes\].
+    /// Size of the file \[bytes\].
     pub bytes: u64,
     /// Usability: complete, of this version, with the right checksum.
     pub(crate) usable: Result<(), Unusable>,
 }
 
-/// An entry's file.
+/// An entry's file, not yet checked.
 struct EntryFile {
-    /// When it was last used.
+    /// When it was last read or written.
     used: SystemTime,
     path: PathBuf,
     bytes: u64,
 }
 
-/// A folder of entries.
+/// A folder of entries with a bounded total size.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cache {
     folder: PathBuf,
-    /// Largest size of all entries together \[bytes\]; `None`: by the room on the disk.
+    /// Largest size of all entries together \[bytes\]; `None`: according to the room on the disk.
     limit: Option<u64>,
 }
 
 impl Cache {
-    /// Returns the user's cache: `TYREWAVE_CACHE_DIR`, else the platform's cache folder (`XDG_CACHE_HOME`,
-    /// `LOCALAPPDATA`, `~/Library/Caches`, `~/.cache`).
+    /// The user's cache: `TYREWAVE_CACHE_DIR`, else a folder in the platform's cache folder (`XDG_CACHE_HOME`,
+    /// `LOCALAPPDATA`, `~/Library/Caches`, `~/.cache`). Its limit follows the room on the disk.
     ///
     /// # Errors
-    /// [`CacheError::NoFolder`].
+    /// [`CacheError::NoFolder`] if none of these is known.
     pub fn open() -> Result<Self, CacheError> {
         let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
         let own = |base: PathBuf| base.join("tyrewave");
@@ -126,25 +126,25 @@ impl Cache {
             .ok_or(CacheError::NoFolder)
     }
 
-    /// Returns a cache in a given folder, bounded to `limit` bytes.
+    /// A cache in a given folder, bounded to `limit` bytes.
     pub fn at(folder: PathBuf, limit: u64) -> Self {
         Self { folder, limit: Some(limit) }
     }
 
-    /// Returns the folder.
+    /// The folder of the entries; it need not exist.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Returns the file of a key.
+    /// File of the entry with this key, whether it exists or not.
     pub fn path<T: Cached>(&self, key: &[u8; 32]) -> PathBuf {
         self.folder.join(hexadecimal(key)).with_extension(T::KIND.extension)
     }
 
-    /// Reads an entry, which counts as its use: `None` where there is none.
+    /// Reads an entry, which counts as its use; `None` if there is none.
     ///
     /// # Errors
-    /// [`CacheError::Io`].
+    /// If the file exists and cannot be read.
     pub(crate) fn load<T: Cached>(&self, key: &[u8; 32]) -> Result<Option<Result<T, Unusable>>, CacheError> {
         let path = self.path::<T>(key);
         let body = match T::KIND.format.read(&path) {
@@ -152,15 +152,15 @@ impl Cache {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(CacheError::of(&path)(error)),
         };
-        // Where the time cannot be set the entry only goes earlier than it should.
+        // Where the time cannot be set the entry is only dropped earlier than it should be.
         let _ = File::options().append(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
         Ok(Some(body.and_then(|body| value(body, key))))
     }
 
-    /// Writes an entry and drops those that were not used for longest, past the size limit.
+    /// Writes an entry and drops the least recently used ones beyond the size limit.
     ///
     /// # Errors
-    /// [`CacheError::Io`].
+    /// [`CacheError::Io`] for a folder or file that cannot be written.
     pub fn store<T: Cached>(&self, key: &[u8; 32], value: &T) -> Result<(), CacheError> {
         let path = self.path::<T>(key);
         fs::create_dir_all(&self.folder).map_err(CacheError::of(&self.folder))?;
@@ -169,8 +169,8 @@ impl Cache {
         self.shrink(&path)
     }
 
-    /// Returns a value from its entry if that is there and sound, else made and stored. Trouble with the cache only
-    /// ever gives warnings.
+    /// Reads a value if its entry is there and valid, else makes and stores it. Trouble with the cache only ever gives
+    /// warnings.
     ///
     /// # Errors
     /// Errors of making the value.
@@ -188,7 +188,7 @@ impl Cache {
         Ok(value)
     }
 
-    /// Returns a value from its entry if that is there and sound.
+    /// Value of an entry that is there and valid; an unusable entry or an unreadable cache gives a warning.
     pub fn kept<T: Cached>(&self, key: &[u8; 32], warnings: &mut Vec<String>) -> Option<T> {
         match self.load(key) {
             Ok(Some(Ok(value))) => return Some(value),
@@ -201,14 +201,14 @@ impl Cache {
         None
     }
 
-    /// Stores a value.
+    /// Stores a value; where that fails there is a warning.
     pub fn keep<T: Cached>(&self, key: &[u8; 32], value: &T, warnings: &mut Vec<String>) {
         if let Err(error) = self.store(key, value) {
             warnings.push(format!("cache not written: {error}"));
         }
     }
 
-    /// Drops entries until the rest fits the limit; the one just written stays.
+    /// Drops the least recently used entries until the rest fits the limit; the one just written stays in any case.
     fn shrink(&self, keep: &Path) -> Result<(), CacheError> {
         let mut entries = self.files()?;
         entries.sort_by(|a, b| (a.used, &a.path).cmp(&(b.used, &b.path)));
@@ -226,7 +226,7 @@ impl Cache {
         Ok(())
     }
 
-    /// Returns the files of all entries, of whatever kind: those that are named after a key.
+    /// Files of all entries, of whatever kind, known by names that are keys.
     fn files(&self) -> Result<Vec<EntryFile>, CacheError> {
         let names = match entries(&self.folder) {
             Ok(names) => names,
@@ -238,7 +238,7 @@ impl Cache {
         for name in names {
             let path = self.folder.join(name);
             if path.file_stem().and_then(|stem| stem.to_str()).is_some_and(is_key) {
-                // Another process may just have dropped it.
+                // Another process may have dropped it meanwhile.
                 let Ok(metadata) = fs::metadata(&path) else { continue };
                 let used = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
                 files.push(EntryFile { used, path, bytes: metadata.len() });
@@ -247,10 +247,10 @@ impl Cache {
         Ok(files)
     }
 
-    /// Returns all entries, checked, by name; those of none of these kinds are listed as foreign.
+    /// All entries, checked, sorted by path; those of none of these kinds are listed as foreign.
     ///
     /// # Errors
-    /// [`CacheError::Io`].
+    /// [`CacheError::Io`] for a folder that cannot be read.
     pub fn list(&self, kinds: &[Kind]) -> Result<Vec<CacheEntry>, CacheError> {
         let check = |path: &Path| {
             let extension = path.extension().unwrap_or_default();
@@ -265,8 +265,8 @@ impl Cache {
         Ok(entries)
     }
 
-    /// Removes all entries that can be removed; how many those were, and what became of the others. Other files in the
-    /// folder stay.
+    /// Removes all entries that can be removed; returns how many, and why others stayed. Other files in the folder
+    /// stay.
     ///
     /// # Errors
     /// [`CacheError::Io`] of a folder that cannot be read.
@@ -284,7 +284,7 @@ fn remove(path: &Path) -> Result<(), CacheError> {
     }
 }
 
-/// Returns the value of an entry's body, if it is that of the key.
+/// Value in the body of an entry, if the entry has the right key and the value is valid.
 fn value<T: Cached>(mut body: Body, key: &[u8; 32]) -> Result<T, Unusable> {
     if body.take::<[u8; 32]>()? != *key {
         return Err(Unusable::Key);
@@ -292,13 +292,13 @@ fn value<T: Cached>(mut body: Body, key: &[u8; 32]) -> Result<T, Unusable> {
     body.finish().and_then(|value: T| if value.is_sound() { Ok(value) } else { Err(Unusable::Damaged) })
 }
 
-/// Returns the limit of entries that have so many bytes on a disk with so many free ones, if those are known.
+/// Limit \[bytes\] for entries that take `entries` bytes on a disk with `free` free ones, if those are known.
 fn limit_by_room(entries: u64, free: Option<u64>) -> u64 {
     let [least, most] = BOUNDS;
     free.map_or(least, |free| (entries.saturating_add(free) / SHARE_OF_ROOM).clamp(least, most))
 }
 
-/// Returns the bytes that a folder's disk has room for, where the system tells.
+/// Bytes free to this user on a folder's disk, if the system reports them.
 #[cfg(unix)]
 fn free_bytes(folder: &Path) -> Option<u64> {
     let disk = rustix::fs::statvfs(folder).ok()?;

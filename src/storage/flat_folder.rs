@@ -1,14 +1,14 @@
-//! Folders of files: what is in them, and their end.
+//! Folders of files: listing, access by untrusted names, and removal.
 //!
-//! The standard library's way to list a folder panics where the system cannot close it again, which a broken disk or
-//! network may bring about; here that is nothing.
+//! The standard library's listing of a folder panics where the system cannot close it again, which a broken disk or
+//! network may cause; the listing here ignores that.
 
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// Lists the names of what is in a folder.
+/// Names of everything in a folder, in the order of the file system, without `.` and `..`.
 ///
 /// # Errors
 /// Errors of the file system.
@@ -21,7 +21,7 @@ pub(crate) fn entries(folder: &Path) -> io::Result<Vec<String>> {
     names.map(|names| names.into_iter().filter(|name| name != "." && name != "..").collect())
 }
 
-/// Lists the names of what is in a folder.
+/// Names of everything in a folder, in the order of the file system.
 ///
 /// # Errors
 /// Errors of the file system.
@@ -30,16 +30,16 @@ pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
     fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
 }
 
-/// Returns the path of a file in a folder, by a name that may come from a stranger: one without other folders in it,
-/// and no link. `None` where there is no such file.
+/// Path of a file in a folder, by a name that may come from an untrusted source: it must lead to no other folder, and
+/// to no link. `None` if there is no such file.
 ///
 /// # Errors
-/// [`ErrorKind::InvalidInput`] for any other name and for a link; of the file system.
+/// [`ErrorKind::InvalidInput`] for any other name and for a link; errors of the file system.
 pub(crate) fn file(folder: &Path, name: &str) -> io::Result<Option<PathBuf>> {
     entry(folder, name, fs::Metadata::is_file)
 }
 
-/// Returns the path of a folder in a folder, by a name as that of a [`file`].
+/// Path of a folder in a folder, by a name restricted as that of a [`file`].
 ///
 /// # Errors
 /// As [`file`].
@@ -61,10 +61,10 @@ fn entry(folder: &Path, name: &str, is_wanted: fn(&fs::Metadata) -> bool) -> io:
     }
 }
 
-/// Refuses a folder with a link in it, by which a foreign file would be written to.
+/// Refuses a folder with a link in it, through which a foreign file could be overwritten.
 ///
 /// # Errors
-/// [`ErrorKind::InvalidInput`], which names the link; of the file system.
+/// [`ErrorKind::InvalidInput`], which names the link; errors of the file system.
 pub(crate) fn without_links(folder: &Path) -> io::Result<()> {
     for name in entries(folder)? {
         if fs::symlink_metadata(folder.join(&name)).is_ok_and(|found| found.is_symlink()) {
@@ -75,8 +75,8 @@ pub(crate) fn without_links(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Deletes a folder with all files in it; one that holds a folder stays, with that folder in it. An empty one need not
-/// be listed.
+/// Deletes a folder with all files in it; if it contains a folder, both stay. An empty folder is removed even if it
+/// cannot be listed.
 ///
 /// # Errors
 /// Errors of the file system.

@@ -1,7 +1,7 @@
 //! Files that are read as a whole: regular ones of a bounded size, nothing else.
 //!
-//! A named pipe blocks its reader and a device may go on for ever; a file larger than anything meant would take
-//! all memory before its first line is looked at.
+//! A named pipe blocks its reader and a device may go on for ever; a file far larger than intended would take all
+//! memory before its first line is looked at.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -9,7 +9,7 @@ use std::path::Path;
 
 use thiserror::Error;
 
-/// Largest scene, tyre or road table \[bytes\]: the largest ones that people write have some kilobytes.
+/// Largest scene, tyre or road table \[bytes\]: even large ones written by hand have some kilobytes.
 pub(crate) const SCENE_BYTES: u64 = 1_000_000;
 /// Largest file of cases or measured values \[bytes\].
 pub(crate) const TABLE_BYTES: u64 = 100_000_000;
@@ -17,15 +17,15 @@ pub(crate) const TABLE_BYTES: u64 = 100_000_000;
 /// Why a file is not read.
 #[derive(Debug, Error)]
 pub(crate) enum InputError {
-    /// The system's reason, or that it is no regular file.
+    /// The system's reason, or that it is not a regular file.
     #[error(transparent)]
     Io(#[from] io::Error),
-    /// More bytes than such a file has.
+    /// It is longer than files of this use may be.
     #[error("it has {found} bytes, and such a file at most {limit}")]
     TooLarge {
-        /// Its bytes, as far as they were counted.
+        /// Its size \[bytes\], or as much of it as was read.
         found: u64,
-        /// Bytes at most.
+        /// Greatest size \[bytes\].
         limit: u64,
     },
 }
@@ -39,12 +39,12 @@ impl From<InputError> for io::Error {
     }
 }
 
-/// Opens a regular file; with it its size \[bytes\].
+/// Opens a regular file; returns it and its size \[bytes\].
 ///
 /// # Errors
 /// Errors of the file system; [`io::ErrorKind::InvalidInput`] for pipes, devices and sockets.
 pub(crate) fn open(path: &Path) -> io::Result<(File, u64)> {
-    // Looked at before it is opened: opening a named pipe waits for somebody who writes to it.
+    // Checked before it is opened: opening a named pipe waits for a writer.
     let regular = |information: fs::Metadata| match information.is_dir() {
         true => Err(io::ErrorKind::IsADirectory.into()),
         false if information.is_file() => Ok(information.len()),
@@ -56,7 +56,7 @@ pub(crate) fn open(path: &Path) -> io::Result<(File, u64)> {
     Ok((file, size))
 }
 
-/// Returns all bytes of a regular file of at most `limit` bytes.
+/// All bytes of a regular file of at most `limit` bytes.
 ///
 /// # Errors
 /// As [`open`], and [`InputError::TooLarge`].
@@ -66,7 +66,7 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, InputError> {
     check(size)?;
     let mut bytes = Vec::with_capacity(size as usize);
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
-    // It may have grown meanwhile.
+    // The file may have grown meanwhile.
     check(bytes.len() as u64)?;
     Ok(bytes)
 }
@@ -74,21 +74,21 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, InputError> {
 /// Reads a file as [`read`], but as UTF-8 text.
 ///
 /// # Errors
-/// As [`read`]; [`io::ErrorKind::InvalidData`] for bytes that are no text.
+/// As [`read`]; [`io::ErrorKind::InvalidData`] for bytes that are not UTF-8.
 pub(crate) fn read_text(path: &Path, limit: u64) -> Result<String, InputError> {
     let text = String::from_utf8(read(path, limit)?);
     text.map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()).into())
 }
 
-/// Characters of a file that a message quotes at most.
+/// Most characters of a file that a message quotes.
 const QUOTED: usize = 80;
 
-/// Returns the part of a file's text that a message quotes.
+/// The part of a file's text that a message quotes: its beginning.
 pub(crate) fn excerpt(text: &str) -> String {
     beginning(text, QUOTED)
 }
 
-/// Returns a text of at most so many characters, or its beginning.
+/// The text if it has at most `most` characters, else so many of them and three dots.
 pub(crate) fn beginning(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         Some((end, _)) => format!("{}...", &text[..end]),

@@ -1,15 +1,15 @@
-//! Files beside the results: whole ones, sealed ones, the states of runs, a cache, and tables that are read.
+//! Files beside the results: sealed ones, the states of runs, a cache, and tables that are read.
 //!
 //! - [`mod@array`]: `.npy` arrays that are read;
-//! - [`input`]: files that are read: regular ones of a bounded size;
-//! - [`pending_file`]: files that are whole or not there;
+//! - [`input`]: files that are read as a whole: regular ones of a bounded size;
+//! - [`pending_file`]: files that are complete or absent;
 //! - [`sealed_file`]: the one binary format, for checkpoints and cache entries alike;
 //! - [`cache`]: results that take long, kept for the next run;
-//! - [`flat_folder`]: what is in a folder of files, and its end;
-//! - [`separated`]: tables of cells parted by commas, semicolons or tabs;
-//! - [`state`]: a saved state against what it is restored into.
+//! - [`flat_folder`]: listing, access and removal of a folder of files;
+//! - [`separated`]: tables of cells separated by commas, semicolons or tabs;
+//! - [`state`]: a saved state compared with what it is restored into.
 //!
-//! None of them knows what the bytes mean: a type that is kept says so by deriving serde's traits.
+//! None of them knows what the bytes mean: types that are stored derive serde's traits.
 
 pub(crate) mod array;
 pub(crate) mod cache;

@@ -1,4 +1,4 @@
-//! Files that are whole or not there.
+//! Files that are complete or absent.
 
 use std::fs::{self, File};
 use std::hash::{BuildHasher, RandomState};
@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A file that takes its name when it is complete. Begun before a long work, so that a place that cannot be written to
-/// is refused at once.
+/// A file that gets its name when it is complete. It is begun before a long computation, so that a place that cannot be
+/// written to is reported at once. Dropped before that, it leaves nothing.
 #[derive(Debug)]
 pub struct PendingFile {
     path: PathBuf,
@@ -16,22 +16,22 @@ pub struct PendingFile {
 }
 
 impl PendingFile {
-    /// Begins the file, which has a name of its own for every writer until it is complete; nothing stands under its
-    /// final name yet, or what stood there before.
+    /// Creates the file under a temporary name, unique to this writer; what stood under its final name before stays
+    /// until the file is complete.
     ///
     /// # Errors
     /// Errors of the file system.
     pub fn create(path: &Path) -> io::Result<Self> {
-        // The files of a process differ by a count, processes by the number that the standard library draws for each of
-        // them: several machines that share a disk have processes of the same id.
+        // Files of a process differ by a count, processes by a number that the standard library draws at random for
+        // each of them: process ids would not do, as machines that share a disk may have processes of the same id.
         static PROCESS: LazyLock<u64> = LazyLock::new(|| RandomState::new().hash_one(0));
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         Self::create_as(path, &format!(".{:016x}-{count}.tmp", *PROCESS))
     }
 
-    /// Creates a file as [`Self::create`], its name so far that of the file with a suffix: for a file that only one
-    /// process can write.
+    /// Creates a file as [`Self::create`], its temporary name being the final one with `suffix` appended: for a file
+    /// that only one process can write.
     ///
     /// # Errors
     /// Errors of the file system.
@@ -46,20 +46,20 @@ impl PendingFile {
         Ok(Self { path: path.to_owned(), temporary })
     }
 
-    /// Returns the name that it will have.
+    /// The final path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Returns the name that it has so far.
+    /// The path until it is complete.
     pub fn temporary(&self) -> &Path {
         &self.temporary
     }
 
-    /// Completes the file: brings its content to the disk, then gives it its name.
+    /// Writes the content, brings it to the disk, then gives the file its name.
     ///
     /// # Errors
-    /// Errors of the file system; nothing is left of it then.
+    /// Errors of the file system; the temporary file is removed then.
     pub fn complete(self, content: impl AsRef<[u8]>) -> io::Result<()> {
         let mut file = File::create(&self.temporary)?;
         file.write_all(content.as_ref())?;
@@ -67,10 +67,10 @@ impl PendingFile {
         self.publish()
     }
 
-    /// Gives the file its name; its content has been brought to the disk.
+    /// Gives the file its name; its content must have been brought to the disk before.
     ///
     /// # Errors
-    /// Errors of the file system; nothing is left of it then.
+    /// Errors of the file system; the temporary file is removed then.
     pub fn publish(self) -> io::Result<()> {
         fs::rename(&self.temporary, &self.path)
     }
@@ -78,7 +78,7 @@ impl PendingFile {
 
 impl Drop for PendingFile {
     fn drop(&mut self) {
-        // It is gone already where it was completed.
+        // There is none where it was completed.
         let _ = fs::remove_file(&self.temporary);
     }
 }

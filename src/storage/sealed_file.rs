@@ -1,4 +1,4 @@
-//! Sealed files: one value in a file that says what it is and whether it is whole.
+//! Sealed files: one value in a file that identifies itself and shows whether it is complete.
 //!
 //! Layout, little-endian:
 //!
@@ -7,8 +7,8 @@
 //! body: the value in the postcard format        32 bytes  SHA-256 of all before
 //! ```
 //!
-//! The body is looked at only if length and checksum are right. It is in memory as a whole, and what is made from it is
-//! bounded by it: no list is believed to be longer than the bytes that are there.
+//! The body is decoded only if length and checksum are right. It is read into memory as a whole, and what is decoded
+//! from it is bounded by it: no list is believed to be longer than the bytes present.
 
 use std::io;
 use std::path::Path;
@@ -21,19 +21,19 @@ use thiserror::Error;
 use super::input;
 use super::pending_file::PendingFile;
 
-/// Bytes before the body and after it.
+/// Bytes before the body: magic, version and length.
 const HEADER: usize = 8 + 4 + 8;
 const TRAILER: usize = 32;
-/// More bytes than any state of a run has that fits in memory.
+/// Limit of a file's size \[bytes\]: more than any state of a run that fits in memory.
 const LARGEST: u64 = 16_000_000_000;
 
-/// Why a sealed file is not used.
+/// Reason why a sealed file is not used.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub(crate) enum Unusable {
-    /// Shorter than it says it is.
+    /// Shorter than its header states.
     #[error("it is truncated")]
     Truncated,
-    /// Something else.
+    /// It does not begin with the magic of the format.
     #[error("it is not {wanted}")]
     Foreign {
         /// Name of the expected kind.
@@ -42,35 +42,35 @@ pub(crate) enum Unusable {
     /// Another version of the format.
     #[error("it has format version {found}, this program reads {wanted}")]
     Version {
-        /// The version found.
+        /// The version in the file.
         found: u32,
-        /// The version of this program.
+        /// The version that this program reads.
         wanted: u32,
     },
-    /// The checksum or the content does not fit.
+    /// Checksum or content is wrong.
     #[error("it is damaged")]
     Damaged,
-    /// Belongs to something else than what it was looked up for.
+    /// It belongs to another key than the one looked up.
     #[error("it belongs to another key")]
     Key,
 }
 
-/// A kind of sealed file.
+/// A kind of sealed file: magic, version and name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Format {
     /// First bytes of the file.
     pub magic: &'static [u8; 8],
-    /// Version of what is stored: to be raised whenever the same bytes would mean something else.
+    /// Version of the content: to be raised whenever the same bytes would mean something else.
     pub version: u32,
-    /// Name for messages, with its article.
+    /// Name for messages, with its article, as "a checkpoint".
     pub name: &'static str,
 }
 
 impl Format {
-    /// Completes a file begun with a value's bytes: it is on the disk and has its name, or is not there.
+    /// Writes a value into a file that was begun, and completes it: afterwards it is on the disk under its name.
     ///
     /// # Errors
-    /// Errors of the file; a value that has no bytes is [`io::ErrorKind::InvalidData`].
+    /// Errors of the file, which is absent then; [`io::ErrorKind::InvalidData`] for a value that cannot be encoded.
     pub fn write(&self, file: PendingFile, value: &impl Serialize) -> io::Result<()> {
         let mut bytes = Vec::with_capacity(HEADER);
         bytes.extend_from_slice(self.magic);
@@ -85,10 +85,10 @@ impl Format {
         file.complete(&bytes)
     }
 
-    /// Returns the bytes of a file, if they are whole and of this format.
+    /// Body of a file, if the file is complete and of this format.
     ///
     /// # Errors
-    /// Errors of the file.
+    /// Errors of the file system, or a file that is too large.
     pub(crate) fn read(&self, path: &Path) -> io::Result<Result<Body, Unusable>> {
         let bytes = input::read(path, LARGEST)?;
         Ok(self.check(&bytes).map(|()| Body { bytes, next: HEADER }))
@@ -116,19 +116,19 @@ impl Format {
     }
 }
 
-/// Content of a whole file.
+/// Content of a checked file.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
     bytes: Vec<u8>,
-    /// Where the next value begins.
+    /// Position of the next value.
     next: usize,
 }
 
 impl Body {
-    /// Returns the next of the values that were written as a tuple.
+    /// Decodes the next of the values that were written as a tuple.
     ///
     /// # Errors
-    /// [`Unusable::Damaged`] where the bytes do not make one.
+    /// [`Unusable::Damaged`] where the bytes do not encode such a value.
     pub(crate) fn take<T: DeserializeOwned>(&mut self) -> Result<T, Unusable> {
         let body = &self.bytes[self.next..self.bytes.len() - TRAILER];
         let (value, rest) = postcard::take_from_bytes(body).map_err(|_| Unusable::Damaged)?;
@@ -136,10 +136,10 @@ impl Body {
         Ok(value)
     }
 
-    /// Returns the last value, which uses up the body.
+    /// Decodes the last value.
     ///
     /// # Errors
-    /// As [`Self::take`].
+    /// As [`Self::take`], and if bytes are left after it.
     pub(crate) fn finish<T: DeserializeOwned>(mut self) -> Result<T, Unusable> {
         let value = self.take()?;
         if self.next == self.bytes.len() - TRAILER { Ok(value) } else { Err(Unusable::Damaged) }

@@ -1,15 +1,15 @@
-//! Tables that people wrote or a program exported: one record a line, cells parted by commas, semicolons, tabs or
-//! blanks, in whatever encoding, with decimal points or commas.
+//! Tables that people wrote or a program exported: one record a line, cells separated by commas, semicolons, tabs or
+//! blanks, in UTF-8, UTF-16 or Latin-1, with decimal points or commas.
 
 use std::borrow::Cow;
 
-/// Lines that the delimiter is found from.
+/// The delimiter is found from so many lines.
 const SAMPLE: usize = 1000;
 
-/// Marks at the beginning of a line of comment.
+/// Marks that begin a comment line.
 const COMMENTS: [&str; 3] = ["#", "%", "//"];
 
-/// A table as text: what parts its cells, and how its numbers are written.
+/// Text of a table, with its delimiter and decimal sign.
 #[derive(Debug)]
 pub(crate) struct Table<'a> {
     text: Cow<'a, str>,
@@ -23,7 +23,7 @@ struct Style {
     decimal_comma: bool,
 }
 
-/// One line of a table, from 1, and its cells, trimmed and without their quotes.
+/// A line of a table, counted from 1, and its cells, trimmed and without their quotes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Record<'a> {
     pub(crate) line: u64,
@@ -47,7 +47,7 @@ pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     let text = match bytes {
         [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes),
         [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes),
-        // Letters of the first plane have one byte that is zero.
+        // In UTF-16, letters of Latin-1 have one byte that is zero.
         [1..=255, 0, 1..=255, 0, ..] => wide(bytes, u16::from_le_bytes),
         [0, 1..=255, 0, 1..=255, ..] => wide(bytes, u16::from_be_bytes),
         _ => {
@@ -71,26 +71,26 @@ pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
 }
 
 impl<'a> Table<'a> {
-    /// Returns the table that a file's bytes hold. A first line `sep=;` states the delimiter; else it is the one, with
-    /// decimal points or commas, by which most lines are numbers.
+    /// Reads a file's bytes as a table. A first line `sep=;` states the delimiter; otherwise delimiter and decimal sign
+    /// are those by which most lines consist of numbers.
     pub(crate) fn of(bytes: &'a [u8]) -> Self {
         let text = decoded(bytes);
         let style = style_of(&text);
         Self { text, style }
     }
 
-    /// Returns the records, which may be titles or what stands before them; blank lines and comments are left out.
+    /// All records, including titles and lines before them; blank lines and comments are left out.
     pub(crate) fn records(&self) -> impl Iterator<Item = Record<'_>> {
         let record = |(line, text)| Record { line, cells: self.style.cells(text) };
         lines(&self.text).map(record).filter(|record| record.cells.iter().any(|cell| !cell.is_empty()))
     }
 
-    /// Returns a line, from 1, as it stands in the file.
+    /// A line, counted from 1, as it stands in the file; empty if there is none.
     pub(crate) fn line(&self, line: u64) -> &str {
         self.text.lines().nth(line.saturating_sub(1) as usize).unwrap_or_default()
     }
 
-    /// Returns the lines of comment before a line, without their marks, the nearest first.
+    /// Comment lines before a line, with their numbers and without their marks, the nearest first.
     pub(crate) fn comments_before(&self, line: u64) -> impl Iterator<Item = (u64, &str)> {
         let before: Vec<(u64, &str)> = (1..line).zip(self.text.lines()).collect();
         before.into_iter().rev().filter_map(|(line, text)| {
@@ -99,12 +99,11 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Returns the number that a cell holds: finite, possibly with an exponent of Fortran (1.0D-3), a sign of print.
+    /// The finite number in a cell; a Fortran exponent (1.0D-3) and a typographic minus are understood.
     pub(crate) fn number(&self, cell: &str) -> Option<f64> {
         number(cell, self.style.decimal_comma)
     }
 
-    /// Tells whether commas part the cells.
     pub(crate) fn is_parted_by_commas(&self) -> bool {
         self.style.delimiter == Some(',')
     }
@@ -136,20 +135,20 @@ impl<'a> Table<'a> {
     }
 }
 
-/// Returns the cells of a line by any delimiter that could part its words: titles may be parted otherwise than numbers.
+/// Cells of a line by each delimiter that could separate its words: titles may be separated otherwise than numbers.
 pub(crate) fn words(line: &str) -> impl Iterator<Item = Vec<&str>> {
     [Some(';'), Some('\t'), Some(','), None]
         .map(|delimiter| Style { delimiter, decimal_comma: false }.cells(line))
         .into_iter()
 }
 
-/// Returns the number that a word holds, with a decimal point or comma.
+/// The number in a word, with a decimal point or comma.
 pub(crate) fn any_number(word: &str) -> Option<f64> {
     number(word, false).or_else(|| number(word, true))
 }
 
 fn number(cell: &str, decimal_comma: bool) -> Option<f64> {
-    // Words that Rust takes for numbers are none here.
+    // Words that Rust parses as numbers, such as "inf" and "nan", are not numbers here.
     let begins = cell.starts_with(|sign: char| sign.is_ascii_digit() || "+-.,\u{2212}".contains(sign));
     if !begins || cell.contains(if decimal_comma { '.' } else { ',' }) || cell.ends_with(',') {
         return None;
@@ -182,7 +181,7 @@ fn lines(text: &str) -> impl Iterator<Item = (u64, &str)> {
     (1..).zip(text.lines()).filter(move |(_, line)| !is_left_out(line))
 }
 
-/// Returns the delimiter that a line `sep=;` states.
+/// The delimiter stated by a line `sep=;`.
 fn separator(line: &str) -> Option<char> {
     let line = line.trim_matches('"');
     let stated = line.get(..4).filter(|begin| begin.eq_ignore_ascii_case("sep=")).map(|_| &line[4..])?;
@@ -190,6 +189,7 @@ fn separator(line: &str) -> Option<char> {
     signs.next().filter(|sign| !sign.is_alphanumeric() && signs.next().is_none())
 }
 
+/// Delimiter and decimal sign by which most of the first lines consist of numbers; ties go to the earlier candidate.
 fn style_of(text: &str) -> Style {
     let stated = text.lines().find(|line| !line.trim().is_empty()).and_then(separator);
     let delimiters = match stated {
@@ -199,7 +199,8 @@ fn style_of(text: &str) -> Style {
     let styles =
         delimiters.iter().flat_map(|&delimiter| [false, true].map(|decimal_comma| Style { delimiter, decimal_comma }));
     let sample: Vec<&str> = lines(text).map(|(_, line)| line).take(SAMPLE).collect();
-    // Lines of two or more numbers and nothing else; lines of two or more numbers; cells of the first line.
+    // Compared in this order: lines of two or more numbers only; lines with two or more numbers; cells of the first
+    // line.
     let score = |style: &Style| {
         let (mut pure, mut mixed) = (0, 0);
         for line in &sample {

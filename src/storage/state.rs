@@ -1,75 +1,73 @@
-//! A saved state against what it is restored into.
+//! Saved states, and checks whether a state fits what it is restored into.
 //!
 //! A state is a plain structure of named fields with serde's traits, made by a `save` and given to the `restore` of an
-//! equal, freshly prepared object. Its content is what a file has said: `restore` checks it before it is used.
+//! equal, freshly prepared object. Its content comes from a file: `restore` checks it before it is used.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Why a state does not fit what it is for.
+/// Reason why a state does not fit the object that it is restored into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum StateError {
-    /// A list has another length than the one it is for.
+    /// A list has another length than its target.
     #[error("its state holds {found} numbers where {expected} are needed")]
     Length {
-        /// Numbers needed.
+        /// Length of the target.
         expected: usize,
-        /// Numbers found.
+        /// Length in the state.
         found: usize,
     },
-    /// A field holds what it cannot.
+    /// A field holds a value that it cannot have.
     #[error("its state is invalid")]
     Value,
 }
 
-/// Bytes of a state whose parts are put down one after the other, and taken in the same order.
+/// Bytes of a state whose parts are written one after the other, and read in the same order.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub(crate) struct SavedState(Vec<u8>);
 
-/// Writer of a [`SavedState`].
+/// Encodes the parts of a [`SavedState`].
 #[derive(Debug, Default)]
 pub(crate) struct StateWriter(Vec<u8>);
 
-/// Reader of a [`SavedState`].
+/// Decodes the parts of a [`SavedState`].
 #[derive(Clone, Debug)]
 pub(crate) struct StateReader<'a>(&'a [u8]);
 
 impl StateWriter {
-    /// Puts a value down.
+    /// Appends a value.
     ///
     /// # Errors
-    /// [`StateError::Value`] for one that has no bytes.
+    /// [`StateError::Value`] if it cannot be encoded.
     pub(crate) fn put<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), StateError> {
         self.0 = postcard::to_extend(value, std::mem::take(&mut self.0)).map_err(|_| StateError::Value)?;
         Ok(())
     }
 
-    /// Hands over the bytes.
     pub(crate) fn finish(self) -> SavedState {
         SavedState(self.0)
     }
 }
 
 impl SavedState {
-    /// Begins to read.
     pub(crate) fn reader(&self) -> StateReader<'_> {
         StateReader(&self.0)
     }
 }
 
 impl StateReader<'_> {
-    /// Takes the next value.
+    /// Decodes the next value.
     ///
     /// # Errors
-    /// [`StateError::Value`] where the bytes make none.
+    /// [`StateError::Value`] where the bytes do not encode one.
     pub(crate) fn take<T: DeserializeOwned>(&mut self) -> Result<T, StateError> {
         let (value, rest) = postcard::take_from_bytes(self.0).map_err(|_| StateError::Value)?;
         self.0 = rest;
         Ok(value)
     }
 
-    /// Makes sure that nothing is left.
+    /// Checks that all bytes have been read.
     ///
     /// # Errors
     /// [`StateError::Value`] otherwise.
@@ -78,7 +76,7 @@ impl StateReader<'_> {
     }
 }
 
-/// Puts saved values in the place of present ones.
+/// Replaces values by saved ones.
 ///
 /// # Errors
 /// [`StateError::Length`] for another number of them.
@@ -104,10 +102,10 @@ pub(crate) fn fill_all<'a, T: Copy + 'a>(
     lists.zip(saved).try_for_each(|(values, saved)| fill(values, saved))
 }
 
-/// Restores a part that some have and others have not.
+/// Restores a part that only some objects have.
 ///
 /// # Errors
-/// [`StateError::Value`] unless there are both, part and state, or neither; those of `restore`.
+/// [`StateError::Value`] if only one of part and state is there; the errors of `restore`.
 pub(crate) fn restore_part<T, S>(
     part: &mut Option<T>,
     state: Option<S>,
@@ -120,7 +118,7 @@ pub(crate) fn restore_part<T, S>(
     }
 }
 
-/// Returns a state as it comes back from its bytes.
+/// A state after encoding and decoding.
 #[cfg(test)]
 pub(crate) fn read_back<T: serde::Serialize + serde::de::DeserializeOwned>(state: &T) -> T {
     postcard::from_bytes(&postcard::to_stdvec(state).unwrap()).unwrap()

@@ -1,6 +1,6 @@
 //! One interface for both slice laws: heights in, stiffness curves out.
 //!
-//! Plan: [`SliceBuilder`] holds what depends on the grid only. Prepare: [`SliceScratch`], one per thread. Run:
+//! Plan: [`SliceBuilder`] has what depends on the grid only. Prepare: [`SliceScratch`], one per thread. Run:
 //! [`SliceBuilder::build`] for one slice, [`SliceBuilder::build_rows`] for a chunk of road. A long road is made in
 //! chunks ahead of the tyre, so its length costs no memory.
 
@@ -21,7 +21,7 @@ enum Law {
     HalfSpace(LineInfluence),
 }
 
-/// Slices that a thread takes at a time, at least: scratch is made for each of such portions.
+/// Least number of slices that a thread takes at a time: scratch is made for each such portion.
 const LEAST_SLICES: usize = 16;
 
 /// Makes the stiffness curves of slices of one grid by one law.
@@ -43,7 +43,7 @@ pub struct SliceScratch {
 }
 
 impl SliceBuilder {
-    /// Returns the slice's highest point counts, flat: S(y) = y.
+    /// Builder for slices whose highest point alone makes contact, as a flat slice: S(y) = y.
     ///
     /// # Errors
     /// [`SliceError::Empty`] for no columns.
@@ -51,7 +51,7 @@ impl SliceBuilder {
         Self::new(Law::Flat, columns)
     }
 
-    /// Makes a builder for independent springs over `columns` cells of equal width.
+    /// Builder for independent springs over `columns` cells of equal width.
     ///
     /// # Errors
     /// [`SliceError::Empty`] for no columns.
@@ -59,11 +59,11 @@ impl SliceBuilder {
         Self::new(Law::Winkler, columns)
     }
 
-    /// Returns an elastic half-space pressed on cells of `length` along the road by `pitch` across it \[m\].
+    /// Builder for an elastic half-space pressed on cells of `length` along the road by `pitch` across it \[m\].
     ///
     /// # Errors
     /// [`SliceError::Empty`] for no columns, [`SliceError::Length`] for a cell without size, [`SliceError::MayShrink`]
-    /// if the grid is so extreme that rounding hides that contact only grows.
+    /// if the grid is so extreme that rounding hides that the contact area only grows.
     pub fn half_space(columns: usize, length: f64, pitch: f64) -> Result<Self, SliceError> {
         for (what, value) in [("the length of a slice's cells", length), ("the width of a slice's cells", pitch)] {
             if !(value > 0.0 && value.is_finite()) {
@@ -87,7 +87,7 @@ impl SliceBuilder {
         Ok(Self { law, columns, lines: 1, tolerance: 0.0 })
     }
 
-    /// Returns the slices of so many lines of cells along the element instead of one.
+    /// The same builder for slices of `lines` lines of cells along the element; by default there is one.
     ///
     /// # Errors
     /// [`SliceError::Empty`] for none.
@@ -111,12 +111,12 @@ impl SliceBuilder {
         Ok(self)
     }
 
-    /// Returns the cells of one slice.
+    /// Number of cells of one slice.
     pub fn cells(&self) -> usize {
         self.lines * self.columns
     }
 
-    /// Returns the curve of one slice.
+    /// Curve of one slice.
     ///
     /// `heights`: one height \[m\] per cell, line by line.
     ///
@@ -131,7 +131,7 @@ impl SliceBuilder {
         Ok(self.curve(heights, scratch))
     }
 
-    /// Returns the curve of as many finite heights as there are cells.
+    /// Curve of as many finite heights as there are cells.
     fn curve(&self, heights: &[f64], scratch: &mut SliceScratch) -> StiffnessCurve {
         match &self.law {
             Law::Flat => StiffnessCurve::flat(heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
@@ -143,12 +143,12 @@ impl SliceBuilder {
         }
     }
 
-    /// Returns the curve of one slice, and the pressure/E* of every cell at each of the penetrations `at` \[m\] past
-    /// the highest point (0 at or above it).
+    /// Curve of one slice, and the pressure/E* \[1\] of every cell at each of the penetrations `at` \[m\] past the
+    /// highest point (0 at or above it).
     ///
-    /// On the half-space as solved for the builder's own cells. The independent springs of [`Self::winkler`] and the
-    /// rigid lines of [`Self::flat`] know no cells: they are given the stiffness of the flat line on cells of `length`
-    /// by `pitch` \[m\].
+    /// On the half-space the pressures are those solved for on the builder's cells. The independent springs of
+    /// [`Self::winkler`] and the rigid lines of [`Self::flat`] have no stiffness themselves: they get that of the flat
+    /// line on cells of `length` by `pitch` \[m\].
     ///
     /// # Errors
     /// As [`Self::build`].
@@ -193,8 +193,7 @@ impl SliceBuilder {
         Ok((curve, pressures))
     }
 
-    /// Returns the curves of many slices, in parallel on the current rayon pool; the same bits for any number of
-    /// threads.
+    /// Curves of many slices, in parallel on the current rayon pool; the same bits for any number of threads.
     ///
     /// `heights`: slice by slice, line by line \[m\].
     ///
@@ -206,7 +205,7 @@ impl SliceBuilder {
         if !heights.len().is_multiple_of(cells) {
             return Err(SliceError::Cells { cells, found: heights.len() });
         }
-        // Looked for beforehand, so that the first hole is named whichever thread meets one first.
+        // Checked beforehand, so that the first hole is reported whichever thread meets one first.
         SliceError::refuse_holes(heights, cells)?;
         let slices = heights.par_chunks_exact(cells).with_min_len(LEAST_SLICES);
         Ok(slices.map_init(SliceScratch::default, |scratch, slice| self.curve(slice, scratch)).collect())

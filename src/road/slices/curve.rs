@@ -15,8 +15,7 @@ pub struct StiffnessCurve {
     pub displacement: Box<[f64]>,
     /// Slope past the last breakpoint; 1 when the whole slice is in contact.
     pub final_slope: f64,
-    /// Largest difference from the curve of all cells that leaving breakpoints out has made \[m\]; 0 for that curve
-    /// itself.
+    /// Largest difference from the curve of all cells due to omitted breakpoints \[m\]; 0 for that curve itself.
     pub error: f64,
 }
 
@@ -33,21 +32,21 @@ pub(crate) struct Piece {
     pub to: f64,
 }
 
-/// Least distance of breakpoints \[m\].
+/// Breakpoints nearer than this are merged \[m\].
 const CLOSEST: f64 = 1e-12;
 
 impl StiffnessCurve {
-    /// Returns a flat slice: S(y) = y.
+    /// Curve of a flat slice: S(y) = y.
     pub fn flat(peak: f64) -> Self {
         Self { peak, penetration: Box::new([]), displacement: Box::new([]), final_slope: 1.0, error: 0.0 }
     }
 
-    /// Returns S(y) = sum over k of w_k max(0, y - y_k), with sum of the weights w_k = 1: the form in which both slice
-    /// laws come.
+    /// The curve S(y) = sum over k of w_k max(0, y - y_k), with the weights w_k summing to 1: the form of both slice
+    /// laws.
     ///
     /// `events` are the pairs (y_k, w_k) by non-decreasing y_k >= 0 \[m\]; y_k that are equal, up to a picometre,
-    /// become one breakpoint, for a slope between them would be rounding; those at y_k = 0 only set the initial slope.
-    /// The slope past the last one is set to 1 exactly: the weights' sum differs from it by rounding only.
+    /// become one breakpoint, as the slope between them would be rounding error; those at y_k = 0 only set the initial
+    /// slope. The slope past the last one is set to 1 exactly: the weights' sum differs from it by rounding only.
     pub fn from_events(peak: f64, events: impl Iterator<Item = (f64, f64)> + Clone) -> Self {
         let mut last = 0.0;
         let breakpoints = events
@@ -75,7 +74,7 @@ impl StiffnessCurve {
         Self { peak, penetration: penetration.into(), displacement: displacement.into(), final_slope: 1.0, error: 0.0 }
     }
 
-    /// Returns S(y); for y <= 0 the gap y itself (no contact).
+    /// S(y) \[m\]; for y <= 0 the gap y itself (no contact).
     pub fn displacement_at(&self, y: f64) -> f64 {
         if y <= 0.0 {
             return y;
@@ -84,15 +83,14 @@ impl StiffnessCurve {
         s0 + slope * (y - y0)
     }
 
-    /// Returns the normalised stiffness s(y) = dS/dy, in \[0, 1\]; at a breakpoint the one to its right, and 0 for y <
-    /// 0.
+    /// Normalised stiffness s(y) = dS/dy, in \[0, 1\]; at a breakpoint the one to its right, and 0 for y < 0.
     pub fn stiffness_at(&self, y: f64) -> f64 {
         if y < 0.0 { 0.0 } else { self.segment(self.segment_index(y)).2 }
     }
 
-    /// Returns the penetration y >= 0 at which S(y) is so much \[m\]: S^-1, and 0 for nothing or less.
+    /// Penetration y >= 0 at which S(y) has a value \[m\]: S^-1, and 0 for values of 0 or less.
     ///
-    /// Where S is level, as it is for rounding only, the first such y.
+    /// Where S is constant, which is possible by rounding only, the first such y.
     pub fn penetration_at(&self, displacement: f64) -> f64 {
         if displacement <= 0.0 {
             return 0.0;
@@ -101,31 +99,31 @@ impl StiffnessCurve {
         if slope > 0.0 { y0 + (displacement - s0) / slope } else { y0 }
     }
 
-    /// Returns a linear piece by its number, see [`Self::segment_index`].
+    /// The linear piece of a number, see [`Self::segment_index`].
     pub(crate) fn piece(&self, number: usize) -> Piece {
         let (start, from, slope) = self.segment(number);
         let to = self.penetration.get(number).copied().unwrap_or(f64::INFINITY);
         Piece { slope, intercept: start - slope * from, from, to }
     }
 
-    /// Returns the number of the linear piece that holds `y`: the number of breakpoints at or below it.
+    /// Number of the linear piece that contains `y`: the number of breakpoints at or below it.
     pub fn segment_index(&self, y: f64) -> usize {
         self.penetration.partition_point(|&breakpoint| breakpoint <= y)
     }
 
-    /// Returns the same, looked for from a piece near which it is likely: a few comparisons that a processor foretells.
+    /// As [`Self::segment_index`], searched from a piece near which it is likely: a few well predictable comparisons.
     pub fn segment_index_near(&self, y: f64, near: usize) -> usize {
         self.walk(near, |k| self.penetration[k] <= y)
     }
 
-    /// Returns the number of the piece that holds the penetration w at which w + `excess` S(w) = y > 0, `excess` > -1;
-    /// likewise.
+    /// Number of the piece that contains the penetration w at which w + `excess` S(w) = y > 0, `excess` > -1; searched
+    /// from `near`.
     pub fn segment_index_in_series(&self, y: f64, excess: f64, near: usize) -> usize {
-        // The left side grows with w, because no slope is above 1.
+        // The left side increases with w, because no slope is above 1.
         self.walk(near, |k| self.penetration[k] + excess * self.displacement[k] <= y)
     }
 
-    /// Returns the number of breakpoints passed, from a guess; those passed come first.
+    /// Number of breakpoints for which `passed` holds, from a guess; they must come first.
     fn walk(&self, guess: usize, passed: impl Fn(usize) -> bool) -> usize {
         let mut above = guess.min(self.penetration.len());
         while above < self.penetration.len() && passed(above) {
@@ -137,7 +135,7 @@ impl StiffnessCurve {
         above
     }
 
-    /// Returns the start value, start and slope of the piece before breakpoint `above`.
+    /// Start value, start and slope of the piece before breakpoint `above`.
     fn segment(&self, above: usize) -> (f64, f64, f64) {
         let (y0, s0) = match above {
             0 => (0.0, 0.0),

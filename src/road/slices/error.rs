@@ -1,6 +1,6 @@
-//! Errors of the heights that slices are made of.
+//! Errors of making slices from heights.
 
-/// Heights that no stiffness curve can be made of.
+/// Heights or a grid from which no stiffness curve can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SliceError {
     /// A slice without cells.
@@ -24,10 +24,10 @@ pub enum SliceError {
         /// Value found.
         value: f64,
     },
-    /// A law that takes more of the road than a slice.
+    /// A law that depends on more of the road than the slice.
     #[error("the curves of a pressed road are made of the strip as a whole, not slice by slice")]
     Together,
-    /// A grid on which contact cannot be shown to grow only; the curve follower needs that.
+    /// A grid on which contact cannot be shown to only grow; the curve follower needs that.
     #[error(
         "{columns} cells of {length} m by {pitch} m: rounding hides that contact on the half-space only grows; \
          choose fewer cells or another shape"
@@ -51,10 +51,10 @@ pub enum SliceError {
 }
 
 impl SliceError {
-    /// Refuses heights, so many cells to a slice, of which one is not finite.
+    /// Checks that all heights are finite; `cells` is the number of cells in a slice.
     ///
     /// # Errors
-    /// [`SliceError::Hole`] for the first of them.
+    /// [`SliceError::Hole`] for the first that is not.
     pub fn refuse_holes(heights: &[f64], cells: usize) -> Result<(), Self> {
         first_hole(heights).map_or(Ok(()), |place| {
             Err(Self::Hole { slice: place / cells, cell: place % cells, value: heights[place] })
@@ -62,9 +62,9 @@ impl SliceError {
     }
 }
 
-/// Returns the place of the first height that is not finite.
+/// Index of the first height that is not finite.
 fn first_hole(heights: &[f64]) -> Option<usize> {
-    /// Heights that are looked at together.
+    /// Heights that are checked together, without a branch for each.
     const BLOCK: usize = 64;
     let sound = |heights: &[f64]| heights.iter().fold(true, |sound, height| sound & height.is_finite());
     let block = heights.chunks(BLOCK).position(|heights| !sound(heights))?;

@@ -1,4 +1,4 @@
-//! Half-space slices: the lines of cells across an element, each pressed into an elastic half-space by itself
+//! Half-space slices: the lines of cells across an element, each pressed into an elastic half-space independently
 //! (docs/theory.md 7.2).
 //!
 //! Uniform pressure on cells of [`CELL_LENGTH`] by the lateral pitch, Love's solution, rigid profile, no friction. Of
@@ -6,18 +6,18 @@
 //! line, slope 1 once the whole width is in contact, whatever the modulus and Poisson's ratio. [`GrowingContact`] gives
 //! F exactly.
 //!
-//! For an element, S(y) is the mean over its lines of S_line(y - (z_peak - z_peak,line)): its points of touch are
-//! theirs, each later by as much as the line's peak lies lower, all of them sorted.
+//! For an element, S(y) is the mean over its lines of S_line(y - (z_peak - z_peak,line)): its breakpoints are those of
+//! the lines, each later by as much as the line's peak is lower, all of them sorted.
 
 use super::StiffnessCurve;
 use crate::half_space::{GrowingContact, LineInfluence};
 
 /// Length along the road of the cells that carry a line's pressure \[m\]: a property of the law, not of the element, or
-/// a line would grow softer across with every refinement and S had no limit. Stones of asphalt, and its shortest waves
-/// that carry energy, are 4 to 8 mm long; elements were about 4 mm long where both laws were compared.
+/// a line would become softer across with every refinement and S would have no limit. Stones of asphalt, and its
+/// shortest waves that carry energy, are 4 to 8 mm long; elements were about 4 mm long where both laws were compared.
 pub(crate) const CELL_LENGTH: f64 = 4e-3;
 
-/// Returns the half-space curve of finite heights \[m\], line by line, one per cell of `line`; the rest is scratch.
+/// Half-space curve of finite heights \[m\], line by line, one per cell of `line`; the other arguments are scratch.
 pub(super) fn curve(
     line: &LineInfluence,
     heights: &[f64],
@@ -34,13 +34,13 @@ pub(super) fn curve(
         events.extend(contact.events().iter().map(|&(touch, weight)| (later + touch, weight / flat)));
     }
     if heights.len() > columns {
-        // Stable, so that equal touches are added up in one order.
+        // Stable, so that equal breakpoints are added up in one order.
         events.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     StiffnessCurve::from_events(peak, events.iter().copied())
 }
 
-/// Follows one line, and tells how far its peak lies under the slice's \[m\].
+/// Follows one line; returns how far its peak lies under the slice's \[m\].
 pub(super) fn follow(
     line: &LineInfluence,
     heights: &[f64],
@@ -71,8 +71,7 @@ mod tests {
         assert_eq!(builder.build(&[1e-3; 33], &mut SliceScratch::default()).unwrap(), StiffnessCurve::flat(1e-3));
     }
 
-    /// Checks two lines, one of them everywhere half a millimetre lower: each touches when the slice's y reaches its
-    /// own peak.
+    /// Two lines, one of them everywhere half a millimetre lower: each touches when the slice's y reaches its peak.
     #[test]
     fn lines_of_an_element_share_its_force() {
         let line: Vec<f64> = (0..20).map(|i| 1e-3 * (f64::from(i) * 0.7).sin()).collect();

@@ -1,7 +1,7 @@
 //! The non-linear stiffness of road slices: what the road under an element does to the tread pressed on it.
 //!
-//! A `builder` turns heights into a `curve` by one of the laws `winkler` and `half_space`, `reduce` leaves breakpoints
-//! out within a tolerance, [`statistics`] tells how the curves of a road spread.
+//! A `builder` turns heights into a `curve` by one of the laws `winkler` and `half_space`, `reduce` omits breakpoints
+//! within a tolerance, [`statistics`] has the spread of the curves of a road.
 
 pub(crate) mod builder;
 pub(crate) mod curve;

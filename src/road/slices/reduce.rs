@@ -15,8 +15,8 @@
 
 use super::StiffnessCurve;
 
-/// Returns the curve with the fewest breakpoints within `tolerance` \[m\] of `curve`, its `error` the largest
-/// |S_reduced - S| over all y >= 0, found at the breakpoints of both; `tolerance` <= 0 leaves the curve as it is.
+/// The curve with the fewest breakpoints within `tolerance` \[m\] of `curve`; its `error` is the largest
+/// |S_reduced - S| over all y >= 0, found at the breakpoints of both. `tolerance` <= 0 leaves the curve as it is.
 pub(super) fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
     if tolerance <= 0.0 || curve.penetration.is_empty() {
         return curve;
@@ -26,6 +26,7 @@ pub(super) fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
     let (mut penetration, mut displacement) = (Vec::with_capacity(count), Vec::with_capacity(count));
     let (mut y0, mut v0) = (0.0, 0.0);
     let mut next = 0; // first breakpoint past y0
+    // Steps 1 to 3 of the module's head.
     loop {
         let mut slope = curve.final_slope;
         let mut touch = count;
@@ -73,13 +74,13 @@ pub(super) fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
     reduced
 }
 
-/// Returns the largest difference of two curves of equal final slope: it is attained at a breakpoint of either. Cost:
-/// linear in breakpoints.
+/// Largest difference of two curves of equal final slope: it is attained at a breakpoint of either. Cost: linear in
+/// breakpoints.
 pub(super) fn largest_difference(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
     one_way(a, b).max(one_way(b, a))
 }
 
-/// Returns the largest difference at the breakpoints of `a`.
+/// Largest difference at the breakpoints of `a`.
 fn one_way(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
     let (mut number, mut piece, mut largest) = (0, b.piece(0), 0.0_f64);
     for (&y, &s) in a.penetration.iter().zip(&a.displacement) {
@@ -133,8 +134,8 @@ mod tests {
         }
     }
 
-    /// Checks a parabola over 0..1 of curvature 1: each line spans 4 sqrt(tolerance) of it, the first one (through the
-    /// origin instead of the lower edge) a little less.
+    /// A parabola over 0..1 of curvature 1: each line spans 4 sqrt(tolerance) of it, the first one (through the origin
+    /// instead of the lower edge) a little less.
     #[test]
     fn needs_the_optimal_number_of_breakpoints() {
         let heights: Vec<f64> = (0..4000).map(|i| -f64::from(i) / 4000.0).collect();

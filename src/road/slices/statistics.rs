@@ -1,4 +1,4 @@
-//! How the slices of a road spread: S and contact fraction over the road at given penetrations.
+//! Spread of the slices of a road: S and contact fraction over the road at given penetrations.
 
 use serde::Serialize;
 
@@ -9,15 +9,15 @@ use super::StiffnessCurve;
 pub(crate) struct Spread {
     /// Arithmetic mean.
     pub mean: f64,
-    /// 5 % of the slices lie below.
+    /// 5 % quantile.
     pub low: f64,
-    /// Half of the slices lie below.
+    /// 50 % quantile.
     pub median: f64,
-    /// 5 % of the slices lie above.
+    /// 95 % quantile.
     pub high: f64,
 }
 
-/// The slices of a road at one penetration past each one's own highest point.
+/// The slices of a road at one penetration, each past its highest point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct LevelStatistics {
     /// Penetration y \[m\].
@@ -29,7 +29,7 @@ pub(crate) struct LevelStatistics {
     pub stiffness: Spread,
 }
 
-/// Returns the statistics of curves at each of `penetrations` \[m\]; None without curves.
+/// Statistics of curves at each of `penetrations` \[m\]; `None` without curves.
 pub(crate) fn statistics(curves: &[StiffnessCurve], penetrations: &[f64]) -> Option<Vec<LevelStatistics>> {
     let mut values = Vec::with_capacity(curves.len());
     penetrations
@@ -47,7 +47,7 @@ pub(crate) fn statistics(curves: &[StiffnessCurve], penetrations: &[f64]) -> Opt
         .collect()
 }
 
-/// Returns the spread of the values, which are sorted; quantiles are those of the nearest rank.
+/// Spread of the values, which get sorted; quantiles are those of the nearest rank. `None` without values.
 fn spread(values: &mut [f64]) -> Option<Spread> {
     values.sort_unstable_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;

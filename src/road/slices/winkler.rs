@@ -4,41 +4,42 @@
 //! of equal size it is the mean of max(0, y - depth_i): piecewise linear, with a breakpoint wherever y passes the depth
 //! of a cell and a slope there that grows by 1/n. Exact once the depths are sorted.
 //!
-//! Where no error is allowed:
+//! Without a tolerance:
 //! 1. Depths z_peak - z_i of all cells, sorted.
 //! 2. Each is an event (depth, 1/n) of [`StiffnessCurve::from_events`]. Cost: n log n comparisons.
 //!
-//! Where some is:
+//! With a tolerance:
 //! 1. Depths are put into bins, whose width follows from the tolerance; those of a bin become one event at their mean.
 //!    Outside a bin S is then exact, inside it too small by at most (share of the cells in the bin) width/4: when half
 //!    of them lie at each edge. Cost: some operations for each cell and for each bin.
-//! 2. A slice with too many of its cells in one bin, or fewer cells than bins by far, is sorted after all. Measured
-//!    (bench `slices`): to leave out more breakpoints costs more than it saves.
+//! 2. A slice with too many of its cells in one bin, or with far fewer cells than bins, is sorted after all. Measured
+//!    (bench `slices`): omitting more breakpoints costs more than it saves.
 
 use super::StiffnessCurve;
 
-/// Scratch of a curve.
+/// Work arrays of a curve.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
-    /// Bits of the depths: no depth is negative, so they are in the depths' order.
+    /// Bits of the depths: no depth is negative, so the bits sort like the depths.
     depths: Vec<u64>,
-    /// Sum of depths, and number of cells.
+    /// Sum of depths and number of cells, by bin.
     bins: Vec<[f64; 2]>,
     events: Vec<(f64, f64)>,
 }
 
-/// Part of the tolerance that bins of the mean number of cells are made for: with few cells the fullest holds some
+/// Part of the tolerance for which bins of the mean number of cells are made: with few cells the fullest bin holds some
 /// times as many.
 const PART_OF_BINS: f64 = 0.25;
-/// Density of depths where it is greatest, over their mean density: of a Gaussian texture with a range of six standard
+/// Greatest density of depths over their mean density: that of a Gaussian texture with a range of six standard
 /// deviations.
 const CROWDED: f64 = 2.4;
-/// Most bins for a cell: with more, sorting is as fast.
+/// Most bins per cell: with more, sorting is as fast.
 const MOST_BINS: usize = 2;
 
-/// Returns the Winkler curve of finite heights \[m\] within `tolerance`.
+/// Winkler curve of finite heights \[m\] within `tolerance`.
 ///
-/// No heights have no highest point: they give [`StiffnessCurve::flat`] of minus infinity. Callers check first.
+/// Without heights there is no highest point: the result is [`StiffnessCurve::flat`] of minus infinity. Callers check
+/// before.
 pub(super) fn curve(heights: &[f64], tolerance: f64, scratch: &mut Scratch) -> StiffnessCurve {
     let (lowest, peak) = extremes(heights);
     if tolerance > 0.0
@@ -54,13 +55,13 @@ pub(super) fn curve(heights: &[f64], tolerance: f64, scratch: &mut Scratch) -> S
     StiffnessCurve::from_events(peak, depths.iter().map(|&depth| (f64::from_bits(depth), weight)))
 }
 
-/// Returns the curve by bins with its largest error; none where bins are of no use.
+/// Curve from bins, with its largest error; `None` where bins cannot be used.
 fn binned(heights: &[f64], peak: f64, range: f64, tolerance: f64, scratch: &mut Scratch) -> Option<StiffnessCurve> {
-    /// Adding it leaves a whole number in the last bits of the mantissa.
+    /// Added to a small number it leaves the nearest whole number in the last bits of the mantissa.
     const ROUND: f64 = (1_u64 << 52) as f64;
     let width = (4.0 * PART_OF_BINS / CROWDED * tolerance * range).sqrt();
     let count = range / width + 2.0;
-    // Not a number where all cells are as high.
+    // NaN if all cells have the same height.
     if count.is_nan() || count > (MOST_BINS * heights.len()) as f64 {
         return None;
     }
@@ -77,13 +78,13 @@ fn binned(heights: &[f64], peak: f64, range: f64, tolerance: f64, scratch: &mut 
         bin[1] += 1.0;
     }
     let weight = 1.0 / heights.len() as f64;
-    // Written over where a bin is empty, which no branch could foretell.
+    // Entries of empty bins are overwritten by the next: no branch, which could not be predicted.
     events.resize(bins.len(), (0.0, 0.0));
     let (mut used, mut fullest) = (0, 0.0_f64);
     for &[sum, cells] in bins.iter() {
         events[used] = (sum / cells.max(1.0), cells * weight);
         used += usize::from(cells > 0.0);
-        // One cell by itself is where it is.
+        // A single cell in a bin is exact.
         fullest = fullest.max(if cells > 1.0 { cells } else { 0.0 });
     }
     events.truncate(used);
@@ -91,7 +92,7 @@ fn binned(heights: &[f64], peak: f64, range: f64, tolerance: f64, scratch: &mut 
     (error <= tolerance).then(|| StiffnessCurve { error, ..StiffnessCurve::from_events(peak, events.iter().copied()) })
 }
 
-/// Returns the lowest and highest height, lane by lane.
+/// Lowest and highest height, lane by lane.
 fn extremes(heights: &[f64]) -> (f64, f64) {
     const LANES: usize = 8;
     let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
@@ -114,7 +115,7 @@ mod tests {
 
     use super::*;
 
-    /// Returns the integral itself.
+    /// S(y) by its definition.
     fn brute_force(heights: &[f64], y: f64) -> f64 {
         let peak = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         heights.iter().map(|z| (y - (peak - z)).max(0.0)).sum::<f64>() / heights.len() as f64
@@ -135,8 +136,8 @@ mod tests {
     }
 
     proptest! {
-        /// Checks Gaussian, uniform, crowded and few heights: their curves are within the tolerance and convex, and the
-        /// error told is one that is kept.
+        /// For Gaussian, uniform, crowded and few heights curves must be within the tolerance and convex, and their
+        /// reported error must be an upper bound.
         #[test]
         fn bins_keep_the_tolerance(
             heights in prop::collection::vec(
@@ -148,7 +149,7 @@ mod tests {
             let tolerance = 10f64.powf(exponent);
             let curve = curve(&heights, tolerance, &mut Scratch::default());
             prop_assert!(curve.error <= tolerance * (1.0 + 1e-6));
-            // Breakpoints nearer than a picometre are one; told is what bins do.
+            // Breakpoints nearer than a picometre are merged; the reported error is that of the bins alone.
             for y in (0..400).map(|i| f64::from(i) * 1.2e-5) {
                 let error = (curve.displacement_at(y) - brute_force(&heights, y)).abs();
                 prop_assert!(error <= curve.error * (1.0 + 1e-6) + 1e-12, "{error} at {y} for {}", curve.error);

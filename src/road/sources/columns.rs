@@ -10,7 +10,7 @@ use crate::scene::{LengthUnit, MissingHeight};
 use crate::storage::input::excerpt;
 use crate::storage::separated::{self, Record, Table};
 
-/// Values that must count before a column is taken for a counter.
+/// Least number of counting values for which a column is taken as a counter.
 const FEWEST_COUNTED: usize = 8;
 
 /// A point of a file: distance and height \[m\], height NaN if missing, and its line from 1.
@@ -25,7 +25,7 @@ pub(super) struct Point {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Role {
     pub(super) name: &'static str,
-    /// Words of titles, lower case.
+    /// Words in titles, lower case.
     words: &'static [&'static str],
     /// Words that name it where no others stand beside them.
     alone: &'static [&'static str],
@@ -149,7 +149,7 @@ impl Unit {
 /// The titles of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Titles {
-    /// Line of the titles, from 1, and of what belongs to them.
+    /// Line of the titles, from 1; `last` is that of the row of units if there is one.
     pub(super) line: u64,
     pub(super) last: u64,
     pub(super) names: Vec<String>,
@@ -158,7 +158,7 @@ pub(super) struct Titles {
 }
 
 impl Titles {
-    /// Returns titles at a line, their units as they say.
+    /// Titles at a line, with the units that they state.
     pub(super) fn new(line: u64, names: Vec<String>) -> Self {
         let units = names.iter().map(|name| [Unit::of_title(name), Unit::Unsaid]).collect();
         Self { line, last: line, names, units }
@@ -202,6 +202,9 @@ impl Titles {
 
     /// Finds the titles of so many cells in the records before the numbers, or in a comment.
     pub(super) fn find(table: &Table<'_>, before: &[Record<'_>], first: u64, cells: usize) -> Option<Self> {
+        // 1. A line of titles has as many words as there are columns, none of them a number; empty cells at its end do
+        //    not
+        // count.
         let is_title = |names: &[&str]| {
             names.len() == cells
                 && names
@@ -217,6 +220,7 @@ impl Titles {
         };
         let of_line =
             |text: &str| separated::words(text).find_map(|words| fitting(&words).or_else(|| rejoined(&words, cells)));
+        // 2. A row of units may stand directly before the numbers.
         let unit_row = before.last().and_then(|record| {
             let words: Vec<&str> = record.cells.iter().map(|cell| cell.trim_matches(['(', ')', '[', ']'])).collect();
             let is_unit = |word: &&str| LengthUnit::of_word(word).is_some();
@@ -228,7 +232,9 @@ impl Titles {
             let has_unit = |name: &str| matches!(Unit::of_title(name), Unit::Length(_));
             names.iter().any(|name| is_of(name, &DISTANCE) || is_of(name, &HEIGHT) || has_unit(name))
         };
-        // Directly before the numbers any words are titles, farther away those alone that tell of a road.
+        // 3. Titles: any words directly before the numbers; farther away, or in a comment, only words that name a
+        //    quantity or
+        // a unit of a road.
         let record = (0..named).rev().find_map(|place| {
             let record = &before[place];
             let names = fitting(&record.cells).or_else(|| of_line(table.line(record.line)))?;
@@ -251,7 +257,7 @@ impl Titles {
     }
 }
 
-/// Returns words that blanks part as titles, where brackets belong to the word before them.
+/// Titles from words separated by blanks: brackets belong to the word before them.
 fn rejoined(words: &[&str], cells: usize) -> Option<Vec<String>> {
     let mut names: Vec<String> = Vec::new();
     for word in words {
@@ -287,7 +293,7 @@ fn is_counter(title: &str) -> bool {
     bare(title).split(' ').any(|word| COUNTERS.contains(&word))
 }
 
-/// Chooses the column (from 0) of each role, among so many; `line` is the first of numbers.
+/// Chooses the column (from 0) of each role among `cells`; `line` is the first line of numbers, for the message.
 pub(super) fn choose<const N: usize>(
     roles: [Role; N],
     titles: Option<&Titles>,
@@ -361,7 +367,7 @@ fn all<const N: usize>(columns: [Option<usize>; N]) -> Option<[usize; N]> {
     Some(found)
 }
 
-/// Returns the column (from 0) of a title, with or without its unit, or a number (from 1).
+/// Column (from 0) with a title, with or without its unit, or with a number (from 1).
 pub(super) fn column_of(wanted: &str, names: &[String], cells: usize) -> Result<usize, FileFault> {
     let exact = names.iter().position(|name| name == wanted);
     let by_number = || wanted.parse::<usize>().ok()?.checked_sub(1).filter(|&column| column < cells);
@@ -375,25 +381,25 @@ pub(super) fn column_of(wanted: &str, names: &[String], cells: usize) -> Result<
     })
 }
 
-/// The columns of some roles, each with what makes its values metres.
+/// The columns of some roles, with what is needed to convert their values to metres.
 #[derive(Clone, Debug)]
 pub(super) struct Columns<const N: usize> {
     roles: [Role; N],
-    /// Their numbers from 0.
+    /// Their indices from 0.
     numbers: [usize; N],
     titles: [Option<String>; N],
     units: [LengthUnit; N],
     /// True for those that a length is named for, in a title or by the scene alone, or that the scene chooses: they may
     /// count.
     named: [bool; N],
-    /// Values and words that stand for no height, as the scene says.
+    /// Values and words that mark missing heights, as the scene says.
     pub(super) missing: Option<Vec<MissingHeight>>,
-    /// Words that stood for no height, and how often.
+    /// Words that marked missing heights, and how often.
     pub(super) words: BTreeMap<String, usize>,
 }
 
 impl<const N: usize> Columns<N> {
-    /// Finds the units of columns, in their titles or in the scene.
+    /// Finds the units of columns, in their titles or in the scene; both must agree.
     pub(super) fn with_units(
         roles: [Role; N],
         numbers: [usize; N],
@@ -437,7 +443,7 @@ impl<const N: usize> Columns<N> {
         })
     }
 
-    /// Returns the value \[m\] of a role in a record; that of the last role may be missing, NaN then.
+    /// Value \[m\] of a role in a record; that of the last role may be missing, and is NaN then.
     pub(super) fn value(&mut self, table: &Table<'_>, record: &Record<'_>, role: usize) -> Result<f64, FileFault> {
         let (line, column, may_lack) = (record.line, self.numbers[role], role + 1 == N);
         let cell = match record.cells.get(column) {
@@ -460,13 +466,13 @@ impl<const N: usize> Columns<N> {
         }
     }
 
-    /// Returns the unit of the last role \[m\].
+    /// Unit of the last role \[m\].
     pub(super) fn unit(&self) -> f64 {
         self.units[N - 1].metres()
     }
 
-    /// Refuses a column that merely counts, 0, 1, 2, 3, and that nothing calls a length. `values` are those of a role
-    /// \[m\].
+    /// Refuses a column that merely counts, 0, 1, 2, 3, and that nothing identifies as a length. `values` are those of
+    /// a role \[m\].
     pub(super) fn refuse_counters<I: Iterator<Item = f64>>(
         &self,
         values: impl Fn(usize) -> I,

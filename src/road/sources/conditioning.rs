@@ -1,4 +1,4 @@
-//! Steps that measured heights of every kind of road go through once they are on a lattice.
+//! Conditioning of measured heights, the same for every kind of road, once they are on a lattice.
 //!
 //! 1. Spikes (ISO 13473-1:2019, 7.5): neighbours that differ by at least three times their distance are interpolated,
 //!    both; of a map along and across. On a lattice finer than the standard's (7.4), means over its spacing count, and
@@ -6,7 +6,7 @@
 //!    The standard looks once; here it is looked again until nothing more is found: a spike of several points hides
 //!    those in its middle.
 //! 2. Mean and slope, along and across, are subtracted as the scene says, then waves longer than it wants.
-//! 3. What still spans more than a texture can is refused.
+//! 3. Heights that still span more than a texture can are refused.
 
 use super::height_map::{HeightMap, LARGE_SPAN, fill, remove_plane};
 use crate::road::error::{RoadError, positive};
@@ -15,11 +15,11 @@ use crate::road::report::{RoadNote, RoadReport};
 use crate::road::texture::HeightOrigin;
 use crate::scene::Levelling;
 
-/// Slope from which on neighbours are no road.
+/// Slope from which on neighbouring heights are not those of a road.
 pub(super) const STEEPEST: f64 = 3.0;
 /// Finest spacing on which the standard compares neighbours \[m\].
 const FINEST: f64 = 0.5e-3;
-/// Most times that spikes are looked for: what is still there then is wider than a spike.
+/// Most searches for spikes: what is still there then is wider than a spike.
 const MOST_PASSES: usize = 16;
 /// Largest share of heights that may be spikes.
 const SPIKES_ALLOWED: f64 = 0.25;
@@ -38,7 +38,7 @@ pub(crate) fn condition(
     let as_read = map.plausible_span();
     let (spikes, total) = (drop_spikes(map), map.heights.len());
     if spikes as f64 > SPIKES_ALLOWED * total as f64 {
-        // Heights in another unit are steep everywhere.
+        // Heights in another unit are steep everywhere: in that case the span is the better complaint.
         as_read?;
         let fault = FileFault::TooManySpikes { spikes, total, allowed: SPIKES_ALLOWED };
         return Err(RoadError::file(&map.path, fault));
@@ -71,7 +71,7 @@ pub(crate) fn condition(
     Ok(())
 }
 
-/// Interpolates spikes and marks them; returns how many there are.
+/// Interpolates spikes and marks them; returns their number.
 fn drop_spikes(map: &mut HeightMap) -> usize {
     let (rows, columns) = (map.rows(), map.columns);
     let mut is_spike = vec![false; map.heights.len()];
@@ -116,8 +116,8 @@ fn drop_spikes(map: &mut HeightMap) -> usize {
     count
 }
 
-/// Calls with every point of a line whose height, or whose mean over the standard's spacing, differs from a neighbour's
-/// by at least three times the distance.
+/// Calls `call` with every point of a line whose height, or whose mean over the standard's spacing, differs from a
+/// neighbour's by at least three times the distance.
 fn steep(line: &[f64], spacing: f64, mut call: impl FnMut(usize)) {
     let slack = 1.0 - 1e-9;
     if spacing >= FINEST * slack {

@@ -1,8 +1,8 @@
 //! ERD files, the plain-text tables of the University of Michigan (UMTRI) that profilers of roads exchange.
 //!
 //! 1. `ERDFILEV2.00`; then channels, samples, records, bytes, key of the data's form, step.
-//! 2. Lines of a keyword of eight letters and its value, up to `END`; names and units of channels stand in fields of
-//!    eight letters, long names in fields of 32; a line `&1000` goes on with the one before.
+//! 2. Lines of a keyword of eight letters and its value, up to `END`; names and units of channels are in fields of
+//!    eight letters, long names in fields of 32; a line `&1000` continues the one before.
 //! 3. Numbers, those of a sample after each other; the distance of sample n is n steps.
 
 use std::path::Path;
@@ -15,29 +15,29 @@ use crate::storage::input::excerpt;
 use crate::storage::separated::{self, Record, Table};
 
 const MARK: &str = "ERDFILE";
-/// Keys of data in text form: free, and by a format of Fortran.
+/// Keys of data in text form: free, and by a Fortran format.
 const TEXT: [i64; 2] = [5, 15];
 
-/// Tells whether bytes begin as an ERD file does.
+/// True if bytes begin like an ERD file.
 pub(super) fn is_erd(bytes: &[u8]) -> bool {
     bytes.starts_with(MARK.as_bytes())
 }
 
-/// The header: how the numbers are arranged and what they are.
+/// The header: arrangement and meaning of the numbers.
 #[derive(Debug, Default)]
 struct Header {
     channels: usize,
-    /// As many as promised, where the file promises any.
+    /// The promised number, if the file promises any.
     samples: Option<usize>,
     step: f64,
     step_unit: Option<LengthUnit>,
     names: Vec<String>,
     units: Vec<String>,
-    /// Number of its lines.
+    /// Number of lines of the header.
     lines: u64,
 }
 
-/// Returns the points of a file and the column of its heights.
+/// Points of a file, and the column of its heights.
 ///
 /// # Errors
 /// A header that cannot be understood, binary data, channels or units that are not known.
@@ -148,12 +148,12 @@ fn header(text: &str) -> Result<Header, FileFault> {
     Err(FileFault::Missing { what: "line END" })
 }
 
-/// Returns so many letters of a text, and the rest.
+/// The first `letters` letters of a text, and the rest.
 fn split_after(text: &str, letters: usize) -> (&str, &str) {
     text.split_at(text.char_indices().nth(letters).map_or(text.len(), |(at, _)| at))
 }
 
-/// Returns the fields of so many letters each that a text consists of, trimmed.
+/// The fields of `letters` letters each of which a text consists, trimmed.
 fn fields(mut text: &str, letters: usize) -> Vec<String> {
     let mut found = Vec::new();
     while !text.is_empty() {

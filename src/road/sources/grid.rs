@@ -14,11 +14,11 @@ use crate::storage::array::Array;
 /// Largest share of missing heights.
 const MISSING_ALLOWED: f64 = 0.2;
 
-/// Returns the columns and spacings of an array, from its header; `None` for text, which is not known before it is
+/// Columns and spacings \[m\] of an array, from its header; `None` for text, whose lattice is not known before it is
 /// read.
 ///
 /// # Errors
-/// As [`read`], as far as the header tells.
+/// As [`read`], as far as the header can show.
 pub(super) fn lattice(spec: &GridRoad) -> Result<Option<(usize, f64, f64)>, RoadError> {
     if !spec.is_array() {
         return Ok(None);
@@ -27,7 +27,7 @@ pub(super) fn lattice(spec: &GridRoad) -> Result<Option<(usize, f64, f64)>, Road
     Ok(Some((open(spec)?.1.1, dx, dy)))
 }
 
-/// Returns the spacings that the scene gives \[m\].
+/// The spacings dx and dy given in the scene \[m\].
 fn spacings(spec: &GridRoad) -> Result<(f64, f64), RoadError> {
     let (Some(dx), Some(dy)) = (spec.dx, spec.dy) else {
         return Err(RoadError::file(&spec.file, FileFault::NoSpacing));
@@ -37,7 +37,7 @@ fn spacings(spec: &GridRoad) -> Result<(f64, f64), RoadError> {
     Ok((dx, dy))
 }
 
-/// Returns the file behind its header, rows and columns.
+/// The array, positioned behind its header, with its rows and columns.
 fn open(spec: &GridRoad) -> Result<(Array, (usize, usize)), RoadError> {
     let path = &spec.file;
     let fault = |fault: FileFault| RoadError::file(path, fault);
@@ -55,7 +55,7 @@ fn open(spec: &GridRoad) -> Result<(Array, (usize, usize)), RoadError> {
     Ok((found, shape))
 }
 
-/// Reads the array, within a limit of bytes.
+/// Reads an array, within a limit of bytes.
 fn array(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
     let path = &spec.file;
     let (dx, dy) = spacings(spec)?;
@@ -83,8 +83,8 @@ fn text(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
 /// Reads a grid, its columns centred on the tyre. `limit` bounds the bytes of the heights in memory.
 ///
 /// # Errors
-/// Not a complete two-dimensional array of floating-point numbers, no text of a grid; infinite heights or too many
-/// missing; too large.
+/// For a file that is neither a complete two-dimensional array of floating-point numbers nor text of a grid; for
+/// infinite heights, too many missing ones, and a file that is too large.
 pub(super) fn read(
     spec: &GridRoad,
     contact_width: f64,

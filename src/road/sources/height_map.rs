@@ -1,4 +1,4 @@
-//! A measured piece of road on a uniform lattice: what every reader delivers.
+//! A measured piece of road on a uniform lattice: the result of every reader.
 
 use std::path::{Path, PathBuf};
 
@@ -8,29 +8,29 @@ use crate::road::file_fault::FileFault;
 use crate::road::report::RoadNote;
 use crate::road::texture::{HeightOrigin, line_of};
 
-/// Heights that span more than this are no texture alone \[m\].
+/// Heights that span more than this are more than texture \[m\].
 pub(crate) const LARGE_SPAN: f64 = 0.1;
-/// Largest span of heights that can be a texture's \[m\].
+/// Largest span of heights that a texture can have \[m\].
 const LARGEST_SPAN: f64 = 0.5;
 
-/// Root-mean-square heights \[m\]: what is smoother was not measured on a road, and what is smoother than roads in use.
+/// Least root-mean-square heights \[m\]: of anything measured on a road, and of roads in use.
 const SMOOTHEST: [f64; 2] = [1e-6, 20e-6];
-/// Heights that are left of an exact plane after it was levelled, at most \[m\].
+/// Largest remainder of an exact plane after levelling \[m\].
 const ROUNDING: f64 = 1e-12;
 
-/// Spacings of any road that was measured \[m\]: from well below a laser's spot to well above a wheel.
+/// Plausible spacings of a measured road \[m\]: from well below a laser spot to well above a wheel.
 const SPACINGS: [f64; 2] = [1e-6, 10.0];
 
-/// How often the mean that is the trend may go over a road that is reflected at its ends.
+/// Most lengths of the road that the trend's kernel may span, the road being reflected at its ends.
 const MOST_TURNS: f64 = 100.0;
-/// Products that a trend may take: minutes.
+/// Most products for a trend: they take minutes.
 const MOST_PRODUCTS: f64 = 1e11;
 
 /// Heights on a uniform lattice. Row r lies at road coordinate r `dx`, column c at y = `first_y` + c `dy` from the
 /// tyre's middle. A single column with `dy` = 0 is level across.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightMap {
-    /// Where it came from.
+    /// File that it was read from, for messages.
     pub path: PathBuf,
     /// Row spacing \[m\].
     pub dx: f64,
@@ -42,32 +42,31 @@ pub struct HeightMap {
     pub columns: usize,
     /// Row-major heights \[m\], rows x columns, finite.
     pub heights: Vec<f64>,
-    /// Origin of each of them; empty where all were measured.
+    /// Origin of each of them; empty if all were measured.
     pub origins: Vec<HeightOrigin>,
 }
 
 impl HeightMap {
-    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.heights.len() / self.columns.max(1)
     }
 
-    /// Returns the road coordinate of the last row \[m\]; the first is at 0.
+    /// Road coordinate of the last row \[m\]; the first is at 0.
     pub fn end(&self) -> f64 {
         (self.rows() as f64 - 1.0) * self.dx
     }
 
-    /// Returns one column.
+    /// Heights of one column, along the road \[m\].
     pub fn column(&self, column: usize) -> Vec<f64> {
         self.heights.iter().skip(column).step_by(self.columns).copied().collect()
     }
 
-    /// Tells what the heights of a column rest on; empty where all of the map were measured.
+    /// Origins of the heights of a column; empty if all of the map were measured.
     pub(crate) fn origins_of(&self, column: usize) -> Vec<HeightOrigin> {
         self.origins.iter().skip(column).step_by(self.columns).copied().collect()
     }
 
-    /// Returns the highest minus lowest \[m\].
+    /// Highest minus lowest height \[m\].
     pub fn span(&self) -> f64 {
         let (low, high) = self
             .heights
@@ -76,7 +75,7 @@ impl HeightMap {
         high - low
     }
 
-    /// Returns the same, refused where it is larger than any texture's: the heights are most likely in millimetres.
+    /// The span \[m\], refused if it is larger than any texture's: the heights are most likely in millimetres.
     pub fn plausible_span(&self) -> Result<f64, RoadError> {
         let (span, allowed) = (self.span(), LARGEST_SPAN);
         if span > allowed {
@@ -85,8 +84,8 @@ impl HeightMap {
         Ok(span)
     }
 
-    /// Refuses a road smoother than any, whose heights are in another unit or in another column, and tells of one that
-    /// is suspiciously smooth. `may_be_plane`: an exact plane was meant.
+    /// Refuses a road smoother than any, whose heights are in another unit or in another column, and notes one that is
+    /// suspiciously smooth. `may_be_plane`: an exact plane is accepted.
     pub(crate) fn check_smoothness(&self, may_be_plane: bool, notes: &mut Vec<RoadNote>) -> Result<(), RoadError> {
         let mean = self.heights.iter().sum::<f64>() / self.heights.len() as f64;
         let square = self.heights.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>();
@@ -105,14 +104,15 @@ impl HeightMap {
     }
 
     /// Subtracts what varies more slowly along the road than `longest` \[m\]: the low-passed mean and cross slope of
-    /// the rows. Wavelengths shorter than 0.8 `longest` stay as they are.
+    /// the rows. Wavelengths shorter than 0.8 `longest` are not changed.
     ///
     /// # Errors
-    /// [`RoadError::Trend`] for a wavelength so far beyond the road's length or spacing that it would take all memory.
+    /// [`RoadError::Trend`] for a wavelength so far beyond the road's length or spacing that it would take too long.
     pub fn remove_trend(&mut self, longest: f64) -> Result<(), RoadError> {
         let columns = self.columns;
+        // 1. Mean and cross slope of every row.
         let lines: Vec<(f64, f64)> = self.heights.chunks_exact(columns).map(line_of).collect();
-        // The kernel blocks from 0.5 cycles per unit on: a unit of half the shortest wavelength that must stay.
+        // 2. The kernel blocks from 0.5 cycles per unit on: a unit of half the shortest wavelength that must stay.
         let unit = 0.5 * 0.8 * longest / self.dx;
         if unit < 1.0 {
             return Ok(());
@@ -122,6 +122,7 @@ impl HeightMap {
         if taps > MOST_TURNS * lines.len() as f64 || taps * lines.len() as f64 > MOST_PRODUCTS {
             return Err(RoadError::Trend { path: self.path.clone(), longest, length: self.end(), spacing: self.dx });
         }
+        // 3. Low-passed along the road, reflected at its ends, and subtracted row by row.
         let mut weights = Vec::new();
         let rows = lines.len() as i64;
         for (r, row) in self.heights.chunks_exact_mut(columns).enumerate() {
@@ -140,7 +141,7 @@ impl HeightMap {
     }
 }
 
-/// Refuses a spacing \[m\] that no instrument has: a unit or a scale is wrong.
+/// Refuses a spacing \[m\] that no instrument has: a unit or a scale must be wrong.
 pub(crate) fn plausible_spacing(spacing: f64) -> Result<(), FileFault> {
     let [least, most] = SPACINGS;
     if (least..=most).contains(&spacing) { Ok(()) } else { Err(FileFault::ImplausibleSpacing { spacing, least, most }) }
@@ -167,7 +168,7 @@ pub(crate) fn remove_plane(heights: &mut [f64], columns: usize) -> [f64; 3] {
     [mean, along, slope]
 }
 
-/// Returns an index reflected at the ends of 0..count, the end samples not doubled.
+/// An index reflected at the ends of 0..count, the end samples not doubled.
 pub(crate) fn reflected(index: i64, count: i64) -> usize {
     if (0..count).contains(&index) {
         return index as usize;
@@ -180,7 +181,7 @@ pub(crate) fn reflected(index: i64, count: i64) -> usize {
     (if folded < count { folded } else { period - folded }) as usize
 }
 
-/// Tells which heights are missing (NaN); empty where none is.
+/// Origins of heights of which those that are NaN are missing; empty if none is.
 pub(crate) fn origins(heights: &[f64]) -> Vec<HeightOrigin> {
     if !heights.iter().any(|height| height.is_nan()) {
         return Vec::new();
@@ -190,10 +191,10 @@ pub(crate) fn origins(heights: &[f64]) -> Vec<HeightOrigin> {
 }
 
 /// Fills missing (NaN) heights of a row-major map by linear interpolation across, then along; at a border the nearest
-/// valid height is held. Returns how many were filled.
+/// valid height is held. Returns their number.
 ///
 /// # Errors
-/// More than the share `allowed` is missing.
+/// If more than the share `allowed` is missing.
 pub(crate) fn fill_missing(
     path: &Path,
     heights: &mut [f64],
@@ -219,7 +220,7 @@ pub(crate) fn fill(heights: &mut [f64], columns: usize) {
     let rows = heights.len() / columns;
     let mut line = vec![0.0; columns.max(rows)];
     for row in heights.chunks_exact_mut(columns) {
-        // Across only between valid neighbours: towards a border the road goes on along, not level across.
+        // Across only between valid neighbours: towards a border the road is continued along, not level across.
         fill_line(row, false);
     }
     for column in 0..columns {
@@ -232,12 +233,13 @@ pub(crate) fn fill(heights: &mut [f64], columns: usize) {
         }
     }
     for row in heights.chunks_exact_mut(columns) {
-        // A column without a single valid height is left: hold its neighbour.
+        // A column without a single valid height is left: it gets its neighbour's heights.
         fill_line(row, true);
     }
 }
 
-/// Interpolates NaN runs linearly; runs at the ends take the nearest valid value if `hold`. A line of NaN alone stays.
+/// Interpolates runs of NaN linearly; runs at the ends get the nearest valid value if `hold`. A line of NaN only is not
+/// changed.
 pub(crate) fn fill_line(line: &mut [f64], hold: bool) {
     let mut last: Option<usize> = None;
     for index in 0..line.len() {

@@ -1,4 +1,4 @@
-//! Heights that stand for none.
+//! Values that mark missing heights.
 //!
 //! 1. Cells that are empty, NaN, or a word that instruments and programs write for nothing; and what the scene names.
 //! 2. Where the scene names nothing: a number that recurs exactly is none where it lies farther from all others than
@@ -13,7 +13,7 @@ use crate::road::file_fault::FileFault;
 use crate::road::report::RoadNote;
 use crate::scene::MissingHeight;
 
-/// Words for no value, lower case.
+/// Words for a missing value, in lower case.
 const WORDS: [&str; 31] = [
     "",
     "nan",
@@ -47,11 +47,12 @@ const WORDS: [&str; 31] = [
     "*",
     "#value!",
 ];
-/// Numbers in the scene and in the file are equal within this, that of single precision.
+/// Relative difference within which numbers in the scene and in the file are equal: that of single precision.
 const EQUAL: f64 = 1e-6;
-/// Fewest occurrences of a number outside all others, and of one among them.
+/// Least number of occurrences of a number outside all others, and of one among them.
 const FEWEST: [usize; 2] = [3, 10];
-/// Distinct numbers beside steep steps that are looked at; more of them are no dropouts, but steep everywhere.
+/// Most distinct numbers beside steep steps that are considered; more of them are not dropouts, the road is steep
+/// everywhere.
 const MOST_NUMBERS: usize = 1_000_000;
 /// Distance from all others at which no road has heights that recur exactly \[m\].
 const FARTHEST: f64 = 0.02;
@@ -60,7 +61,7 @@ const LEAST_RISE: f64 = 2e-3;
 /// Rows beside each other are so many mean steps apart at most.
 const WIDEST_STEP: f64 = 2.0;
 
-/// Tells whether a cell stands for no height: a usual word for it, or one that the scene names. Any other word is most
+/// True if a cell marks a missing height: a usual word for it, or one that the scene names. Any other word is most
 /// likely a damaged number.
 pub(super) fn is_word_for_none(cell: &str, named: Option<&[MissingHeight]>) -> bool {
     let cell = cell.trim();
@@ -68,18 +69,18 @@ pub(super) fn is_word_for_none(cell: &str, named: Option<&[MissingHeight]>) -> b
     WORDS.contains(&cell.to_lowercase().as_str()) || named.unwrap_or_default().iter().any(names)
 }
 
-/// Tells which words stood for missing heights, if any did.
+/// Notes the words that marked missing heights, if any did.
 pub(super) fn tell_words(words: BTreeMap<String, usize>, notes: &mut Vec<RoadNote>) {
     if !words.is_empty() {
         notes.push(RoadNote::WordsForMissing { words });
     }
 }
 
-/// Sets heights that stand for none to NaN. `heights` are row-major \[m\], `place` is where a row lies \[m\], `unit`
-/// what one of the file's unit is \[m\], `named` what the scene names.
+/// Sets missing heights to NaN. `heights` are row-major \[m\], `place` is the position of a row \[m\], `unit` the
+/// file's unit \[m\], `named` what the scene names.
 ///
 /// # Errors
-/// [`FileFault::StandsForNone`], where only the user can know.
+/// [`FileFault::StandsForNone`] where only the user can decide.
 pub(super) fn mark(
     heights: &mut [f64],
     columns: usize,
@@ -116,7 +117,7 @@ pub(super) fn mark(
     }
 }
 
-/// Sets heights to NaN; returns how many.
+/// Sets heights to NaN; returns their number.
 fn clear(heights: &mut [f64], is_missing: impl Fn(f64) -> bool) -> usize {
     let mut count = 0;
     for height in heights.iter_mut().filter(|height| is_missing(**height)) {
@@ -126,7 +127,7 @@ fn clear(heights: &mut [f64], is_missing: impl Fn(f64) -> bool) -> usize {
     count
 }
 
-/// Returns a number to the digits that single precision has: a unit's factor leaves no others behind.
+/// Rounds a number to the digits of single precision, which removes the rounding of the unit's factor.
 fn significant(value: f64) -> f64 {
     format!("{value:.6e}").parse().unwrap_or(value)
 }
@@ -197,8 +198,8 @@ fn outlying(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> O
     (apart > FARTHEST || (sides > 0 && steep == sides)).then_some((value, count))
 }
 
-/// Returns a number and how often it occurs, where it recurs and every one of its runs along the road is steeper than a
-/// road on either side.
+/// A number and its number of occurrences, if it recurs and every one of its runs along the road is steeper than a road
+/// on either side.
 fn isolated(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> Option<(f64, usize)> {
     let mut sides = BTreeMap::new();
     let (mut steep, mut all) = (0, 0);
@@ -235,7 +236,7 @@ fn isolated(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> O
 mod tests {
     use super::*;
 
-    /// Returns a texture in millimetres, 0.5 mm apart, with a number in every `every`th place.
+    /// A texture in millimetres, 0.5 mm apart, with a number in every `every`th place.
     fn with(value: f64, every: usize) -> Vec<f64> {
         let texture = |i: usize| 0.8e-3 * (0.3 * i as f64).sin() + 0.5e-3 * (0.11 * i as f64).cos();
         (0..1000).map(|i| if i % every == 7 { 1e-3 * value } else { texture(i) }).collect()
@@ -262,7 +263,7 @@ mod tests {
             assert_eq!(marked(&mut heights, None).unwrap(), [RoadNote::TakenForMissing { value, count: 20 }]);
             assert_eq!(missing(&heights), 20);
         }
-        // Two of them, and a stand-off.
+        // Two such numbers, one of them 0 within a texture that is offset by 30 mm.
         let mut heights = with(-9999.0, 50);
         heights.iter_mut().for_each(|height| *height += if *height > -1.0 { 0.03 } else { 0.0 });
         heights.iter_mut().skip(3).step_by(100).for_each(|height| *height = 0.0);
@@ -291,7 +292,7 @@ mod tests {
 
     #[test]
     fn a_number_among_the_others_that_is_always_alone_is_refused_until_it_is_named() {
-        // A hill of 200 mm: nothing lies outside it.
+        // A hill of 200 mm: no number lies outside it.
         let hill = |heights: &mut [f64], value: f64| {
             let missing = 1e-3 * value;
             heights.iter_mut().enumerate().filter(|(_, height)| height.to_bits() != missing.to_bits()).for_each(

@@ -1,8 +1,8 @@
-//! Where roads come from, and the lattice that they want.
+//! Sources of roads, and the lattice that suits them.
 //!
-//! Files are read within a bound of memory, [`missing`] heights told from measured ones. A `profile`, a `grid` and an
-//! `opencrg` road become a [`height_map`], which [`conditioning`] rids of spikes and levels, whatever the kind; a
-//! [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
+//! Files are read within a bound of memory, [`missing`] heights separated from measured ones. A `profile`, a `grid` and
+//! an `opencrg` road become a [`height_map`], from which [`conditioning`] removes spikes and slopes, whatever the kind;
+//! a [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
 
 mod columns;
 pub(super) mod conditioning;
@@ -28,13 +28,13 @@ use crate::scene::{AtEnd, Lateral, Levelling, ProfileRoad, Road};
 use height_map::HeightMap;
 use made::{Design, Shape, TargetSpectrum};
 
-/// Lattice of isotropic surfaces made after a profile \[m\].
+/// Spacing of isotropic surfaces made after a profile \[m\].
 const ISOTROPIC_SPACING: f64 = 0.001;
-/// Longest wavelength taken from a profile \[m\], and as a share of its length: fewer lines in a band say little.
+/// Longest wavelength taken from a profile \[m\], and as a part of its length: a band of fewer lines is unreliable.
 const ISOTROPIC_LONGEST: (f64, f64) = (0.2819, 1.0 / 6.0);
 
-/// Returns the files that a road's own file includes, as far as they can be followed within `limit` bytes a file: why
-/// no further is told where the road is read.
+/// Files that a road's file includes, as far as they can be followed within `limit` bytes a file; a failure is reported
+/// when the road is read.
 pub(crate) fn included(road: &Road, limit: u64) -> Vec<PathBuf> {
     match road {
         Road::OpenCrg(road) => opencrg::included(&road.file, limit),
@@ -42,19 +42,19 @@ pub(crate) fn included(road: &Road, limit: u64) -> Vec<PathBuf> {
     }
 }
 
-/// A road as its scene and its file describe it, on no run's lattice yet.
+/// A road as its scene and its file describe it, independent of a run's lattice.
 #[derive(Clone)]
 pub(super) enum Source {
     /// The plane z = 0.
     Smooth,
     /// A texture to be drawn.
     Made(Design),
-    /// A measured piece, and what follows its end.
+    /// A measured piece, and its continuation past its end.
     Measured(HeightMap, AtEnd),
 }
 
 impl Source {
-    /// Reads what a scene describes, of a wide road the strip that the lattice covers.
+    /// Reads the road of a scene; of a wide road only the strip that the lattice covers.
     ///
     /// # Errors
     /// Errors of the road's file and of the spectrum asked for.
@@ -92,7 +92,7 @@ impl Source {
     }
 }
 
-/// Returns a surface with the levels of a profile.
+/// Surface with the levels of a profile.
 fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<Design, RoadError> {
     let mut map = profile::read(spec, bytes, report)?;
     conditioning::condition(&mut map, spec.level, spec.longest_wavelength, report)?;
@@ -116,9 +116,9 @@ fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<
 }
 
 impl Lattice {
-    /// Returns the lattice for a road: cells across and along as the scene says; else those of a grid that covers the
-    /// contact width exactly, its rows falling on the middle of each element and an odd number of them on its length;
-    /// one column for roads that are level across; else cells of about [`Road::cell`].
+    /// Chooses the lattice for a road: cells across and along as the scene says; else those of a grid that covers the
+    /// contact width exactly, with an odd number of its rows on an element, so that one is at its middle; one column
+    /// for roads that are level across; else cells of about [`Road::cell`].
     ///
     /// # Errors
     /// A grid's file that cannot be read (its header is needed); dx or width not positive.

@@ -1,4 +1,4 @@
-//! Measured longitudinal profiles: CAPTIF `.dat` and CSV.
+//! Measured longitudinal profiles: CAPTIF `.dat`, ERD, and tables of text.
 //!
 //! 1. Read distance and height; a CAPTIF file states its units, for a CSV the scene does. Missing heights are empty or
 //!    `NaN`.
@@ -21,13 +21,13 @@ use crate::scene::ProfileRoad;
 
 /// Part between the reference plates of a CAPTIF track \[m\].
 const CAPTIF_RANGE: [f64; 2] = [0.0623, 1.8704];
-/// A height this many times the scaled median deviation away from the median is no texture: at CAPTIF's station 1,
-/// heights of 47 mm are left when spikes are gone.
+/// Heights so many scaled median deviations away from the median are dropouts: at CAPTIF's station 1, heights of 47 mm
+/// remain after the removal of spikes.
 const OUTLIER_FACTOR: f64 = 8.0;
 /// Largest share of missing heights.
 const MISSING_ALLOWED: f64 = 0.25;
-/// A valid point of the file this many spacings away stands for a point of the lattice: where distances are uneven,
-/// half a spacing would not do.
+/// Distance, in spacings, within which a valid point of the file is needed for a point of the lattice to count as
+/// measured: where distances are uneven, half a spacing would not do.
 const NEARBY: f64 = 0.75;
 /// Largest share of points at the distance of another one and not at its height: more are passes beside each other.
 const COINCIDING_ALLOWED: f64 = 0.05;
@@ -37,7 +37,8 @@ const FEWEST_POINTS: usize = 8;
 /// Reads a profile as a map of one column, level across. `limit` bounds the bytes read.
 ///
 /// # Errors
-/// No such file, no numbers where they should be (with line and column), no units, too few points, too many missing.
+/// For a missing file, no numbers where they should be (with line and column), no units, too few points, too many
+/// missing.
 pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
     let path = &spec.file;
     let fault = |fault| RoadError::file(path, fault);
@@ -84,7 +85,6 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
     Ok(HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights, origins })
 }
 
-/// Sorts points by distance.
 fn sort(points: &mut [Point], notes: &mut Vec<RoadNote>) {
     let steps = points.windows(2).filter(|pair| pair[1].distance < pair[0].distance).count();
     if steps > 0 {
@@ -131,7 +131,7 @@ fn merged(points: Vec<Point>, notes: &mut Vec<RoadNote>) -> Result<Vec<Point>, F
     Ok(merged)
 }
 
-/// Turns points that no road has into dropouts; returns how many.
+/// Turns points that no road has into dropouts; returns their number.
 fn drop_outliers(points: &mut [Point], notes: &mut Vec<RoadNote>) -> usize {
     let mut heights: Vec<f64> = points.iter().map(|point| point.height).filter(|height| !height.is_nan()).collect();
     let Some(centre) = median(&mut heights) else { return 0 };
@@ -160,28 +160,30 @@ fn median(values: &mut [f64]) -> Option<f64> {
     Some(*values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// Heights on a lattice of one spacing.
+/// Heights of one spacing.
 struct Uniform {
     dx: f64,
     heights: Vec<f64>,
-    /// Missing are those that have no valid point of the file nearby; empty where all have.
+    /// Missing are points without a valid point of the file nearby; empty if all have one.
     origins: Vec<HeightOrigin>,
 }
 
-/// Returns the spacing and heights on a uniform lattice from the first point to the last: linear interpolation between
-/// valid points. Refuses a profile most of which would be invented, in particular one with a far outlying distance.
+/// Heights on a uniform lattice from the first point to the last, by linear interpolation between valid points. Refuses
+/// a profile most of which would be invented, in particular one with a far outlying distance.
 fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileFault> {
+    // 1. Spacing.
     let first = points[0].distance;
     let span = points[points.len() - 1].distance - first;
     let mut gaps: Vec<f64> = points.windows(2).map(|pair| pair[1].distance - pair[0].distance).collect();
     let (smallest, largest) =
         gaps.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &gap| (low.min(gap), high.max(gap)));
     let typical = median(&mut gaps).unwrap_or(span);
-    // The mean of the usual gaps: the median alone is off where distances are rounded, the mean of all where lines are
-    // missing.
+    // The mean of the usual gaps: the median alone is wrong where distances are rounded, the mean of all where lines
+    // are missing.
     let (sum, count) =
         gaps.iter().filter(|&&gap| gap < 1.5 * typical).fold((0.0, 0.0), |(sum, count), gap| (sum + gap, count + 1.0));
     let intervals = (span / (sum / count)).round().max(1.0);
+    // 2. A lattice with far more points than the file would be invented.
     let total = intervals + 1.0;
     if total.is_nan() || total > points.len() as f64 / (1.0 - MISSING_ALLOWED) + 1.0 {
         let missing = (total - points.len() as f64) as usize;
@@ -191,6 +193,7 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileF
     if largest - smallest > 1e-6 * dx {
         notes.push(RoadNote::Resampled { smallest, largest, spacing: dx });
     }
+    // 3. Interpolation; `after` is the first valid point not before the current distance.
     let valid: Vec<Point> = points.iter().filter(|point| !point.height.is_nan()).copied().collect();
     let mut after = 0;
     let mut origins = vec![HeightOrigin::Measured; intervals as usize + 1];

@@ -16,9 +16,9 @@ use crate::scene::{GridRoad, LengthUnit};
 use crate::storage::input::excerpt;
 use crate::storage::separated::{self, Table};
 
-/// A point may lie so many spacings off its place on the grid.
+/// Largest distance of a point from its place on the grid, in spacings.
 const OFF_GRID: f64 = 0.2;
-/// Coordinates that differ by less than this share of their range are the same.
+/// Coordinates that differ by less than this part of their range are the same.
 const SAME: f64 = 1e-6;
 /// Steps that differ by less than this share from the usual one differ by rounding.
 const ROUNDED: f64 = 0.25;
@@ -31,20 +31,21 @@ pub(super) struct Raster {
     pub(super) dx: f64,
     pub(super) dy: f64,
     pub(super) columns: usize,
-    /// Row-major \[m\]; NaN where there is none.
+    /// Row-major heights \[m\]; NaN if missing.
     pub(super) heights: Vec<f64>,
-    /// The file's unit of heights \[m\].
+    /// The file's unit of heights in metres.
     pub(super) unit: f64,
-    /// Words that stood for no height, and how often.
+    /// Words that marked missing heights, and how often.
     pub(super) words: BTreeMap<String, usize>,
-    /// Description of what was read, in words.
+    /// Description of the columns or the grid read.
     pub(super) described: Option<String>,
 }
 
-/// Reads a grid that is text.
+/// Reads a grid given as text.
 ///
 /// # Errors
-/// Neither kind of grid; units that are not stated; points off the grid; numbers that are none, with their line.
+/// For text that is neither kind of grid; units that are not stated; points off the grid; invalid numbers, with their
+/// line.
 pub(super) fn read(spec: &GridRoad, bytes: &[u8]) -> Result<Raster, RoadError> {
     let path: &Path = &spec.file;
     refuse_unreadable(bytes).map_err(|fault| RoadError::file(path, fault))?;
@@ -54,8 +55,9 @@ pub(super) fn read(spec: &GridRoad, bytes: &[u8]) -> Result<Raster, RoadError> {
     raster.map_err(|fault| fault.at(path))
 }
 
-/// Reads x, y, z of each line.
+/// Reads x, y and z in each line.
 fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
+    // 1. Columns and points.
     let table = Table::of(bytes);
     let layout = Layout::of(&table, 3)?;
     let roles: [Role; 3] = [columns::DISTANCE, columns::ACROSS, columns::HEIGHT];
@@ -63,6 +65,7 @@ fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
     let mut used = layout.columns(&table, roles, units, spec.columns.as_deref())?;
     used.missing = spec.missing.clone();
     let points: Vec<(u64, [f64; 3])> = layout.values(&table, &mut used).collect::<Result<_, _>>()?;
+    // 2. The axes: usual steps between the coordinates.
     let axis = |axis: usize| Axis::of(points.iter().map(|(_, point)| point[axis]).collect(), roles[axis].name);
     let (along, across) = (axis(0)?, axis(1)?);
     let places = along.count * across.count;
@@ -71,6 +74,7 @@ fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
         return Err(FileFault::TooManyMissing { missing, total, allowed: 1.0 - 1.0 / MOST_PLACES }.into());
     }
     let columns = across.count as usize;
+    // 3. Every point to its place.
     let mut heights = vec![f64::NAN; places as usize];
     let mut lines = vec![0_u64; places as usize];
     for &(line, [x, y, height]) in &points {
@@ -84,11 +88,11 @@ fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
     Ok(Raster { dx, dy, columns, heights, unit: used.unit(), words: used.words, described })
 }
 
-/// Places on a line, evenly spaced \[m\].
+/// Evenly spaced positions on a line \[m\].
 struct Axis {
     first: f64,
     step: f64,
-    /// Whole.
+    /// A whole number.
     count: f64,
     name: &'static str,
 }
@@ -112,7 +116,7 @@ impl Axis {
         Ok(Self { first, step: (last - first) / intervals, count: intervals + 1.0, name })
     }
 
-    /// Returns the number of a place on the line.
+    /// Index of a position on the line; an error if it is off the grid.
     fn place(&self, at: f64, line: u64) -> Result<usize, FileFault> {
         let place = (at - self.first) / self.step;
         if (place - place.round()).abs() > OFF_GRID {
@@ -122,9 +126,10 @@ impl Axis {
     }
 }
 
-/// Reads an ESRI grid: a header of keys and values, then rows from the highest y down.
+/// Reads an ESRI grid: a header of keys and values, then rows from the highest y down; x is along the road.
 fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
     let unit = |unit: Option<LengthUnit>, key| unit.map(LengthUnit::metres).ok_or(Fault::Unit(key));
+    // 1. Header.
     let mut header = BTreeMap::new();
     let mut lines = (1_u64..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()).peekable();
     while let Some((line, text)) = lines.next_if(|(_, line)| line.trim_start().starts_with(char::is_alphabetic)) {
@@ -148,12 +153,13 @@ fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
     let (dx, dy) = (step("dx")? * metres, step("dy")? * metres);
     let unit = unit(spec.height_unit, "height_unit")?;
     let none = given("nodata_value");
-    // Each number has a digit and what parts it from the next.
+    // Each number has a digit and a separator: a larger promise is refused before memory is allocated.
     let places = rows * columns;
     if places > text.len() as f64 {
         return Err(FileFault::Rows { expected: columns as u64, found: 0 }.into());
     }
     let (rows, columns) = (rows as usize, columns as usize);
+    // 2. Numbers: the file's rows are our columns, the highest y first.
     let mut heights = vec![f64::NAN; rows * columns];
     let (mut found, mut words_for_none) = (0, BTreeMap::new());
     for (line, text) in lines {

@@ -1,8 +1,8 @@
-//! Kinds of road files that are known by what they begin with.
+//! Kinds of road files that are recognised by their first bytes.
 
 use crate::road::file_fault::FileFault;
 
-/// A mark, how far into a file it is looked for, the file in words, and the kind of road that it makes.
+/// A mark, the number of bytes in which it is looked for, the kind of file in words, and the kind of road it makes.
 type Signature = (&'static [u8], usize, &'static str, &'static str);
 
 const SIGNATURES: [Signature; 3] = [
@@ -11,7 +11,7 @@ const SIGNATURES: [Signature; 3] = [
     (b"*****DATA*****", 65_536, "a CAPTIF profile", "profile"),
 ];
 
-/// Beginnings of files that are not read, and what they are.
+/// First bytes of files that are not read, and what they are.
 const UNREADABLE: [(&[u8], &str); 12] = [
     (b"DIGITAL SURF", "a topography of the form SUR"),
     (b"DSCOMPRESSED", "a topography of the form SUR"),
@@ -27,7 +27,7 @@ const UNREADABLE: [(&[u8], &str); 12] = [
     (b"\x89PNG", "a PNG picture"),
 ];
 
-/// Refuses a file of a known kind that no road is read from.
+/// Refuses a file of a known kind from which no road is read.
 ///
 /// # Errors
 /// [`FileFault::Unreadable`].

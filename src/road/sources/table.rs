@@ -3,8 +3,8 @@
 //! 1. Most records have the same number of cells; the first of them that begins the numbers ends the preamble. Numbers
 //!    in another number of cells are refused; empty cells at the end of a line may be left out.
 //! 2. Titles are the last record before it without a number, or a comment there; a row of units may follow them.
-//! 3. A column is the one that the scene chooses, that a title names, or, of a table that has no more than needed, that
-//!    at its place; one that merely counts is not taken for a length.
+//! 3. A column is the one that the scene chooses, that a title names, or, in a table that has no more columns than
+//!    needed, the one at its place; a column that merely counts is not taken as a length.
 //! 4. A unit is that of the title or of the scene; they must not contradict each other.
 
 use std::path::Path;
@@ -21,23 +21,24 @@ use crate::storage::InputError;
 use crate::storage::input::{self, excerpt};
 use crate::storage::separated::{Record, Table};
 
-/// Bytes in memory that come of a byte of text, of points with a digit each.
+/// Bytes in memory for a byte of text, if points have a digit each.
 const GROWTH: u64 = 24;
-/// Records that the shape of a table is found from.
+/// Number of records from which the shape of a table is found.
 const SAMPLE: usize = 1000;
-/// Points that may lie behind others in the order of a file, and how far, in usual steps: more are another pass.
+/// Number of points that may be behind others in the order of a file, and distance in usual steps from which on they
+/// are so: more points are another pass.
 const DISORDER: (usize, f64) = (8, 10.0);
-/// Line of a CAPTIF file between what it was measured with and the table.
+/// Line of a CAPTIF file between its description and the table.
 const CAPTIF_MARK: &str = "*****DATA*****";
 
-/// Tells whether a file has the header of a CAPTIF profile.
+/// True if a file has the header of a CAPTIF profile.
 pub(super) fn is_captif(bytes: &[u8]) -> bool {
-    // The mark ends a short header; a search through megabytes of numbers would find nothing.
+    // The mark ends a short header: megabytes of numbers need not be searched.
     let mark = CAPTIF_MARK.as_bytes();
     bytes[..bytes.len().min(65_536)].windows(mark.len()).any(|window| window == mark)
 }
 
-/// Returns the bytes of a table's file, where `limit` bounds what its points take in memory.
+/// The bytes of a table's file; `limit` bounds the memory of its points.
 ///
 /// # Errors
 /// A file that cannot be read or is too large.
@@ -50,10 +51,10 @@ pub(super) fn bytes(path: &Path, limit: u64) -> Result<Vec<u8>, RoadError> {
     })
 }
 
-/// Returns the points of a profile's file, in its order, and the file's unit of heights \[m\].
+/// Points of a profile's file, in its order, and the file's unit of heights \[m\].
 ///
 /// # Errors
-/// No numbers where they should be (with line and column), no units, columns that are not known.
+/// For no numbers where they should be (with line and column), no units, and unknown columns.
 pub(super) fn points(
     spec: &ProfileRoad,
     bytes: &[u8],
@@ -89,26 +90,26 @@ pub(super) fn points(
     Ok((points, unit))
 }
 
-/// Where the parts of a table are.
+/// Positions of the parts of a table.
 #[derive(Debug)]
 pub(super) struct Layout {
-    /// Line of the first record of numbers, from 1; none in a table without numbers.
+    /// Line of the first record of numbers, from 1; `u64::MAX` in a table without numbers.
     first: u64,
-    /// Cells that most records have, up to the last that is not empty in all of them.
+    /// Number of cells in most records, up to the last that is not empty in all of them.
     cells: usize,
     /// Titles, as many as there are cells.
     titles: Option<Titles>,
-    /// Commas part the cells, and none of them has a decimal point or a title.
+    /// True if commas separate the cells, and none of these has a decimal point or a title.
     decimals_may_be_parted: bool,
     /// The file is one of CAPTIF, whose depths count upwards.
     captif: bool,
 }
 
 impl Layout {
-    /// Finds the parts of a table; `least` columns are needed.
+    /// Finds the parts of a table that needs at least `least` columns.
     ///
     /// # Errors
-    /// No table at all.
+    /// If it is not a table of numbers, or has one column.
     pub(super) fn of(table: &Table<'_>, least: usize) -> Result<Self, FileFault> {
         if table.is_binary() {
             return Err(FileFault::NotRead);
@@ -152,7 +153,7 @@ impl Layout {
             return Err(FileFault::Ragged { line: row.line, found: row.filled(), usual: cells });
         }
         let titles = Titles::find(table, before, sample[start].line, cells);
-        // What stands between titles and numbers and is neither is a fault, found below with its line.
+        // A record between titles and numbers that is neither is a fault, found later with its line.
         let after = titles.as_ref().map_or(start, |titles| before.partition_point(|record| record.line <= titles.last));
         let points = sample[start..].iter().flat_map(|record| &record.cells).any(|cell| cell.contains('.'));
         Ok(Self {
@@ -189,8 +190,8 @@ impl Layout {
         Ok(columns)
     }
 
-    /// Returns the lines of the table's points with the values of their columns \[m\]; the last role may lack a value,
-    /// NaN then.
+    /// Lines of the table's points with the values of their columns \[m\]; the last role may lack a value, and is NaN
+    /// then.
     pub(super) fn values<'a, const N: usize>(
         &self,
         table: &'a Table<'_>,
@@ -238,7 +239,8 @@ fn refuse_passes(points: &[Point]) -> Result<(), FileFault> {
     }
     let middle = steps.len() / 2;
     let allowed = DISORDER.1 * *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    // Points behind the furthest so far, how often the distance jumps back, and the first line there.
+    // Number of points behind the furthest so far, number of jumps back of the distance, and line of the first such
+    // point.
     let behind = |direction: f64| {
         let (mut count, mut jumps, mut line) = (0, 0, 0);
         let (mut furthest, mut last) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
@@ -253,11 +255,12 @@ fn refuse_passes(points: &[Point]) -> Result<(), FileFault> {
         }
         (count, jumps, line)
     };
+    // The direction in which fewer points are out of order is that of the road.
     let (count, jumps, line) = behind(1.0).min(behind(-1.0));
     if count < DISORDER.0 { Ok(()) } else { Err(FileFault::Passes { count: (jumps + 1).max(2), line }) }
 }
 
-/// Returns the most frequent of some counts, the larger of two that are equally frequent.
+/// The most frequent of some counts, the larger of two that are equally frequent.
 fn usual(counts: impl Iterator<Item = usize>) -> usize {
     let mut occurrences = std::collections::BTreeMap::new();
     counts.for_each(|count| *occurrences.entry(count).or_insert(0) += 1);

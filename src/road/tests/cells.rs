@@ -1,4 +1,4 @@
-//! Cells along an element: where they lie, and what they make of slices.
+//! Cells along an element: their positions, and their effect on slices.
 
 use super::*;
 use crate::road::slices::SliceBuilder;
@@ -54,19 +54,18 @@ fn a_grid_with_an_odd_number_of_rows_on_an_element_is_used_bit_for_bit() {
     let found = rows(&mut road, 0, 10);
     let expected = heights[29 * 4..].iter().chain(&heights[..29 * 4]);
     assert!(found.iter().zip(expected).all(|(a, b)| a.to_bits() == b.to_bits()));
-    // Two elements' rows do not divide the map's: the road repeats after as many elements as both have in common.
+    // The rows of two elements do not divide the map's: the road repeats after the least common multiple of both.
     let other = Lattice { dx: 7.0 * 0.0015, along: 7, ..lattice };
     let mut road = open(&spec, other);
     assert_eq!(road.period(), Some(30));
     let (first, later) = (rows(&mut road, -2, 4), rows(&mut road, 28, 4));
     assert!(first.iter().zip(&later).all(|(a, b)| a.to_bits() == b.to_bits()));
-    // An even number lies astride of the element's middle: resampled.
+    // An even number lies on both sides of the element's middle: resampled.
     let even = Lattice::choose(&spec, 0.003, 0.12, None, None).unwrap();
     assert_eq!((even.along, open(&spec, even).period()), (2, None));
 }
 
-/// Checks a step of 1 mm under the middle of an element: half of the area touches 1 mm later, whatever the number of
-/// cells.
+/// A step of 1 mm under the middle of an element: half of the area touches 1 mm later, whatever the number of cells.
 #[test]
 fn a_step_across_has_an_area_curve() {
     let along = 8;
@@ -76,8 +75,8 @@ fn a_step_across_has_an_area_curve() {
     assert!((curve.displacement_at(3e-3) - 2.5e-3).abs() < 1e-17);
 }
 
-/// Checks that both laws have a limit for short cells. S is read where the tread's flat reaches 1 mm below the road's
-/// mean: past the highest cell, which more cells find higher, it has none so soon.
+/// Both laws must have a limit for short cells. S is evaluated where the flat tread is 1 mm below the road's mean: past
+/// the highest cell, which is higher with more cells, S would converge more slowly.
 #[test]
 fn slices_converge_with_cells_along() {
     let spec = Road::Made(MadeRoad { seed: 8, ..MadeRoad::default() });

@@ -4,7 +4,7 @@ use super::measured::{captif, grid};
 use super::*;
 use crate::scene::{AtEnd, GridRoad, Levelling, MissingHeight, OpenCrgRoad, ProfileRoad, Widen};
 
-/// Width that is looked at \[m\].
+/// Contact width \[m\].
 const WIDTH: f64 = 0.1;
 
 fn told(spec: &Road) -> Result<RoadDescription, RoadError> {
@@ -36,13 +36,13 @@ fn spikes(road: &RoadDescription) -> usize {
 const ROWS: usize = 300;
 const COLUMNS: usize = 61;
 
-/// Returns a surface on 2 mm that no row or column of which is the same; rms some 0.5 mm.
+/// Height of a surface on 2 mm, no two rows or columns of which are the same; rms some 0.5 mm.
 fn texture(row: usize, column: usize) -> f64 {
     let (x, y) = (row as f64, column as f64);
     0.5e-3 * (0.31 * x + 0.2 * y).sin() + 0.5e-3 * (0.17 * x - 0.4 * y).cos()
 }
 
-/// Returns heights of all kinds of files with the same surface: a grid and an OpenCRG file.
+/// Files of two kinds with the same surface: a grid and an OpenCRG file.
 fn maps(folder: &tempfile::TempDir, height: impl Fn(usize, usize) -> f64) -> [Road; 2] {
     let heights: Vec<f64> = (0..ROWS * COLUMNS).map(|i| height(i / COLUMNS, i % COLUMNS)).collect();
     let shape = [ROWS as u64, COLUMNS as u64];
@@ -220,7 +220,7 @@ fn tilted_maps_are_levelled_and_told() {
     let kept = of("tilted_3_and_5_percent", Levelling::Off);
     assert!(kept.rms > 3e-3 && kept.report.notes.contains(&RoadNote::NotLevelled));
     assert!(of("tilted_3_and_5_percent", Levelling::Mean).rms > 3e-3);
-    // Other slopes, and both kinds of map.
+    // Other slopes, on both kinds of map.
     let folder = tempfile::tempdir().unwrap();
     let flat = maps(&folder, texture).map(|road| told(&road).unwrap());
     let slope = |row, column| texture(row, column) + 0.012 * 0.002 * row as f64 - 0.08 * 0.002 * column as f64 + 0.03;

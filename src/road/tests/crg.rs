@@ -19,7 +19,7 @@ fn read(path: &std::path::Path) -> Crg {
     Crg::read(path, 1 << 30, None).unwrap()
 }
 
-/// Returns one of the small roads that come with OpenCRG.
+/// One of the small roads that come with OpenCRG.
 fn handmade(name: &str) -> PathBuf {
     reference(&format!("roads/handmade_{name}.crg"))
 }
@@ -38,7 +38,7 @@ fn height(row: usize, column: usize) -> f64 {
     f64::from((1e-3 * ((row * 3 + column * 5) as f64).sin()) as f32)
 }
 
-/// Returns a file of one of the formats, `payload` changed by `change`.
+/// A file of one of the formats, with `extra` sections in the header, and with a missing height at `hole`.
 fn make(format: &str, extra: &str, hole: Option<(usize, usize)>) -> Vec<u8> {
     let mut text = format!(
         "$CT\nmade by a test\n$\n$ROAD_CRG\nreference_line_start_u = 100\nreference_line_end_u = {}\n\
@@ -180,7 +180,7 @@ fn range_and_rms_of_a_road_are_those_of_the_same_heights() {
 fn damaged_belgian_block_is_refused_with_the_likely_cause() {
     let whole = std::fs::read(reference(COBBLES)).unwrap();
     let start = header_length(&whole);
-    // Some heights have the bytes of a line's end in them; a transfer as text takes one each.
+    // Some heights contain the bytes of a CR LF: a transfer as text removes one byte each.
     let mut damaged = whole[..start].to_vec();
     for (place, &byte) in whole.iter().enumerate().skip(start) {
         if byte != b'\r' || whole.get(place + 1) != Some(&b'\n') {
@@ -293,7 +293,7 @@ fn columns_with_holes_are_avoided() {
         _ => false,
     };
     assert!(road.report().notes.iter().any(expected), "{:?}", road.report().notes);
-    // At the border the column with one hole of thirty is needed, and filled.
+    // At the border the column with one missing height in thirty is needed, and filled.
     assert!(
         open(&at(Some(-0.15)), narrow)
             .report()
@@ -363,7 +363,7 @@ fn repeated_and_mirrored_cobbles_go_on() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig::with_cases(300))]
 
-    /// Checks that reading a file ends with a road or an error, whatever happens to the file.
+    /// Reading a mangled file must end with a road or an error.
     #[test]
     fn mangled_files_never_panic(
         format in 0..4_usize,

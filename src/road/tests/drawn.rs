@@ -1,4 +1,4 @@
-//! Drawn roads: levels in all directions, Gaussian heights, no seams between patches, levels and patches of their own.
+//! Drawn roads: levels in all directions, Gaussian heights, no seams between patches, independent patches and levels.
 
 use super::*;
 use crate::road::sources::made::{Design, Patches, RingSpectrum, TargetSpectrum, Texture};
@@ -12,7 +12,7 @@ fn texture(target: &TargetSpectrum, lattice: Lattice) -> Texture {
     Texture::new(&design, lattice, 1 << 30).unwrap()
 }
 
-/// Returns a band of waves by itself: 25 to 10 mm, as high as those of asphalt.
+/// A single range of waves, 25 to 10 mm, as high as those of asphalt.
 fn short_waves() -> TargetSpectrum {
     TargetSpectrum::third_octaves(&[0.025, 0.02, 0.016, 0.0125, 0.01], &[46.0, 46.8, 46.2, 45.6, 43.1]).unwrap()
 }
@@ -23,10 +23,10 @@ fn drawn(texture: &Texture, first: i64, rows: usize, columns: usize) -> Vec<f64>
     heights
 }
 
-/// Checks that profiles along, across and at 45 degrees of a strip of 50 m by 0.4 m have the surface's levels. A band
-/// of relative width 0.23 has in a profile of length l about 0.23 l/wavelength lines, of which the Hann window leaves
-/// two in three independent; profiles half a wavelength apart are independent, too. Four standard deviations of the
-/// mean of so many squares.
+/// Profiles along, across and at 45 degrees of a strip of 50 m by 0.4 m must have the surface's levels. A band of
+/// relative width 0.23 has in a profile of length l about 0.23 l/wavelength lines, of which the Hann window leaves two
+/// in three independent; profiles half a wavelength apart are independent, too. The tolerance is four standard
+/// deviations of the mean of so many squares.
 #[test]
 fn levels_are_the_same_in_every_direction() {
     let columns = 400;
@@ -71,8 +71,8 @@ fn levels_are_the_same_in_every_direction() {
     }
 }
 
-/// Checks 40 m by 0.12 m of waves of 10 to 25 mm: some 40 000 independent heights, their kurtosis known to sqrt(24/40
-/// 000) = 0.025.
+/// 40 m by 0.12 m of waves of 10 to 25 mm are some 40 000 independent heights; the standard error of their kurtosis is
+/// sqrt(24/40 000) = 0.025.
 #[test]
 fn heights_are_gaussian_with_the_variance_of_the_spectrum() {
     let (rows, columns) = (20_000, 60);
@@ -85,9 +85,9 @@ fn heights_are_gaussian_with_the_variance_of_the_spectrum() {
     assert!((mean(4) / mean(2).powi(2) - 3.0).abs() < 0.1, "{}", mean(4) / mean(2).powi(2));
 }
 
-/// Checks that mean squares and mean squared differences over 2 and 6 mm where patches fade into each other are those
-/// elsewhere: the fade takes at most the factor cos(pi/2 pi/2 lag/fade) of the covariance, 1 % here. 60 seams of 0.23 m
-/// by 0.12 m hold some 20 000 independent heights: four standard errors of the ratio are 6 %.
+/// Mean squares, and mean squared differences over 2 and 6 mm, must be the same where patches fade into each other as
+/// elsewhere: the fade reduces the covariance at most by the factor cos(pi/2 pi/2 lag/fade), 1 % here. 60 seams of 0.23
+/// m by 0.12 m have some 20 000 independent heights: four standard errors of the ratio are 6 %.
 #[test]
 fn patches_join_without_a_seam() {
     let columns = 60;
@@ -115,8 +115,8 @@ fn patches_join_without_a_seam() {
     }
 }
 
-/// Checks that a patch's period is not the road's: the same places of neighbouring blocks have nothing in common, nor
-/// have both ends of one.
+/// The period of a patch must not be that of the road: the same places of neighbouring blocks are uncorrelated, and so
+/// are both ends of one.
 #[test]
 fn blocks_are_drawn_by_themselves() {
     let columns = 60;
@@ -137,8 +137,8 @@ fn blocks_are_drawn_by_themselves() {
     }
 }
 
-/// Checks that halving all cells halves their distance, no more: every other height of the fine road is the coarse
-/// one's, but for what the coarse cells do not resolve.
+/// Cells of half the size must only halve their distance: every other height of the fine road is the coarse one's, but
+/// for what the coarse cells do not resolve.
 #[test]
 fn a_finer_lattice_sees_the_same_road() {
     let spec = Road::Made(MadeRoad {
@@ -153,15 +153,15 @@ fn a_finer_lattice_sees_the_same_road() {
     for row in 0..600 {
         for column in 0..40 {
             let (a, b) = (a[row * 40 + column], b[(3 * row + 1) * 120 + 3 * column + 1]);
-            // Interpolation leaves 70 dB.
+            // The interpolation attenuates by 70 dB.
             assert!((a - b).abs() < 3e-3 * rms, "row {row}, column {column}: {a} and {b}, rms {rms}");
         }
     }
 }
 
-/// Checks 100 m of asphalt by 0.12 m. They hold some 200 000 cells of 8 mm, about its mean wavelength: moments of a
-/// Gaussian are known to sqrt(6/n) and sqrt(24/n), 0.006 and 0.011, and the long waves, of which there are few, add as
-/// much again.
+/// 100 m of asphalt by 0.12 m are some 200 000 cells of 8 mm, about its mean wavelength: the standard errors of the
+/// moments of a Gaussian are sqrt(6/n) and sqrt(24/n), 0.006 and 0.011, and the long waves, of which there are few, add
+/// as much again.
 #[test]
 fn skewed_roads_have_their_moments_and_their_levels() {
     let lattice = Lattice { dx: 0.002, along: 1, dy: 0.002, columns: 60 };
@@ -179,8 +179,8 @@ fn skewed_roads_have_their_moments_and_their_levels() {
         for column in [0, 15, 30, 45, 59] {
             spectrum.add(&heights.iter().skip(column).step_by(60).copied().collect::<Vec<_>>());
         }
-        // From 8 mm on: shorter ones do not pass cells of 2 mm whole. 100 m in five profiles: 1 dB is four standard
-        // deviations at 0.1 m, 0.5 dB shorter.
+        // From 8 mm on: cells of 2 mm attenuate shorter waves. 100 m in five profiles: 1 dB is four standard deviations
+        // at 0.1 m, 0.5 dB at shorter waves.
         for band in road.report().bands.iter().filter(|band| (0.0078..0.11).contains(&band.wavelength)) {
             let level = spectrum.level(nearest_band(band.wavelength));
             let allowed = if band.wavelength > 0.03 { 1.0 } else { 0.5 };
@@ -192,8 +192,8 @@ fn skewed_roads_have_their_moments_and_their_levels() {
     assert!(matches!(refused(&wrong, lattice), RoadError::Moments { .. }));
 }
 
-/// Checks the effect of flat tops on slices: the mean S past the highest cell grows when the road is skewed to below,
-/// at the same levels.
+/// With flat tops more of a slice makes contact: the mean S past the highest cell grows with negative skewness, at the
+/// same levels.
 #[test]
 fn flat_tops_are_met_by_more_of_the_slice() {
     let lattice = Lattice { dx: 1.95 / 512.0, along: 2, dy: 0.002, columns: 60 };

@@ -1,4 +1,4 @@
-//! Tables as people have them: columns, units, encodings, and what is no road.
+//! Tables as found in practice: columns, units, encodings, and files that are no roads.
 
 use super::*;
 use crate::road::sources::conditioning::condition;
@@ -24,7 +24,7 @@ fn columns_told(notes: &[RoadNote]) -> String {
     notes.iter().find(|note| matches!(note, RoadNote::FileColumns { .. })).unwrap().to_string()
 }
 
-/// Writes lines of distance and height in the same unit, with a delimiter and a decimal sign.
+/// Lines of distance and height in the same unit, with a delimiter and a decimal sign.
 fn lines(delimiter: &str, decimal: &str) -> String {
     let number = |value: f64| format!("{value:.3}").replace('.', decimal);
     let line = |i| format!("{}{delimiter}{}\n", number(0.5 * f64::from(i)), number((0.7 * f64::from(i)).sin()));

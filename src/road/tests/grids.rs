@@ -7,7 +7,7 @@ fn text(file: PathBuf, unit: Option<LengthUnit>) -> GridRoad {
     GridRoad { dx: None, dy: None, distance_unit: unit, height_unit: unit, ..super::measured::grid(file, 1.0, 1.0) }
 }
 
-/// Returns the heights of a grid of 30 x 8 places, 2 and 5 mm apart, as the program holds it: rows along x.
+/// Heights of a grid of 30 x 8 places, 2 and 5 mm apart, row-major, with rows along x.
 fn heights_of(spec: &GridRoad) -> Vec<f64> {
     let lattice = Lattice { dx: 0.002, along: 1, dy: 0.005, columns: 8 };
     rows(&mut open(&Road::Grid(spec.clone()), lattice), 0, 30)

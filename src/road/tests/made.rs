@@ -7,9 +7,9 @@ fn made(seed: u64) -> Road {
     Road::Made(MadeRoad { seed, ..MadeRoad::default() })
 }
 
-/// Checks levels along x over 60 m: per band about 60 m x 0.23/wavelength independent lines, 87 at 158 mm: 0.5 dB
-/// standard deviation (times 1.4 for the window); the mean over 12 columns 17 mm apart helps for short waves only. 1.8
-/// dB is 2.5 deviations.
+/// Levels along x over 60 m: a band has about 60 m x 0.23/wavelength independent lines, 87 at 158 mm: 0.5 dB standard
+/// deviation (times 1.4 for the window); the mean over 12 columns 17 mm apart helps for short waves only. 1.8 dB are
+/// 2.5 deviations.
 #[test]
 fn levels_along_are_those_asked_for() {
     let lattice = Lattice { dx: 0.001, along: 1, dy: 0.001, columns: 200 };
@@ -38,8 +38,8 @@ fn levels_along_are_those_asked_for() {
     assert!((0.6e-3..1.8e-3).contains(&depth), "dense asphalt has about 1.1 mm, found {depth}");
 }
 
-/// Checks the lateral profiles of a wide strip against its longitudinal ones, with the same number of independent waves
-/// in both.
+/// Lateral profiles of a wide strip compared with its longitudinal ones, with the same number of independent waves in
+/// both.
 #[test]
 fn levels_across_equal_levels_along() {
     let spec = Road::Made(MadeRoad {
@@ -125,9 +125,9 @@ fn road_is_the_same_at_another_number_of_elements() {
     }
 }
 
-/// Checks 20 m of eight neighbouring profiles: a band of relative width 0.23 has 20 m x 0.23/wavelength lines, of a
-/// standard deviation of 4.3 dB each, 1.4 times that for the window. Allowed are three of them, and how far the nearest
-/// isotropic surface is off.
+/// 20 m of eight neighbouring profiles: a band of relative width 0.23 has 20 m x 0.23/wavelength lines, of a standard
+/// deviation of 4.3 dB each, 1.4 times that for the window. The tolerance is three of them, plus the deviation of the
+/// nearest isotropic surface.
 #[test]
 fn named_roads_have_the_depth_and_the_levels_of_their_names() {
     for texture in NamedTexture::ALL {
@@ -137,7 +137,7 @@ fn named_roads_have_the_depth_and_the_levels_of_their_names() {
         let ([depth, within], measured) = (texture.depth(), found.mean_profile_depth.unwrap());
         let mean = measured.mean.unwrap();
         println!("{}: {:.3} mm for {:.3}", texture.name(), 1e3 * mean, 1e3 * depth);
-        // Levels were shifted to the depth where heights are Gaussian.
+        // The levels were shifted to the depth for Gaussian heights.
         let allowed = if texture.shape().is_some() { within } else { 0.04 * depth };
         assert!((mean - depth).abs() < allowed, "{}: {mean} for {depth}", texture.name());
         if texture == NamedTexture::Iso10844 {
@@ -155,7 +155,6 @@ fn named_roads_have_the_depth_and_the_levels_of_their_names() {
     }
 }
 
-/// Checks that the road without a name and the road with that of the default are the same to the last bit.
 #[test]
 fn default_road_is_the_dense_asphalt_by_its_name() {
     let named = Road::Made(MadeRoad { seed: 4, texture: Some(NamedTexture::DEFAULT), ..MadeRoad::default() });
@@ -185,7 +184,7 @@ fn unsuitable_lattices_are_refused() {
     assert!(matches!(refused(&nothing, lattice()), RoadError::NotPositive { .. }));
     let limits = Limits { bytes: 1 << 20 };
     assert!(matches!(RoadSurface::open(&made(0), lattice(), limits), Err(RoadError::TextureTooLarge { .. })));
-    // Levels are as large as each other, however long their waves.
+    // All levels are the same, however long the waves.
     let law = PowerLawTexture { rms: 0.1, exponent: 2.0, longest: 1e5, shortest: 0.01 };
     let vast = Road::Made(MadeRoad { power_law: Some(law), ..MadeRoad::default() });
     assert!(rows(&mut open(&vast, lattice()), 0, 10).iter().all(|height| height.is_finite()));

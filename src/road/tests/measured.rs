@@ -19,7 +19,7 @@ pub(super) fn profile(file: PathBuf) -> ProfileRoad {
     }
 }
 
-/// Returns the road of a CAPTIF file, which states its units.
+/// The road of a CAPTIF file, which states its units.
 pub(super) fn captif(file: PathBuf) -> ProfileRoad {
     ProfileRoad { distance_unit: None, height_unit: None, ..profile(file) }
 }
@@ -40,11 +40,11 @@ fn captif_levels_depth_and_dropouts() {
     for (band, expected) in [-10, -13, -17, -20, -23, -27].into_iter().zip(published) {
         let found = spectrum.level(band);
         println!("band {band}: {found:.1} dB, published {expected} dB");
-        // At 100 mm four lines lie in the band: 2 dB is their own uncertainty.
+        // At 100 mm there are four lines in the band: the uncertainty of their level is 2 dB.
         let allowed = if band == -10 { 2.2 } else { 1.1 };
         assert!((found - expected).abs() < allowed, "band {band}: {found} dB for {expected} dB");
     }
-    // The table of all stations, as measured, holds this one.
+    // The table of all stations, measured ones, contains this one.
     let table = std::fs::read_to_string(reference("roads/captif_aylesbury_levels.csv")).unwrap();
     for line in table.lines().skip(1) {
         let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
@@ -53,7 +53,7 @@ fn captif_levels_depth_and_dropouts() {
     let told = ProfileDepth::of([(&map.heights[..], &map.origins[..])], map.dx);
     assert!(told.segments == 18 && told.valid > 9 && told.reference_surface == Some(false), "{told:?}");
     assert!((2.9e-3..3.7e-3).contains(&told.mean.unwrap()), "{told:?}");
-    // With spikes away no segment is valid, as captif-slp 0.22 finds, and the shortest waves lose most.
+    // Without spikes no segment is valid, as captif-slp 0.22 finds, and the shortest waves lose most.
     condition(&mut map, Levelling::Slope, None, &mut report).unwrap();
     let told = ProfileDepth::of([(&map.heights[..], &map.origins[..])], map.dx);
     assert!(told.segments == 18 && told.valid == 0 && told.mean.is_none(), "{told:?}");
@@ -116,7 +116,7 @@ fn csv_with_header_units_names_and_missing_heights() {
     let mut road = open(&Road::Profile(spec.clone()), line());
     assert_eq!(road.report().missing, 40);
     assert_eq!(road.extent().map(|(a, b)| ((a * 1e6).round(), (b * 1e6).round())), Some((0.0, 1_999_000.0)));
-    // The 0.63 m wave stays, mean and slope go: 1 mm amplitude.
+    // The wave of 0.63 m stays, with 1 mm amplitude; mean and slope are removed.
     let heights = rows(&mut road, 0, 499);
     let rms = crate::road::texture::rms(&heights);
     assert!((0.5e-3..0.8e-3).contains(&rms), "{rms}");
@@ -136,7 +136,8 @@ fn csv_with_header_units_names_and_missing_heights() {
 #[test]
 fn holes_of_every_kind_of_file_make_segments_invalid() {
     let folder = tempfile::tempdir().unwrap();
-    // A hole of 20 mm in the second of ten segments, one of 6 mm at the end, and every thirtieth point here and there.
+    // A hole of 20 mm in the second of ten segments, one of 6 mm at the end, and every thirtieth point missing in
+    // places.
     let hole = |i: usize| (130..150).contains(&i) || i >= 994 || (300..600).contains(&i) && i.is_multiple_of(30);
     let height = |i: usize| 1e-3 * (i as f64 * 0.3).sin();
     let mut text = String::new();
@@ -164,7 +165,7 @@ fn unsorted_and_repeated_distances_are_put_right_and_told() {
     let mut shuffled = String::new();
     for i in 0..500 {
         sorted += &format!("{},{}\n", 0.001 * i as f64, height(i));
-        // Blocks of five, each from its end to its beginning.
+        // Blocks of five points, each in reverse order.
         let j = i / 5 * 5 + 4 - i % 5;
         let off = if j.is_multiple_of(25) { 0.1 } else { 0.0 };
         shuffled += &format!("{},{}\n{},{}\n", 0.001 * j as f64, height(j) + off, 0.001 * j as f64, height(j) - off);
@@ -397,7 +398,7 @@ fn grid_description_measures_what_was_put_in() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig::with_cases(200))]
 
-    /// Checks that reading a file ends with a finite road or an error, whatever stands in the file.
+    /// Reading any table must end with a finite road or an error.
     #[test]
     fn arbitrary_tables_never_panic(
         text in "([0-9.e+-]{0,6}[,;\t ]?(NaN|nan|inf|x)?[,\n]){0,60}",

@@ -1,10 +1,10 @@
-//! Mean profile depth by ISO 13473-1:2019, and what the reference surface of pass-by tests asks of it.
+//! Mean profile depth by ISO 13473-1:2019, and the comparison with the reference surface of pass-by tests.
 //!
-//! 1. A Butterworth low-pass of second order at 2.40 mm goes over the profile there and back, where its spacing is fine
-//!    enough for the standard; a finer one stays as it is and is not resampled.
+//! 1. A Butterworth low-pass of second order at 2.40 mm is applied forward and backward, if the spacing is fine enough
+//!    for the standard; a profile of finer spacing is not resampled.
 //! 2. Segments of 100 mm: slope suppressed, the mean of the two halves' highest points above the segment's mean.
 //! 3. A segment with more than 10 % of its points missing (7.3) or more than 5 % of them spikes (7.5) is not valid, nor
-//!    one whose points that are either reach more than 5 mm into the profile from its end: there is nothing to
+//!    one whose points that are either extend more than 5 mm into the profile from its end: there is nothing to
 //!    interpolate to.
 
 use std::f64::consts::{PI, SQRT_2};
@@ -15,53 +15,52 @@ use super::profile::remove_line;
 
 /// Segment length \[m\].
 const SEGMENT_LENGTH: f64 = 0.1;
-/// Coarsest spacing of the standard \[m\].
+/// Coarsest spacing that the standard allows \[m\].
 const COARSEST: f64 = 1e-3;
-/// Wavelength at which one pass of the low-pass takes 3 dB \[m\].
+/// Wavelength at which one pass of the low-pass attenuates by 3 dB \[m\].
 const CUT_OFF: f64 = 2.4e-3;
 /// Largest share of a segment's points that may be missing.
 const MISSING_ALLOWED: f64 = 0.1;
 /// Largest share of a segment's points that may be spikes.
 const SPIKES_ALLOWED: f64 = 0.05;
-/// Longest part at a profile's end that may be held in place of measured \[m\].
+/// Longest part at a profile's end in which a held height may replace measured ones \[m\].
 const LONGEST_HELD: f64 = 5e-3;
 
-/// Mean profile depth of the reference surface for pass-by tests (ISO 10844:2014) and how far off it may be \[m\].
+/// Mean profile depth of the reference surface for pass-by tests (ISO 10844:2014), and its tolerance \[m\].
 const REFERENCE_SURFACE: [f64; 2] = [0.5e-3, 0.2e-3];
 
 /// Origin of a height.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HeightOrigin {
-    /// A measurement.
+    /// Measured.
     #[default]
     Measured,
-    /// Interpolation, for one that is missing in the file.
+    /// Interpolated, as it is missing in the file.
     Missing,
-    /// Interpolation, for a spike.
+    /// Interpolated, as it is a spike.
     Spike,
 }
 
-/// The mean profile depth of one or more profiles, with what it rests on.
+/// The mean profile depth of one or more profiles, with the numbers of segments that it is based on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ProfileDepth {
     /// Mean of the valid segments' depths \[m\]; absent without one.
     pub mean: Option<f64>,
     /// Their standard deviation \[m\]; absent for fewer than two.
     pub deviation: Option<f64>,
-    /// Segments of 100 mm, of all profiles.
+    /// Number of segments of 100 mm in all profiles.
     pub segments: usize,
-    /// How many of them are valid.
+    /// Number of valid ones.
     pub valid: usize,
     /// The profile's spacing is more than 1 mm, too coarse for the standard: peaks are missed, the depth is too small.
     pub too_coarse: bool,
-    /// True if the depth is that of the reference surface of ISO 10844:2014, 0.5 mm within 0.2 mm; absent where the
-    /// depth is not known by the standard. The surface's other properties are not asked for here.
+    /// True if the depth is that of the reference surface of ISO 10844:2014, 0.5 mm within 0.2 mm; absent if there is
+    /// no depth by the standard. Other properties of that surface are not checked here.
     pub reference_surface: Option<bool>,
 }
 
 impl ProfileDepth {
-    /// Finds the depth of profiles with points `spacing` \[m\] apart, each with its origin; without origins all were
-    /// measured.
+    /// Depth of profiles with points `spacing` \[m\] apart, each with its origin; without origins all were measured.
     pub(crate) fn of<'a>(profiles: impl IntoIterator<Item = (&'a [f64], &'a [HeightOrigin])>, spacing: f64) -> Self {
         let (mut segments, mut depths) = (0, Vec::new());
         for (heights, origins) in profiles {
@@ -87,8 +86,8 @@ fn is_too_coarse(spacing: f64) -> bool {
     spacing > COARSEST * (1.0 + 1e-9)
 }
 
-/// Returns the depth of each segment of a profile \[m\]; `None` where it is not valid. No segments for a profile
-/// shorter than one, or so coarse that half a segment has fewer than two points.
+/// Depth of each segment of a profile \[m\]; `None` if it is not valid. No segments for a profile shorter than one, or
+/// so coarse that half a segment has fewer than two points.
 fn segment_depths(heights: &[f64], origins: &[HeightOrigin], spacing: f64) -> Vec<Option<f64>> {
     let per_segment = (SEGMENT_LENGTH / spacing).round() as usize;
     if per_segment < 4 {
@@ -98,7 +97,7 @@ fn segment_depths(heights: &[f64], origins: &[HeightOrigin], spacing: f64) -> Ve
     if !is_too_coarse(spacing) {
         low_pass(&mut profile, spacing);
     }
-    // From both ends: how many points come before the first that was measured.
+    // From both ends: number of points before the first that was measured.
     let is_measured = |origin: &HeightOrigin| *origin == HeightOrigin::Measured;
     let held = [origins.iter().position(is_measured), origins.iter().rev().position(is_measured)];
     let held = held.map(|points| points.unwrap_or(origins.len()));
@@ -116,7 +115,7 @@ fn segment_depths(heights: &[f64], origins: &[HeightOrigin], spacing: f64) -> Ve
     segments.map(|(number, segment)| valid(number).then(|| depth(segment))).collect()
 }
 
-/// Returns the depth of one segment \[m\], which loses its line.
+/// Depth of one segment \[m\], from which its least-squares line is removed.
 fn depth(segment: &mut [f64]) -> f64 {
     remove_line(segment);
     let (left, right) = segment.split_at(segment.len() / 2);
@@ -124,8 +123,8 @@ fn depth(segment: &mut [f64]) -> f64 {
     0.5 * (peak(left) + peak(right))
 }
 
-/// Applies the Butterworth low-pass of second order by the bilinear transform, there and back: no phase is left. It
-/// begins at rest at the first height it meets.
+/// Butterworth low-pass of second order by the bilinear transform, applied in both directions: no phase shift remains.
+/// Each pass starts in the steady state of the first height that it meets.
 fn low_pass(profile: &mut [f64], spacing: f64) {
     let warped = (PI * spacing / CUT_OFF).tan();
     let scale = 1.0 / (1.0 + SQRT_2 * warped + warped * warped);
@@ -148,7 +147,7 @@ fn low_pass(profile: &mut [f64], spacing: f64) {
 mod tests {
     use super::*;
 
-    /// Returns a cosine with its peaks in the middle between points, even about the middle of every segment.
+    /// A cosine with its peaks in the middle between points, even about the middle of every segment.
     fn cosine(amplitude: f64, wavelength: f64, spacing: f64, points: usize) -> Vec<f64> {
         let phase = |i: usize| 2.0 * PI * (i as f64 + 0.5) * spacing / wavelength;
         (0..points).map(|i| amplitude * phase(i).cos()).collect()
@@ -167,7 +166,7 @@ mod tests {
             assert!(told.deviation.unwrap() < 0.01e-3, "{told:?}");
             assert_eq!((told.segments, told.valid, told.too_coarse), (10, 10, false), "{spacing}");
         }
-        // Each pass takes 3 dB at the cut-off: half the wave is left of both.
+        // Each pass attenuates by 3 dB at the cut-off: both leave half of the wave.
         let short = of(&cosine(1e-3, CUT_OFF, 0.1e-3, 10_000), &[], 0.1e-3).mean.unwrap();
         assert!((0.48e-3..0.52e-3).contains(&short), "{short}");
         assert!(of(&cosine(1e-3, 0.6e-3, 0.1e-3, 10_000), &[], 0.1e-3).mean.unwrap() < 0.01e-3);

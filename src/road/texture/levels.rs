@@ -15,34 +15,34 @@ use super::profile::remove_line;
 /// Reference height of texture levels \[m\].
 const REFERENCE_HEIGHT: f64 = 1e-6;
 
-/// Wavelengths that a profile must be long for its level (ISO 13473-4:2024).
+/// Least length of a profile in wavelengths of a band for a valid level (ISO 13473-4:2024).
 const WAVELENGTHS_NEEDED: f64 = 12.0;
 
-/// Level that stands for none, dB re 1e-6 m: a hundred-thousandth of a micrometre.
+/// Level in place of minus infinity, dB re 1e-6 m: a hundred-thousandth of a micrometre.
 pub(crate) const LOWEST_LEVEL: f64 = -100.0;
 
-/// Returns the exact mid-wavelength of third-octave band `band` \[m\]: 10^(band/10).
+/// Exact mid-wavelength of third-octave band `band` \[m\]: 10^(band/10).
 pub(crate) fn mid_wavelength(band: i32) -> f64 {
     10_f64.powf(f64::from(band) / 10.0)
 }
 
-/// Returns the number of the band whose mid-wavelength is nearest on the logarithmic scale.
+/// Number of the band whose mid-wavelength is nearest on the logarithmic scale.
 pub(crate) fn nearest_band(wavelength: f64) -> i32 {
     (10.0 * wavelength.log10()).round() as i32
 }
 
-/// Returns the lower and upper edge of a band in wavenumber (cycles per metre).
+/// Lower and upper edge of a band in wavenumber (cycles per metre).
 pub(crate) fn band_edges(band: i32) -> (f64, f64) {
     let mid = 1.0 / mid_wavelength(band);
     (mid * 10_f64.powf(-0.05), mid * 10_f64.powf(0.05))
 }
 
-/// Returns a mean square \[m^2\] as texture level, dB re 1e-6 m; minus infinity for zero.
+/// Texture level of a mean square \[m^2\], dB re 1e-6 m; minus infinity for zero.
 pub(crate) fn level(mean_square: f64) -> f64 {
     10.0 * (mean_square / (REFERENCE_HEIGHT * REFERENCE_HEIGHT)).log10()
 }
 
-/// Returns the mean square \[m^2\] of a texture level, dB re 1e-6 m.
+/// Mean square \[m^2\] of a texture level, dB re 1e-6 m.
 pub(crate) fn mean_square(level: f64) -> f64 {
     REFERENCE_HEIGHT * REFERENCE_HEIGHT * 10_f64.powf(level / 10.0)
 }
@@ -58,31 +58,31 @@ pub struct TextureLevel {
     pub valid: bool,
 }
 
-/// The levels of neighbouring bands together.
+/// The energy sum of neighbouring bands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct OverallLevel {
     /// Level, dB re 1e-6 m.
     pub level: f64,
-    /// Mid-wavelengths of the longest and of the shortest band in it \[m\].
+    /// Mid-wavelength of the longest band included \[m\].
     pub longest: f64,
-    /// See `longest`.
+    /// Mid-wavelength of the shortest band included \[m\].
     pub shortest: f64,
-    /// True if all bands are in it that the range has.
+    /// True if all bands of the range are included.
     pub complete: bool,
 }
 
 impl OverallLevel {
-    /// Sums the macrotexture, the bands of 0.5 to 50 mm; `None` without a valid one.
+    /// Level of the macrotexture, the bands of 0.5 to 50 mm; `None` without a valid one.
     pub(crate) fn macrotexture(levels: &[TextureLevel]) -> Option<Self> {
         Self::of(levels, -33..=-13)
     }
 
-    /// Sums the megatexture, from the bands above those up to 500 mm; `None` without a valid one.
+    /// Level of the megatexture, the bands of 63 to 500 mm; `None` without a valid one.
     pub(crate) fn megatexture(levels: &[TextureLevel]) -> Option<Self> {
         Self::of(levels, -12..=-3)
     }
 
-    /// Returns the energy sum of those bands that are valid.
+    /// Energy sum of the valid ones of some bands.
     fn of(levels: &[TextureLevel], bands: RangeInclusive<i32>) -> Option<Self> {
         let inside = levels.iter().filter(|at| at.valid && bands.contains(&nearest_band(at.wavelength)));
         let wavelengths: Vec<f64> = inside.clone().map(|at| at.wavelength).collect();
@@ -93,19 +93,19 @@ impl OverallLevel {
     }
 }
 
-/// Level wanted of profiles in one band, and the level found.
+/// Wanted level of profiles in one band, and that of the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct BandFit {
-    /// Middle of the band \[m\], geometric.
+    /// Geometric middle of the band \[m\].
     pub wavelength: f64,
-    /// Level asked for, dB re 1e-6 m.
+    /// Wanted level, dB re 1e-6 m.
     pub target: f64,
-    /// Level of the surface (expectation), dB re 1e-6 m; [`LOWEST_LEVEL`] where it has nothing.
+    /// Level of the surface (expectation), dB re 1e-6 m; [`LOWEST_LEVEL`] if it has no energy there.
     pub fitted: f64,
 }
 
 impl BandFit {
-    /// Tells how far the level is from the one asked for \[dB\].
+    /// Magnitude of the difference between both levels \[dB\].
     pub(crate) fn deviation(&self) -> f64 {
         (self.fitted - self.target).abs()
     }
@@ -120,12 +120,12 @@ pub struct ProfileSpectrum {
 }
 
 impl ProfileSpectrum {
-    /// Returns an empty average for profiles of `points` heights, `spacing` \[m\] apart.
+    /// An empty average for profiles of `points` heights, `spacing` \[m\] apart.
     pub fn new(points: usize, spacing: f64) -> Self {
         Self { line: 1.0 / (points as f64 * spacing), power: vec![0.0; points / 2 + 1], profiles: 0 }
     }
 
-    /// Adds one profile; `heights.len()` must be the `points` of [`Self::new`], at least 2.
+    /// Adds one profile; it is ignored unless `heights.len()` is the `points` of [`Self::new`], at least 2.
     pub fn add(&mut self, heights: &[f64]) {
         let points = heights.len();
         if points < 2 || self.power.len() != points / 2 + 1 {
@@ -142,7 +142,7 @@ impl ProfileSpectrum {
         }
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(points);
         let mut spectrum = transform.make_output_vec();
-        // The lengths are the planner's own, the only thing that it can complain about.
+        // It can only fail for wrong lengths, and these are the planner's.
         if transform.process(&mut windowed, &mut spectrum).is_err() {
             return;
         }
@@ -154,7 +154,7 @@ impl ProfileSpectrum {
         self.profiles += 1;
     }
 
-    /// Returns the mean square \[m^2\] between two wavenumbers (cycles per metre).
+    /// Mean square \[m^2\] between two wavenumbers (cycles per metre).
     pub fn energy(&self, lower: f64, upper: f64) -> f64 {
         let from = ((lower / self.line - 0.5).floor().max(0.0)) as usize;
         let to = ((upper / self.line + 0.5).ceil() as usize + 1).min(self.power.len());
@@ -163,21 +163,21 @@ impl ProfileSpectrum {
         sum / self.profiles.max(1) as f64
     }
 
-    /// Returns all lines but the mean: wavenumber (cycles per metre) and mean square \[m^2\].
+    /// All lines but the mean: wavenumber (cycles per metre) and mean square \[m^2\].
     pub fn lines(&self) -> impl Iterator<Item = (f64, f64)> {
         let profiles = self.profiles.max(1) as f64;
         let lines = self.power.iter().enumerate().skip(1);
         lines.map(move |(index, power)| (index as f64 * self.line, power / profiles))
     }
 
-    /// Returns the level of one third-octave band, dB re 1e-6 m.
+    /// Level of one third-octave band, dB re 1e-6 m.
     pub fn level(&self, band: i32) -> f64 {
         let (lower, upper) = band_edges(band);
         level(self.energy(lower, upper))
     }
 
-    /// Returns the levels of all bands between two wavelengths \[m\], bands wholly inside, longest wavelength first; a
-    /// band without any texture has no level and is left out.
+    /// Levels of all bands that are wholly between two wavelengths \[m\], longest wavelength first; a band without any
+    /// energy has no level and is left out.
     pub fn levels(&self, longest: f64, shortest: f64) -> Vec<TextureLevel> {
         bands_between(longest, shortest)
             .map(|band| {
@@ -190,13 +190,13 @@ impl ProfileSpectrum {
     }
 }
 
-/// Returns the share of a spectrum's line, a cell one `spacing` wide, between two wavenumbers.
+/// Part of line number `index` of a spectrum, a cell one `spacing` wide, that is between two wavenumbers.
 pub(crate) fn line_inside(index: usize, spacing: f64, lower: f64, upper: f64) -> f64 {
     let centre = index as f64;
     ((upper / spacing).min(centre + 0.5) - (lower / spacing).max(centre - 0.5)).clamp(0.0, 1.0)
 }
 
-/// Returns the numbers of the bands wholly between two wavelengths \[m\], longest wavelength first.
+/// Numbers of the bands wholly between two wavelengths \[m\], longest wavelength first.
 pub(crate) fn bands_between(longest: f64, shortest: f64) -> impl Iterator<Item = i32> {
     let slack = 1.0 + 1e-9;
     (nearest_band(shortest) - 1..=nearest_band(longest) + 1).rev().filter(move |&band| {

@@ -1,6 +1,6 @@
 //! Measures of a profile that need no spectrum: line and root mean square.
 
-/// Removes mean and least-squares line.
+/// Subtracts mean and least-squares line.
 pub(crate) fn remove_line(heights: &mut [f64]) {
     let (mean, slope) = line_of(heights);
     let middle = 0.5 * (heights.len() as f64 - 1.0);
@@ -9,7 +9,7 @@ pub(crate) fn remove_line(heights: &mut [f64]) {
     }
 }
 
-/// Returns the mean and slope per sample of the least-squares line, about the middle of the profile.
+/// Mean, and slope per sample, of the least-squares line about the middle of the profile.
 pub(crate) fn line_of(heights: &[f64]) -> (f64, f64) {
     let count = heights.len() as f64;
     let middle = 0.5 * (count - 1.0);
@@ -19,7 +19,7 @@ pub(crate) fn line_of(heights: &[f64]) -> (f64, f64) {
     (mean, if inertia > 0.0 { moment / inertia } else { 0.0 })
 }
 
-/// Returns the root mean square about the mean \[m\].
+/// Root mean square about the mean \[m\].
 pub(crate) fn rms(heights: &[f64]) -> f64 {
     let count = heights.len().max(1) as f64;
     let mean = heights.iter().sum::<f64>() / count;

@@ -1,11 +1,11 @@
-//! The mean wavenumber of a road's texture: how fine it is, whatever its height.
+//! The mean wavenumber of a road's texture: a measure of its fineness, independent of its height.
 //!
-//! `<k>` = sum ms |k| / sum ms over the surface's waves, ms being their mean squares. A profile sees the waves of an
-//! isotropic surface under all angles and so `<k_x>` = (2/pi) `<k>`; a surface that is level across has k = k_x.
+//! `<k>` = sum ms |k| / sum ms over the surface's waves, ms being their mean squares. A profile cuts the waves of an
+//! isotropic surface at all angles and so `<k_x>` = (2/pi) `<k>`; a surface that is level across has k = k_x.
 //!
-//! Waves of [`LONGEST`] down to [`SHORTEST`] count: longer ones carry the whole contact patch up and down, shorter ones
-//! are not resolved by cells of the usual size. Both are lengths of their own: a property of tread and texture must not
-//! change with the run's elements. A road that has none of these waves is taken with those that it has.
+//! Waves of [`LONGEST`] down to [`SHORTEST`] count: longer ones move the whole contact patch up and down, shorter ones
+//! are not resolved by cells of the usual size. Both are fixed lengths: a property of tread and texture must not change
+//! with the run's elements. For a road without any of these waves all of its waves count.
 
 use std::f64::consts::PI;
 
@@ -16,8 +16,7 @@ pub(crate) const LONGEST: f64 = 0.2239;
 /// Shortest wave that counts \[m\]: the lower edge of the third octave of 4 mm, two cells of 2 mm.
 pub(crate) const SHORTEST: f64 = 0.00355;
 
-/// Returns the mean wavenumber `<k_x>` along a profile \[rad/m\] from third-octave (or narrower) bands; `None` without
-/// any height.
+/// Mean wavenumber `<k_x>` along a profile \[rad/m\] from third-octave (or narrower) bands; `None` without any height.
 pub(crate) fn of_bands(bands: &[BandFit]) -> Option<f64> {
     let waves = |from: f64, to: f64| {
         let inside = bands.iter().filter(|band| (from..=to).contains(&band.wavelength));
@@ -26,7 +25,7 @@ pub(crate) fn of_bands(bands: &[BandFit]) -> Option<f64> {
     waves(SHORTEST, LONGEST).or_else(|| waves(0.0, f64::INFINITY))
 }
 
-/// Returns the mean wavenumber `<k_x>` along profiles \[rad/m\] from their spectrum; `None` without any height.
+/// Mean wavenumber `<k_x>` along profiles \[rad/m\] from their spectrum; `None` without any height.
 pub(crate) fn of_spectrum(spectrum: &ProfileSpectrum) -> Option<f64> {
     let waves = |from: f64, to: f64| {
         let inside = spectrum.lines().filter(|(cycles, _)| (1.0 / to..=1.0 / from).contains(cycles));
@@ -35,12 +34,12 @@ pub(crate) fn of_spectrum(spectrum: &ProfileSpectrum) -> Option<f64> {
     waves(SHORTEST, LONGEST).or_else(|| waves(f64::MIN_POSITIVE, f64::MAX))
 }
 
-/// Returns the mean wavenumber `<k>` of the surface \[rad/m\] from that of its profiles along.
+/// Mean wavenumber `<k>` of the surface \[rad/m\] from that of its profiles along.
 pub(crate) fn of_surface(along: f64, level_across: bool) -> f64 {
     if level_across { along } else { 0.5 * PI * along }
 }
 
-/// Returns the mean of the values by their weights, which are not negative; `None` for weights of zero in all.
+/// Mean of values with non-negative weights; `None` if all weights are zero.
 fn mean(waves: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
     let (weights, sum) =
         waves.fold((0.0, 0.0), |(weights, sum), (weight, value)| (weights + weight, sum + weight * value));
@@ -86,7 +85,8 @@ mod tests {
             spectrum.add(&heights);
             spectrum
         };
-        // The window spreads a line over its two neighbours, evenly; what the removed line leaves is below a permille.
+        // The window spreads a line evenly over its two neighbours; the removal of the least-squares line changes less
+        // than a permille.
         for wavelength in [0.05, 0.02] {
             let found = of_spectrum(&sine(wavelength)).unwrap();
             assert!((found * wavelength / (2.0 * PI) - 1.0).abs() < 1e-3, "{found}");

@@ -10,16 +10,16 @@
 //! m-th cell of ky, 1/P wide: the profile spectrum along x is then exact whatever P.
 //!
 //! 1. Coefficients: random numbers addressed by level, m, block and n, so that a patch is the same whenever and by
-//!    whomever it is drawn, and however many of its waves a run resolves.
+//!    whichever thread it is drawn, and however many of its waves a run resolves.
 //! 2. A transform along for each m gives the amplitudes of cos(2 pi m y/P) and sin(2 pi m y/P) at the samples.
-//! 3. Columns that mirror each other share the even sum and differ by the sign of the odd one: two products of
-//!    matrices, half as large each.
+//! 3. Columns that mirror each other share the even sum and differ by the sign of the odd one: two matrix products,
+//!    half as large each.
 //!
 //! Patches overlap by a sixteenth, eight longest wavelengths. There the old one is weighted by cos, the new one by sin
 //! of an angle that turns smoothly from 0 to pi/2: the variance is the same everywhere, and the covariance at a lag r
 //! is less by the factor cos of the angle's change over r.
 //!
-//! Single precision: rounding is 1e-6 of the height, less than the thickness of its dust.
+//! Single precision: rounding is 1e-6 of the height, less than a grain of dust.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -39,48 +39,48 @@ use crate::road::lattice::Lattice;
 
 /// Sub-cells of a lateral cell over which S is averaged.
 const SUBCELLS: usize = 16;
-/// Share of the Nyquist wavenumber below which the low-pass is flat; a raised cosine from there to it.
+/// Part of the Nyquist wavenumber below which the low-pass is flat; a raised cosine from there to it.
 const PASS: f64 = 0.8;
-/// Random numbers of a line that are set apart for each block: more than any line has waves.
+/// Random numbers reserved in a line's stream for each block: more than any line has waves.
 const STRIDE: i64 = 1 << 20;
-/// Places between two samples; linear between them, the error some 1e-5 of the height.
+/// Phases of the interpolation between two samples; linear between them, the error some 1e-5 of the height.
 const PLACES: usize = 256;
-/// Samples that one thread sums across at a time.
+/// Samples along that one thread sums across at a time.
 const ROWS: usize = 96;
 
 /// Heights \[m\] of a block: rows of samples, with margins, in vectors.
 pub(super) type Patch = Vec<[f32; LANES]>;
 
-/// Waves of a band of wavenumbers.
+/// Waves of one range of wavenumbers.
 pub(super) struct Level {
     sizes: LevelSizes,
-    /// Number of the level among all of the spectrum.
+    /// Number of the level among all levels of the spectrum, counted from the longest waves.
     number: u64,
     seed: u64,
-    /// Root-mean-square of the coefficients' parts, for |n| = 0, 1, ..., line by line.
+    /// Root-mean-square real and imaginary parts of the coefficients, for |n| = 0, 1, ..., line by line.
     gains: Vec<Vec<f32>>,
     transform: Arc<dyn Fft<f32>>,
     columns: usize,
     /// Cosines and negative sines at the first half of the columns, line by line.
     shapes: [Vec<f32>; 2],
-    /// Vectors of a row of samples.
+    /// Number of vectors in a row of samples.
     vectors: usize,
     interpolation: Phases<f32>,
 }
 
-/// Rows that are left of one block, and of the one before it.
+/// Position of a row in a block, and its weights there and in the block before.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     /// Number of the block.
     pub block: i64,
-    /// Place in it, in samples.
+    /// Position in the block, in samples.
     pub sample: f64,
-    /// Weights of this block and the one before.
+    /// Weights of this block and the one before; their squares sum to 1.
     pub weights: [f64; 2],
 }
 
 impl Level {
-    /// Prepares a level.
+    /// Prepares a level: coefficients' sizes, shapes across, and interpolation.
     pub(super) fn new(spectrum: &RingSpectrum, sizes: LevelSizes, number: u64, seed: u64, lattice: Lattice) -> Self {
         let [along, across] = resolved(lattice);
         let gains = in_parallel::made(sizes.lines, |m| gains(spectrum, &sizes, m, along, across));
@@ -104,7 +104,7 @@ impl Level {
         }
     }
 
-    /// Tells where a row lies.
+    /// Position of a row.
     pub(super) fn place(&self, lattice: &Lattice, row: i64) -> Place {
         let fading = (self.sizes.samples / FADE) as f64;
         let pitch = self.sizes.samples as f64 - fading;
@@ -121,7 +121,7 @@ impl Level {
         Place { block: block as i64, sample, weights }
     }
 
-    /// Returns the samples of a patch that a place is interpolated from, as far as they matter, and their weights times
+    /// The samples of a patch from which a position is interpolated, from the first of them on, and their weights times
     /// `factor`.
     pub(super) fn samples<'a>(
         &self,
@@ -132,11 +132,11 @@ impl Level {
     ) -> &'a [[f32; LANES]] {
         weights.clear();
         weights.extend(self.interpolation.weights(sample).map(|weight| factor as f32 * weight));
-        // The margin is as wide as the reach.
+        // The margin is as wide as the interpolation reaches.
         &patch[(sample.floor() as usize + 1) * self.vectors..]
     }
 
-    /// Returns the way from a place in a block to the same place in the one before.
+    /// Distance of successive blocks, in samples.
     pub(super) fn pitch(&self) -> f64 {
         (self.sizes.samples - self.sizes.samples / FADE) as f64
     }
@@ -149,7 +149,7 @@ impl Level {
         let (real, imaginary) = amplitudes.split_at_mut(parts);
         let lines = real.par_chunks_mut(samples).zip(imaginary.par_chunks_mut(samples)).enumerate();
         lines.for_each_init(Space::default, |space, (m, (re, im))| self.line(m, block, space, re, im));
-        // As many rows of samples on either side as the interpolation reaches, as the block's period has them.
+        // As many rows of samples on either side as the interpolation reaches, continued with the period of the block.
         let (margin, length) = (self.interpolation.reach() * vectors, samples * vectors);
         heights.resize(length + 2 * margin, [0.0; LANES]);
         let inner = &mut heights[margin..margin + length];
@@ -167,25 +167,27 @@ impl Level {
         line.clear();
         line.resize(self.sizes.samples, Complex32::default());
         scratch.resize(self.transform.get_inplace_scratch_len(), Complex32::default());
-        // n = -last ..= last, a number for each.
+        // 1. A pair of random numbers for each n = -last ..= last.
         let last = gains.len().saturating_sub(1);
         numbers.resize(2 * (2 * last + 1), 0.0);
         let stream = (self.number << 32) | m as u64;
         pairs(self.seed, stream, block * STRIDE - last as i64, bytes, numbers);
         let (falling, rising) = numbers.as_chunks::<2>().0.split_at(last);
+        // 2. Coefficients in the order of the transform: n = 0 ..= last at the begin, n = -1, -2, ... from the end.
         for ((wave, [re, im]), gain) in line.iter_mut().zip(rising).zip(gains) {
             *wave = Complex32::new(gain * re, gain * im);
         }
         for ((wave, [re, im]), gain) in line.iter_mut().rev().zip(falling.iter().rev()).zip(gains.iter().skip(1)) {
             *wave = Complex32::new(gain * re, gain * im);
         }
+        // 3. Summed over n.
         self.transform.process_with_scratch(line, scratch);
         for ((value, re), im) in line.iter().zip(real).zip(imaginary) {
             (*re, *im) = (value.re, value.im);
         }
     }
 
-    /// Computes the heights of some samples from the amplitudes of all lateral waves.
+    /// Sums the lateral waves to the heights at some samples along, from `first` on.
     fn sum_across(
         &self,
         [real, imaginary]: [&[f32]; 2],
@@ -216,7 +218,7 @@ impl Level {
     }
 }
 
-/// Arrays of one line in the making.
+/// Work arrays for drawing one line.
 #[derive(Default)]
 struct Space {
     line: Vec<Complex32>,
@@ -225,7 +227,7 @@ struct Space {
     numbers: Vec<f32>,
 }
 
-/// Returns the root-mean-square of the parts of c_mn for n = 0, 1, ..., as far as the level and the run go.
+/// Root-mean-square real and imaginary parts of c_mn for n = 0, 1, ..., as far as the level and the run's lattice go.
 fn gains(spectrum: &RingSpectrum, sizes: &LevelSizes, m: usize, along: f64, across: f64) -> Vec<f32> {
     let cell = 1.0 / sizes.period;
     let sides = if m == 0 { 1.0 } else { 2.0 };
@@ -239,7 +241,7 @@ fn gains(spectrum: &RingSpectrum, sizes: &LevelSizes, m: usize, along: f64, acro
         sum / SUBCELLS as f64
     };
     let ky = m as f64 * cell;
-    // Nothing past the circle, seen from the cell's nearer side.
+    // Nothing beyond the circle of the highest wavenumber, as seen from the nearer side of the cell.
     let nearest = (ky - 0.5 * cell).max(0.0);
     let last = (sizes.upper * sizes.upper - nearest * nearest).max(0.0).sqrt().min(along);
     (0..)
@@ -252,7 +254,7 @@ fn gains(spectrum: &RingSpectrum, sizes: &LevelSizes, m: usize, along: f64, acro
         .collect()
 }
 
-/// Returns the flat to `PASS` of the Nyquist wavenumber, zero from it on.
+/// Gain of the low-pass: 1 up to `PASS` of the Nyquist wavenumber, 0 from that on.
 fn low_pass(wavenumber: f64, nyquist: f64) -> f64 {
     let ratio = wavenumber / nyquist;
     if ratio <= PASS {

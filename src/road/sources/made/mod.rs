@@ -1,10 +1,10 @@
 //! Roads that are made: isotropic random texture with a given profile spectrum, Gaussian or skewed.
 //!
 //! `target` turns levels or a power law into band energies of a profile, `rings` finds the two-dimensional spectrum
-//! whose profiles have them, `sizes` divides it into levels of some octaves and says how large they are, `levels`
-//! draws each in patches, `synthesis` puts them together row by row; `noise` has their random numbers, `rows`
-//! their inner loop. `shape` gives heights their skewness and kurtosis, `translation` finds the Gaussian spectrum
-//! that this makes the wanted one of.
+//! whose profiles have them, `sizes` divides it into levels of some octaves and computes their sizes, `levels` draws
+//! each in patches, `synthesis` sums them row by row; `noise` has their random numbers, `rows` their inner loop.
+//! `shape` gives heights their skewness and kurtosis, `translation` finds the Gaussian spectrum that the shape
+//! transforms into the wanted one.
 
 mod levels;
 mod nnls;

@@ -27,6 +27,7 @@ pub(super) fn solve(a: &[f64], columns: usize, b: &[f64]) -> Vec<f64> {
     let mut solves = 0;
     // The theory bounds the exchanges; the cap only guards against rounding that makes two sets look equally good.
     while solves < 10 * columns + 10 {
+        // Step 2 of the module's head.
         let gradient = gradient(a, columns, b, &x);
         let best = (0..columns)
             .filter(|&j| !passive.contains(&j) && !refused[j] && gradient[j] > tolerance)
@@ -34,6 +35,7 @@ pub(super) fn solve(a: &[f64], columns: usize, b: &[f64]) -> Vec<f64> {
         let Some(entering) = best else { break };
         passive.push(entering);
         let mut first = true;
+        // Step 3.
         while !passive.is_empty() {
             let candidate = least_squares(a, columns, b, &passive);
             solves += 1;
@@ -105,7 +107,7 @@ mod tests {
 
     use super::*;
 
-    /// Returns |A x - b|.
+    /// The norm |A x - b|.
     fn norm_of_residual(a: &[f64], columns: usize, b: &[f64], x: &[f64]) -> f64 {
         residual(a, columns, b, x).iter().map(|r| r * r).sum::<f64>().sqrt()
     }
@@ -134,7 +136,7 @@ mod tests {
     }
 
     proptest! {
-        /// Checks Kuhn-Tucker's conditions: x >= 0, gradient <= 0 where x = 0, gradient = 0 where x > 0.
+        /// The Karush-Kuhn-Tucker conditions: x >= 0, gradient <= 0 where x = 0, gradient = 0 where x > 0.
         #[test]
         fn conditions_of_the_optimum_hold(
             a in prop::collection::vec(-1.0..1.0_f64, 24),

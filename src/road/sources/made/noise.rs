@@ -1,23 +1,23 @@
-//! Random numbers, addressable by place: the inner loop of a drawn road.
+//! Random numbers, addressable by position: the inner loop of a drawn road.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Words of 32 bits that a pair takes.
 const WORDS: u128 = 2;
-/// Pair 0's place in its stream: far enough in for any negative one.
+/// Position of pair 0 in its stream: far enough in for any negative one.
 const ORIGIN: i128 = 1 << 60;
 
-/// Draws independent random numbers of mean 0 and variance 1 for the pairs `first` and following of a stream, a pair's
-/// two one after the other: every call for the same pairs gives the same numbers. `bytes` is scratch.
+/// Draws independent random numbers of mean 0 and variance 1 for the pairs `first` and following of a stream, the two
+/// of a pair in succession: every call for the same pairs gives the same numbers. `bytes` is scratch.
 ///
-/// A number is the sum of four random bytes: its kurtosis is 2.7, that of a sum of n of them 3 - 0.3/n. They are the
-/// parts of Fourier coefficients, of which each height adds up some thousand, so that heights are Gaussian; and a sum
-/// costs a tenth of what logarithm, root and cosine of Box and Muller do.
+/// A number is the sum of four random bytes: its kurtosis is 2.7, and that of a sum of n such numbers 3 - 0.3/n. They
+/// are the parts of Fourier coefficients, of which each height sums some thousand, so that heights are Gaussian; and
+/// they cost a tenth of the logarithm, root and cosine of the Box-Muller method.
 pub(super) fn pairs(seed: u64, stream: u64, first: i64, bytes: &mut Vec<u8>, numbers: &mut [f32]) {
-    /// Variance of a byte is (256^2 - 1)/12.
+    /// Variance of a sum of four bytes, (256^2 - 1)/12 each.
     const VARIANCE: f32 = 4.0 * 65_535.0 / 12.0;
-    /// Mean of the sum of four.
+    /// Mean of a sum of four bytes.
     const MEAN: f32 = 4.0 * 127.5;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(stream);

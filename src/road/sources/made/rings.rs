@@ -1,15 +1,16 @@
 //! The isotropic two-dimensional spectrum whose profiles have given band energies.
 //!
 //! A surface of waves of one wavenumber k in all directions, of variance w, has on a straight line the one-sided
-//! spectrum (2 w/pi) / sqrt(k^2 - q^2), q < k (the line sees a wave at the angle a as q = k cos a; all a are equally
+//! spectrum (2 w/pi) / sqrt(k^2 - q^2), q < k (the line meets a wave at the angle a as q = k cos a; all a are equally
 //! likely). Hence the share of w that a profile has between q1 and q2 is (2/pi) (asin min(q2/k, 1) - asin min(q1/k,
-//! 1)): a wave lends energy to every longer wavelength, so not every profile spectrum belongs to an isotropic surface.
+//! 1)): a wave contributes to every longer wavelength, so not every profile spectrum belongs to an isotropic surface.
 //!
 //! 1. Every band is divided into three rings, the variance of each spread evenly over ln k.
 //! 2. The share of ring j in band i is integrated over the ring, giving a matrix.
 //! 3. Non-negative ring variances are found by non-negative least squares of the relative band energies. There are more
-//!    rings than bands; of the many answers a small penalty on the difference of neighbouring rings takes a smooth one.
-//! 4. What cannot be met is reported per band.
+//!    rings than bands; a small penalty on the difference of neighbouring rings selects a smooth one of the many
+//!    solutions.
+//! 4. The remaining deviation is reported per band.
 
 use super::nnls;
 use super::target::{Band, TargetSpectrum};
@@ -17,13 +18,13 @@ use crate::road::texture::BandFit;
 
 /// Points per ring of the integral over ln k; the integrand has square-root corners only, the error is below 1e-4.
 const POINTS: usize = 256;
-/// Points where a profile's whole spectrum is wanted, in cells narrower than a ring.
+/// Points per ring for the whole spectrum of a profile, in cells narrower than a ring.
 const FEW_POINTS: usize = 16;
 
-/// Rings per band: the position within a band decides how much energy a wave lends to the next longer band, so dips of
+/// Rings per band: the position within a band decides how much a wave contributes to the next longer band, so dips of
 /// a decibel or two between bands need more than one.
 const RINGS_PER_BAND: usize = 3;
-/// Weight of the smoothness penalty against the relative error of the band energies.
+/// Weight of the smoothness penalty relative to the relative error of the band energies.
 const SMOOTHNESS: f64 = 0.01;
 
 /// An isotropic two-dimensional spectrum: rings in wavenumber.
@@ -48,7 +49,7 @@ impl Ring {
 }
 
 impl RingSpectrum {
-    /// Returns the spectrum nearest to `target`, by non-negative least squares of the relative band energies.
+    /// The spectrum nearest to `target`, by non-negative least squares of the relative band energies.
     pub fn fit(target: &TargetSpectrum) -> Self {
         let bands = target.bands();
         let places: Vec<Band> = bands.iter().flat_map(divided).collect();
@@ -78,7 +79,7 @@ impl RingSpectrum {
         Self { fit: fit.collect(), rings: found.collect() }
     }
 
-    /// Returns the two-sided spectral density S(kx, ky) \[m^2 per (cycles/m)^2\] at k^2 = kx^2 + ky^2.
+    /// Two-sided spectral density S(kx, ky) \[m^2 per (cycles/m)^2\] at k^2 = kx^2 + ky^2 = `square`.
     pub fn density(&self, square: f64) -> f64 {
         let index = self.rings.partition_point(|ring| ring.upper * ring.upper <= square);
         match self.rings.get(index) {
@@ -87,13 +88,13 @@ impl RingSpectrum {
         }
     }
 
-    /// Returns the same surface with another account of its bands.
+    /// The same surface with another comparison of its bands with the wanted ones.
     pub(crate) fn with_fit(self, fit: Vec<BandFit>) -> Self {
         Self { fit, ..self }
     }
 
-    /// Returns the mean square of a profile by cells of wavenumber \[m^2\], cell j from (j - 1/2) to (j + 1/2) `cell`,
-    /// as many as `count`.
+    /// Mean square of a profile by cells of wavenumber \[m^2\]; cell j extends from (j - 1/2) to (j + 1/2) `cell`
+    /// (cycles per metre), j = 0, ..., `count` - 1.
     pub fn profile(&self, cell: f64, count: usize) -> Vec<f64> {
         let below = |edge: f64| -> f64 {
             self.rings.iter().map(|ring| ring.variance() * share_below(ring.lower, ring.upper, edge, FEW_POINTS)).sum()
@@ -102,23 +103,23 @@ impl RingSpectrum {
         edges.windows(2).map(|pair| pair[1] - pair[0]).collect()
     }
 
-    /// Returns the variance of the surface \[m^2\].
+    /// Variance of the surface \[m^2\].
     pub fn variance(&self) -> f64 {
         self.rings.iter().map(Ring::variance).sum()
     }
 
-    /// Returns the profiles' levels in each band beside the wanted ones, longest wavelength first.
+    /// Levels of the profiles in each band and the wanted ones, longest wavelength first.
     pub(crate) fn band_fit(&self) -> &[BandFit] {
         &self.fit
     }
 
-    /// Returns the largest deviation from the levels asked for \[dB\].
+    /// Largest deviation from the wanted levels \[dB\].
     pub fn worst_deviation(&self) -> f64 {
         self.fit.iter().map(BandFit::deviation).fold(0.0, f64::max)
     }
 }
 
-/// Returns the rings of a band, each with its part of the band's energy.
+/// The rings of a band, each with an equal part of the band's energy.
 fn divided(band: &Band) -> impl Iterator<Item = Band> + use<> {
     let (lower, energy) = (band.lower, band.energy / RINGS_PER_BAND as f64);
     let ratio = (band.upper / band.lower).powf(1.0 / RINGS_PER_BAND as f64);
@@ -129,14 +130,14 @@ fn divided(band: &Band) -> impl Iterator<Item = Band> + use<> {
     })
 }
 
-/// Returns the share of the variance of a ring over `ring`'s wavenumbers that a profile has in `band`.
+/// Share of the variance of a ring with the wavenumbers of `ring` that a profile has in `band`.
 fn share(ring: &Band, band: &Band) -> f64 {
     let below = |edge: f64| share_below(ring.lower, ring.upper, edge, POINTS);
     below(band.upper) - below(band.lower)
 }
 
-/// Returns the share of the variance between two wavenumbers, spread evenly over ln k, that a profile has below a
-/// third: the mean over so many points.
+/// Share of a variance spread evenly over ln k between two wavenumbers that a profile has below `edge`: the mean over
+/// so many points.
 fn share_below(lower: f64, upper: f64, edge: f64, points: usize) -> f64 {
     if edge >= upper {
         return 1.0;

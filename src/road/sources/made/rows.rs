@@ -1,14 +1,14 @@
-//! Rows of heights interpolated along in rows of samples, over vectors.
+//! Interpolation along in rows of samples, in vectors.
 
 use pulp::NullaryFnOnce;
 
 /// Columns are padded to a multiple of this: whole vectors of any instruction set.
 pub(super) const LANES: usize = 16;
-/// A weighted sum of rows of samples, added to a row; all rows of whole vectors.
+/// A weighted sum of rows of samples, added to a row; all rows consist of whole vectors.
 pub(super) struct Interpolation<'a> {
-    /// The row.
+    /// The row that is added to.
     pub sums: &'a mut [[f32; LANES]],
-    /// A weight for each row of samples.
+    /// One weight for each row of samples.
     pub weights: &'a [f32],
     /// The samples from the first row on.
     pub samples: &'a [[f32; LANES]],

@@ -1,15 +1,15 @@
-//! Skewness and kurtosis of a made road: a monotone transformation of Gaussian heights, and what it makes of their
+//! Skewness and kurtosis of a made road: a monotone transformation of Gaussian heights, and its effect on their
 //! correlation.
 //!
 //! The heights are rms g(x), x Gaussian of variance 1 and g(x) = (sinh((asinh x + e)/d) - mean)/deviation (Jones and
-//! Pewsey, *Biometrika* 96 (2009) 761-780): e skews, d > 1 cuts the tails,
-//! d < 1 lengthens them, and every height stays where it was in the order of all.
+//! Pewsey, *Biometrika* 96 (2009) 761-780): e skews, d > 1 shortens the tails, d < 1 lengthens them, and the order of
+//! heights stays the same.
 //!
 //! 1. For a given d the skewness grows with e, and along a line of given skewness the kurtosis falls with d: two nested
-//!    bisections find both. Means are sums of the trapezoidal rule,
-//!    exact to rounding for what falls off like a Gaussian.
-//! 2. Heights whose Gaussian is correlated by r are correlated by the sum of a_k^2 r^k, a_k the coefficients of g in
-//!    normalised Hermite polynomials, the sum of their squares 1.
+//!    bisections find both. Means are sums of the trapezoidal rule, exact to rounding for functions that decay like a
+//!    Gaussian.
+//! 2. If the Gaussian heights have the correlation r, the transformed ones have the sum of a_k^2 r^k, a_k being the
+//!    coefficients of g in normalised Hermite polynomials, the sum of their squares 1.
 
 use crate::road::error::RoadError;
 
@@ -17,13 +17,13 @@ use crate::road::error::RoadError;
 const END: f64 = 9.0;
 /// Step of the sums.
 const STEP: f64 = 0.05;
-/// Hermite coefficients that are told apart; what is left goes to the last.
+/// Number of Hermite coefficients; the remainder of their squares is added to the last.
 const TERMS: usize = 16;
-/// Intervals of the table in a standard deviation: linear between, within 1e-5 of the rms height.
+/// Intervals of the table per standard deviation: linear between, within 1e-5 of the rms height.
 const PER_UNIT: f64 = 512.0;
-/// Least and greatest d: kurtosis above 30 and all but that of asinh x.
+/// Least and greatest d: at the least the kurtosis is above 30, at the greatest the function is all but asinh x.
 const TAILS: [f64; 2] = [0.5, 30.0];
-/// Greatest |e|: more moves the sinh into its exponential part, where only the scale changes.
+/// Greatest |e|: a larger one moves the sinh into its exponential part, where only the scale changes.
 const LARGEST_SHIFT: f64 = 20.0;
 /// Halvings of an interval.
 const HALVINGS: usize = 60;
@@ -39,17 +39,18 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// Returns the transformation; none for 0 and 3, a Gaussian's.
+    /// The transformation to a skewness and a kurtosis; `None` for 0 and 3, those of a Gaussian.
     ///
     /// # Errors
-    /// [`RoadError::Moments`] for a pair that none has, with the range of the kurtosis for this skewness.
+    /// [`RoadError::Moments`] for an impossible pair, with the range of the kurtosis for this skewness.
     pub(crate) fn new(skewness: f64, kurtosis: f64) -> Result<Option<Self>, RoadError> {
         if skewness.abs() <= 0.0 && (kurtosis - 3.0).abs() <= 0.0 {
             return Ok(None);
         }
+        // 1. The range of d in which the skewness is possible, and with it that of the kurtosis.
         let nodes = nodes();
         let at = |tail: f64| skewed(&nodes, skewness, tail).map(|shift| (shift, moments(&nodes, shift, tail)));
-        // With shorter tails the skewness may be out of reach: the longest d that has it.
+        // With shorter tails the skewness may be out of reach: the greatest d found that has it.
         let (mut low, mut high) = (TAILS[0], TAILS[1]);
         let refused = |least: f64, most: f64| Err(RoadError::Moments { skewness, kurtosis, least, most });
         let Some((_, longest)) = at(low) else { return refused(f64::NAN, f64::NAN) };
@@ -63,6 +64,7 @@ impl Shape {
         if !(least..=longest.kurtosis).contains(&kurtosis) {
             return refused(least, longest.kurtosis);
         }
+        // 2. The kurtosis falls with d: bisection.
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             match at(middle) {
@@ -74,16 +76,15 @@ impl Shape {
         found.map_or_else(|| refused(least, longest.kurtosis), |shape| Ok(Some(shape)))
     }
 
-    /// Returns g(x).
     pub(crate) fn at(&self, x: f64) -> f64 {
         (((x.asinh() + self.shift) / self.tail).sinh() - self.mean) / self.deviation
     }
 
-    /// Returns a_k^2, k = 1, 2, ...: what heights correlated by r are correlated by is the sum of a_k^2 r^k.
+    /// a_k^2, k = 1, 2, ...: for heights of correlation r that of the transformed ones is the sum of a_k^2 r^k.
     pub(crate) fn powers(&self) -> Vec<f64> {
         let mut sums = [0.0; TERMS];
         for [x, _, weight] in nodes() {
-            // Normalised: h_k = (x h_(k-1) - sqrt(k - 1) h_(k-2))/sqrt k.
+            // Normalised Hermite polynomials: h_k = (x h_(k-1) - sqrt(k - 1) h_(k-2))/sqrt k.
             let (mut before, mut now, value) = (1.0, x, weight * self.at(x));
             for (k, sum) in sums.iter_mut().enumerate() {
                 *sum += value * now;
@@ -98,23 +99,24 @@ impl Shape {
     }
 }
 
-/// g of heights, from a table.
+/// g as a table, for heights in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ShapeTable {
-    /// Heights to places in the table.
+    /// Factor from heights to positions in the table \[1/m\].
     scale: f64,
     values: Vec<f64>,
 }
 
 impl ShapeTable {
-    /// Makes a table for heights of an rms \[m\], which they keep.
+    /// Table for heights of a given rms \[m\], which they keep.
     pub(super) fn new(shape: &Shape, rms: f64) -> Self {
         let count = (2.0 * END * PER_UNIT) as usize;
         let values = (0..=count).map(|place| rms * shape.at(place as f64 / PER_UNIT - END)).collect();
         Self { scale: PER_UNIT / rms, values }
     }
 
-    /// Transforms heights \[m\].
+    /// Transforms heights \[m\]; beyond the ends of the table it continues linearly above, and holds its first value
+    /// below.
     pub(super) fn apply(&self, heights: &mut [f64]) {
         let last = self.values.len() - 2;
         for height in heights {
@@ -126,7 +128,7 @@ impl ShapeTable {
     }
 }
 
-/// Returns numbers x, their asinh and their weights.
+/// Nodes x of the trapezoidal sums, with asinh x and weights.
 fn nodes() -> Vec<[f64; 3]> {
     let scale = STEP / (2.0 * std::f64::consts::PI).sqrt();
     let count = (END / STEP).round() as i32;
@@ -143,7 +145,7 @@ struct Moments {
 }
 
 fn moments(nodes: &[[f64; 3]], shift: f64, tail: f64) -> Moments {
-    // Less its value at 0, so that a large shift cancels nothing.
+    // Relative to the value at 0, so that a large shift causes no cancellation.
     let middle = (shift / tail).sinh();
     let values = || nodes.iter().map(|[_, asinh, weight]| (((asinh + shift) / tail).sinh() - middle, weight));
     let mean: f64 = values().map(|(value, weight)| weight * value).sum();
@@ -157,7 +159,7 @@ fn moments(nodes: &[[f64; 3]], shift: f64, tail: f64) -> Moments {
     }
 }
 
-/// Returns the shift that gives a skewness, if one does.
+/// The shift that gives a skewness, if there is one: bisection, as the skewness grows with the shift.
 fn skewed(nodes: &[[f64; 3]], skewness: f64, tail: f64) -> Option<f64> {
     let reach = LARGEST_SHIFT.min(300.0 * tail);
     let of = |shift: f64| moments(nodes, shift, tail).skewness;
@@ -176,7 +178,7 @@ fn skewed(nodes: &[[f64; 3]], skewness: f64, tail: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Checks the moments again, of the function itself on a finer and wider grid.
+    /// The moments are recomputed from the function itself on a finer and wider grid.
     #[test]
     fn transformed_numbers_have_the_moments_asked_for() {
         for (skewness, kurtosis) in [(-0.5, 3.0), (-0.13, 2.4), (-0.3, 2.5), (0.4, 3.5), (0.0, 6.0), (-1.0, 5.0)] {

@@ -1,4 +1,4 @@
-//! How a synthesis is divided and how large it is: known from its spectrum and lattice before any array is made.
+//! Division and size of a synthesis: known from its spectrum and lattice before any array is made.
 
 use super::target::TargetSpectrum;
 use crate::counters::Work;
@@ -6,26 +6,26 @@ use crate::numeric::{transform_length, transform_multiply_adds};
 use crate::road::error::{RoadError, positive};
 use crate::road::lattice::Lattice;
 
-/// Largest share of the road's spacing in the shortest wavelength.
+/// Largest spacing of the road in parts of the shortest wavelength.
 const LARGEST_SHARE: f64 = 0.45;
-/// Wanted ratio of the wavelengths of a level: with more a level's longest waves ask for a period that its shortest pay
-/// for, with fewer each height is summed from more levels.
+/// Wanted ratio of the wavelengths of a level: with a larger one the period needed for the longest waves makes the
+/// shortest ones expensive, with a smaller one each height is summed from more levels.
 const RATIO: f64 = 3.3;
 /// Length of a block, in the longest wavelengths of its level.
 const BLOCK: f64 = 128.0;
-/// Part of a block that fades into the next one: eight longest wavelengths.
+/// One over the part of a block that fades into the next one: eight longest wavelengths.
 pub(super) const FADE: usize = 16;
-/// Lateral period in the longest wavelengths of a level, and what is left of them beside the strip, at least.
+/// Least lateral period in the longest wavelengths of a level, and least excess of it over the strip's width.
 const PERIOD: [f64; 2] = [8.0, 4.0];
-/// Samples in the shortest wave along, at least, of the shortest level and of the others: the more there are the
-/// shorter is what interpolates them, and those of long waves cost little.
+/// Least number of samples along in the shortest wave, of the shortest level and of the others: with more samples the
+/// interpolation kernel is shorter, and samples of long waves cost little.
 const SAMPLES: [f64; 2] = [2.8, 5.0];
-/// Patches of a level that are kept: rows straddle two, a third serves a caller that looks back.
+/// Patches of a level that are kept: rows may lie in two, a third serves a caller that goes back.
 pub(super) const KEPT: usize = 3;
-/// Averages of the two-dimensional density over a cell, and a pair of random numbers, in multiply-adds.
+/// Cost of averaging the two-dimensional density over a cell, and of a pair of random numbers, in multiply-adds.
 const COSTS: [f64; 2] = [600.0, 20.0];
 
-/// Waves of some octaves, the lateral period and the blocks in which they are drawn.
+/// Waves of some octaves: their lateral period, and the blocks in which they are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LevelSizes {
     /// Lowest wavenumber, cycles per metre.
@@ -34,21 +34,21 @@ pub(crate) struct LevelSizes {
     pub upper: f64,
     /// Lateral period \[m\].
     pub period: f64,
-    /// Length of a block \[m\], with what fades into its neighbours.
+    /// Length of a block \[m\], including the parts that overlap with its neighbours.
     pub block: f64,
-    /// Lateral waves that the run resolves, the level one among them.
+    /// Number of lateral waves that the run resolves, including the constant one.
     pub lines: usize,
-    /// Samples of a block along.
+    /// Number of samples along in a block.
     pub samples: usize,
 }
 
 impl LevelSizes {
-    /// Returns the spacing of the samples along \[m\].
+    /// Spacing of the samples along \[m\].
     pub(crate) fn spacing(&self) -> f64 {
         self.block / self.samples as f64
     }
 
-    /// Returns the way from one block to the next \[m\].
+    /// Distance of successive blocks \[m\].
     pub(crate) fn pitch(&self) -> f64 {
         self.block * (1.0 - 1.0 / FADE as f64)
     }
@@ -97,7 +97,7 @@ impl Sizes {
         Ok(sizes)
     }
 
-    /// Returns the filters, the patches that are kept, and what one is made from.
+    /// Bytes of the filters, the patches that are kept, and the arrays from which one is made.
     fn bytes(&self) -> f64 {
         let level = |level: &LevelSizes| {
             let samples = level.samples as f64;
@@ -106,15 +106,15 @@ impl Sizes {
         self.levels.iter().map(level).sum()
     }
 
-    /// Returns the work of making the filters.
+    /// Work of computing the filters.
     pub(crate) fn opening(&self) -> Work {
         let level = |level: &LevelSizes| level.lines as f64 * level.block * level.upper * COSTS[0];
         let multiply_adds: f64 = self.levels.iter().map(level).sum();
         Work { multiply_adds: multiply_adds as u64, bytes: self.bytes() as u64 }
     }
 
-    /// Returns the work of so many metres in so many rows: noise and a transform for each lateral wave, their sum
-    /// across, interpolation along.
+    /// Multiply-adds for so many metres in so many rows: noise and a transform for each lateral wave, their sum across,
+    /// interpolation along.
     pub(crate) fn drawing(&self, metres: f64, rows: f64) -> f64 {
         let level = |level: &LevelSizes| {
             let (samples, lines) = (level.samples as f64, level.lines as f64);
@@ -126,8 +126,8 @@ impl Sizes {
     }
 }
 
-/// Returns the highest wavenumbers that a lattice holds, along and across, cycles per metre; a single column is a line
-/// that holds all.
+/// Highest wavenumbers that a lattice resolves, along and across, cycles per metre; a single column is a line, which
+/// resolves all.
 pub(super) fn resolved(lattice: Lattice) -> [f64; 2] {
     [0.5 / lattice.cell(), if lattice.columns > 1 { 0.5 / lattice.dy } else { f64::INFINITY }]
 }

@@ -1,15 +1,15 @@
 //! Drawing a random surface piece by piece.
 //!
-//! 1. The spectrum is divided into [levels](super::levels) of some octaves each. Short waves are forgotten after a few
-//!    millimetres: they are drawn with a short lateral period, long ones on a coarse lattice.
-//! 2. Each level is drawn patch by patch, its place and its random numbers fixed on the road.
+//! 1. The spectrum is divided into [levels](super::levels) of some octaves each. The correlation of short waves extends
+//!    over a few millimetres: they are drawn with a short lateral period, long ones on a coarse lattice.
+//! 2. Each level is drawn patch by patch, its position and its random numbers fixed on the road.
 //! 3. A row of the run's cells is interpolated along in the patches of all levels, by a windowed sinc, all columns at
 //!    once.
-//! 4. Where the road is not to be Gaussian, each height is transformed by itself.
+//! 4. For a road that is not Gaussian, each height is transformed separately.
 //!
 //! The spectrum is scene data and the random numbers belong to the waves of a patch, so the road is the same at any
-//! number of elements and cells, up to
-//! what the cells can resolve. Results do not depend on the order of access nor on the number of threads.
+//! number of elements and cells, up to the resolution of the cells. Results depend neither on the order of access nor
+//! on the number of threads.
 
 use std::collections::VecDeque;
 
@@ -34,9 +34,9 @@ const BLOCK: usize = 32;
 pub(crate) struct Design {
     /// Levels of its profiles.
     pub target: TargetSpectrum,
-    /// Skewness and kurtosis, for heights other than Gaussian.
+    /// Transformation of the heights, unless they are Gaussian.
     pub shape: Option<Shape>,
-    /// The road's own spacing \[m\].
+    /// Spacing of the road's lattice \[m\], which bounds its shortest wavelength.
     pub spacing: f64,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -47,9 +47,9 @@ pub(crate) struct Texture {
     spectrum: RingSpectrum,
     lattice: Lattice,
     levels: Vec<Level>,
-    /// Map to heights other than Gaussian.
+    /// Transformation to heights other than Gaussian.
     shape: Option<ShapeTable>,
-    /// Rows within half a block of the shortest waves.
+    /// Number of rows within half a block of the shortest waves: so few do not need more patches than are kept.
     piece: usize,
 }
 
@@ -65,7 +65,7 @@ impl Texture {
         let rms = spectrum.variance().sqrt();
         let shape = shape.as_ref().map(|shape| ShapeTable::new(shape, rms));
         let shortest = sizes.levels.iter().map(|level| level.block).fold(f64::INFINITY, f64::min);
-        // Counted from the longest waves: which of the shorter ones a run resolves changes nothing for them.
+        // Numbered from the longest waves: they stay the same whichever of the shorter ones a run resolves.
         let all = sizes.levels.len() as u64;
         let levels = sizes
             .levels
@@ -82,15 +82,16 @@ impl Texture {
         })
     }
 
-    /// Returns the two-dimensional spectrum and how well it meets the target.
+    /// The two-dimensional spectrum, with its deviation from the target.
     pub(crate) fn spectrum(&self) -> &RingSpectrum {
         &self.spectrum
     }
 
-    /// Computes the heights \[m\] of rows from `first` on, as many as fill `heights`.
+    /// Computes the heights \[m\] of the rows from `first` on that fill `heights`.
     pub(crate) fn rows(&self, first: i64, patches: &mut Patches, heights: &mut [f64]) {
         let columns = self.lattice.columns;
         patches.levels.resize_with(self.levels.len(), VecDeque::new);
+        // 1. The patches under a piece of rows are drawn, if they are not kept.
         for (piece, heights) in heights.chunks_mut(self.piece * columns).enumerate() {
             let first = first + (piece * self.piece) as i64;
             let last = first + (heights.len() / columns) as i64 - 1;
@@ -101,6 +102,7 @@ impl Texture {
                     draw(level, block, kept, &mut patches.amplitudes);
                 }
             }
+            // 2. The rows are interpolated in them.
             let kept = &patches.levels;
             heights.par_chunks_mut(BLOCK * columns).enumerate().for_each_init(
                 Default::default,
@@ -139,7 +141,7 @@ impl Texture {
     }
 }
 
-/// Makes sure that a patch is there.
+/// Draws a patch unless it is kept; the oldest one of more than [`KEPT`] is dropped.
 fn draw(level: &Level, block: i64, kept: &mut VecDeque<(i64, Patch)>, amplitudes: &mut Vec<f32>) {
     if kept.iter().any(|(held, _)| *held == block) {
         return;
@@ -150,14 +152,14 @@ fn draw(level: &Level, block: i64, kept: &mut VecDeque<(i64, Patch)>, amplitudes
     kept.push_back((block, heights));
 }
 
-/// Patches that have been drawn, the last few of each level, and scratch to draw the next.
+/// Patches drawn before, the last few of each level, and scratch to draw the next.
 #[derive(Default)]
 pub(crate) struct Patches {
     levels: Vec<VecDeque<(i64, Patch)>>,
     amplitudes: Vec<f32>,
 }
 
-/// Arrays of a row in the making.
+/// Work arrays for a row.
 #[derive(Default)]
 struct Rows {
     sums: Vec<[f32; LANES]>,

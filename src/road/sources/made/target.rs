@@ -1,4 +1,4 @@
-//! The profile spectrum that a made road is asked to have, as energies of bands in wavenumber.
+//! The profile spectrum wanted of a made road, as energies of bands in wavenumber.
 
 use crate::road::error::RoadError;
 use crate::road::texture::{
@@ -6,10 +6,10 @@ use crate::road::texture::{
 };
 use crate::scene::{MadeRoad, NamedTexture, PowerLawTexture};
 
-/// Height of the highest point to be expected of a made road over its root-mean-square height.
+/// Expected height of the highest point of a made road over its root-mean-square height.
 pub(crate) const PEAK_FACTOR: f64 = 5.0;
 
-/// A wavenumber band and the mean square that a profile shall have in it.
+/// A wavenumber band and the mean square wanted of a profile in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
     /// Lower edge, cycles per metre.
@@ -21,24 +21,24 @@ pub struct Band {
 }
 
 impl Band {
-    /// Returns the band where `found` \[m^2\] was asked to be its energy.
+    /// Comparison of this band's energy, which is wanted, with the one found \[m^2\].
     pub(crate) fn fit(&self, found: f64) -> BandFit {
         let wavelength = 1.0 / (self.lower * self.upper).sqrt();
         BandFit { wavelength, target: level(self.energy), fitted: level(found).max(LOWEST_LEVEL) }
     }
 }
 
-/// Band energies of a profile, in the order of rising wavenumber, at least one, not overlapping.
+/// Band energies of a profile, by rising wavenumber, at least one, not overlapping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TargetSpectrum {
     bands: Vec<Band>,
 }
 
 impl TargetSpectrum {
-    /// Returns the spectrum that a scene asks for.
+    /// The spectrum that a scene describes.
     ///
     /// # Errors
-    /// Levels without wavelengths or twice the same, both kinds of spectrum, values out of range.
+    /// For levels without wavelengths, a band given twice, both kinds of spectrum, and values out of range.
     pub fn of(road: &MadeRoad) -> Result<Self, RoadError> {
         match (&road.wavelengths, &road.levels, &road.power_law) {
             (None, None, None) => Ok(Self::named(road.texture.unwrap_or(NamedTexture::DEFAULT))),
@@ -51,22 +51,22 @@ impl TargetSpectrum {
         }
     }
 
-    /// Returns the spectrum of a named texture.
+    /// The spectrum of a named texture.
     pub fn named(texture: NamedTexture) -> Self {
         Self { bands: texture.levels().map(|(band, level)| third_octave(band, level)).collect() }
     }
 
-    /// Returns the dense asphalt, the default road.
+    /// The spectrum of dense asphalt, the default road.
     pub fn dense_asphalt() -> Self {
         Self::named(NamedTexture::DEFAULT)
     }
 
-    /// Returns the third-octave levels of a profile (dB re 1e-6 m) at mid-wavelengths \[m\], nominal or exact, in any
+    /// Spectrum of third-octave levels of a profile (dB re 1e-6 m) at mid-wavelengths \[m\], nominal or exact, in any
     /// order.
     ///
     /// # Errors
-    /// Lists of different length or empty; a wavelength more than 4 % off a mid-wavelength; a band twice; a level
-    /// outside -100 to 120 dB.
+    /// For lists that are of different length or empty; a wavelength more than 4 % off a mid-wavelength; a band given
+    /// twice; a level outside -100 to 120 dB.
     pub fn third_octaves(wavelengths: &[f64], levels: &[f64]) -> Result<Self, RoadError> {
         if wavelengths.is_empty() || wavelengths.len() != levels.len() {
             return Err(RoadError::LevelCount { wavelengths: wavelengths.len(), levels: levels.len() });
@@ -93,7 +93,7 @@ impl TargetSpectrum {
         Ok(Self { bands: given.into_iter().map(|(band, level)| third_octave(band, level)).collect() })
     }
 
-    /// Returns the levels as measured.
+    /// Spectrum of measured levels; levels below -100 dB are raised to that.
     ///
     /// # Errors
     /// As [`Self::third_octaves`].
@@ -103,11 +103,11 @@ impl TargetSpectrum {
         Self::third_octaves(&wavelengths, &levels)
     }
 
-    /// Returns the one-sided profile spectrum proportional to wavenumber^(-exponent) between two wavelengths, with the
-    /// given rms there, in bands of at most a third octave.
+    /// One-sided profile spectrum proportional to wavenumber^(-exponent) between two wavelengths, with the given rms
+    /// there, in bands of at most a third octave.
     ///
     /// # Errors
-    /// A range shorter than a third octave, or values that are not positive and finite.
+    /// For a range shorter than a third octave, and values that are not positive and finite.
     pub fn power_law(law: &PowerLawTexture) -> Result<Self, RoadError> {
         let &PowerLawTexture { rms, exponent, longest, shortest } = law;
         let ratio = longest / shortest;
@@ -134,28 +134,28 @@ impl TargetSpectrum {
         Ok(Self { bands })
     }
 
-    /// Returns the bands, rising wavenumber.
+    /// The bands, by rising wavenumber.
     pub fn bands(&self) -> &[Band] {
         &self.bands
     }
 
-    /// Returns the bands, to ask for other energies.
+    /// The bands, for changes of their energies.
     pub fn bands_mut(&mut self) -> &mut [Band] {
         &mut self.bands
     }
 
-    /// Returns the highest point of the road above its plane that is to be expected \[m\]: [`PEAK_FACTOR`] times the
+    /// Expected height of the highest point of the road above its plane \[m\]: [`PEAK_FACTOR`] times the
     /// root-mean-square height.
     pub fn highest(&self) -> f64 {
         PEAK_FACTOR * self.bands.iter().map(|band| band.energy).sum::<f64>().sqrt()
     }
 
-    /// Returns the longest wavelength of the spectrum \[m\].
+    /// Longest wavelength of the spectrum \[m\].
     pub fn longest(&self) -> f64 {
         self.bands.first().map_or(f64::NAN, |band| 1.0 / band.lower)
     }
 
-    /// Returns the shortest wavelength of the spectrum \[m\].
+    /// Shortest wavelength of the spectrum \[m\].
     pub fn shortest(&self) -> f64 {
         self.bands.last().map_or(f64::NAN, |band| 1.0 / band.upper)
     }

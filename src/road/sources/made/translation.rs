@@ -1,12 +1,12 @@
-//! The Gaussian spectrum whose transformed surface has the levels asked for.
+//! The Gaussian spectrum whose transformed surface has the wanted levels.
 //!
 //! 1. The profile spectrum of a Gaussian surface in many narrow cells, from its rings; a cosine transform gives its
 //!    correlation r.
-//! 2. The transformed surface is correlated by sum a_k^2 r^k ([`Shape::powers`]); transformed back: its profile
-//!    spectrum, and so its bands.
-//! 3. Each band asked of the Gaussian is scaled by what its transform is short of, and the rings are fitted again.
-//!    After some rounds what a monotone transformation
-//!    allows is met; what is left is told per band, as for a spectrum that no isotropic surface has.
+//! 2. The transformed surface has the correlation sum a_k^2 r^k ([`Shape::powers`]); the inverse transform gives its
+//!    profile spectrum, and so its bands.
+//! 3. Each band of the Gaussian is scaled by the ratio of the wanted and the transformed energy, and the rings are
+//!    fitted again. After some rounds the wanted levels are reached as far as a monotone transformation allows; the
+//!    remaining deviation is reported per band, as for a spectrum that no isotropic surface has.
 
 use realfft::RealFftPlanner;
 
@@ -15,16 +15,17 @@ use super::shape::Shape;
 use super::target::{Band, TargetSpectrum};
 use crate::road::texture::{BandFit, line_inside};
 
-/// Highest wavenumber over the spectrum's: products of waves are as short as that, those that matter.
+/// Highest wavenumber over that of the spectrum: products of waves have wavelengths as short as that, those that
+/// matter.
 const HIGHEST: f64 = 4.0;
-/// Cells in the lowest wavenumber, and most cells.
+/// Number of cells in the lowest wavenumber, and largest number of cells.
 const CELLS: (f64, f64) = (8.0, 16_384.0);
-/// Rounds.
+/// Number of rounds; the best one is taken.
 const ROUNDS: usize = 12;
 /// Largest change of a band's energy in a round, as a factor.
 const LARGEST_CHANGE: f64 = 2.0;
 
-/// Returns the Gaussian's spectrum, its fit that of the transformed surface.
+/// Spectrum of the Gaussian surface; its fit is that of the transformed surface.
 pub(super) fn corrected(target: &TargetSpectrum, shape: &Shape) -> RingSpectrum {
     let highest = HIGHEST / target.shortest();
     let count = (CELLS.0 * highest * target.longest()).clamp(64.0, CELLS.1) as usize;
@@ -33,6 +34,7 @@ pub(super) fn corrected(target: &TargetSpectrum, shape: &Shape) -> RingSpectrum 
     let mut asked = target.clone();
     let mut best: Option<(f64, RingSpectrum)> = None;
     for _ in 0..ROUNDS {
+        // 1. and 2. The transformed bands of the present Gaussian.
         let spectrum = RingSpectrum::fit(&asked);
         let lines = transformed(&spectrum.profile(cell, count), &powers);
         let found: Vec<f64> = target.bands().iter().map(|band| energy(&lines, cell, band)).collect();
@@ -41,6 +43,7 @@ pub(super) fn corrected(target: &TargetSpectrum, shape: &Shape) -> RingSpectrum 
         if best.as_ref().is_none_or(|(known, _)| worst < *known) {
             best = Some((worst, spectrum.with_fit(fit)));
         }
+        // 3. Scaled for the next round.
         for ((asked, band), found) in asked.bands_mut().iter_mut().zip(target.bands()).zip(&found) {
             asked.energy *= (band.energy / found).clamp(1.0 / LARGEST_CHANGE, LARGEST_CHANGE);
         }
@@ -48,7 +51,7 @@ pub(super) fn corrected(target: &TargetSpectrum, shape: &Shape) -> RingSpectrum 
     best.map_or_else(|| RingSpectrum::fit(target), |(_, spectrum)| spectrum)
 }
 
-/// Returns the energies by cell of the transformed surface's profiles, as high as the Gaussian's.
+/// Energies by cell of the transformed surface's profiles, up to the wavenumber of the Gaussian's.
 fn transformed(energies: &[f64], powers: &[f64]) -> Vec<f64> {
     let length = 2 * energies.len();
     let mut planner = RealFftPlanner::<f64>::new();
@@ -59,7 +62,7 @@ fn transformed(energies: &[f64], powers: &[f64]) -> Vec<f64> {
     }
     lines[0].re *= 2.0;
     let mut correlation = backward.make_output_vec();
-    // Lengths are the planner's own, and the first and last line are real: nothing to complain about.
+    // The lengths are the planner's, and the first and last line are real: it cannot fail.
     if backward.process(&mut lines, &mut correlation).is_err() {
         return energies.to_vec();
     }
@@ -75,7 +78,7 @@ fn transformed(energies: &[f64], powers: &[f64]) -> Vec<f64> {
     lines.iter().enumerate().map(|(line, value)| if line == 0 { scale } else { 2.0 * scale } * value.re).collect()
 }
 
-/// Returns the energy of a band, cells at its edges counted by their part inside.
+/// Energy of a band, cells at its edges counted by their part inside.
 fn energy(lines: &[f64], cell: f64, band: &Band) -> f64 {
     let inside = |line: usize| line_inside(line, cell, band.lower, band.upper);
     lines.iter().enumerate().map(|(line, energy)| inside(line) * energy).sum()

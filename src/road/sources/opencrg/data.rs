@@ -8,10 +8,10 @@ use crate::road::file_fault::{FileFault, LikelyCause};
 
 /// Bytes of a record.
 const RECORD: usize = 80;
-/// Elevations and slopes beyond this are no road's; coordinates may be larger.
+/// No road has elevations or slopes beyond this; coordinates may be larger.
 pub(super) const ABSURD: f64 = 1e8;
 
-/// Returns the row-major numbers, rows x `channels`. `promised`: the number of rows that the header states, if it does.
+/// The numbers, row-major, rows x `channels`. `promised`: the number of rows that the header states, if it does.
 /// `first_line` is the line number of the first text record.
 ///
 /// # Errors
@@ -58,7 +58,7 @@ fn decode_binary(
     };
     if !complete {
         let other = if found < expected { LikelyCause::Truncated } else { LikelyCause::Unknown };
-        // Conversion of line ends costs a few bytes, a cut any number.
+        // Conversion of line ends removes a few bytes, truncation any number.
         let few = padded.saturating_sub(found) <= 16 + found / 1000 && found < padded;
         let hint = if few { converted(payload, other) } else { other };
         return Err(FileFault::Payload { rows, channels, expected, padded, found, hint });
@@ -73,7 +73,7 @@ fn decode_binary(
         }
     }
     if promised.is_none() {
-        // Padding of narrow rows looks like rows of nothing.
+        // The padding of narrow rows looks like rows of missing values.
         while values.len() > channels && values[values.len() - channels..].iter().all(|value| value.is_nan()) {
             values.truncate(values.len() - channels);
         }
@@ -81,7 +81,8 @@ fn decode_binary(
     Ok(values)
 }
 
-/// Tells whether the data were converted like text: CR LF pairs are absent where random bytes would hold some.
+/// [`LikelyCause::LineEndsConverted`] if CR LF pairs are absent where random bytes would contain some; otherwise the
+/// given cause.
 fn converted(payload: &[u8], otherwise: LikelyCause) -> LikelyCause {
     let pairs = payload.windows(2).any(|pair| pair == b"\r\n");
     if !pairs && payload.len() > 100_000 { LikelyCause::LineEndsConverted } else { otherwise }
@@ -96,11 +97,13 @@ fn decode_text(
 ) -> Result<Vec<f64>, FileFault> {
     let width = if format.double { 20 } else { 10 };
     let per_record = RECORD / width;
+    // 1. Lines to records, without empty ones at the end.
     let mut records: Vec<&[u8]> = payload.split(|&byte| byte == b'\n').map(|line| line.trim_ascii_end()).collect();
     let ended = payload.last() == Some(&b'\n');
     while records.last().is_some_and(|record| record.is_empty()) {
         records.pop();
     }
+    // 2. A last record that was cut off.
     if let (false, Some(last)) = (ended, records.last()) {
         // Fields are right-justified: a last record that ends inside a field was cut off.
         if last.len() % width != 0 {
@@ -108,8 +111,9 @@ fn decode_text(
             return Err(FileFault::Record { line: first_line + records.len() - 1, expected, width, found: last.len() });
         }
     }
+    // 3. Fields of the records, cut by column.
     let mut values = Vec::new();
-    // Fields of the row that is being read; kernel formats have no rows, only one stream.
+    // Number of fields of the current row read so far; kernel formats have no rows, only one stream.
     let mut pending = 0;
     for (index, record) in records.iter().enumerate() {
         let wanted = if format.aligned {
@@ -131,9 +135,10 @@ fn decode_text(
         }
         pending = (pending + wanted) % channels;
     }
+    // 4. The number of rows must be that of the header.
     let found = (values.len() / channels) as u64;
     let expected = promised.unwrap_or(found.max(1));
-    // A kernel stream may be filled up to its last record.
+    // The last record of a kernel stream may be padded.
     let filled = !format.aligned
         && values.len() as u64 > expected * channels as u64
         && values.len() as u64 - expected * (channels as u64) < per_record as u64;

@@ -23,7 +23,7 @@ use crate::storage::input;
 /// Longest chain of includes.
 const DEEPEST: usize = 8;
 
-/// An OpenCRG road.
+/// The elevations of an OpenCRG road.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Crg {
     /// Row spacing \[m\].
@@ -36,18 +36,18 @@ pub(crate) struct Crg {
     pub line: Vec<f64>,
     /// Cross slope at each row.
     pub banking: Vec<f64>,
-    /// Things worth telling.
+    /// Information for the report.
     pub notes: Vec<RoadNote>,
 }
 
-/// The file at the end of a chain of includes, which has the data.
+/// The file at the end of a chain of includes, which contains the data.
 struct Last {
     path: PathBuf,
     header: Header,
     bytes: Vec<u8>,
 }
 
-/// Follows a chain of includes to its end; `pass` sees each file on the way, the last one too.
+/// Follows a chain of includes to its end; `pass` is called for each file, the last one included.
 fn follow(path: &Path, limit: u64, mut pass: impl FnMut(&Path, &Header)) -> Result<Last, RoadError> {
     let mut chain: Vec<PathBuf> = Vec::new();
     let mut current = path.to_owned();
@@ -66,7 +66,7 @@ fn follow(path: &Path, limit: u64, mut pass: impl FnMut(&Path, &Header)) -> Resu
         let folder = here.parent().unwrap_or(Path::new("/")).to_owned();
         let root = root.get_or_insert_with(|| folder.clone());
         let next = canonical(&folder.join(name))?;
-        // Links are resolved on both sides: what counts is where the file really is.
+        // Links are resolved on both sides: the real location counts.
         if !next.starts_with(&*root) {
             return Err(fault(FileFault::IncludeOutside { path: PathBuf::from(name), folder: root.clone() }));
         }
@@ -78,17 +78,17 @@ fn follow(path: &Path, limit: u64, mut pass: impl FnMut(&Path, &Header)) -> Resu
     }
 }
 
-/// Returns the files that a file includes, directly or through others, as far as they can be followed.
+/// Files that a file includes, directly or through others, as far as they can be followed.
 pub(crate) fn included(path: &Path, limit: u64) -> Vec<PathBuf> {
     let mut files = Vec::new();
-    // A fault is the road's own to tell.
+    // A fault is reported when the road is read.
     let _ = follow(path, limit, |file, _| files.push(file.to_owned()));
     files.split_off(1.min(files.len()))
 }
 
 impl Crg {
-    /// Reads a file and what it includes. `limit` bounds the bytes of one file; `missing`: grid elevations as the file
-    /// has them that stand for none.
+    /// Reads a file and what it includes. `limit` bounds the bytes of one file; `missing`: elevations in the file that
+    /// mark missing ones.
     ///
     /// # Errors
     /// A file that cannot be read, includes from outside the file's folder, and every [`FileFault`] of OpenCRG.
@@ -100,7 +100,7 @@ impl Crg {
             .map_err(|fault| RoadError::file(&path, fault))
     }
 
-    /// Builds the road from a header and the whole file's bytes.
+    /// Assembles the road from a header and the bytes of the whole file.
     fn assemble(
         header: &Header,
         bytes: &[u8],
@@ -127,7 +127,7 @@ impl Crg {
             let place = header.channels.iter().position(|(channel, _)| *channel == wanted)?;
             Some(data.iter().skip(place).step_by(channels).copied().collect::<Vec<f64>>())
         };
-        // Complete from a row on, or all as the header has it at the start.
+        // Values complete from row `from` on, or the constant that the header gives for the start.
         let along = |wanted: Channel, from: usize, name: &'static str, start: &str| match column(wanted) {
             Some(values) => match values[from..].iter().position(|value| value.is_nan()) {
                 Some(row) => Err(FileFault::ReferenceLineHole { row: row + from, channel: name }),
@@ -137,7 +137,8 @@ impl Crg {
         };
         let slope = along(Channel::Slope, 1, "reference line slope", "reference_line_start_s")?;
         let banking = along(Channel::Banking, 0, "reference line banking", "reference_line_start_b")?;
-        // Where the line runs matters to no height, but a hole is a hole. The first heading is that of the start.
+        // The course of the line has no effect on heights, but a hole is damage. The first heading may be given as the
+        // start's.
         if let Some(heading) = column(Channel::Heading)
             && let Some(row) = heading[1..].iter().position(|heading| heading.is_nan())
         {
@@ -168,7 +169,7 @@ impl Crg {
         Ok(road)
     }
 
-    /// Refuses what no road has once everything is scaled: a column without width, elevations beyond all bounds.
+    /// Refuses impossible roads after all scaling: columns without width, elevations beyond all bounds.
     fn check(&self) -> Result<(), FileFault> {
         let narrowest = self.v.windows(2).map(|pair| pair[1] - pair[0]).fold(self.increment, f64::min);
         plausible_spacing(narrowest)?;
@@ -176,7 +177,7 @@ impl Crg {
         for (row, line) in self.grid.chunks_exact(self.v.len()).enumerate() {
             for (column, height) in line.iter().enumerate().filter(|(_, height)| !height.is_nan()) {
                 let value = self.elevation(row, column);
-                // Neither part may be beyond the bounds, even where both are and cancel.
+                // Neither the sum nor the grid's part may be beyond the bounds, even if parts cancel.
                 if !(value.abs() <= ABSURD && height.abs() <= ABSURD) {
                     return Err(FileFault::Absurd { row, channel: column + 1, value, hint: LikelyCause::Unknown });
                 }
@@ -185,7 +186,7 @@ impl Crg {
         Ok(())
     }
 
-    /// Applies the modifiers of elevations and missing values.
+    /// Applies the modifiers for elevations and missing values.
     fn apply(&mut self, modifiers: &BTreeMap<String, f64>) {
         let value = |name: &str| modifiers.get(name).copied();
         let scale = value("scale_z_grid").unwrap_or(1.0);
@@ -194,8 +195,8 @@ impl Crg {
         }
         let count = self.grid.iter().filter(|height| height.is_nan()).count();
         let offset = value("grid_nan_offset").unwrap_or(0.0);
-        // Mode 0 keeps, 1 sets zero, 2 holds the nearest value across. Without a mode they are kept: texture wants
-        // measured points only.
+        // Mode 0 keeps, 1 sets zero, 2 holds the nearest value across. Without a mode missing values are kept: texture
+        // needs measured points only.
         let mode = value("grid_nan_mode").unwrap_or(0.0).round() as i64;
         if count > 0 && (mode == 1 || mode == 2) {
             let holes: Vec<usize> = (0..self.grid.len()).filter(|&index| self.grid[index].is_nan()).collect();
@@ -226,18 +227,17 @@ impl Crg {
         }
     }
 
-    /// Returns the number of rows.
     pub(crate) fn rows(&self) -> usize {
         self.line.len()
     }
 
-    /// Returns the elevation of the grid point (row, column) with slope and banking \[m\]; NaN where missing.
+    /// Elevation of the grid point (row, column) with slope and banking \[m\]; NaN if missing.
     pub(crate) fn elevation(&self, row: usize, column: usize) -> f64 {
         self.grid[row * self.v.len() + column] + self.line[row] + self.banking[row] * self.v[column]
     }
 }
 
-/// Holds the nearest valid value; a row without any becomes zero.
+/// Fills missing values with the nearest valid one; a row without any becomes zero.
 fn fill_nearest(row: &mut [f64]) {
     let valid: Vec<usize> = (0..row.len()).filter(|&column| !row[column].is_nan()).collect();
     if valid.is_empty() {
@@ -251,7 +251,7 @@ fn fill_nearest(row: &mut [f64]) {
     }
 }
 
-/// Returns the increment of u and, where the end is given, the number of rows.
+/// The increment of u and, if the end is given, the number of rows.
 fn rows(key: impl Fn(&str) -> Option<f64>, start: f64) -> Result<(f64, Option<u64>), FileFault> {
     let increment = key("reference_line_increment").ok_or(FileFault::Missing { what: "reference_line_increment" })?;
     if !(increment > 0.0 && increment.is_finite()) {
@@ -266,8 +266,9 @@ fn rows(key: impl Fn(&str) -> Option<f64>, start: f64) -> Result<(f64, Option<u6
     Ok((increment, Some(whole as u64 + 1)))
 }
 
-/// Returns the lateral positions, rising, and the channels that hold them.
+/// The lateral positions, rising, and the channels that contain their elevations.
 fn lateral(header: &Header, key: impl Fn(&str) -> Option<f64>) -> Result<(Vec<f64>, Vec<usize>), FileFault> {
+    // 1. Sections by number or by position, not mixed, without gaps and repetitions.
     let mut sections: Vec<(f64, usize)> = Vec::new();
     let (mut by_number, mut by_position) = (false, false);
     for (index, (channel, _)) in header.channels.iter().enumerate() {
@@ -294,6 +295,7 @@ fn lateral(header: &Header, key: impl Fn(&str) -> Option<f64>) -> Result<(Vec<f6
         return Err(FileFault::Sections { sections: found });
     }
     let (mut v, columns): (Vec<f64>, Vec<usize>) = sections.into_iter().unzip();
+    // 2. Positions of numbered sections from right, left and increment, of which some may lack.
     if by_number {
         let (right, left, given) =
             (key("long_section_v_right"), key("long_section_v_left"), key("long_section_v_increment"));

@@ -1,6 +1,6 @@
 //! The text header of an OpenCRG file.
 //!
-//! 1. Lines are ISO 8859-1, ended by LF or CR LF. `*` in the first column is a comment, `!` starts one.
+//! 1. Lines are ISO 8859-1, ended by LF or CR LF. A `*` in the first column marks a comment line, `!` starts a comment.
 //! 2. `$NAME` opens a section, a line of `$`, `$$` or `$!...` closes it; `$$$$` (or `$$` outside any section) ends the
 //!    header: data start at the byte after its LF.
 //! 3. `key = value` in the sections of parameters; `#:FORMAT` and `D:name,unit` in `$KD_DEFINITION`.
@@ -10,14 +10,14 @@ use std::collections::BTreeMap;
 use crate::road::file_fault::FileFault;
 use crate::storage::input::excerpt;
 
-/// How numbers are stored behind the header.
+/// Storage format of the numbers behind the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Format {
-    /// Rows start at record boundaries (`L`), or follow each other without a gap (`K`).
+    /// Rows start at record boundaries (`L`); otherwise they follow each other without a gap (`K`).
     pub aligned: bool,
-    /// 64-bit (`D`) or 32-bit (`R`) numbers.
+    /// 64-bit numbers (`D`); otherwise 32-bit (`R`).
     pub double: bool,
-    /// Text (`F`) or big-endian IEEE 754 (`B`).
+    /// Text (`F`); otherwise big-endian IEEE 754 (`B`).
     pub text: bool,
 }
 
@@ -55,14 +55,14 @@ pub(super) enum Channel {
     Unknown,
 }
 
-/// A header's content.
+/// Content of a header.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Header {
     /// `$ROAD_CRG`: lower-case key and value.
     pub road: BTreeMap<String, f64>,
     /// `$ROAD_CRG_MODS`, if the section is there.
     pub modifiers: Option<BTreeMap<String, f64>>,
-    /// `$ROAD_CRG_FILE`.
+    /// `$ROAD_CRG_FILE`: name of the included file.
     pub include: Option<String>,
     /// Data format.
     pub format: Option<Format>,
@@ -169,10 +169,10 @@ fn insert(values: &mut BTreeMap<String, f64>, line: &str, number: usize) -> Resu
     }
 }
 
-/// Characters of a number at most: doubles are written with 25.
+/// Most characters of a number: doubles are written with 25.
 const LONGEST_NUMBER: usize = 64;
 
-/// Returns the number at the start of a text, as C's `strtod` reads it: files in circulation have `2.000000000+e00`.
+/// The number at the start of a text, as C's `strtod` reads it: files in circulation have `2.000000000+e00`.
 fn leading_number(text: &str) -> Option<f64> {
     let text = text.split_whitespace().next().filter(|text| text.len() <= LONGEST_NUMBER)?.replace(['d', 'D'], "e");
     (1..=text.len())

@@ -1,10 +1,10 @@
 //! OpenCRG: curved regular grids of road elevation.
 //!
-//! `header` reads the sections, `data` the columns of numbers behind them, `file` follows includes and
-//! assembles the grid, `strip` cuts what a tyre needs out of it.
+//! `header` reads the sections, `data` the columns of numbers behind them, `file` follows includes and assembles the
+//! grid, `strip` cuts out the part that a tyre needs.
 //!
 //! Format: ASAM OpenCRG 1.2, as far as elevations need it. Heights are functions of (u, v), the distance along the
-//! reference line and the distance to its left; where the line runs in the plane has no influence on them.
+//! reference line and the distance to its left; the course of the line in the plane has no effect on them.
 
 mod data;
 mod file;

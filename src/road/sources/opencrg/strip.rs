@@ -1,7 +1,7 @@
 //! The strip of an OpenCRG road that a tyre rolls on.
 //!
-//! 1. Columns complete along the whole road are usable; where none are wide enough together, columns that lack at most
-//!    a tenth of their heights are, too, the rest interpolated along.
+//! 1. Columns complete along the whole road are usable; if these are not wide enough together, columns that lack at
+//!    most a tenth of their heights are usable, too, and interpolated along.
 //! 2. The tyre's middle is at `lateral_position`, by default in the middle of the widest run of usable columns.
 //! 3. Columns within the strip, and some beside it for the interpolation, become a height map; uneven columns are first
 //!    interpolated linearly to their smallest spacing.
@@ -15,7 +15,7 @@ use crate::road::sources::height_map::{self, HeightMap, fill_missing};
 use crate::road::texture::HeightOrigin;
 use crate::scene::{OpenCrgRoad, Widen};
 
-/// Largest share of a column's heights that is interpolated.
+/// Largest part of a column's heights that is interpolated.
 const MISSING_ALLOWED: f64 = 0.1;
 
 /// Reads a file and cuts the strip of `contact_width` \[m\].
@@ -41,7 +41,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
         .collect();
     let allowed = (MISSING_ALLOWED * crg.rows() as f64) as usize;
     let needed = contact_width * (1.0 - 1e-9);
-    // Column numbers of the run of usable columns for the strip.
+    // Step 1. Indices of the first and last column of the run that holds the strip, and of the widest run.
     let mut narrow = None;
     let mut found = None;
     for most in [0, allowed] {
@@ -81,10 +81,12 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
             None => RoadError::Narrow { path: path.clone(), needed: contact_width, available: to - from },
         });
     };
+    // Step 2.
     let middle = spec.lateral_position.unwrap_or(0.5 * (crg.v[first] + crg.v[last]));
+    // Step 3.
     let spacing = crg.v[first..=last].windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     let uneven = crg.v[first..=last].windows(2).any(|pair| (pair[1] - pair[0] - spacing).abs() > 1e-6 * spacing);
-    // As many columns beside the strip as the interpolation reaches, where there are.
+    // As many columns beside the strip as the interpolation reaches, if they exist.
     let beside = WindowedSinc::resampling().half_width() * spacing.max(0.5 * contact_width);
     let from = crg.v[first..=last].partition_point(|&v| v < middle - 0.5 * contact_width - beside) + first;
     let to = crg.v[first..=last].partition_point(|&v| v <= middle + 0.5 * contact_width + beside) + first - 1;
@@ -122,7 +124,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
     Ok(map)
 }
 
-/// Returns the first and last column of every run of columns with at most `most` missing heights.
+/// First and last column of every run of columns with at most `most` missing heights.
 fn runs(missing: &[usize], most: usize) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for (column, _) in missing.iter().enumerate().filter(|&(_, &count)| count <= most) {
@@ -134,7 +136,7 @@ fn runs(missing: &[usize], most: usize) -> Vec<(usize, usize)> {
     runs
 }
 
-/// Returns the map with columns at `v`, interpolated linearly to its even `dy`.
+/// The map whose columns are at `v`, interpolated linearly to its even `dy`.
 fn even(map: &HeightMap, v: &[f64], middle: f64) -> HeightMap {
     let width = v[v.len() - 1] - v[0];
     let intervals = (width / map.dy * (1.0 + 1e-9)).floor().max(1.0);
@@ -148,7 +150,7 @@ fn even(map: &HeightMap, v: &[f64], middle: f64) -> HeightMap {
     let between = |row: &[f64], (above, part): (usize, f64)| row[above - 1] + part * (row[above] - row[above - 1]);
     let rows = map.heights.chunks_exact(map.columns);
     let heights = rows.flat_map(|row| (0..columns).map(move |column| between(row, place(column)))).collect();
-    // What lies between a height that is there and one that is not was not measured.
+    // An interpolated height counts as measured only if both of its neighbours were.
     let worse = |row: &[HeightOrigin], (above, _): (usize, f64)| match row[above - 1] {
         HeightOrigin::Measured => row[above],
         other => other,

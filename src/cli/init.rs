@@ -28,6 +28,8 @@ const TYRE: &str = include_str!("../../scenes/tyres/car.toml");
 /// Lines of the default scene before which its tyre begins, and what follows the tyre begins.
 const TYRE_FROM: &str = "# A car tyre:";
 const TYRE_TO: &str = "# An endless random texture";
+/// Its load, up to the comment.
+const AXLE: &str = "axle = { load = 3400.0 }        #";
 
 /// Arguments of `tyrewave init`.
 #[derive(Clone, Debug, Args)]
@@ -53,7 +55,7 @@ impl InitArguments {
         };
         let tyre = size.map_or_else(|| TYRE.to_owned(), |size| size.file());
         let schema = format!("{:#}\n", Scene::json_schema());
-        let files = [("scene.toml", scene()), ("tyre.toml", tyre), ("scene.schema.json", schema)];
+        let files = [("scene.toml", scene(size)), ("tyre.toml", tyre), ("scene.schema.json", schema)];
         let place = |name: &str| self.folder.join(name);
         if let Some((name, _)) = files.iter().find(|(name, _)| place(name).exists()) {
             let place = place(name);
@@ -68,11 +70,19 @@ impl InitArguments {
     }
 }
 
-/// The default scene, its tyre in a separate file.
-fn scene() -> String {
+/// The default scene, its tyre in a separate file, under a load for a tyre of a size.
+fn scene(size: Option<TyreSize>) -> String {
     let parts = DEFAULT.split_once(TYRE_FROM).and_then(|(head, rest)| Some((head, rest.split_once(TYRE_TO)?.1)));
     // A test ensures that the default scene has both lines.
     let (head, tail) = parts.unwrap_or((DEFAULT, ""));
+    let tail = size.map_or_else(
+        || tail.to_owned(),
+        |size| {
+            let (load, reason) = size.axle_load();
+            let axle = format!("axle = {{ load = {load:?} }}");
+            tail.replace(AXLE, &format!("# The load is {reason}.\n{axle:<32}#"))
+        },
+    );
     format!(
         "#:schema ./scene.schema.json\n{head}tyre = \"tyre.toml\" # or a table [tyre] here: tyrewave keys tyre\n\n\
          {TYRE_TO}{tail}"
@@ -100,9 +110,14 @@ mod tests {
     fn the_scene_to_begin_with_is_the_default_scene() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("tyre.toml"), TYRE).unwrap();
-        fs::write(folder.path().join("scene.toml"), scene()).unwrap();
+        fs::write(folder.path().join("scene.toml"), scene(None)).unwrap();
         let written = Scene::load(folder.path().join("scene.toml")).unwrap();
         assert_eq!(written.scene, Scene::from_str(DEFAULT, "default").unwrap().scene);
-        assert!(scene().starts_with("#:schema ./scene.schema.json\n#"), "{}", scene());
+        assert!(scene(None).starts_with("#:schema ./scene.schema.json\n#"), "{}", scene(None));
+        let of_size = scene("125/80R12 62S".parse().ok());
+        assert!(
+            of_size.contains("# The load is 0.8 of the 265 kg of load index 62.\naxle = { load = 2100.0 }  "),
+            "{of_size}"
+        );
     }
 }

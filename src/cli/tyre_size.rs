@@ -5,18 +5,20 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;
 
+use crate::plan::load_index::{OF_CARS, load_of_car};
+use crate::plan::overload::GRAVITY;
+
 /// A tyre made by the rules, whose comments say what is published and what is inferred.
 const MADE: &str = include_str!("../../scenes/tyres/205_55r16.toml");
 /// First text after its head.
 const BODY: &str = "# Published: pi times";
-/// Loads of the indices from [`FIRST_INDEX`] on \[kg\].
-const LOADS: [u16; 67] = [
-    250, 257, 265, 272, 280, 290, 300, 307, 315, 325, 335, 345, 355, 365, 375, 387, 400, 412, 425, 437, 450, 462, 475,
-    487, 500, 515, 530, 545, 560, 580, 600, 615, 630, 650, 670, 690, 710, 730, 750, 775, 800, 825, 850, 875, 900, 925,
-    950, 975, 1000, 1030, 1060, 1090, 1120, 1150, 1180, 1215, 1250, 1285, 1320, 1360, 1400, 1450, 1500, 1550, 1600,
-    1650, 1700,
-];
-const FIRST_INDEX: u16 = 60;
+/// Part of its index's load that a tyre of the scene carries.
+const LOADED: f64 = 0.8;
+/// Load \[N\] of the default scene, circumference and contact width of its tyre \[m\].
+const DEFAULT_LOAD: f64 = 3400.0;
+const DEFAULT_SIZES: [f64; 2] = [1.95, 0.109];
+/// Height of a sidewall's arc below which the load is reduced with it \[m\]: the belt would be near its rim.
+const LOW: f64 = 0.024;
 
 /// Angle from the middle of a sidewall's arc to its ends \[rad\], as in the default tyre.
 const SIDEWALL_ANGLE: f64 = 1.1;
@@ -55,7 +57,7 @@ struct Dimensions {
 impl FromStr for TyreSize {
     type Err = String;
 
-    /// Parses a size such as `235/45R18`, `P225/60 R16 97S` or `205/55ZR16 91V XL`.
+    /// Parses a size such as `235/45R18`, `P225/60 R16 97S`, `205/55ZR16 91 V XL` or `245/40 ZR 18 (97Y)`.
     fn from_str(text: &str) -> Result<Self, String> {
         let upper = text.trim().to_uppercase();
         let form = || {
@@ -86,10 +88,12 @@ impl FromStr for TyreSize {
             }
         }
         let mut index = None;
-        for word in rest.split_whitespace() {
+        for word in rest.split_whitespace().map(|word| word.trim_matches(['(', ')'])) {
             match number(word) {
                 Some((found, symbol)) if index.is_none() && symbol.len() <= 1 => index = Some(found),
                 None if ["XL", "RF", "RFT", "M+S"].contains(&word) => {}
+                // The speed symbol.
+                None if index.is_some() && word.len() == 1 => {}
                 _ => return Err(form()),
             }
         }
@@ -119,9 +123,9 @@ impl fmt::Display for TyreSize {
 impl TyreSize {
     /// Adds a load index; an error for an index that no car's tyre has, or that differs from the size's.
     pub(crate) fn with_index(self, index: u16) -> Result<Self, String> {
-        let last = FIRST_INDEX + LOADS.len() as u16 - 1;
-        if !(FIRST_INDEX..=last).contains(&index) {
-            return Err(format!("load index {index}: tyres of cars have {FIRST_INDEX} to {last}"));
+        let [first, last] = OF_CARS;
+        if !(first..=last).contains(&index) {
+            return Err(format!("load index {index}: tyres of cars have {first} to {last}"));
         }
         match self.index {
             Some(other) if other != index => {
@@ -133,7 +137,25 @@ impl TyreSize {
 
     /// Load of the index \[kg\].
     pub(crate) fn load(&self) -> Option<u16> {
-        LOADS.get(usize::from(self.index?.checked_sub(FIRST_INDEX)?)).copied()
+        load_of_car(self.index?)
+    }
+
+    /// Load of the scene \[N\], to 50 N, and where it comes from.
+    pub(crate) fn axle_load(&self) -> (f64, String) {
+        let (load, reason) = match (self.index, self.load()) {
+            (Some(index), Some(load)) => {
+                (LOADED * GRAVITY * f64::from(load), format!("{LOADED} of the {load} kg of load index {index}"))
+            }
+            _ => {
+                let Dimensions { circumference, contact_width, sidewall, .. } = self.dimensions();
+                let larger = circumference * contact_width / DEFAULT_SIZES.iter().product::<f64>();
+                let room = (2.0 * sidewall * SIDEWALL_ANGLE.sin() / LOW).min(1.0);
+                let reason =
+                    "the default tyre's, scaled by circumference and contact width: the size has no load index";
+                (DEFAULT_LOAD * larger * room, reason.to_owned())
+            }
+        };
+        (50.0 * (load / 50.0).round(), reason)
     }
 
     fn rim_radius(&self) -> f64 {
@@ -266,6 +288,21 @@ mod tests {
     fn every_size_of_a_car_makes_a_tyre_that_passes() {
         for (width, aspect, rim) in [(125, 25, 12), (125, 85, 24), (355, 25, 24), (355, 85, 12), (235, 45, 18)] {
             tyre(&size(&format!("{width}/{aspect}R{rim}")).file());
+        }
+    }
+
+    #[test]
+    fn a_load_follows_the_size() {
+        for (text, load, words) in [
+            ("225/45R17 91 W", 4850, "0.8 of the 615 kg of load index 91"),
+            ("225/45 R17", 4500, "no load index"),
+            ("245/40 ZR 18 (97Y)", 5750, "load index 97"),
+            ("125/80R12 62S", 2100, "load index 62"),
+            ("125/25R12", 700, "no load index"),
+        ] {
+            let (found, reason) = size(text).axle_load();
+            assert_eq!(found as i32, load, "{text}");
+            assert!(reason.contains(words), "{text}: {reason}");
         }
     }
 

@@ -3,7 +3,8 @@
 use thiserror::Error;
 
 use super::stored::{Spectrum, Stored, StoredError};
-use crate::response::LevelErrors;
+use crate::response::level_errors::BySlices;
+use crate::response::{BandLevel, LevelErrors};
 use crate::results::PlotError;
 use crate::results::plots::ThirdOctavePlot;
 use crate::results::table::{Table, aligned};
@@ -98,13 +99,6 @@ pub(super) fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec
     let Some(first) = of.first() else { return Ok(Vec::new()) };
     let drawn = of.iter().map(|spectrum| (spectrum.name.as_str(), spectrum.levels.as_slice())).collect();
     let plot = ThirdOctavePlot { title, quantity: first.quantity, spectra: drawn, errors: first.errors.clone() };
-    let error = first.errors.numerical.map_or(" Their numerical error is not known.".to_owned(), |(from, error)| {
-        let from = if from > 0.0 { format!(" from {from:.0} Hz on") } else { String::new() };
-        format!(" Levels are within {error:.1} dB{from}, as far as the numerical solution goes.")
-    });
-    let by_slices = first.errors.largest_by_slices(&first.levels).map_or(String::new(), |error| {
-        format!(" Contact over slices adds up to {error:.1} dB, beside contact over cells.")
-    });
     let rows = first.levels.iter().map(|level| {
         let cells = of.iter().map(|spectrum| {
             let found = spectrum.levels.iter().find(|other| other.band == level.band);
@@ -117,8 +111,22 @@ pub(super) fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec
     let header = std::iter::once("Hz".to_owned()).chain(
         of.iter().map(|spectrum| if spectrum.name.is_empty() { "dB".to_owned() } else { spectrum.name.clone() }),
     );
-    let picture = [plot.to_svg()?, format!("{title}. {GREY}{error}{by_slices}")];
+    let picture = [plot.to_svg()?, format!("{title}. {GREY}{}", errors_in_words(&first.errors, &first.levels))];
     Ok(vec![Block::Picture(picture), Block::Levels(aligned(header, rows))])
+}
+
+/// Sentences on the errors of levels, each after a blank.
+fn errors_in_words(errors: &LevelErrors, levels: &[BandLevel]) -> String {
+    let numerical = errors.numerical.map_or(" Their numerical error is not known.".to_owned(), |(from, error)| {
+        let from = if from > 0.0 { format!(" from {from:.0} Hz on") } else { String::new() };
+        format!(" Levels are within {error:.1} dB{from}, as far as the numerical solution goes.")
+    });
+    let by_slices = match (errors.largest_by_slices(levels), &errors.slices) {
+        (Some(error), _) => format!(" Contact over slices adds up to {error:.1} dB, beside contact over cells."),
+        (None, BySlices::Known(_)) => " What contact over slices adds is not known.".to_owned(),
+        (None, BySlices::None) => String::new(),
+    };
+    numerical + &by_slices
 }
 
 /// Pictures of the folder by name, each with its caption; missing ones are skipped.
@@ -155,6 +163,18 @@ fn shown_by(name: &str, begin: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::response::ThirdOctaveBand;
+
+    #[test]
+    fn a_caption_says_which_errors_are_not_known() {
+        let band = ThirdOctaveBand(-11);
+        let levels = [BandLevel { band, mean_square: 1.0, level: 0.0, valid: true }];
+        let of = |slices| errors_in_words(&LevelErrors { numerical: Some((100.0, 0.2)), slices }, &levels);
+        assert!(!of(BySlices::None).contains("slices"));
+        assert!(of(BySlices::Known(vec![(band, 2.0)])).contains("adds up to 2.0 dB"));
+        let told = of(BySlices::Known(Vec::new()));
+        assert!(told.contains("within 0.2 dB from 100 Hz on") && told.ends_with("slices adds is not known."), "{told}");
+    }
 
     #[test]
     fn a_caption_names_its_receiver_once_and_as_the_scene_does() {

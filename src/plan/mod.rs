@@ -19,6 +19,7 @@ mod forecast;
 mod foreseen;
 pub(crate) mod front;
 pub(crate) mod inflation;
+pub(crate) mod load_index;
 pub(crate) mod models;
 pub(crate) mod overload;
 mod pressed;

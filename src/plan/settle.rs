@@ -84,7 +84,9 @@ fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<Choice>), SceneError
         if let Some(row) = row {
             settling.take_cells_along(row, highest);
             // Settings that the scene gives itself may invalidate the row's error.
-            if let Err(why @ Unstated::Coarser(_)) = FrontRow::stated_error(&settling.scene) {
+            if let Err(why @ (Unstated::Coarser(_) | Unstated::OfAnotherKind(_))) =
+                FrontRow::stated_error(&settling.scene)
+            {
                 let wish = settling.choices.iter_mut().find(|choice| WISHES.contains(&choice.key));
                 wish.into_iter().for_each(|wish| wish.reason = why.to_string());
             }

@@ -150,7 +150,12 @@ impl Plan {
         let nominal = |end: f64| ThirdOctaveBand::containing(end).map_or(end, ThirdOctaveBand::nominal_frequency);
         let [force, sound] = [force_valid_to, sound_valid_to].map(nominal);
         let up_to = |end: f64| {
-            if end < FIRST.nominal_frequency() { "in no band".to_owned() } else { format!("up to {end} Hz") }
+            let first = FIRST.nominal_frequency();
+            if end < first {
+                format!("in no third octave from {first} Hz on (those below have no known error by slices)")
+            } else {
+                format!("up to {end} Hz")
+            }
         };
         let (heard, end) = if receivers.is_empty() {
             (String::new(), force)
@@ -232,7 +237,11 @@ mod tests {
             assert_eq!(errors.macrotexture <= FINE, fine, "{texture}: {} m", errors.macrotexture);
             assert!(surface.is_made() && errors.bands.len() == BANDS);
             let told = plan.end_of_slices(&errors).0;
-            let end = if errors.force_valid_to < 90.0 { "cells in no band;" } else { "cells up to " };
+            let end = if errors.force_valid_to < 90.0 {
+                "cells in no third octave from 100 Hz on (those below have"
+            } else {
+                "cells up to "
+            };
             assert!(told.contains(end), "{told}");
         }
         let smooth = RoadSurface::open(

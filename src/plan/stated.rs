@@ -17,6 +17,9 @@ pub(crate) enum Unstated {
     NoPreset,
     /// A key given by the scene is coarser than that of its preset.
     Coarser(&'static str),
+    /// A key given by the scene makes sums of another kind than those of its preset, finer or coarser: nothing was
+    /// measured with it.
+    OfAnotherKind(&'static str),
     /// No error is stated for such a scene: because of its fmax, its road, or friction.
     OfNoRow,
 }
@@ -27,6 +30,7 @@ impl fmt::Display for Unstated {
         match self {
             Self::NoPreset => formatter.write_str("take a preset, or `tyrewave study`"),
             Self::Coarser(key) => write!(formatter, "{key} is coarser than that of the preset; `tyrewave study`"),
+            Self::OfAnotherKind(key) => write!(formatter, "no preset was measured with {key}; `tyrewave study`"),
             Self::OfNoRow => formatter.write_str("no preset states one for such a scene; `tyrewave study`"),
         }
     }
@@ -41,11 +45,11 @@ impl FrontRow {
     pub(crate) fn stated_error(scene: &Scene) -> Result<(f64, f64), Unstated> {
         let (row, fmax) = Self::asked_for(scene).zip(scene.numerics.fmax).ok_or(Unstated::NoPreset)?;
         let error = row.error_for(scene, fmax).ok_or(Unstated::OfNoRow)?;
-        row.coarser(scene, fmax).map_or(Ok((STATED_FROM, error)), |key| Err(Unstated::Coarser(key)))
+        row.departure(scene, fmax).map_or(Ok((STATED_FROM, error)), Err)
     }
 
-    /// A key of a scene that is coarser than the row's; `None` if none is.
-    fn coarser(&'static self, scene: &Scene, fmax: f64) -> Option<&'static str> {
+    /// A key of a scene by which the row's error does not hold; `None` if there is none.
+    fn departure(&'static self, scene: &Scene, fmax: f64) -> Option<Unstated> {
         let Scene { tyre, contact, numerics, rolling, road, effects, .. } = scene;
         let (length, speed, rule) = (tyre.circumference, rolling.speed(), numerics.time_rule);
         let given = Resolution { elements: numerics.elements, substeps: numerics.substeps };
@@ -66,14 +70,18 @@ impl FrontRow {
             ("contact.cells_across", is_oblong || is_wide(tyre.contact_width, contact.cells_across)),
             ("contact.cells_along", is_wide(element, contact.cells_along)),
             ("contact.slice_tolerance", over_slices && contact.slice_tolerance > self.slice_tolerance),
-            ("numerics.history", numerics.history != History::Modal),
             ("numerics.pole_tolerance", numerics.pole_tolerance > self.pole_tolerance),
             ("numerics.contact_tolerance", over_cells && numerics.contact_tolerance > self.cell_tolerance),
             ("numerics.influence_tolerance", numerics.influence_tolerance > Numerics::default().influence_tolerance),
+        ];
+        let is_of_another_kind = [
+            ("numerics.history", numerics.history != History::Modal),
             ("numerics.lateral_terms", numerics.lateral_terms.is_some()),
             ("numerics.wavenumber_aliases", numerics.wavenumber_aliases.is_some()),
         ];
-        is_coarser.into_iter().find(|(_, is_coarser)| *is_coarser).map(|(key, _)| key)
+        let first = |keys: &[(&'static str, bool)]| keys.iter().find(|(_, departs)| *departs).map(|(key, _)| *key);
+        let coarser = first(&is_coarser).map(Unstated::Coarser);
+        coarser.or_else(|| first(&is_of_another_kind).map(Unstated::OfAnotherKind))
     }
 }
 
@@ -121,13 +129,17 @@ mod tests {
             ("slices", "contact.slice_tolerance", "1e-6"),
             ("slices", "numerics.pole_tolerance", "1e-3"),
             ("slices", "numerics.influence_tolerance", "1e-6"),
-            ("slices", "numerics.lateral_terms", "40"),
             ("cells", "contact.cells_across", "20"),
             ("cells", "numerics.contact_tolerance", "1e-4"),
         ] {
             let (found, told) = preset(zone, &format!("{key}={value}"));
             assert_eq!(found, Err(Unstated::Coarser(key)), "{key} = {value}");
             assert!(told.contains("not known") && told.contains(key), "{told}");
+        }
+        for (key, value) in [("numerics.lateral_terms", "400"), ("numerics.wavenumber_aliases", "20")] {
+            let (found, told) = preset("slices", &format!("{key}={value}"));
+            assert_eq!(found, Err(Unstated::OfAnotherKind(key)), "{key} = {value}");
+            assert!(told.contains("not known") && told.contains(key) && !told.contains("coarser"), "{told}");
         }
     }
 }

@@ -217,7 +217,7 @@ pub struct ReceiverSummary {
     /// Bands of both levels, of the pass-by and of the sound files; `None` if no band is valid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) bands: Option<CoveredBands>,
-    /// A-weighted sound power level \[dB(A) re 1 pW\], for a hemisphere.
+    /// A-weighted sound power level \[dB(A) re 1 pW\], for a hemisphere; bands and error are those of `level_a`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_level_a: Option<f64>,
     /// Maximum of the pass-by, where the tyre passes.
@@ -239,15 +239,30 @@ pub struct ReceiverSummary {
 pub(crate) struct IntensitySummary {
     /// Name of its table.
     pub file: String,
-    /// Energetic mean of the probes' A-weighted levels \[dB(A) re 1 pW/m^2\].
-    pub level_a: f64,
-    /// A-weighted level of each probe, by name \[dB(A) re 1 pW/m^2\].
-    pub probes: BTreeMap<String, f64>,
+    /// Energetic mean of the probes' A-weighted levels \[dB(A) re 1 pW/m^2\]; `None` if no band is valid, or no sound
+    /// leaves the tyre.
+    pub level_a: Option<f64>,
+    /// A-weighted level of each probe, by name \[dB(A) re 1 pW/m^2\]; `None` likewise.
+    pub probes: BTreeMap<String, Option<f64>>,
     /// Bands of these levels; `None` if no band is valid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bands: Option<CoveredBands>,
     /// Duration of the pressures that they are computed from \[s\].
     pub seconds: f64,
+}
+
+impl IntensitySummary {
+    fn text(&self) -> String {
+        let Some(bands) = &self.bands else { return "no intensity: no band valid".to_owned() };
+        let Some(level) = self.level_a else { return "no intensity away from the tyre".to_owned() };
+        let least = if bands.lower_bound { "at least " } else { "" };
+        let probe = |(name, level): (&String, &Option<f64>)| match level {
+            Some(level) => format!("{name} {level:.1}"),
+            None => format!("{name} none"),
+        };
+        let probes: Vec<String> = self.probes.iter().map(probe).collect();
+        format!("intensity {least}{level:.1} dB(A) re 1 pW/m^2 ({})", probes.join(", "))
+    }
 }
 
 /// A-weighted level of a receiver by which runs are compared: the maximum of the pass-by, time weighting F, where the
@@ -324,11 +339,10 @@ impl ReceiverSummary {
             text.push_str(&format!(", {why}"));
         }
         if let Some(power) = self.power_level_a {
-            text.push_str(&format!(", sound power {power:.1} dB(A)"));
+            text.push_str(&format!(", sound power {least}{power:.1}{error} dB(A)"));
         }
-        if let Some(IntensitySummary { level_a, probes, .. }) = &self.intensity {
-            let probes: Vec<String> = probes.iter().map(|(name, level)| format!("{name} {level:.1}")).collect();
-            text.push_str(&format!(", intensity {level_a:.1} dB(A) re 1 pW/m^2 ({})", probes.join(", ")));
+        if let Some(intensity) = &self.intensity {
+            text.push_str(&format!(", {}", intensity.text()));
         }
         if let Some(AudioSummary { file, tyres, louder, .. }) = &self.audio {
             text.push_str(&format!(", {file}"));
@@ -367,4 +381,53 @@ pub(crate) struct AudioSummary {
     /// run has fewer stretches; `None` for a single tyre.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tyres: Option<usize>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intensity_without_a_valid_band_is_said_and_read_again() {
+        let probes = |level| BTreeMap::from([("leading".to_owned(), level), ("trailing".to_owned(), None)]);
+        let none = IntensitySummary {
+            file: "intensity_obsi.csv".to_owned(),
+            level_a: None,
+            probes: probes(None),
+            bands: None,
+            seconds: 1.0,
+        };
+        let text = serde_json::to_string(&none).unwrap();
+        assert!(text.contains("\"level_a\":null") && text.contains("\"trailing\":null"), "{text}");
+        assert_eq!(serde_json::from_str::<IntensitySummary>(&text).unwrap(), none);
+        assert_eq!(none.text(), "no intensity: no band valid");
+        let bands = Some(CoveredBands { lowest: 400.0, highest: 500.0, missing: None, lower_bound: true });
+        let some = IntensitySummary { level_a: Some(80.0), probes: probes(Some(83.0)), bands, ..none };
+        assert_eq!(some.text(), "intensity at least 80.0 dB(A) re 1 pW/m^2 (leading 83.0, trailing none)");
+    }
+
+    #[test]
+    fn a_power_has_the_bound_and_the_error_of_its_level() {
+        let heard = ReceiverSummary {
+            name: "hemisphere".to_owned(),
+            points: 10,
+            tyres: None,
+            level: 45.0,
+            level_a: 43.4,
+            vibration_level_a: None,
+            squeeze_level_a: None,
+            voids_spread_a: None,
+            level_a_error: Some(0.4),
+            no_level_a_error: None,
+            bands: Some(CoveredBands { lowest: 25.0, highest: 500.0, missing: None, lower_bound: true }),
+            power_level_a: Some(60.7),
+            pass_by: None,
+            no_pass_by: None,
+            intensity: None,
+            audio: None,
+        };
+        let told = heard.text();
+        assert!(told.starts_with("at least 43.4 +- 0.4 dB(A)"), "{told}");
+        assert!(told.ends_with("sound power at least 60.7 +- 0.4 dB(A)"), "{told}");
+    }
 }

@@ -6,11 +6,27 @@ use crate::scene::{Coefficient, LongitudinalCreep, Scene};
 /// Message on an energy that is impossible; `None` if all are possible.
 ///
 /// - A passive tyre returns no more than it had stored, which is less than its force times its indentation.
+/// - A wheel without a given creep is held back by less than its load: the resultant of its forces lies within the
+///   patch, which is shorter than the radius. A creep is left out: it drives waves of the tyre by friction.
 /// - The power dissipated by friction is not negative, and at most that of the whole friction force at the speed of
 ///   rolling and of creep; that force includes the pull of adhesion all over the patch.
 pub(crate) fn impossible_energy(scene: &Scene, outcome: &Outcome) -> Option<String> {
     let (speed, counted) = (scene.rolling.speed(), scene.rolling.duration);
     let force = outcome.mean_force?.abs();
+    let rolls_freely = scene.friction.as_ref().is_none_or(|friction| {
+        let given = match friction.creep.longitudinal {
+            LongitudinalCreep::Given(creep) => creep.abs(),
+            LongitudinalCreep::Free => 0.0,
+        };
+        given + friction.creep.lateral.abs() <= 0.0
+    });
+    if let Some(resistance) = outcome.rolling_resistance.filter(|found| rolls_freely && found.coefficient > 1.0) {
+        return Some(format!(
+            "rolling resistance by hysteresis is {:.2} times the load, {:.3e} W, and that of a freely rolling wheel is \
+             less than its load: such a contact cannot be",
+            resistance.coefficient, resistance.power
+        ));
+    }
     if let (Some(resistance), Some(indentation)) = (outcome.rolling_resistance, outcome.indentation) {
         let (power, stored) = (resistance.power, force * indentation.abs());
         if power.is_nan() || power < -stored / counted {
@@ -64,6 +80,8 @@ mod tests {
         assert_eq!((of(0.012), of(0.0)), (None, None));
         let told = of(-480.0).unwrap();
         assert!(told.contains("gives back") && told.contains("cannot be"), "{told}");
+        let told = of(3.64).unwrap();
+        assert!(told.contains("rolling resistance") && told.contains("3.64 times the load"), "{told}");
         // The elastic energy released in 18 s is at most 3 W.
         assert!(of(-2e-5).is_none() && of(-1e-3).is_some());
     }

@@ -171,13 +171,16 @@ pub(crate) fn check_axle(loaded: &LoadedScene, plan: &Plan) -> Result<(), RunErr
     let stop = AtomicBool::new(false);
     let SliceContact { sum, .. } = SliceContact::new(loaded, plan, &stop);
     let (at_rest, EqualBedding { scale, spring }) = static_contact(plan, &sum)?;
-    // Uncoupled points have a spring in series, which makes them softer.
-    let is_known = plan.decisions.tread != Tread::Uncoupled;
+    // Uncoupled points of an equal stiffness have a spring in series, which is found later.
+    let is_known = !scene.contact.equal_stiffness;
     let rate = scene.numerics.time_rule.first_rate(*time_step);
     let Some((sprung, rate)) = sprung.zip(rate).filter(|_| is_known) else { return Ok(()) };
     let mut row = sum.row_at(rate, *field);
     row.iter_mut().for_each(|influence| *influence *= scale);
     row[0] += spring;
+    if plan.decisions.tread == Tread::Uncoupled {
+        row[1..].fill(0.0);
+    }
     check_mass(loaded, plan, sprung, &row, at_rest)
 }
 

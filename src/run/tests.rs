@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::Simulation;
+use super::prepare::checked;
 use crate::counters::process::cpu_time;
 use crate::numeric::RunningMoments;
 use crate::plan::Plan;
@@ -60,6 +61,17 @@ fn uncoupled_points_have_no_rolling_resistance() {
     let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
     while run.step().unwrap().is_some() {}
     assert_eq!(run.finish().rolling_resistance, None);
+}
+
+#[test]
+fn a_mass_that_uncoupled_points_push_too_fast_is_refused_by_check() {
+    let of = |mass: f64| {
+        let axle = format!("{{ load = 3400.0, mass = {mass:?}, stiffness = 1e4, damping = 10.0 }}");
+        checked(&scene(&[("contact.tread", "\"uncoupled\""), ("rolling.axle", &axle)])).map(drop)
+    };
+    let told = of(0.05).unwrap_err().to_string();
+    assert!(told.contains("too fast for a step"), "{told}");
+    of(200.0).unwrap();
 }
 
 /// `scenes/cells.toml` with the given elements and cells across, to a tolerance of the contact conditions: forces, and

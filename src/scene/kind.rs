@@ -19,8 +19,9 @@ use super::table::{Kind, Value, array};
 /// Characters by which spreadsheets recognise a formula.
 const FORMULA: [char; 4] = ['=', '+', '-', '@'];
 
-/// Least plausible angle in degrees, 0 apart: a right angle in radians is less.
-pub(super) const IN_DEGREES: f64 = 1.6;
+/// Angle below which degrees may be meant as radians: a right angle is less. Usual angles have two or more decimals in
+/// radians (20 degrees are 0.35, 75 are 1.309), small ones in degrees at most one.
+const IN_DEGREES: f64 = 1.6;
 
 /// Range of a number, and its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,11 +31,13 @@ pub(crate) struct Bounds {
     unit: &'static str,
     /// Plausible range of its magnitude, unless it is 0.
     plausible: Option<[f64; 2]>,
+    /// True if numbers of at most one decimal are plausible below that range, too.
+    tenths: bool,
 }
 
 impl Bounds {
     const fn new(low: Bound<f64>, high: Bound<f64>, unit: &'static str) -> Self {
-        Self { low, high, unit, plausible: None }
+        Self { low, high, unit, plausible: None, tenths: false }
     }
 
     /// Any finite number.
@@ -65,6 +68,11 @@ impl Bounds {
     /// scene allows them.
     pub(crate) const fn plausible(self, least: f64, most: f64) -> Self {
         Self { plausible: Some([least, most]), ..self }
+    }
+
+    /// Adds a plausible range of angles in degrees: what looks like radians is refused.
+    pub(crate) const fn no_radians(self, most: f64) -> Self {
+        Self { tenths: true, ..self.plausible(IN_DEGREES, most) }
     }
 
     fn contains(&self, value: f64) -> bool {
@@ -100,8 +108,11 @@ impl Bounds {
             return value.complain(Problem::out_of_range(number, &self.to_string()));
         }
         let (size, slack) = (number.abs(), value.slack());
+        let is_tenth = self.tenths && (10.0 * size - (10.0 * size).round()).abs() < 1e-9;
         match self.plausible {
-            Some(range @ [least, most]) if number != 0.0 && !(least / slack..=most * slack).contains(&size) => {
+            Some(range @ [least, most])
+                if number != 0.0 && !(is_tenth || (least / slack..=most * slack).contains(&size)) =>
+            {
                 value.complain(Problem::implausible(number, range, self.unit))
             }
             _ => Some(number),

@@ -11,6 +11,14 @@ const LOADED: [f64; 2] = [300.0, 1e8];
 /// Plausible range of the part of the circumference on which the inflation pressure over the contact width bears the
 /// load: from a car tyre at a tenth of its load capacity to one whose belt is pressed onto the rim.
 const BORNE_ON: [f64; 2] = [0.0125, 0.3];
+/// Least such part on a truck, whose empty axles are lighter still: there a load in kilograms is borne on less.
+const BORNE_BY_TRUCK_ON: f64 = 0.005;
+/// Load from which a tyre may be a truck's \[N\]: a car's is no such number of kilograms.
+const LOAD_OF_TRUCK: f64 = 1000.0;
+/// Least length over width of the patch: round and narrow tyres of two-wheelers have few loads below that.
+const SHORT_PATCH: f64 = 0.25;
+/// Pressure that a tyre without air makes up for by its structure, in that it still bears loads \[Pa\].
+const STRUCTURE: f64 = 1e5;
 /// Gravitational acceleration \[m/s^2\].
 const GRAVITY: f64 = 9.81;
 /// Factor by which a gas in a tyre may be denser or less dense than air: other gases have other heat capacities, and
@@ -32,7 +40,11 @@ fn load(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let Tyre { contact_width, circumference, .. } = scene.tyre;
     let [least, most] = match &scene.tyre.inflation {
         Some(Inflation { pressure }) => {
-            BORNE_ON.map(|share| two_digits(share * pressure * contact_width * circumference))
+            let on_width = pressure * contact_width;
+            let of_truck = LOAD_OF_TRUCK.max(BORNE_BY_TRUCK_ON * on_width * circumference);
+            let of_narrow = SHORT_PATCH * on_width * contact_width;
+            let least = (BORNE_ON[0] * on_width * circumference).min(of_truck).min(of_narrow);
+            [least, BORNE_ON[1] * pressure.max(STRUCTURE) * contact_width * circumference].map(two_digits)
         }
         // In whole decades: the bounds are no more exact.
         None => {

@@ -9,5 +9,8 @@ pub(crate) const MOST_CELLS: u64 = 10_000;
 pub(crate) const MOST_PITCHES: u64 = 1000;
 /// Most grooves across round a tyre: their overlap is checked in pairs.
 pub(crate) const MOST_GROOVES_ACROSS: usize = 4000;
+/// Most crossings of grooves across times their number: each crossing is a bend of the void over the width, at which
+/// all of them are looked at; some 30 ns each.
+pub(crate) const MOST_OVERLAPS: f64 = 1e8;
 /// Most cells of a tread pattern, round the tyre and across: some hundred bytes each.
 pub(crate) const MOST_TREAD_CELLS: usize = 4_000_000;

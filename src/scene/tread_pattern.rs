@@ -1,7 +1,7 @@
 //! Consistency of a tread pattern with its tyre.
 
 use super::problem::{Problem, short};
-use super::sizes::MOST_GROOVES_ACROSS;
+use super::sizes::{MOST_GROOVES_ACROSS, MOST_OVERLAPS};
 use super::table::Table;
 use super::{Groove, LateralGroove, Pitches, Scene, Switch, TreadPattern, Tyre};
 
@@ -19,6 +19,19 @@ pub(crate) fn deepest_groove(tyre: &Tyre) -> f64 {
     (1e6 * most).round() / 1e6 + ROUNDING
 }
 
+/// Estimate of the crossings of all edges of grooves across on a `length` \[m\] of `count` pitches, which meets itself
+/// at its ends.
+fn crossings(laterals: &[LateralGroove], count: usize, length: f64) -> f64 {
+    let of_two = |one: &LateralGroove, other: &LateralGroove| {
+        let overlap = (one.to.min(other.to) - one.from.max(other.from)).max(0.0);
+        let [slope, beside] = [one, other].map(|groove| groove.angle.to_radians().tan());
+        (slope - beside).abs() * overlap / length
+    };
+    let all =
+        laterals.iter().enumerate().flat_map(|(n, one)| laterals[..n].iter().map(move |other| of_two(one, other)));
+    4.0 * (count as f64).powi(2) * all.sum::<f64>()
+}
+
 /// Refuses grooves across that are as wide as a pitch, or too many; `None` after a complaint.
 fn across(pattern: &TreadPattern, around: f64, table: &Table<'_>) -> Option<()> {
     let (count, shortest) = match &pattern.pitches {
@@ -32,6 +45,15 @@ fn across(pattern: &TreadPattern, around: f64, table: &Table<'_>) -> Option<()> 
     if count * pattern.laterals.len() > MOST_GROOVES_ACROSS {
         let wrong = format!("{} grooves across in each of {count} pitches", pattern.laterals.len());
         let right = format!("at most {MOST_GROOVES_ACROSS} round the tyre");
+        return table.complain("tread_pattern.laterals", Problem::new(wrong, right));
+    }
+    // Equal pitches are looked at as one.
+    let (pitches, length) =
+        if matches!(pattern.pitches, Some(Pitches::Equal(_))) { (1, shortest) } else { (count, around) };
+    let crossings = crossings(&pattern.laterals, pitches, length);
+    if crossings * (pitches * pattern.laterals.len()) as f64 > MOST_OVERLAPS {
+        let wrong = format!("these grooves across cross each other at {crossings:.1e} places");
+        let right = "fewer angles, fewer grooves, or equal pitches";
         return table.complain("tread_pattern.laterals", Problem::new(wrong, right));
     }
     let along = |groove: &LateralGroove| groove.width / groove.angle.to_radians().cos();

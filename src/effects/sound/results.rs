@@ -249,8 +249,10 @@ impl SoundObserver {
         ];
         let file = format!("intensity_{}.csv", heard.file);
         folder.write_text(&file, &csv(header, rows))?;
-        let level_a = energetic_mean(levels.values().copied());
-        Ok(Some(IntensitySummary { file, level_a, probes: levels, bands, seconds }))
+        let known = |level: f64| level.is_finite().then_some(level);
+        let level_a = known(energetic_mean(levels.values().copied()));
+        let probes = levels.into_iter().map(|(name, level)| (name, known(level))).collect();
+        Ok(Some(IntensitySummary { file, level_a, probes, bands, seconds }))
     }
 
     /// Levels by which runs are compared.

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::material::LOSS;
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, IN_DEGREES, Optional};
+use crate::scene::kind::{Bounds, Optional};
 use crate::scene::problem::short;
 use crate::scene::table::{Each, Nested, Table};
 
@@ -32,7 +32,7 @@ keys! {
         #[serde(skip_serializing_if = "Option::is_none")]
         modulus: Option<f64> = None => Optional(MODULUS),
         /// Angle from the circumference; 90 runs across (degrees).
-        angle_deg: f64 => Bounds::between(-90.0, 90.0, "degrees").plausible(IN_DEGREES, 90.0),
+        angle_deg: f64 => Bounds::between(-90.0, 90.0, "degrees").no_radians(90.0),
         /// Loss factor eta; the same power law as the material's, by its frequencies \[1\].
         #[serde(skip_serializing_if = "is_default")]
         loss_factor: f64 = 0.0 => LOSS,

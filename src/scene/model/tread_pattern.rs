@@ -10,7 +10,7 @@ use toml::de::DeValue;
 
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, File, IN_DEGREES, Numbers, OneOf, Optional, Text, Whole};
+use crate::scene::kind::{Bounds, File, Numbers, OneOf, Optional, Text, Whole};
 use crate::scene::sizes::MOST_PITCHES;
 use crate::scene::table::{Each, Kind, Nested, Table, Value};
 
@@ -187,7 +187,7 @@ keys! {
         /// Depth \[m\].
         depth: f64 => DEPTH,
         /// Angle to the direction across; above 0 the left end is further forward \[degrees\].
-        angle: f64 = 0.0 => Bounds::inside(-85.0, 85.0, "degrees").plausible(IN_DEGREES, 85.0),
+        angle: f64 = 0.0 => Bounds::inside(-85.0, 85.0, "degrees").no_radians(85.0),
         /// Place in the pitch at which its line crosses the tyre's middle, in parts of the pitch.
         offset: f64 = 0.0 => Bounds::any("").plausible(1e-6, 100.0),
     }

@@ -10,7 +10,7 @@ use super::raster::Raster;
 use super::share::{Band, covered};
 use crate::scene::sizes::MOST_TREAD_CELLS;
 use crate::scene::{
-    DEEPEST_VOID, Groove, LateralGroove, RasterPeriod, Scene, TreadPattern, Zone, deepest_groove, short,
+    DEEPEST_VOID, Groove, LateralGroove, Pitches, RasterPeriod, Scene, TreadPattern, Zone, deepest_groove, short,
 };
 
 /// Least number of cells of a pitch.
@@ -328,16 +328,21 @@ impl TreadMap {
             self.sipe_lines.push(band.ends.map(|y| [band.middle(y), y]));
             self.divide(&band, number);
         }
-        // 5. The exact void ratio.
-        let (along, half) = (dx * self.columns as f64, 0.5 * dy * self.across as f64);
+        // 5. The exact void ratio; equal pitches have that of one, whose grooves enter it again at its other end.
+        let repeats = match &pattern.pitches {
+            Some(Pitches::Equal(count)) => *count,
+            _ => 1,
+        };
+        let (along, half) = (dx * self.columns as f64 / repeats as f64, 0.5 * dy * self.across as f64);
         // A groove of no depth is none.
         let of_grooves: Vec<[f64; 2]> = grooves
             .iter()
             .filter(|groove| groove.depth > 0.0)
             .map(|groove| [groove.position - 0.5 * groove.width, groove.position + 0.5 * groove.width])
             .collect();
+        let of_one = bands.len() / repeats;
         let of_laterals: Vec<Band> =
-            bands.into_iter().filter(|(of, _)| laterals[*of].depth > 0.0).map(|(_, band)| band).collect();
+            bands.into_iter().take(of_one).filter(|(of, _)| laterals[*of].depth > 0.0).map(|(_, band)| band).collect();
         let area = covered(&of_laterals, &of_grooves, [0.0, along], [-half, half], true);
         self.exact_void = area / (2.0 * half * along);
         Ok(())

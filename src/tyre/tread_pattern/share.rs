@@ -48,30 +48,31 @@ pub(crate) fn covered(
     [y0, y1]: [f64; 2],
     closed: bool,
 ) -> f64 {
-    // 1. All y at which the union's length may bend: ends, and crossings of edges with each other and with the
-    // borders.
+    // 1. All y at which the union's length may bend: ends, and crossings of edges with each other and, unless the
+    // rectangle is closed, with the borders.
     let mut cuts = vec![y0, y1];
     cuts.extend(grooves.iter().chain(bands.iter().map(|band| &band.ends)).flatten());
     let edges: Vec<(f64, &Band)> =
         bands.iter().flat_map(|band| [(band.place - band.half, band), (band.place + band.half, band)]).collect();
     let length = x1 - x0;
-    let crossing = |place: f64, slope: f64, cuts: &mut Vec<f64>| {
+    let mut crossing = |place: f64, slope: f64, [low, high]: [f64; 2]| {
+        if low >= high || slope.abs() <= 0.0 {
+            return;
+        }
         // Images of a closed strip cross, too.
-        let turns = if closed { (slope.abs() * (y1 - y0) / length).ceil() as i64 + 1 } else { 0 };
-        cuts.extend((-turns..=turns).map(|turn| (turn as f64).mul_add(length, -place) / slope));
+        let turn = |y: f64| if closed { (slope * y + place) / length } else { 0.0 };
+        let (one, other) = (turn(low), turn(high));
+        let turns = one.min(other).floor() as i64..=one.max(other).ceil() as i64;
+        let all = turns.map(|turn| (turn as f64).mul_add(length, -place) / slope);
+        cuts.extend(all.filter(|y| (low..=high).contains(y)));
     };
     for (number, &(place, band)) in edges.iter().enumerate() {
-        let slope = band.slope;
-        for border in [x0, x1] {
-            if slope.abs() > 0.0 {
-                crossing(place - border, slope, &mut cuts);
-            }
+        for border in [x0, x1].into_iter().filter(|_| !closed) {
+            crossing(place - border, band.slope, [y0, y1]);
         }
         for &(other, beside) in &edges[..number] {
-            let meet = band.ends[0].max(beside.ends[0]) < band.ends[1].min(beside.ends[1]);
-            if meet && (slope - beside.slope).abs() > 0.0 {
-                crossing(place - other, slope - beside.slope, &mut cuts);
-            }
+            let [low, high] = [band.ends[0].max(beside.ends[0]), band.ends[1].min(beside.ends[1])];
+            crossing(place - other, band.slope - beside.slope, [low.max(y0), high.min(y1)]);
         }
     }
     cuts.retain(|y| (y0..=y1).contains(y));
@@ -145,6 +146,21 @@ mod tests {
         // One band comes in again at the other end of its pitch.
         let all = covered(&bands[2..3], &[], [0.0, pitch], [0.0, 10.0 * cell], true) / (pitch * 10.0 * cell);
         assert!((all - known["void"].as_f64().unwrap()).abs() < 1e-9, "{all}");
+    }
+
+    #[test]
+    fn equal_pitches_have_the_share_of_one_that_is_closed() {
+        let (pitch, count) = (0.03, 7);
+        let of = |turn: i32| {
+            let start = f64::from(turn) * pitch;
+            [(0.004, 62.0), (0.011, -70.0), (0.02, 15.0)]
+                .map(|(place, angle)| Band::new(start + place, 0.002, angle, [-0.05, 0.04]))
+        };
+        let grooves = [[-0.02, -0.01]];
+        let one = covered(&of(0), &grooves, [0.0, pitch], [-0.05, 0.05], true);
+        let all: Vec<Band> = (0..count).flat_map(of).collect();
+        let all = covered(&all, &grooves, [0.0, pitch * f64::from(count)], [-0.05, 0.05], true);
+        assert!((all / (f64::from(count) * one) - 1.0).abs() < 1e-12, "{all} {one}");
     }
 
     #[test]

@@ -62,6 +62,48 @@ fn a_load_in_kilograms_is_asked_about_by_what_the_inflation_bears() {
 }
 
 #[test]
+fn tyres_of_trucks_and_bicycles_and_flat_ones_bear_their_loads() {
+    let of = |size: [f64; 3], pressure: f64, load: f64| {
+        let [circumference, width, contact_width] = size;
+        let tyre = [("circumference", circumference), ("width", width), ("contact_width", contact_width)];
+        let tyre = tyre.map(|(key, value)| format!("tyre.{key}={value}"));
+        let more = [format!("tyre.inflation.pressure={pressure}"), format!("rolling.axle={{ load = {load:?} }}")];
+        let settings: Vec<Setting> = tyre.iter().chain(&more).map(|text| Setting::parse(text).unwrap()).collect();
+        Scene::from_str_with(DEFAULT, "default", &settings).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    let (truck, bicycle, car) = ([3.2, 0.28, 0.24], [2.1, 0.148, 0.02], [1.95, 0.148, 0.109]);
+    for (size, pressure, load, is_meant) in [
+        (truck, 8.5e5, 5000.0, true),
+        (truck, 8.5e5, 30000.0, true),
+        (truck, 8.5e5, 3000.0, false),
+        (bicycle, 6e5, 300.0, true),
+        (bicycle, 6e5, 40.0, false),
+        (car, 0.5e5, 3400.0, true),
+        (car, 0.5e5, 34000.0, false),
+    ] {
+        let told = of(size, pressure, load);
+        let asked = told.lines().any(|line| line.contains("rolling.axle.load") && line.contains("hardly meant"));
+        assert_eq!(asked, !is_meant, "{load} N: {told}");
+    }
+}
+
+#[test]
+fn grooves_that_cross_too_often_are_refused_and_equal_pitches_are_looked_at_as_one() {
+    let lateral = |n: i32| {
+        let angle = if n % 2 == 0 { 80 } else { -80 };
+        format!("{{ from = -0.05, to = 0.05, width = 0.0003, depth = 0.006, angle = {angle}, offset = 0.0{n} }}")
+    };
+    let laterals = (1..=9).map(lateral).collect::<Vec<_>>().join(", ");
+    let of = |pitches: &str| {
+        let text = format!("{DEFAULT}\n[tread_pattern]\npitches = {pitches}\nlaterals = [{laterals}]\n");
+        Scene::from_str(&text, "crossing").map_or_else(|error| error.to_string(), |_| String::new())
+    };
+    let told = of("{ lengths = [0.0065], sequence = \"random\", count = 300 }");
+    assert!(told.contains("tread_pattern.laterals") && told.contains("cross each other"), "{told}");
+    assert_eq!(of("300"), "");
+}
+
+#[test]
 fn air_without_pressure_in_an_inflated_tyre_is_asked_about() {
     let told = about("tyre.cavity.density=1.2");
     assert!(told.contains("1.2 kg/m^3 is hardly meant") && told.contains("air at 220000 Pa"), "{told}");
@@ -70,9 +112,11 @@ fn air_without_pressure_in_an_inflated_tyre_is_asked_about() {
 
 #[test]
 fn angles_in_radians_are_asked_about_where_degrees_are_meant() {
-    for angle in ["1.5708", "-0.4363"] {
+    for angle in ["1.5708", "-0.4363", "1.309", "0.35", "1.2217"] {
         let told = about(&format!("tyre.layers[0].cords[0].angle_deg={angle}"));
         assert!(told.contains("from 1.6 to 90 degrees"), "{told}");
     }
-    assert_eq!(about("tyre.layers[0].cords[0].angle_deg=0.0"), "");
+    for angle in ["0.0", "1", "1.5", "-0.1", "1.1"] {
+        assert_eq!(about(&format!("tyre.layers[0].cords[0].angle_deg={angle}")), "");
+    }
 }

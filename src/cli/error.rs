@@ -89,7 +89,8 @@ impl CliError {
         match self {
             Self::Run(error) => match error {
                 RunError::Scene(_) | RunError::Road(_) | RunError::Slices(_) | RunError::Checkpoint(_) => USAGE,
-                RunError::Contact(_) | RunError::Plot(_) | RunError::Spectrum(_) | RunError::State(_) => FAILED,
+                RunError::Contact(_) | RunError::Impossible(_) => FAILED,
+                RunError::Plot(_) | RunError::Spectrum(_) | RunError::State(_) => FAILED,
                 RunError::Results(error) if error.is_refusal() => USAGE,
                 RunError::Results(_) | RunError::Kept { .. } => NOT_WRITABLE,
                 RunError::Interrupted { .. } => INTERRUPTED,

@@ -302,7 +302,7 @@ fn sound_table(sound: &SoundStudy) -> Table {
             worst.map_or("reference".to_owned(), |worst| format!("{:.2}", worst.worst)),
             worst.map_or(String::new(), |worst| worst.worst_band.to_string()),
             worst.map_or(String::new(), |worst| worst.receiver.clone()),
-            if point.differences.is_empty() { String::new() } else { format!("{:.2}", point.level_a()) },
+            point.level_a(),
             frequencies.to_string(),
             if all_kept { "kept".to_owned() } else { unknowns.to_string() },
             if all_kept { "kept".to_owned() } else { format!("{:.1}", point.seconds) },

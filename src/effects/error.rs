@@ -29,6 +29,9 @@ pub enum RunError {
     /// Error of the contact.
     #[error(transparent)]
     Contact(#[from] ContactError),
+    /// Energies that cannot be: the results are not those of any tyre.
+    #[error("{0}")]
+    Impossible(String),
     /// The results could not be written.
     #[error(transparent)]
     Results(#[from] ResultsError),

@@ -148,6 +148,7 @@ fn of_a_run(py: Python<'_>, error: run::RunError, text: String) -> PyErr {
         run::RunError::Checkpoint(CheckpointError::Io { source, .. }) => of_system(&source, text),
         run::RunError::Interrupted { .. } => PyKeyboardInterrupt::new_err(text),
         run::RunError::Contact(_)
+        | run::RunError::Impossible(_)
         | run::RunError::Plot(_)
         | run::RunError::Spectrum(_)
         | run::RunError::State(_)

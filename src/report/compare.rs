@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
-use serde_json::Value;
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
 
 use crate::effects::stored::{Spectrum, Stored};
 use crate::effects::{EFFECTS, Figure};
 use crate::response::ThirdOctaveBand;
+use crate::results::pass_by::PassBySummary;
 use crate::results::plots::four_digits;
-use crate::results::table::{Report, Table, aligned, csv, words};
+use crate::results::table::{Report, Table, aligned, csv, optional, words};
 use crate::sound::{Compared, CoveredBands};
 
 /// A setting whose values differ.
@@ -22,78 +23,128 @@ pub(crate) struct SettingDifference {
 }
 
 /// A figure of every result.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FigureComparison {
     /// Name of the figure.
     pub name: String,
     /// Its unit.
     pub unit: &'static str,
-    /// Values by result; `None` where a result lacks the figure.
-    pub values: Vec<Option<f64>>,
-    /// Bands of levels by result; empty for other figures.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub bands: Vec<Option<CoveredBands>>,
-    /// Differences from the first result; of levels over common bands, and `None` where these cannot be compared.
-    pub differences: Vec<Option<f64>>,
-    /// Differences in words.
-    #[serde(skip)]
-    pub told: Vec<String>,
+    /// By result; `None` where a result lacks the figure.
+    pub found: Vec<Option<FoundFigure>>,
+}
+
+/// A figure of one result.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FoundFigure {
+    /// Value, and bands and error of a level.
+    pub figure: Figure,
+    /// Passages of a maximum.
+    pub pass_by: Option<PassBySummary>,
+}
+
+impl FoundFigure {
+    fn bands(&self) -> Option<CoveredBands> {
+        self.figure.total.as_ref()?.covered()
+    }
+
+    fn error(&self) -> Option<f64> {
+        self.figure.total.as_ref()?.error
+    }
+
+    fn passages(&self) -> Option<usize> {
+        self.pass_by.as_ref().map(|pass_by| pass_by.passages)
+    }
+
+    fn standard_error(&self) -> Option<f64> {
+        self.pass_by.as_ref()?.standard_error
+    }
+
+    /// The value in words, that of a level with its error, its bands and the passages of a maximum.
+    fn text(&self) -> String {
+        let value = four_digits(self.figure.value);
+        let Some(level) = &self.figure.total else { return value };
+        let least = if level.is_lower_bound() { "at least " } else { "" };
+        let error = level.error.map_or(" (error not known)".to_owned(), |error| format!(" +- {error:.1}"));
+        let passages = self.passages().map_or_else(String::new, |passages| {
+            let error = self.standard_error().map_or("not known".to_owned(), |error| format!("{error:.1} dB"));
+            format!(", passages: {passages}, standard error {error}")
+        });
+        format!("{least}{value}{error}, {}{passages}", level.range())
+    }
 }
 
 impl FigureComparison {
-    /// Compares the figure of each result that has it.
-    fn of(name: &str, unit: &'static str, found: &[Option<&Figure>]) -> Self {
-        let first = found.first().copied().flatten();
-        let difference = |figure: &Option<&Figure>| {
-            let Some((first, figure)) = first.zip(*figure) else { return (None, String::new()) };
-            match first
-                .total
-                .as_ref()
-                .zip(figure.total.as_ref())
-                .map(|(first, other)| Compared::difference(other, first))
-            {
-                None if unit.starts_with("dB") => {
-                    let change = figure.value - first.value;
-                    (Some(change), format!("{change:+.2} dB"))
-                }
-                None if first.value.abs() > 0.0 => {
-                    let per_cent = 100.0 * (figure.value / first.value - 1.0);
-                    (Some(figure.value - first.value), format!("{per_cent:+.2} %"))
-                }
-                None => (Some(figure.value - first.value), String::new()),
-                Some(Ok((change, None))) => (Some(change), format!("{change:+.2} dB")),
-                Some(Ok((change, Some(bands)))) => (Some(change), format!("{change:+.2} dB, {bands}")),
-                Some(Err(why)) => (None, why.to_string()),
+    /// A property by result.
+    fn by_result<T>(&self, of: impl Fn(&FoundFigure) -> Option<T>) -> Vec<Option<T>> {
+        self.found.iter().map(|found| of(found.as_ref()?)).collect()
+    }
+
+    fn values(&self) -> Vec<Option<f64>> {
+        self.by_result(|found| Some(found.figure.value))
+    }
+
+    /// Difference of a result from the first one, also in words; of levels over common bands, and `None` where these
+    /// cannot be compared.
+    fn difference(&self, result: usize) -> (Option<f64>, String) {
+        let at = |result: usize| Some(&self.found.get(result)?.as_ref()?.figure);
+        let Some((first, figure)) = at(0).zip(at(result)) else { return (None, String::new()) };
+        let change = figure.value - first.value;
+        let levels = first.total.as_ref().zip(figure.total.as_ref());
+        match levels.map(|(first, other)| Compared::difference(other, first)) {
+            None if self.unit.starts_with("dB") => (Some(change), format!("{change:+.2} dB")),
+            None if first.value.abs() > 0.0 => {
+                let per_cent = 100.0 * (figure.value / first.value - 1.0);
+                (Some(change), format!("{per_cent:+.2} %"))
             }
-        };
-        let (differences, told) = found.iter().map(difference).unzip();
-        let is_level = found.iter().flatten().any(|figure| figure.total.is_some());
-        let bands = |figure: &Option<&Figure>| figure.as_ref()?.total.as_ref()?.covered();
-        Self {
-            name: name.to_owned(),
-            unit,
-            values: found.iter().map(|figure| figure.map(|figure| figure.value)).collect(),
-            bands: if is_level { found.iter().map(bands).collect() } else { Vec::new() },
-            differences,
-            told,
+            None => (Some(change), String::new()),
+            Some(Ok((change, None))) => (Some(change), format!("{change:+.2} dB")),
+            Some(Ok((change, Some(bands)))) => (Some(change), format!("{change:+.2} dB, {bands}")),
+            Some(Err(why)) => (None, why.to_string()),
         }
     }
 
     /// Whether the values are comparable as they are: levels of the same bands, none a lower bound.
     fn is_valid(&self) -> bool {
-        let alike = self.bands.windows(2).all(|pair| pair[0].map(|of| of.highest) == pair[1].map(|of| of.highest));
-        alike && self.bands.iter().flatten().all(|bands| !bands.lower_bound)
+        let bands: Vec<CoveredBands> = self.by_result(FoundFigure::bands).into_iter().flatten().collect();
+        let ends = |of: &CoveredBands| [of.lowest, of.highest].map(f64::to_bits);
+        let alike = bands.windows(2).all(|pair| ends(&pair[0]) == ends(&pair[1]));
+        alike && bands.iter().all(|bands| !bands.lower_bound)
     }
 
-    /// A value in words, with the bands of a level; empty if the result lacks the figure.
-    fn cell(&self, result: usize) -> String {
-        let Some(value) = self.values.get(result).copied().flatten() else { return String::new() };
-        let value = four_digits(value);
-        match self.bands.get(result).copied().flatten() {
-            Some(bands) if bands.lower_bound => format!("at least {value}, {}", bands.text()),
-            Some(bands) => format!("{value}, {}", bands.text()),
-            None => value,
+    /// Cells of [`FIGURE_COLUMNS`] of a result.
+    fn cells(&self, result: usize) -> [String; 7] {
+        let found = self.found.get(result).and_then(Option::as_ref);
+        let bands = found.and_then(FoundFigure::bands);
+        [
+            optional(found.and_then(FoundFigure::error)),
+            optional(found.and_then(FoundFigure::passages)),
+            optional(found.and_then(FoundFigure::standard_error)),
+            optional(bands.map(|bands| bands.lowest)),
+            optional(bands.map(|bands| bands.highest)),
+            optional(bands.map(|bands| u8::from(bands.lower_bound))),
+            optional(self.difference(result).0),
+        ]
+    }
+}
+
+/// Columns of each result behind the values; the result's name follows, as in `difference_NAME`.
+const FIGURE_COLUMNS: [&str; 7] =
+    ["level_error_db", "passages", "standard_error_db", "lowest_hz", "highest_hz", "lower_bound", "difference"];
+
+/// Lists by result; of figures that are no levels only values and differences.
+impl Serialize for FigureComparison {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let differences: Vec<_> = (0..self.found.len()).map(|result| self.difference(result).0).collect();
+        let mut record = json!({
+            "name": self.name, "unit": self.unit, "values": self.values(), "differences": differences,
+        });
+        if self.found.iter().flatten().any(|found| found.figure.total.is_some()) {
+            record["bands"] = json!(self.by_result(FoundFigure::bands));
+            record["errors"] = json!(self.by_result(FoundFigure::error));
+            record["passages"] = json!(self.by_result(FoundFigure::passages));
+            record["standard_errors"] = json!(self.by_result(FoundFigure::standard_error));
         }
+        record.serialize(serializer)
     }
 }
 
@@ -177,8 +228,9 @@ impl Comparison {
     pub(crate) fn figures_table(&self) -> Table {
         let rows = self.figures.iter().map(|figure| {
             let unit = if figure.unit.is_empty() { String::new() } else { format!(" [{}]", figure.unit) };
-            let others = (1..figure.values.len()).flat_map(|result| [figure.cell(result), figure.told[result].clone()]);
-            [format!("{}{unit}", figure.name), figure.cell(0)].into_iter().chain(others).collect::<Vec<_>>()
+            let cell = |result: usize| figure.found[result].as_ref().map_or_else(String::new, FoundFigure::text);
+            let others = (1..figure.found.len()).flat_map(|result| [cell(result), figure.difference(result).1]);
+            [format!("{}{unit}", figure.name), cell(0)].into_iter().chain(others).collect::<Vec<_>>()
         });
         aligned(self.header("figure".to_owned()), rows)
     }
@@ -198,7 +250,8 @@ impl Comparison {
         aligned(self.header(format!("{}, {title}", spectrum.quantity)), rows)
     }
 
-    /// Figures and levels in one table: a row each, a column for each result. Reading the numbers gives the same bits.
+    /// Figures and levels in one table: a row each, a column for each result, and behind these for each result
+    /// [`FIGURE_COLUMNS`], empty for third octaves. Reading the numbers gives the same bits.
     pub(crate) fn csv(&self) -> String {
         let header = ["quantity", "signal", "nominal_hz", "valid"].map(str::to_owned).into_iter();
         let number = |value: &Option<f64>| value.map_or(String::new(), |value| value.to_string());
@@ -206,17 +259,22 @@ impl Comparison {
             let quantity = format!("{} [{}]", figure.name, figure.unit);
             let valid = u8::from(figure.is_valid()).to_string();
             let lead = [quantity, String::new(), String::new(), valid].into_iter();
-            lead.chain(figure.values.iter().map(number)).collect::<Vec<_>>()
+            let values = figure.values();
+            let more = (0..values.len()).flat_map(|result| figure.cells(result));
+            lead.chain(values.iter().map(number)).chain(more).collect::<Vec<_>>()
         });
+        let columns = self.names.iter().flat_map(|name| FIGURE_COLUMNS.map(|column| format!("{column}_{name}")));
+        let empty = FIGURE_COLUMNS.len() * self.names.len();
         let bands = self.spectra.iter().flat_map(|spectrum| {
             spectrum.bands.iter().map(move |band| {
                 let valid = u8::from(band.valid).to_string();
                 let quantity = spectrum.quantity.to_owned();
                 let lead = [quantity, spectrum.name.clone(), band.nominal_hz.to_string(), valid].into_iter();
-                lead.chain(band.levels.iter().map(number)).collect::<Vec<_>>()
+                let levels = band.levels.iter().map(number);
+                lead.chain(levels).chain(std::iter::repeat_n(String::new(), empty)).collect::<Vec<_>>()
             })
         });
-        csv(header.chain(self.names.iter().cloned()), figures.chain(bands))
+        csv(header.chain(self.names.iter().cloned()).chain(columns), figures.chain(bands))
     }
 
     /// Titles: the first column's, the first result, then each other one with its difference.
@@ -284,9 +342,13 @@ fn figures(all: &[Stored]) -> Vec<FigureComparison> {
         }
     }
     let figure = |(name, unit): (&str, &'static str)| {
-        let of = |list: &'_ [Figure]| list.iter().position(|figure| figure.name == name);
-        let found: Vec<Option<&Figure>> = lists.iter().map(|list| of(list).map(|place| &list[place])).collect();
-        FigureComparison::of(name, unit, &found)
+        let found = |(list, stored): (&Vec<Figure>, &Stored)| {
+            let figure = list.iter().find(|figure| figure.name == name)?.clone();
+            let mut heard = stored.summary.sound.iter().flat_map(|sound| &sound.receivers);
+            let passed = heard.find(|heard| name == format!("level at {}, L_AFmax", heard.name));
+            Some(FoundFigure { figure, pass_by: passed.and_then(|heard| heard.pass_by.clone()) })
+        };
+        FigureComparison { name: name.to_owned(), unit, found: lists.iter().zip(all).map(found).collect() }
     };
     names.into_iter().map(figure).collect()
 }
@@ -331,20 +393,29 @@ fn spectrum(all: &[Stored], quantity: &'static str, name: &str) -> SpectrumCompa
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
     use crate::response::BandLevel;
     use crate::sound::TotalLevel;
 
+    fn comparison_of(name: &str, unit: &'static str, found: [Option<Figure>; 2]) -> FigureComparison {
+        let found = found.map(|figure| figure.map(|figure| FoundFigure { figure, pass_by: None }));
+        FigureComparison { name: name.to_owned(), unit, found: found.into() }
+    }
+
     fn figure(name: &str, unit: &'static str, values: [Option<f64>; 2]) -> FigureComparison {
-        let found = values.map(|value| Figure::of(name, unit, value));
-        FigureComparison::of(name, unit, &found.each_ref().map(Option::as_ref))
+        comparison_of(name, unit, values.map(|value| Figure::of(name, unit, value)))
     }
 
     fn level(name: &str, levels: [TotalLevel; 2]) -> FigureComparison {
-        let found = levels.map(|level| Figure::level(name, Some(level)));
-        FigureComparison::of(name, "dB(A)", &found.each_ref().map(Option::as_ref))
+        comparison_of(name, "dB(A)", levels.map(|level| Figure::level(name, Some(level))))
+    }
+
+    /// Maxima of which the second is of other bands and of two passages, 1 dB apart.
+    fn maxima(name: &str) -> FigureComparison {
+        let mut found = level(name, [level_of(3, 70.0).at_most(72.0), level_of(-11, 20.0).at_most(21.0)]);
+        let second = found.found[1].as_mut().unwrap();
+        second.pass_by = Some(PassBySummary::new(String::new(), &[20.5, 21.5], 1, 0.9));
+        found
     }
 
     /// Level whose bands fall by 5 dB each from 800 Hz on, valid up to number `valid_to`.
@@ -371,9 +442,9 @@ mod tests {
             }],
             figures: vec![
                 figure("mean force", "N", [Some(3400.0), Some(3417.0)]),
-                level("level at x", [level_of(3, 70.0), level_of(3, 71.5)]),
+                level("level at x", [TotalLevel { error: Some(0.2), ..level_of(3, 70.0) }, level_of(3, 71.5)]),
                 level("level at y", [level_of(3, 70.0), level_of(-11, 20.0)]),
-                level("level at z", [level_of(3, 70.0).at_most(72.0), level_of(-11, 20.0).at_most(21.0)]),
+                maxima("level at z"),
                 figure("contact area", "cm2", [None, Some(81.0)]),
             ],
             spectra: vec![SpectrumComparison {
@@ -393,15 +464,15 @@ mod tests {
             found.split_whitespace().collect::<Vec<_>>().join(" ")
         };
         assert_eq!(line("mean force"), "mean force [N] 3400 3417 +0.50 %");
-        let (all, few) = ("25 Hz - 2 kHz", "25 Hz - 80 Hz");
-        assert_eq!(line("level at x"), format!("level at x [dB(A)] 70.00, {all} 71.50, {all} +1.50 dB"));
+        let [all, few] = ["25 Hz - 2 kHz", "25 Hz - 80 Hz"].map(|bands| format!("(error not known), {bands}"));
+        let x = format!("level at x [dB(A)] 70.00 +- 0.2, 25 Hz - 2 kHz 71.50 {all} +1.50 dB");
+        assert_eq!(line("level at x"), x);
         // Levels of different bands are compared over the common ones, maxima not at all: those of 25 to 80 Hz hold
         // 51.19 dB less than all do, sum of 10^(-k/2) for k from 10 to 15 over that from -15 to 4.
-        let few_of = |level| format!("at least {level}, {few}");
-        let sum = format!("level at y [dB(A)] 70.00, {all} {} +1.19 dB, {few}", few_of("20.00"));
+        let sum = format!("level at y [dB(A)] 70.00 {all} at least 20.00 {few} +1.19 dB, 25 Hz - 80 Hz");
         assert_eq!(line("level at y"), sum);
-        let maxima = format!("level at z [dB(A)] 72.00, {all} {} maxima of different bands", few_of("21.00"));
-        assert_eq!(line("level at z"), maxima);
+        let passages = "passages: 2, standard error 0.5 dB maxima of different bands";
+        assert_eq!(line("level at z"), format!("level at z [dB(A)] 72.00 {all} at least 21.00 {few}, {passages}"));
         assert_eq!(line("contact area"), "contact area [cm2] 81.00");
         assert_eq!(line("100"), "100 10.00 9.00 -1.00");
         assert_eq!(line("125"), "125 (5.00)");
@@ -412,11 +483,26 @@ mod tests {
     fn the_csv_has_a_row_for_every_figure_and_band_and_a_column_for_every_result() {
         let text = comparison().csv();
         let rows: Vec<&str> = text.lines().collect();
-        assert_eq!(rows[0], "quantity,signal,nominal_hz,valid,a,b");
-        assert_eq!(rows[1], "mean force [N],,,1,3400,3417");
-        assert_eq!((rows[2], rows[3]), ("level at x [dB(A)],,,1,70,71.5", "level at y [dB(A)],,,0,70,20"));
-        assert_eq!(rows[6], "Contact force level [dB re 1 N],,100,1,10,9");
-        assert_eq!((rows[7], rows.len()), ("Contact force level [dB re 1 N],,125,0,5,", 8));
+        let columns = |name: &str| FIGURE_COLUMNS.map(|column| format!("{column}_{name}")).join(",");
+        assert_eq!(rows[0], format!("quantity,signal,nominal_hz,valid,a,b,{},{}", columns("a"), columns("b")));
+        assert_eq!(rows[1], "mean force [N],,,1,3400,3417,,,,,,,0,,,,,,,17");
+        assert_eq!(rows[2], "level at x [dB(A)],,,1,70,71.5,0.2,,,25,2000,0,0,,,,25,2000,0,1.5");
+        assert!(rows[3].starts_with("level at y [dB(A)],,,0,70,20,,,,25,2000,0,0,,,,25,80,1,1.187"), "{}", rows[3]);
+        assert_eq!(rows[4], "level at z [dB(A)],,,0,72,21,,,,25,2000,0,0,,2,0.5,25,80,1,");
+        let none = ",".repeat(2 * FIGURE_COLUMNS.len());
+        assert_eq!(rows[6], format!("Contact force level [dB re 1 N],,100,1,10,9{none}"));
+        assert_eq!((rows[7], rows.len()), (&*format!("Contact force level [dB re 1 N],,125,0,5,{none}"), 8));
+    }
+
+    #[test]
+    fn the_json_has_lists_by_result_and_those_of_levels_only_for_levels() {
+        let record = json!(comparison());
+        let [force, _, _, maxima, area] = &record["figures"].as_array().unwrap()[..] else { panic!("five figures") };
+        assert_eq!((&force["values"], &force["differences"]), (&json!([3400.0, 3417.0]), &json!([0.0, 17.0])));
+        assert_eq!((&area["values"], &area["bands"]), (&json!([null, 81.0]), &Value::Null));
+        assert_eq!((&maxima["errors"], &maxima["passages"]), (&json!([null, null]), &json!([null, 2])));
+        assert_eq!((&maxima["standard_errors"], &maxima["differences"]), (&json!([null, 0.5]), &json!([0.0, null])));
+        assert_eq!(maxima["bands"][1]["highest"], json!(80.0));
     }
 
     #[test]

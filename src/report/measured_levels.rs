@@ -160,7 +160,7 @@ impl MeasuredLevels {
         }
         comparison.names.insert(number, self.name.clone());
         comparison.settings.iter_mut().for_each(|setting| setting.values.insert(number, String::new()));
-        comparison.figures.iter_mut().for_each(|figure| figure.values.insert(number, None));
+        comparison.figures.iter_mut().for_each(|figure| figure.found.insert(number, None));
         let results = comparison.names.len();
         for spectrum in &mut comparison.spectra {
             let column = placed.iter().find(|(name, _)| spectrum.quantity == SOUND_LEVEL && *name == spectrum.name);
@@ -198,8 +198,11 @@ impl MeasuredLevels {
 
 #[cfg(test)]
 mod tests {
-    use super::super::compare::SpectrumComparison;
+    use super::super::compare::{FigureComparison, FoundFigure, SpectrumComparison};
     use super::*;
+    use crate::effects::Figure;
+    use crate::response::BandLevel;
+    use crate::sound::TotalLevel;
 
     fn comparison(receivers: &[&str]) -> Comparison {
         let band = |nominal_hz| BandComparison { nominal_hz, levels: vec![Some(60.0)], valid: true };
@@ -211,10 +214,18 @@ mod tests {
         Comparison {
             names: vec!["run".into()],
             settings: Vec::new(),
-            figures: Vec::new(),
+            figures: vec![level()],
             spectra: receivers.iter().map(spectrum).collect(),
             notes: Vec::new(),
         }
+    }
+
+    /// A level of 60 dB(A), of the band of 1 kHz.
+    fn level() -> FigureComparison {
+        let band = BandLevel { band: ThirdOctaveBand(0), mean_square: 1.0, level: 60.0, valid: true };
+        let figure = Figure::level("level", TotalLevel::of(vec![band])).unwrap();
+        let found = vec![Some(FoundFigure { figure, pass_by: None })];
+        FigureComparison { name: "level".to_owned(), unit: "dB(A)", found }
     }
 
     fn beside(text: &str, receivers: &[&str]) -> Result<Comparison, String> {
@@ -247,6 +258,24 @@ mod tests {
         assert!(plain.notes[0].contains("unweighted, since its title does not say A"), "{:?}", plain.notes);
         let two = beside("Hz,level left dB(A),level right dB(A)\n500,50,51\n1000,52,53\n", &["right", "left"]).unwrap();
         assert_eq!([rows(&two, 0)[0].1, rows(&two, 1)[1].1], [Some(51.0), Some(52.0)]);
+    }
+
+    #[test]
+    fn figures_that_a_measurement_lacks_are_empty_and_differ_from_nothing() {
+        for number in [0, 1] {
+            let mut all = comparison(&["right"]);
+            let measured = MeasuredLevels::read(b"frequency_hz,level_db_a\n500,58.5\n", "meter.csv".to_owned());
+            measured.unwrap().put_into(&mut all, number).unwrap();
+            let told = all.report().to_string();
+            let line = told.lines().find(|line| line.trim_start().starts_with("level [dB(A)]")).unwrap();
+            assert!(line.contains("at least 60.00 (error not known), 1 kHz - 1 kHz") && !line.contains('+'), "{line}");
+            let figure = &serde_json::json!(all)["figures"][0];
+            let places = ["values", "differences", "bands", "errors"].map(|key| figure[key].as_array().unwrap().len());
+            assert_eq!((places, figure["values"][number].is_null()), ([2; 4], true), "{figure}");
+            let csv = all.csv();
+            let columns: Vec<usize> = csv.lines().map(|line| line.split(',').count()).collect();
+            assert_eq!(columns, [20; 4], "{csv}");
+        }
     }
 
     #[test]

@@ -18,9 +18,10 @@ use crate::study::sweep::{Done, Label, RepeatedTable, StoredSweep, blocks};
 const MOST_SOUND: usize = 24 << 20;
 
 /// Caption of levels against what is varied.
-const LEVELS: &str = "Levels in dB: at the receivers A-weighted, the maximum of a pass-by or else the mean; \
-                      of the contact force over all bands that the run vouches for. Several seeds are one point, \
-                      their mean; its bar is the 95 % interval of that mean.";
+const LEVELS: &str = "Levels in dB, over the bands that every run vouches for, so that they may differ from those of \
+                      the tables: at the receivers A-weighted, the maximum of a pass-by or else the mean; of the \
+                      contact force. Several seeds are one point, their mean; its bar is the 95 % interval of that \
+                      mean. Without a bar the interval is not known: a single run.";
 
 impl StoredSweep {
     /// HTML page of the sweep.

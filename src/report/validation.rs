@@ -9,7 +9,10 @@ use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series, four_digits};
 use crate::results::table::{Report, Table, words};
 use crate::scene::NamedTexture;
-use crate::study::validation::{Group, Measured, Missing, PUBLISHED_SPEEDS, Row, Summary, Verdict, summaries};
+use crate::sound::TotalLevel;
+use crate::study::validation::{
+    Group, HeardRun, Measured, Missing, PUBLISHED_SPEEDS, Row, Summary, Verdict, summaries,
+};
 
 /// Lines of a Markdown file between which the section is placed.
 pub(crate) const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
@@ -38,6 +41,7 @@ fn outside(row: &Row) -> String {
         Verdict::Inside => "0".to_owned(),
         Verdict::Below(by) => format!("-{}", value(by)),
         Verdict::Above(by) => format!("+{}", value(by)),
+        Verdict::Unknown if row.is_bound() => "a bound".to_owned(),
         Verdict::Unknown => String::new(),
     }
 }
@@ -69,13 +73,17 @@ fn whole(rows: &[Row]) -> Table {
 
 /// Counts of a group, for a cell.
 fn inside(summary: &Summary) -> String {
-    if summary.known == 0 {
+    let Summary { rows, known, bounds, inside, .. } = *summary;
+    if known + bounds == 0 {
         return "not computed".to_owned();
     }
-    let unknown = summary.rows - summary.known;
-    let unknown = if unknown > 0 { format!(", {unknown} not computed") } else { String::new() };
     let met = if summary.group == Group::Targets { " met" } else { "" };
-    format!("{} of {}{met}{unknown}", summary.inside, summary.known)
+    let counts = [
+        (known, format!("{inside} of {known}{met}")),
+        (bounds, format!("{bounds} only a bound")),
+        (rows - known - bounds, format!("{} not computed", rows - known - bounds)),
+    ];
+    counts.into_iter().filter(|(count, _)| *count > 0).map(|(_, words)| words).collect::<Vec<_>>().join(", ")
 }
 
 fn worst(summary: &Summary, rows: &[Row]) -> String {
@@ -102,6 +110,20 @@ pub(crate) fn report(title: &str, rows: &[Row]) -> Report {
     report
 }
 
+/// A run as JSON, with bands, bound and error of its levels, and the passages of the maximum.
+fn run(run: &HeardRun) -> Value {
+    let mut record = json!(run);
+    for (name, level) in [("coast_by", &run.coast_by), ("cpx", &run.cpx)] {
+        let bands = level.as_ref().and_then(TotalLevel::covered);
+        record[format!("{name}_range_hz")] = json!(bands.map(|bands| [bands.lowest, bands.highest]));
+        record[format!("{name}_lower_bound")] = json!(bands.map(|bands| bands.lower_bound));
+        record[format!("{name}_error")] = json!(level.as_ref().and_then(|level| level.error));
+    }
+    record["coast_by_passages"] = json!(run.pass_by.as_ref().map(|pass_by| pass_by.passages));
+    record["coast_by_standard_error"] = json!(run.pass_by.as_ref().and_then(|pass_by| pass_by.standard_error));
+    record
+}
+
 /// A validation as JSON: rows, groups, tyre, runs.
 pub(crate) fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
     let row = |row: &Row| {
@@ -115,7 +137,7 @@ pub(crate) fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
         "rows": rows.iter().map(row).collect::<Vec<_>>(),
         "groups": summaries(rows),
         "tyre": measured.tyre,
-        "runs": measured.runs,
+        "runs": measured.runs.iter().map(run).collect::<Vec<_>>(),
         "load": measured.load,
     })
 }
@@ -255,7 +277,11 @@ pub(crate) fn page(title: &str, rows: &[Row], pictures: &[(&'static str, String,
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
+    use crate::response::BandLevel;
+    use crate::results::pass_by::PassBySummary;
     use crate::study::validation::{Lacks, Published, StandingTyre, rows};
 
     fn nothing() -> Measured {
@@ -279,6 +305,32 @@ mod tests {
         for source in ["NCHRP 630", "Nord2000", "748A", "captif", "10844"] {
             assert!(page.contains(source), "{source}");
         }
+    }
+
+    #[test]
+    fn a_level_of_few_bands_is_a_bound_in_every_count_and_has_its_bands_and_error_in_the_json() {
+        let band = |n: i32| BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level: 50.0, valid: true };
+        let level = |error| Some(TotalLevel { error, ..TotalLevel::of((-16..=-11).map(band).collect()).unwrap() });
+        let mut measured = nothing();
+        measured.runs.push(HeardRun {
+            texture: NamedTexture::DenseAsphalt11,
+            speed_kmh: 80.0,
+            coast_by: level(Some(0.4)),
+            pass_by: Some(PassBySummary::new(String::new(), &[50.0], 1, 0.9)),
+            cpx: level(None),
+            coast_by_bands: BTreeMap::new(),
+            cpx_bands: BTreeMap::new(),
+            rolling_resistance: None,
+        });
+        let rows = rows(&measured, &Published::embedded());
+        let told = report("A tyre", &rows).to_string();
+        assert!(told.contains("at least 57.8") && told.contains("1 only a bound, "), "{told}");
+        assert!(markdown(&rows).contains("1 only a bound, "));
+        let run = &record("A tyre", &rows, &measured)["runs"][0];
+        assert_eq!((&run["coast_by_range_hz"], &run["coast_by_lower_bound"]), (&json!([25.0, 80.0]), &json!(true)));
+        assert_eq!((&run["coast_by_error"], &run["cpx_error"]), (&json!(0.4), &Value::Null));
+        assert_eq!((&run["coast_by_passages"], &run["coast_by_standard_error"]), (&json!(1), &Value::Null));
+        assert!(run["coast_by"].is_number() && run["cpx_range_hz"].is_array());
     }
 
     #[test]

@@ -275,6 +275,8 @@ pub struct RatedLevel {
     pub passed: bool,
     /// Level \[dB(A)\] with its bands; `None` where the run is too short for a passage, or no band is valid.
     pub level: Option<TotalLevel>,
+    /// Passages of a maximum.
+    pub(crate) pass_by: Option<PassBySummary>,
 }
 
 impl RatedLevel {
@@ -292,7 +294,7 @@ impl ReceiverSummary {
             Some(pass_by) => self.mean(bands).map(|mean| mean.at_most(pass_by.maximum)),
             None => self.mean(bands).filter(|_| !passed),
         };
-        RatedLevel { name: self.name.clone(), passed, level }
+        RatedLevel { name: self.name.clone(), passed, level, pass_by: self.pass_by.clone() }
     }
 
     /// Mean level, given the A-weighted third octaves of the receiver.

@@ -8,7 +8,7 @@
 
 mod cells;
 pub(crate) mod checkpoint;
-mod energy;
+pub(crate) mod energy;
 mod friction;
 pub(crate) mod in_memory;
 mod look_back;

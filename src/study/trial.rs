@@ -18,8 +18,9 @@ use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
 use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
 use crate::results::sound::{RatedLevel, ReceiverSpectrum};
-use crate::results::summary::RollingResistance;
+use crate::results::summary::{Outcome, RollingResistance};
 use crate::run::RunError;
+use crate::run::energy::impossible_energy;
 use crate::run::{Results, Setup, Simulation};
 use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;
@@ -238,6 +239,18 @@ impl<'a> Trials<'a> {
         let indentation = run.indentation(plan.steps - 1);
         look(&run);
         let results = run.finish();
+        let outcome = Outcome {
+            mean_force: results.mean_force,
+            mean_contact_length: results.mean_contact_length,
+            indentation: Some(indentation),
+            rolling_resistance: results.rolling_resistance,
+            friction: results.friction,
+            ..Outcome::default()
+        };
+        if let Some(why) = impossible_energy(&plan.scene, &outcome) {
+            let run = self.shared.as_ref().map_or_else(String::new, |shared| format!("{}: ", shared.name));
+            return Err(RunError::Impossible(format!("{run}{why}")));
+        }
         let spectrum = results.spectrum.as_ref();
         let levels = spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0));
         Ok(Trial { plan, rule: scene.numerics.time_rule, force, indentation, results, levels, seconds })

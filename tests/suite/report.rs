@@ -337,16 +337,17 @@ fn results_are_compared_with_the_first_and_with_themselves() {
     let keys: Vec<&str> = of_both.settings.iter().map(|setting| setting.key.as_str()).collect();
     assert!(keys.contains(&"rolling.speed_kmh") && keys.contains(&"receiver[0].standard"), "{keys:?}");
     let force = of_both.figures.iter().find(|figure| figure.name == "mean force").unwrap();
-    assert!(force.values.iter().all(|value| value.is_some_and(|force| (2000.0..4000.0).contains(&force))));
+    let is_plausible = |found: &f64| (2000.0..4000.0).contains(found);
+    assert!(force.found.iter().all(|found| found.as_ref().is_some_and(|found| is_plausible(&found.figure.value))));
     let same = Comparison::of(&open(&[folders[1].clone(), folders[1].clone()]));
     assert!(same.settings.is_empty());
-    assert!(same.figures.iter().all(|figure| figure.values[0] == figure.values[1]));
+    assert!(same.figures.iter().all(|figure| figure.found[0] == figure.found[1]));
 
     let run = |arguments: &[&str]| tyrewave(folder.path(), &[&["compare", "slow", "fast"][..], arguments].concat());
     let json: Value = serde_json::from_slice(&run(&["--json"]).stdout).unwrap();
     assert_eq!(json["names"], serde_json::json!(["slow", "fast"]));
     let csv = String::from_utf8(run(&["--csv"]).stdout).unwrap();
-    assert!(csv.starts_with("quantity,signal,nominal_hz,valid,slow,fast\n"), "{csv}");
+    assert!(csv.starts_with("quantity,signal,nominal_hz,valid,slow,fast,"), "{csv}");
     let table = String::from_utf8(run(&[]).stdout).unwrap();
     assert!(table.contains("rolling.speed_kmh") && table.contains("difference"), "{table}");
 }

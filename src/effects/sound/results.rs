@@ -262,13 +262,15 @@ impl SoundObserver {
             let error = self.level_a_error(heard, &levels);
             let level = levels.overall_a;
             let mean = TotalLevel::of(levels.a_weighted).map(|mean| TotalLevel { level, error, ..mean });
-            let level = match self.passing(heard) {
-                Some((passing, found)) => mean
-                    .zip(found.ok())
-                    .map(|(mean, found)| mean.at_most(passing.summary(String::new(), &found.levels).maximum)),
-                None => mean,
+            let (level, pass_by) = match self.passing(heard) {
+                Some((passing, found)) => {
+                    let pass_by = found.ok().map(|found| passing.summary(String::new(), &found.levels));
+                    let level = mean.zip(pass_by.as_ref()).map(|(mean, pass_by)| mean.at_most(pass_by.maximum));
+                    (level, pass_by)
+                }
+                None => (mean, None),
             };
-            RatedLevel { name: heard.name.clone(), passed: heard.is_passed(), level }
+            RatedLevel { name: heard.name.clone(), passed: heard.is_passed(), level, pass_by }
         };
         self.sound.heard.iter().zip(spectra).map(one).collect()
     }

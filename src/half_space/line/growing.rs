@@ -58,8 +58,8 @@ impl GrowingContact {
             let y = f64::max(touch, last);
             if touch.is_infinite() {
                 break;
-            // The next cell to touch becomes pivot k.
             }
+            // The next cell to touch becomes pivot k.
             last = y;
             // Step 2 of the head, then step 3 for the cells left.
             self.exchange(n, k, k + next);

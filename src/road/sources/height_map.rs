@@ -47,6 +47,7 @@ pub struct HeightMap {
 }
 
 impl HeightMap {
+    /// Heights along the road in each column.
     pub fn rows(&self) -> usize {
         self.heights.len() / self.columns.max(1)
     }

@@ -64,9 +64,20 @@ impl SoundPoint {
         self.differences.iter().max_by(|a, b| a.worst.total_cmp(&b.worst))
     }
 
-    /// Largest magnitude of the differences of the A-weighted level over the receivers \[dB(A)\]; 0 without a passage.
-    pub(crate) fn level_a(&self) -> f64 {
-        self.differences.iter().filter_map(|of| of.level_a).map(f64::abs).fold(0.0, f64::max)
+    /// Largest magnitude of the differences of the A-weighted level over the receivers \[dB(A)\], for a cell: a lower
+    /// bound if that of some is not known, and `-` if that of all is not; empty for the reference.
+    pub(crate) fn level_a(&self) -> String {
+        largest_level_a(&self.differences)
+    }
+}
+
+fn largest_level_a(differences: &[SoundDifference]) -> String {
+    let known = || differences.iter().filter_map(|of| of.level_a).map(f64::abs);
+    let least = if known().count() < differences.len() { "at least " } else { "" };
+    match known().reduce(f64::max) {
+        Some(largest) => format!("{least}{largest:.2}"),
+        None if differences.is_empty() => String::new(),
+        None => "-".to_owned(),
     }
 }
 
@@ -228,4 +239,17 @@ fn differences(found: &HeardSound, reference: &HeardSound) -> Vec<SoundDifferenc
         SoundDifference { receiver: reference.name.clone(), worst, worst_band, level_a }
     };
     found.receivers.iter().zip(&reference.receivers).zip(level_a).map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_that_is_not_known_is_not_0() {
+        let of = |level_a| SoundDifference { receiver: String::new(), worst: 1.0, worst_band: 100.0, level_a };
+        let cell = |levels: &[Option<f64>]| largest_level_a(&levels.iter().map(|level| of(*level)).collect::<Vec<_>>());
+        assert_eq!([cell(&[]), cell(&[None, None])], ["", "-"]);
+        assert_eq!([cell(&[Some(0.1), Some(-0.25)]), cell(&[None, Some(0.25)])], ["0.25", "at least 0.25"]);
+    }
 }

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::effects::stored::{Stored, StoredError};
-use crate::response::{BandLevel, ThirdOctaveBand};
+use crate::response::{BandLevel, LevelErrors, ThirdOctaveBand};
 use crate::results::sound::{SOUND_FILE, SOUND_LEVEL};
 use crate::scene::Vehicle;
 use crate::sound::levels::energetic_sum;
@@ -59,6 +59,8 @@ pub(super) struct Heard {
     pub speed: f64,
     /// Third octaves of the sound power of four tyres \[dB re 1 pW\], from the sources of CNOSSOS-EU and of Nord2000.
     pub power: [Vec<BandLevel>; 2],
+    /// Errors of these, but for those of the models' sources.
+    pub errors: LevelErrors,
     /// Maximum of the passage \[dB(A)\], with its bands.
     pub maximum: Option<TotalLevel>,
     /// Number of passages that the maximum is averaged over, and the standard error of that mean \[dB\], where it is
@@ -91,13 +93,15 @@ pub(super) fn listen(label: &Label, run: &Stored) -> Result<Vec<Heard>, Emission
                 };
                 levels.iter().map(one).collect()
             });
-            let weighted = run.spectrum(SOUND_LEVEL, &heard.name).map_or(&[][..], |spectrum| &spectrum.levels);
+            let spectrum = run.spectrum(SOUND_LEVEL, &heard.name);
+            let weighted = spectrum.map_or(&[][..], |spectrum| &spectrum.levels);
             all.push(Heard {
                 group: label.settings_beside_speed(),
                 receiver: heard.name.clone(),
                 tyres: heard.tyres(),
                 speed,
                 power,
+                errors: spectrum.map(|spectrum| spectrum.errors.clone()).unwrap_or_default(),
                 maximum: summary.rated(weighted).level,
                 passages: summary.pass_by.as_ref().map(|pass_by| (pass_by.passages, pass_by.standard_error)),
             });

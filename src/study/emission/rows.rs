@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use super::heard::{Heard, octaves};
-use crate::response::BandLevel;
+use crate::response::{BandLevel, ThirdOctaveBand};
 use crate::scene::Vehicle;
 use crate::sound::{Compared, SpeedCoefficient, TotalLevel};
+use crate::study::sweep::repeated::largest;
 
 /// Speeds that UN R117 permits for car tyres \[km/h\].
 const R117_SPEEDS: std::ops::RangeInclusive<f64> = 70.0..=90.0;
@@ -67,6 +68,8 @@ pub(crate) struct EmissionRow {
     pub speeds: [f64; 2],
     /// True if the band is valid in every run.
     pub valid: bool,
+    /// Largest error of a level by numerics and slices \[dB\], if that of every level is known.
+    pub error: Option<f64>,
     /// Passages of a maximum, of the run with the fewest, and the largest standard error of a level \[dB\] if that of
     /// every level is known.
     pub passages: Option<(usize, Option<f64>)>,
@@ -78,6 +81,7 @@ struct Point {
     speed: f64,
     level: f64,
     valid: bool,
+    error: Option<f64>,
 }
 
 /// Rows of one group at one receiver, from its runs.
@@ -101,30 +105,31 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
             ],
             speeds: [speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max)],
             valid: points.iter().all(|point| point.valid),
+            error: largest(points.iter().map(|point| point.error)),
             passages: None,
         })
     };
-    // Points of each band from all runs, bands rising.
-    let banded = |model: EmissionModel, bands: &dyn Fn(&Heard) -> Vec<BandLevel>| -> Vec<EmissionRow> {
-        let spectra: Vec<(f64, Vec<BandLevel>)> = heard.iter().map(|of| (of.speed, bands(of))).collect();
+    // Points of each band from all runs, bands rising; a band reaches over so many third octaves on either side.
+    let banded = |model: EmissionModel, reach: i32, bands: &dyn Fn(&Heard) -> Vec<BandLevel>| -> Vec<EmissionRow> {
+        let spectra: Vec<(&Heard, Vec<BandLevel>)> = heard.iter().map(|of| (*of, bands(of))).collect();
         let mut numbers: Vec<_> = spectra.iter().flat_map(|(_, bands)| bands).map(|of| of.band).collect();
         numbers.sort_unstable();
         numbers.dedup();
-        let points = |band| -> Vec<Point> {
-            let of_run = |(speed, bands): &(f64, Vec<BandLevel>)| {
+        let points = |band: ThirdOctaveBand| -> Vec<Point> {
+            let of_run = |(heard, bands): &(&Heard, Vec<BandLevel>)| {
                 let of = bands.iter().find(|of| of.band == band)?;
-                Some(Point { speed: *speed, level: of.level, valid: of.valid })
+                let thirds = (band.0 - reach..=band.0 + reach).map(ThirdOctaveBand);
+                let error = largest(thirds.map(|third| heard.errors.total(third)));
+                Some(Point { speed: heard.speed, level: of.level, valid: of.valid, error })
             };
             spectra.iter().filter_map(of_run).collect()
         };
-        let one = |band: crate::response::ThirdOctaveBand| {
-            row(model, Some(band.nominal_frequency()), Vehicle::TYRES, points(band))
-        };
+        let one = |band: ThirdOctaveBand| row(model, Some(band.nominal_frequency()), Vehicle::TYRES, points(band));
         numbers.into_iter().filter_map(one).collect()
     };
-    let mut all = banded(EmissionModel::CnossosEu, &|of| octaves(&of.power[0]));
+    let mut all = banded(EmissionModel::CnossosEu, 1, &|of| octaves(&of.power[0]));
     let in_nord2000 = |of: &BandLevel| NORD2000_BANDS.contains(&of.band.0);
-    all.extend(banded(EmissionModel::Nord2000, &|of| of.power[1].iter().copied().filter(in_nord2000).collect()));
+    all.extend(banded(EmissionModel::Nord2000, 0, &|of| of.power[1].iter().copied().filter(in_nord2000).collect()));
     let maximum = row(EmissionModel::UnR117, None, heard[0].tyres, maxima(heard).unwrap_or_default());
     let passed = heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
     let larger = |a: Option<f64>, b: Option<f64>| Some(a?.max(b?));
@@ -146,9 +151,14 @@ fn maxima(heard: &[&Heard]) -> Result<Vec<Point>, String> {
         return Ok(Vec::new());
     }
     let compared = Compared::for_growth(&levels)?;
-    let valid = levels.iter().map(|level| !level.is_lower_bound());
-    let points = speeds.into_iter().zip(compared.levels).zip(valid);
-    Ok(points.map(|((speed, level), valid)| Point { speed, level, valid }).collect())
+    let points = speeds.into_iter().zip(compared.levels).zip(&levels);
+    let point = |((speed, level), of): ((f64, f64), &&TotalLevel)| Point {
+        speed,
+        level,
+        valid: !of.is_lower_bound(),
+        error: of.error,
+    };
+    Ok(points.map(point).collect())
 }
 
 /// Why a receiver has no row of UN R117 if its maxima cannot be compared.
@@ -163,7 +173,7 @@ pub(super) fn no_maxima(heard: &[&Heard]) -> Option<String> {
 mod tests {
     use super::super::heard::tests::bands;
     use super::*;
-    use crate::response::ThirdOctaveBand;
+    use crate::response::LevelErrors;
 
     /// A maximum whose bands are loudest at 800 Hz and end with band `last`.
     fn maximum(last: i32, level: f64) -> TotalLevel {
@@ -203,6 +213,7 @@ mod tests {
                 tyres: 1,
                 speed,
                 power: [power.clone(), power],
+                errors: LevelErrors { numerical: Some((90.0, 0.5)), ..LevelErrors::default() },
                 maximum: Some(maximum(0, 70.5 + 31.0 * (speed / 80.0).log10() + off)),
                 passages: Some((4, Some(0.01 * speed))),
             }
@@ -226,6 +237,7 @@ mod tests {
             assert!(off.iter().all(|off| off.abs() < 1e-9), "{row:?}");
             assert!(row.line.slope.residual < 1e-9 && row.valid == (band < 3.0) && row.tyres == 4);
             assert_eq!((row.runs, row.speeds), ([5, 1, 3], [50.0, 110.0]));
+            assert_eq!(row.error, (band > -10.5).then_some(0.5), "{row:?}");
         }
         // Octaves end where a third octave is missing: the run goes up to 2.5 kHz.
         let cnossos = model(EmissionModel::CnossosEu);
@@ -234,6 +246,7 @@ mod tests {
             [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0]
         );
         assert_eq!(cnossos.iter().map(|row| row.valid).collect::<Vec<_>>(), [true, true, true, true, true, false]);
+        assert_eq!(cnossos.iter().map(|row| row.error).take(2).collect::<Vec<_>>(), [None, Some(0.5)]);
         // At v_ref an octave is the sum of its three lines.
         let exact = 10.0 * [89.0, 90.0, 91.0].map(|level: f64| 10.0_f64.powf(0.1 * level)).iter().sum::<f64>().log10();
         assert!((cnossos[4].line.reference_level - exact).abs() < 0.02, "{:?}", cnossos[4]);
@@ -242,7 +255,7 @@ mod tests {
         assert!((r117.line.reference_level - 70.5).abs() < 1e-9);
         assert!((r117.line.slope.decibels_per_decade - 31.0).abs() < 1e-8);
         assert_eq!((r117.runs, r117.speeds, r117.tyres, r117.valid), ([3, 1, 1], [70.0, 90.0], 1, false));
-        assert_eq!(r117.passages, Some((4, Some(0.9))));
+        assert_eq!((r117.passages, r117.error), (Some((4, Some(0.9))), None));
         let mut single = runs(&[70.0, 80.0, 90.0], &[0.0; 3]);
         single[0].passages = Some((1, None));
         assert_eq!(of(&single).last().unwrap().passages, Some((1, None)), "an error that is not known is none of 0");

@@ -12,15 +12,16 @@ pub(crate) const EMISSION_HEAD: &str = "group,receiver,model,nominal_hz,referenc
                                         valid";
 
 /// Columns behind those of [`EMISSION_HEAD`].
-const STATISTICS: [&str; 2] = ["passages", "standard_error_db"];
+const STATISTICS: [&str; 3] = ["passages", "standard_error_db", "level_error_db"];
 
 /// Number of runs that UN R117 asks for on either side of its reference speed.
 const R117_RUNS: usize = 4;
 
 impl Emission {
-    /// All rows as CSV; reading the numbers gives the same bits. Errors are half of the 95 % interval, empty for two
-    /// runs. The last columns are the fewest passages that a maximum is the mean of, and the largest standard error of
-    /// such a mean, empty where one is not known.
+    /// All rows as CSV; reading the numbers gives the same bits. Errors of A and B are half of the 95 % interval by
+    /// scatter alone, empty for two runs. The last columns are the fewest passages that a maximum is the mean of, the
+    /// largest standard error of such a mean, and the largest error of a level by numerics and slices; the errors are
+    /// empty where one is not known.
     pub(crate) fn csv(&self) -> String {
         let rows = self.rows.iter().map(|of| {
             let (model, reference, line) = (of.model.name(), of.model.reference_speed(), &of.line);
@@ -48,6 +49,7 @@ impl Emission {
                 &valid,
                 &passages,
                 &error,
+                &optional(of.error),
             ])
         });
         csv(EMISSION_HEAD.split(',').chain(STATISTICS), rows)
@@ -74,6 +76,7 @@ impl Emission {
                 "valid": of.valid,
                 "passages": of.passages.map(|of| of.0),
                 "standard_error_db": of.passages.and_then(|of| of.1),
+                "level_error_db": of.error,
             })
         };
         json!({
@@ -97,15 +100,31 @@ impl Emission {
             let place = [first.group.as_str(), first.receiver.as_str()].map(str::to_owned);
             let place: Vec<String> = place.into_iter().filter(|text| !text.is_empty()).collect();
             report.text(format!("{}: {}\n", place.join(", "), first.model.title()));
-            let header = ["Hz", "A dB", "+-", "B dB/decade", "+-", "rms dB", "runs", "km/h"];
+            let header = ["Hz", "A dB", "+- scatter", "B dB/decade", "+- scatter", "rms dB", "runs", "km/h"];
             report.table(numbers(header, rows.iter().map(cells)));
+            report.text(errors(rows));
             report.text(first.note());
         }
-        report.text("\n+-: half of the 95 % interval; in brackets: not vouched for by every run\n");
+        report.text(
+            "\n+- scatter: half of the 95 % interval by the scatter of the runs about the line, without errors of the \
+             levels themselves; in brackets: not vouched for by every run\n",
+        );
         self.missing.iter().for_each(|missing| report.text(format!("{missing}\n")));
         EmissionModel::ALL.map(EmissionModel::note).iter().for_each(|note| report.text(format!("{note}\n")));
         report
     }
+}
+
+/// Sentence on the errors of the levels behind the rows that are valid.
+fn errors(rows: &[EmissionRow]) -> String {
+    let valid = || rows.iter().filter(|row| row.valid);
+    let unknown = valid().filter(|row| row.error.is_none()).count();
+    let largest = match valid().filter_map(|row| row.error).reduce(f64::max) {
+        None => "not known".to_owned(),
+        Some(error) if unknown == 0 => format!("at most {error:.1} dB"),
+        Some(error) => format!("at most {error:.1} dB, not known in {unknown} of the bands"),
+    };
+    format!("numerical error of the levels, slices included: {largest}\n")
 }
 
 /// Cells of a row, in brackets where it is not valid.
@@ -207,6 +226,7 @@ mod tests {
             runs: [3, 2, 1],
             speeds: [60.0, 90.0],
             valid,
+            error: nominal_hz.map(|_| 0.5),
             passages: nominal_hz.is_none().then_some((1, None)),
         }
     }
@@ -221,7 +241,7 @@ mod tests {
         let emission = Emission { rows, missing: Vec::new() };
         let text = emission.csv();
         let mut reader = csv::Reader::from_reader(text.as_bytes());
-        assert_eq!(reader.headers().unwrap().len(), 17);
+        assert_eq!(reader.headers().unwrap().len(), 18);
         let read: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
         assert_eq!(read.len(), 3);
         let line = emission.rows[0].line;
@@ -235,8 +255,15 @@ mod tests {
         assert!(told.contains("below and above 80 km/h: 2 and 1;"), "{told}");
         assert_eq!((&read[2][15], &read[2][16], &read[0][15]), ("1", "", ""));
         assert!(told.contains("1 passage has no known statistical error"), "{told}");
+        let error = "numerical error of the levels, slices included:";
+        assert!(told.contains(&format!("{error} at most 0.5 dB\n")) && told.contains(&format!("{error} not known\n")));
+        assert_eq!((&read[0][17], &read[2][17]), ("0.5", ""));
         let json = emission.to_json();
         assert_eq!((&json["rows"][0]["model"], &json["rows"][2]["nominal_hz"]), (&json!("cnossos-eu"), &Value::Null));
+        assert_eq!(
+            (&json["rows"][0]["level_error_db"], &json["rows"][2]["level_error_db"]),
+            (&json!(0.5), &Value::Null)
+        );
         assert_eq!(json["rows"][0]["a_db"].as_f64().unwrap().to_bits(), line.reference_level.to_bits());
     }
 }

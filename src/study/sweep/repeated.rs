@@ -12,9 +12,10 @@ use serde_json::{Value as Json, json};
 
 use crate::numeric::quantile_of_student;
 use crate::response::ThirdOctaveBand;
+use crate::results::pass_by::PassBySummary;
 use crate::results::plots::{Axis, PlotError, PointPlot, PointSeries};
 use crate::results::spectra::FORCE_LEVEL;
-use crate::results::table::{self, Report, aligned};
+use crate::results::table::{self, Report, aligned, optional};
 use crate::sound::{Compared, TotalLevel};
 use crate::study::sweep::run::Done;
 use crate::study::sweep::variants::{Label, SPEED, said};
@@ -68,50 +69,107 @@ struct Quantity {
     unit: &'static str,
 }
 
-/// Bands of a mean overall level.
+/// What a mean overall level rests on.
 #[derive(Clone, Debug, PartialEq)]
 struct MeanBands {
-    /// Nominal mid-frequencies of the lowest and the highest \[Hz\].
+    /// Nominal mid-frequencies of the lowest and the highest band \[Hz\].
     ends: [f64; 2],
     /// The range in words, if some levels have other bands too, or if the levels are lower bounds.
-    doubt: Option<String>,
+    range: Option<String>,
+    /// True if bands that matter may be missing.
+    lower_bound: bool,
+    /// Largest numerical error of the levels \[dB\], if that of each is known.
+    error: Option<f64>,
+    /// Fewest passages of a maximum.
+    passages: Option<usize>,
+    /// Largest standard error of a maximum \[dB\], if that of each is known.
+    standard_error: Option<f64>,
 }
+
+impl MeanBands {
+    /// A mean in words with what must be known of a level; the force's errors are not among its results.
+    fn text(&self, mean: &str, is_sound: bool) -> String {
+        let number = |error: Option<f64>| error.map_or("not known".to_owned(), |error| format!("{error:.1}"));
+        let mut text = format!("{}{mean}", if self.lower_bound { "at least " } else { "" });
+        if is_sound {
+            text.push_str(&format!(", error {}", number(self.error)));
+        }
+        if let Some(passages) = self.passages {
+            text.push_str(&format!(", passages {passages}, standard error {}", number(self.standard_error)));
+        }
+        self.range.iter().for_each(|range| text.push_str(&format!(", {range}")));
+        text
+    }
+
+    /// Cells of [`BANDS`].
+    fn cells(&self) -> [String; 6] {
+        let [lowest, highest] = self.ends.map(|end| end.to_string());
+        let bound = u8::from(self.lower_bound).to_string();
+        [lowest, highest, bound, optional(self.error), optional(self.passages), optional(self.standard_error)]
+    }
+}
+
+/// Columns of an overall level.
+const BANDS: [&str; 6] = ["lowest_hz", "highest_hz", "lower_bound", "level_error_db", "passages", "standard_error_db"];
 
 /// Mean of a quantity, with its bands if it is an overall level.
 type BandedMean = (Mean, Option<MeanBands>);
 
-/// Value of a quantity in a run: an overall level, or a number.
+/// Value of a quantity in a run: a number, or an overall level and the passages of a maximum.
 #[derive(Clone, Debug)]
 enum Value {
     Number(f64),
-    Total(TotalLevel),
+    Total(TotalLevel, Option<PassBySummary>),
 }
 
-/// Values and, for overall levels, their common bands; `None` if the levels cannot be compared.
-fn over_common(values: &[&Value]) -> Option<(Vec<f64>, Option<MeanBands>)> {
+/// Largest of some errors; `None` if one of them is not known.
+pub(crate) fn largest(errors: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    errors.reduce(|one, other| Some(one?.max(other?))).flatten()
+}
+
+/// Values and, for overall levels, their common bands.
+///
+/// # Errors
+/// Why the levels cannot be compared.
+fn over_common(values: &[&Value]) -> Result<(Vec<f64>, Option<MeanBands>), String> {
     let number = |value: &&Value| match value {
         Value::Number(number) => *number,
-        Value::Total(total) => total.level,
+        Value::Total(total, _) => total.level,
     };
     let total = |value: &&Value| match value {
         Value::Number(_) => None,
-        Value::Total(total) => Some(total.clone()),
+        Value::Total(total, pass_by) => Some((total.clone(), pass_by.clone())),
     };
-    let totals: Vec<TotalLevel> = values.iter().filter_map(total).collect();
+    let (totals, passed): (Vec<TotalLevel>, Vec<Option<PassBySummary>>) = values.iter().filter_map(total).unzip();
     if totals.is_empty() {
-        return Some((values.iter().map(number).collect(), None));
+        return Ok((values.iter().map(number).collect(), None));
     }
-    let compared = Compared::of(&totals.iter().collect::<Vec<_>>()).ok()?;
-    let doubted = !compared.all || !compared.hold_loudest;
-    let ends = compared.bands.map(ThirdOctaveBand::nominal_frequency);
-    let bands = MeanBands { ends, doubt: doubted.then(|| compared.range()) };
-    Some((compared.levels, Some(bands)))
+    let compared = Compared::of(&totals.iter().collect::<Vec<_>>()).map_err(|why| why.to_string())?;
+    let [lowest, highest] = compared.bands;
+    let is_bound = |total: &TotalLevel| {
+        let common = total.bands.iter().filter(|of| (lowest..=highest).contains(&of.band)).copied();
+        TotalLevel::of(common.collect()).is_none_or(|common| common.is_lower_bound())
+    };
+    let lower_bound = !compared.hold_loudest || totals.iter().any(is_bound);
+    let passed = || passed.iter().flatten();
+    let bands = MeanBands {
+        ends: compared.bands.map(ThirdOctaveBand::nominal_frequency),
+        range: (lower_bound || !compared.all).then(|| compared.range()),
+        lower_bound,
+        error: largest(totals.iter().map(|total| total.error)),
+        passages: passed().map(|pass_by| pass_by.passages).min(),
+        standard_error: largest(passed().map(|pass_by| pass_by.standard_error)),
+    };
+    Ok((compared.levels, Some(bands)))
 }
 
-/// Mean of values; `None` without any, and of levels that cannot be compared.
-fn mean_of(values: &[Value]) -> Option<BandedMean> {
+/// Mean of values; `None` without any.
+///
+/// # Errors
+/// Why the levels cannot be compared.
+fn mean_of(values: &[Value]) -> Result<Option<BandedMean>, String> {
     let (values, bands) = over_common(&values.iter().collect::<Vec<_>>())?;
-    Some((Mean::of(values)?, bands))
+    Ok(Mean::of(values).map(|mean| (mean, bands)))
 }
 
 /// Means of each combination over the bands that are valid in all runs.
@@ -120,7 +178,7 @@ fn means_to_draw(found: &[Values]) -> Vec<BTreeMap<Quantity, BandedMean>> {
     let quantities: BTreeSet<&Quantity> = found.iter().flat_map(|(_, _, values)| values.keys()).collect();
     for quantity in quantities {
         let all: Vec<&Value> = found.iter().filter_map(|(_, _, values)| values.get(quantity)).flatten().collect();
-        let Some((levels, bands)) = over_common(&all) else { continue };
+        let Ok((levels, bands)) = over_common(&all) else { continue };
         let mut levels = levels.into_iter();
         for (means, (_, _, values)) in drawn.iter_mut().zip(found) {
             let count = values.get(quantity).map_or(0, Vec::len);
@@ -140,6 +198,8 @@ pub(crate) struct RepeatedRow {
     /// Number of runs that were asked for.
     pub planned: usize,
     means: BTreeMap<Quantity, BandedMean>,
+    /// Why levels have no mean.
+    apart: BTreeMap<Quantity, String>,
     /// Means over the bands that are valid in all runs: those that pictures compare.
     drawn: BTreeMap<Quantity, BandedMean>,
 }
@@ -155,6 +215,8 @@ pub(crate) struct RepeatedTable {
     /// The combinations, in the order of the sweep.
     pub rows: Vec<RepeatedRow>,
     quantities: Vec<Quantity>,
+    /// Sentences on levels that could not be read.
+    unread: Vec<String>,
 }
 
 impl RepeatedTable {
@@ -183,14 +245,25 @@ impl RepeatedTable {
         }
         let drawn = means_to_draw(&found);
         let row = |((values, planned, found), drawn): (Values, BTreeMap<Quantity, BandedMean>)| {
-            let mean = |(quantity, values): (Quantity, Vec<Value>)| Some((quantity, mean_of(&values)?));
-            RepeatedRow { values, planned, means: found.into_iter().filter_map(mean).collect(), drawn }
+            let mut row = RepeatedRow { values, planned, means: BTreeMap::new(), apart: BTreeMap::new(), drawn };
+            for (quantity, values) in found {
+                match mean_of(&values) {
+                    Ok(mean) => row.means.extend(mean.map(|mean| (quantity, mean))),
+                    Err(why) => row.apart.extend([(quantity, why)]),
+                }
+            }
+            row
         };
         let rows: Vec<RepeatedRow> = found.into_iter().zip(drawn).map(row).collect();
-        let mut quantities: Vec<Quantity> = rows.iter().flat_map(|row| row.means.keys().cloned()).collect();
+        let mut quantities: Vec<Quantity> =
+            rows.iter().flat_map(|row| row.means.keys().chain(row.apart.keys()).cloned()).collect();
         quantities.sort_unstable();
         quantities.dedup();
-        Self { factors, rows, quantities }
+        let told = |(label, done): &(Label, Option<Done>)| {
+            let unread = done.iter().flat_map(|done| &done.unread);
+            unread.map(|told| format!("{}: {told}\n", label.name)).collect::<Vec<_>>()
+        };
+        Self { factors, rows, quantities, unread: runs.iter().flat_map(told).collect() }
     }
 
     /// Report for people: a line per combination, without third octaves, which are in the files.
@@ -201,12 +274,12 @@ impl RepeatedTable {
         let row = |row: &RepeatedRow| -> Vec<String> {
             let cell = |quantity: &&Quantity| {
                 let decimals = if quantity.rank.0 == RESISTANCE { 5 } else { 2 };
-                row.means.get(*quantity).map_or("-".to_owned(), |(mean, bands)| {
-                    let doubt = bands.as_ref().and_then(|bands| bands.doubt.as_ref());
-                    let [least, range] =
-                        doubt.map_or_else(Default::default, |range| ["at least ".to_owned(), format!(", {range}")]);
-                    format!("{least}{}{range}", mean.text(decimals))
-                })
+                match (row.means.get(*quantity), row.apart.get(*quantity)) {
+                    (Some((mean, Some(bands))), _) => bands.text(&mean.text(decimals), quantity.rank.0 == SOUND),
+                    (Some((mean, None)), _) => mean.text(decimals),
+                    (None, Some(why)) => why.clone(),
+                    (None, None) => "-".to_owned(),
+                }
             };
             let runs = row.means.values().map(|(mean, _)| mean.runs).max().unwrap_or(0);
             let runs = if runs == row.planned { runs.to_string() } else { format!("{runs} of {}", row.planned) };
@@ -217,6 +290,11 @@ impl RepeatedTable {
         if self.rows.iter().any(|row| row.means.values().any(|(mean, _)| mean.interval.is_some())) {
             report.text("means over seeds +- half of their 95 % interval\n");
         }
+        if shown.iter().any(|quantity| quantity.rank.0 == SOUND) {
+            let largest = "error: largest numerical error of a run in dB; of a maximum fewest passages";
+            report.text(format!("{largest} and largest standard error of a run\n"));
+        }
+        self.unread.iter().for_each(|told| report.text(told));
         report
     }
 
@@ -226,19 +304,18 @@ impl RepeatedTable {
     }
 
     /// Every mean as CSV: the factors, quantity, unit, runs, mean, half of its 95 % interval, lowest and highest value,
-    /// and for an overall level its lowest and highest band and 1 where it is a lower bound.
+    /// and for an overall level its lowest and highest band, 1 where it is a lower bound, its largest numerical error,
+    /// fewest passages and largest standard error of a maximum.
     pub(crate) fn csv(&self) -> String {
         let columns = ["quantity", "unit", "runs", "mean", "interval_95", "lowest", "highest"];
-        let columns = columns.into_iter().chain(["lowest_hz", "highest_hz", "lower_bound"]);
+        let columns = columns.into_iter().chain(BANDS);
         let header = self.factors.iter().cloned().chain(columns.map(str::to_owned));
         let line = |(row, quantity, (mean, bands)): (&RepeatedRow, &Quantity, &BandedMean)| -> Vec<String> {
             let interval = mean.interval.map_or_else(String::new, |interval| interval.to_string());
             let [middle, lowest, highest] = [mean.mean, mean.lowest, mean.highest].map(|number| number.to_string());
             let names = [quantity.name.clone(), quantity.unit.to_owned(), mean.runs.to_string()];
             let numbers = [middle, interval, lowest, highest];
-            let bands = bands.as_ref().map_or_else(Default::default, |MeanBands { ends, doubt }| {
-                [ends[0].to_string(), ends[1].to_string(), u8::from(doubt.is_some()).to_string()]
-            });
+            let bands = bands.as_ref().map_or_else(Default::default, MeanBands::cells);
             row.values.iter().cloned().chain(names).chain(numbers).chain(bands).collect()
         };
         table::csv(header, self.lines().map(line))
@@ -261,7 +338,10 @@ impl RepeatedTable {
                 "mean": mean.mean, "interval_95": mean.interval, "lowest": mean.lowest, "highest": mean.highest,
                 "lowest_hz": bands.as_ref().map(|bands| bands.ends[0]),
                 "highest_hz": bands.as_ref().map(|bands| bands.ends[1]),
-                "lower_bound": bands.as_ref().map(|bands| bands.doubt.is_some()),
+                "lower_bound": bands.as_ref().map(|bands| bands.lower_bound),
+                "level_error_db": bands.as_ref().and_then(|bands| bands.error),
+                "passages": bands.as_ref().and_then(|bands| bands.passages),
+                "standard_error_db": bands.as_ref().and_then(|bands| bands.standard_error),
             })
         };
         self.lines().map(line).collect()
@@ -341,6 +421,7 @@ impl RepeatedTable {
         let point = |quantity: &Quantity, row: &RepeatedRow| {
             let (mean, _) = row.drawn.get(quantity)?;
             let place = labels.iter().position(|label| *label == row.values[column])?;
+            // An interval that is not known, as that of a single run, has no bar: a width of 0 draws none.
             Some((places[place], mean.mean, mean.interval.unwrap_or(0.0)))
         };
         let series = all.iter().map(|(name, quantity, rows)| PointSeries {
@@ -356,7 +437,7 @@ impl RepeatedTable {
         // Where bands are missing the axis names those that are present.
         let bands =
             all.iter().flat_map(|(_, quantity, rows)| rows.iter().filter_map(move |row| row.drawn.get(*quantity)));
-        let mut doubts: Vec<&String> = bands.filter_map(|(_, bands)| bands.as_ref()?.doubt.as_ref()).collect();
+        let mut doubts: Vec<&String> = bands.filter_map(|(_, bands)| bands.as_ref()?.range.as_ref()).collect();
         doubts.sort_unstable();
         doubts.dedup();
         let axis = [axis.to_owned()].into_iter().chain(doubts.into_iter().cloned()).collect::<Vec<_>>().join(", ");
@@ -410,11 +491,11 @@ fn quantities(done: &Done) -> Vec<(Quantity, Value)> {
     };
     let known = || done.levels.iter().filter(|level| level.valid);
     if let Some(force) = TotalLevel::of(done.levels.clone()).filter(|force| force.level.is_finite()) {
-        add((FORCE, 0), OVERALL, FORCE_UNIT, Value::Total(force));
+        add((FORCE, 0), OVERALL, FORCE_UNIT, Value::Total(force, None));
     }
     // In the order of their names: a run may be too short for some.
     for (name, level) in &done.sound {
-        add((SOUND, 0), &done.label_of(name), SOUND_UNIT, Value::Total(level.clone()));
+        add((SOUND, 0), &done.label_of(name), SOUND_UNIT, Value::Total(level.clone(), done.pass_by(name).cloned()));
     }
     if let Some(resistance) = done.rolling_resistance {
         add((RESISTANCE, 0), "rolling resistance", "coefficient", Value::Number(resistance.coefficient));
@@ -479,15 +560,45 @@ mod tests {
         let text = table.report().to_string();
         // Seeds of 56 and 57 dB(A) whose bands of 25 to 80 Hz have as much less each.
         assert!(text.contains("at least ") && text.contains("25 Hz - 80 Hz") && !text.contains("11.5"), "{text}");
+        assert!(text.contains("maxima of different bands") && text.contains("error not known"), "{text}");
         let csv = table.csv();
         let row = csv.lines().find(|row| row.contains("50,far")).unwrap();
-        assert!(row.ends_with(",25,80,1"), "{row}");
+        assert!(row.ends_with(",25,80,1,,,"), "{row}");
         let other = csv.lines().find(|row| row.contains("80,far")).unwrap();
-        assert!(other.ends_with(",25,2000,0"), "{other}");
+        assert!(other.ends_with(",25,2000,0,,,"), "{other}");
         // Maxima of different bands have no mean: the other speed alone does, and no picture holds them together.
         assert!(!csv.contains("50,near") && csv.contains("80,near"), "{csv}");
         let curves = table.curves("t").unwrap().concat();
         assert!(curves.contains("25 Hz - 80 Hz") && !curves.contains("near"), "{curves}");
+    }
+
+    #[test]
+    fn means_of_lower_bounds_are_lower_bounds_and_have_the_largest_error_that_is_known_of_every_run() {
+        let with = |errors: [Option<f64>; 2]| {
+            let mut runs = heard(1);
+            runs.truncate(2);
+            for ((_, done), (error, maxima)) in
+                runs.iter_mut().zip(errors.into_iter().zip([&[70.0, 71.0][..], &[70.0]]))
+            {
+                let done = done.as_mut().unwrap();
+                // It ends where it is loudest, at 800 Hz.
+                let level = TotalLevel { error, ..sum(-1, 70.0).at_most(70.0) };
+                done.sound = vec![("near".to_owned(), level)];
+                done.pass_bys = vec![("near".to_owned(), PassBySummary::new(String::new(), maxima, 1, 0.9))];
+            }
+            RepeatedTable::of(&runs)
+        };
+        let known = with([Some(0.3), Some(8.5)]);
+        let told = known.report().to_string();
+        let cell = "at least 70.00 +- 0.00, error 8.5, passages 1, standard error not known, 25 Hz - 800 Hz";
+        assert!(told.contains(cell), "{told}");
+        assert!(known.csv().lines().any(|row| row.contains("near") && row.ends_with(",25,800,1,8.5,1,")));
+        let record = &known.to_json()[0];
+        assert_eq!((&record["level_error_db"], &record["lower_bound"]), (&json!(8.5), &json!(true)));
+        assert_eq!((&record["passages"], &record["standard_error_db"]), (&json!(1), &Json::Null));
+        let unknown = with([Some(0.3), None]);
+        assert!(unknown.report().to_string().contains("error not known, passages"));
+        assert!(unknown.csv().lines().any(|row| row.contains("near") && row.ends_with(",25,800,1,,1,")));
     }
 
     /// Every combination of `loads` loads and the speeds with two seeds, at two receivers.

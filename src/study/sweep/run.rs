@@ -24,8 +24,9 @@ use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{FrictionSummary, LoadResult, RollingResistance, SUMMARY_FILE};
 use crate::results::unfinished::{forget_abandoned, unfinished};
 use crate::run::checkpoint::Checkpoint;
+use crate::run::energy::impossible_energy;
 use crate::run::{self, Progress, RunError, RunOptions};
-use crate::scene::History;
+use crate::scene::{History, Scene};
 use crate::sound::TotalLevel;
 use crate::storage::input::{self, TABLE_BYTES};
 use crate::study::sweep::variants::Variant;
@@ -66,6 +67,9 @@ pub(crate) struct Done {
     /// Passages at these receivers, and their statistical error.
     #[serde(default)]
     pub pass_bys: Vec<(String, PassBySummary)>,
+    /// Sentences on receivers whose summary cannot be read: their levels are left out.
+    #[serde(default)]
+    pub unread: Vec<String>,
 }
 
 impl Outcome {
@@ -88,8 +92,13 @@ impl Done {
         summary: &serde_json::Value,
     ) -> Self {
         let outcome = &summary["outcome"];
-        let receivers = serde_json::from_value(summary["sound"]["receivers"].clone());
-        let receivers: Vec<ReceiverSummary> = receivers.unwrap_or_default();
+        let (mut receivers, mut unread) = (Vec::new(), Vec::new());
+        for heard in summary["sound"]["receivers"].as_array().into_iter().flatten() {
+            match serde_json::from_value::<ReceiverSummary>(heard.clone()) {
+                Ok(heard) => receivers.push(heard),
+                Err(why) => unread.push(format!("no level at {}: its summary cannot be read: {why}", heard["name"])),
+            }
+        }
         let rated: Vec<RatedLevel> = receivers
             .iter()
             .map(|receiver| {
@@ -106,6 +115,7 @@ impl Done {
             sound: rated.iter().filter_map(|rated| Some((rated.name.clone(), rated.level.clone()?))).collect(),
             pass_bys: receivers.into_iter().filter_map(|heard| Some((heard.name, heard.pass_by?))).collect(),
             passed: rated.into_iter().filter(|rated| rated.passed).map(|rated| rated.name).collect(),
+            unread,
         }
     }
 
@@ -121,7 +131,7 @@ impl Done {
     /// Name of the level at a receiver, see [`RatedLevel::label`].
     pub(crate) fn label_of(&self, receiver: &str) -> String {
         let passed = self.passed.iter().any(|name| name == receiver);
-        RatedLevel { name: receiver.to_owned(), passed, level: None }.label()
+        RatedLevel { name: receiver.to_owned(), passed, level: None, pass_by: None }.label()
     }
 
     /// The load, if it was missed by more than its tolerance.
@@ -233,7 +243,16 @@ fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<Outc
     if !same || recorded != known.of(&variant.plan.scene).ok()? {
         return None;
     }
+    if let Some(impossible) = impossible(&variant.plan.scene, &summary) {
+        return Some(impossible);
+    }
     Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &read_heard(&folder), &summary)))
+}
+
+/// Failure of a finished run whose energies cannot be; `None` if they can.
+fn impossible(scene: &Scene, summary: &serde_json::Value) -> Option<Outcome> {
+    let outcome = serde_json::from_value(summary["outcome"].clone()).ok()?;
+    impossible_energy(scene, &outcome).map(|why| Outcome::Failed(RunError::Impossible(why)))
 }
 
 fn read_levels(folder: &Path) -> Option<Vec<BandLevel>> {
@@ -269,7 +288,8 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
         Ok(report) => {
             let levels = read_levels(&report.folder).unwrap_or_default();
             let summary = read_summary(&report.folder).unwrap_or_default();
-            Outcome::Done(Done::new(false, levels, &read_heard(&report.folder), &summary))
+            let done = || Outcome::Done(Done::new(false, levels, &read_heard(&report.folder), &summary));
+            impossible(&variant.plan.scene, &summary).unwrap_or_else(done)
         }
         Err(RunError::Interrupted { .. }) => Outcome::Stopped,
         Err(error) => Outcome::Failed(error),
@@ -324,4 +344,48 @@ impl Progress for VariantProgress<'_, '_> {
     }
 
     fn finish(&mut self) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use crate::response::ThirdOctaveBand;
+    use crate::scene::DEFAULT;
+
+    #[test]
+    fn a_run_whose_energy_cannot_be_has_failed_by_name_and_one_of_an_earlier_sweep_likewise() {
+        let scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let of = |coefficient: f64| {
+            let resistance =
+                json!({ "coefficient": coefficient, "force": 3400.0 * coefficient, "power": 75e3 * coefficient });
+            let summary = crate::results::summary::Outcome {
+                mean_force: Some(3400.0),
+                indentation: Some(0.016),
+                rolling_resistance: serde_json::from_value(resistance).unwrap(),
+                ..Default::default()
+            };
+            impossible(&scene, &json!({ "outcome": summary }))
+        };
+        assert!(of(0.012).is_none());
+        let Some(Outcome::Failed(error)) = of(-480.0) else { panic!("no failure") };
+        assert!(error.to_string().contains("gives back"), "{error}");
+    }
+
+    #[test]
+    fn a_receiver_that_cannot_be_read_is_told_and_takes_no_other_with_it() {
+        let receiver =
+            |name: &str, level_a: Option<f64>| json!({ "name": name, "points": 1, "level": 70.0, "level_a": level_a });
+        let receivers = [receiver("beside", Some(60.5)), receiver("cpx", None)];
+        let band = BandLevel { band: ThirdOctaveBand(0), mean_square: 1.0, level: 60.0, valid: true };
+        let heard = ["beside", "cpx"].map(|name| (name.to_owned(), vec![band]));
+        let done = Done::new(true, Vec::new(), &heard, &json!({ "outcome": {}, "sound": { "receivers": receivers } }));
+        assert_eq!(
+            done.sound.iter().map(|(name, level)| (name.as_str(), level.level)).collect::<Vec<_>>(),
+            [("beside", 60.5)]
+        );
+        let [told] = &done.unread[..] else { panic!("one sentence: {:?}", done.unread) };
+        assert!(told.starts_with("no level at \"cpx\": its summary cannot be read: "), "{told}");
+    }
 }

@@ -92,9 +92,15 @@ impl SweepBlock {
         Self { group: group.to_owned(), speeds, found, lines }
     }
 
+    /// Receivers with a level at one speed at least.
     fn receivers(&self) -> Vec<String> {
-        let heard = self.found.iter().map(|done| &done.sound).find(|sound| !sound.is_empty());
-        heard.into_iter().flatten().map(|(name, _)| name.clone()).collect()
+        let mut names: Vec<String> = Vec::new();
+        for (name, _) in self.found.iter().flat_map(|done| &done.sound) {
+            if !names.contains(name) {
+                names.push(name.clone());
+            }
+        }
+        names
     }
 
     /// Growth of the level at a receiver with the speed, about 80 km/h, over the bands that are valid in all runs.
@@ -158,7 +164,7 @@ impl SweepBlock {
     }
 
     /// Block for people: a line per band, a column per speed, growth and residual last; below it rolling resistance,
-    /// and which loads were missed.
+    /// which levels could not be read, and which loads were missed.
     pub(crate) fn report(&self) -> Report {
         let mark = |done: &Done| if done.missed_load().is_some() { " *" } else { "" };
         let columns = || self.speeds.iter().zip(&self.found);
@@ -219,6 +225,7 @@ impl SweepBlock {
             heard.iter().filter_map(|name| self.doubt_at(name)).for_each(|told| report.text(told));
         }
         for (speed, done) in columns() {
+            done.unread.iter().for_each(|told| report.text(format!("{speed} km/h: {told}\n")));
             if let Some(load) = done.missed_load() {
                 report.text(format!("* {speed} km/h: {load}\n"));
             }
@@ -368,6 +375,7 @@ mod tests {
             speeds.iter().map(|&speed| Done { levels: grown(speed), ..Done::default() }).collect();
         found[2].levels.push(level(3, 3.0));
         found[1].rolling_resistance = Some(RollingResistance { coefficient: 0.0125, force: 37.5, power: 833.0 });
+        found[1].unread = vec!["no level at \"cpx\"".to_owned()];
         found[2].load = Some(LoadResult { wanted: 3000.0, relative_error: 0.04, tolerance: 0.01, met: false });
         for (done, speed) in found.iter_mut().zip(&speeds) {
             done.sound = vec![("beside".to_owned(), heard(3, 70.0 + 35.0 * (speed / 80.0_f64).log10()))];
@@ -391,6 +399,7 @@ mod tests {
             text.contains("beside, 130 km/h: mean of 2 passages, standard error 1.0 dB; for 0.5 dB, some 5.4 s more")
         );
         assert!(text.contains("0.01250") && text.contains("37.50") && text.contains("833.0"), "{text}");
+        assert!(text.contains("80 km/h: no level at \"cpx\"\n"), "{text}");
         assert!(text.contains("130 km/h *") && text.contains("* 130 km/h: the mean force is +4.00 % off"), "{text}");
         let bands = text.split("\n\n").next().unwrap();
         let last = bands.lines().last().unwrap();

@@ -227,6 +227,7 @@ mod tests {
             texture,
             speed_kmh: PUBLISHED_SPEEDS[speed],
             coast_by: Some(total(4, 70.0 + grown).at_most(70.0 + grown)),
+            pass_by: None,
             cpx: Some(total(4, 98.0 + grown)),
             coast_by_bands: bands.clone(),
             cpx_bands: bands,

@@ -12,6 +12,7 @@ use crate::contact::ContactError;
 use crate::counters::Progress;
 use crate::planning::settled;
 use crate::response::{BandLevel, ThirdOctaveBand};
+use crate::results::pass_by::PassBySummary;
 use crate::run::RunError;
 use crate::scene::{DEFAULT, LoadedScene, NamedTexture, Scene, SceneError, Setting};
 use crate::sound::TotalLevel;
@@ -54,6 +55,9 @@ pub(crate) struct HeardRun {
     /// Maximum of the coast-by, time weighting F \[dB(A)\].
     #[serde(serialize_with = "level_alone")]
     pub coast_by: Option<TotalLevel>,
+    /// Passages of that maximum.
+    #[serde(skip)]
+    pub pass_by: Option<PassBySummary>,
     /// Level close to the tyre \[dB(A)\].
     #[serde(serialize_with = "level_alone")]
     pub cpx: Option<TotalLevel>,
@@ -93,6 +97,7 @@ impl HeardRun {
             texture,
             speed_kmh,
             coast_by: level(true),
+            pass_by: of(true).and_then(|(rated, _)| rated.pass_by.clone()),
             cpx: level(false),
             coast_by_bands: bands(true),
             cpx_bands: bands(false),

@@ -15,7 +15,7 @@ mod row;
 pub(crate) use compare::rows;
 #[cfg(test)]
 pub(crate) use measure::StandingTyre;
-pub(crate) use measure::{Measured, Options, ValidationError, base_scene, measure};
+pub(crate) use measure::{HeardRun, Measured, Options, ValidationError, base_scene, measure};
 #[cfg(test)]
 pub(crate) use missing::Lacks;
 pub(crate) use missing::Missing;

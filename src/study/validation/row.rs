@@ -113,6 +113,11 @@ impl Row {
         }
     }
 
+    /// Whether the value is a lower bound that decides nothing.
+    pub(crate) fn is_bound(&self) -> bool {
+        self.is_lower_bound && self.computed.is_some() && self.verdict() == Verdict::Unknown
+    }
+
     /// Signed distance from the range: 0 inside, negative below it; `None` for a value that is not known.
     pub(crate) fn outside(&self) -> Option<f64> {
         match self.verdict() {
@@ -133,6 +138,8 @@ pub(crate) struct Summary {
     pub rows: usize,
     /// Number of rows with a value.
     pub known: usize,
+    /// Number of rows with a lower bound that decides nothing.
+    pub bounds: usize,
     /// Number of rows inside their range.
     pub inside: usize,
     /// Index among all rows of the one farthest outside, relative to the width of its range; `None` if none is outside.
@@ -147,8 +154,9 @@ pub(crate) fn summaries(rows: &[Row]) -> Vec<Summary> {
         let worst = own.iter().filter(|(_, row)| relative(row) > 0.0);
         let worst = worst.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1))).map(|(place, _)| *place);
         let known = own.iter().filter(|(_, row)| row.verdict() != Verdict::Unknown).count();
+        let bounds = own.iter().filter(|(_, row)| row.is_bound()).count();
         let inside = own.iter().filter(|(_, row)| row.verdict() == Verdict::Inside).count();
-        (!own.is_empty()).then_some(Summary { group, rows: own.len(), known, inside, worst })
+        (!own.is_empty()).then_some(Summary { group, rows: own.len(), known, bounds, inside, worst })
     };
     Group::ALL.into_iter().filter_map(of).collect()
 }
@@ -189,8 +197,11 @@ mod tests {
     fn a_group_is_summed_up_with_its_worst_row() {
         let mut rows: Vec<Row> = [Some(0.0), Some(4.0), None, Some(-7.0)].map(row).into();
         rows.push(Row { group: Group::Tyre, ..row(Some(0.0)) });
-        let [tyre, levels] = &summaries(&rows)[..] else { panic!("two groups") };
+        rows.extend([0.0, 9.0].map(|value| Row { is_lower_bound: true, group: Group::Roads, ..row(Some(value)) }));
+        let [tyre, levels, roads] = &summaries(&rows)[..] else { panic!("three groups") };
+        assert_eq!((roads.rows, roads.known, roads.bounds, roads.inside), (2, 1, 1, 0));
         assert_eq!((tyre.group, tyre.rows, tyre.inside, tyre.worst), (Group::Tyre, 1, 1, None));
         assert_eq!((levels.rows, levels.known, levels.inside, levels.worst), (4, 3, 1, Some(3)));
+        assert_eq!(levels.bounds, 0);
     }
 }

@@ -23,7 +23,7 @@ pub(super) const TOGETHER: usize = 64;
 const OUTCOMES: &str = "outcomes";
 /// Prefix of the name of a file with one outcome; the task's number follows.
 const OUTCOME: &str = "outcome-";
-const FORMAT: Format = Format { magic: b"TWAVEOUT", version: 2, name: "outcomes of tasks" };
+const FORMAT: Format = Format { magic: b"TWAVEOUT", version: 3, name: "outcomes of tasks" };
 /// Prefix of the name of a file with the reason why a task failed; the task's number follows.
 const FAILED: &str = "failed-";
 /// Name of the folder of the runs.

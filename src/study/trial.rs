@@ -247,9 +247,11 @@ impl<'a> Trials<'a> {
             friction: results.friction,
             ..Outcome::default()
         };
-        if let Some(why) = impossible_energy(&plan.scene, &outcome) {
-            let run = self.shared.as_ref().map_or_else(String::new, |shared| format!("{}: ", shared.name));
-            return Err(RunError::Impossible(format!("{run}{why}")));
+        // Other runs try laws and rules that may put energy in: they report what comes out.
+        if let Some(shared) = &self.shared
+            && let Some(why) = impossible_energy(&plan.scene, &outcome)
+        {
+            return Err(RunError::Impossible(format!("{}: {why}", shared.name)));
         }
         let spectrum = results.spectrum.as_ref();
         let levels = spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0));

@@ -631,7 +631,7 @@ mod tests {
             assert!(both.contains(told), "{told}: {both}");
         }
         let apart = curves(&heard(7));
-        assert!(apart.len() == 2 && apart[1].contains("3600 N, far") && !apart[1].contains("near"), "{apart:?}");
+        assert!(apart.len() == 2 && apart[0].contains("3600 N, far") && !apart[0].contains("near"), "{apart:?}");
         assert!(curves(&heard(8)).is_empty() && curves(&[]).is_empty());
         assert!(RepeatedTable::of(&heard(8)).plots("t").unwrap().len() == 2);
     }

@@ -91,8 +91,7 @@ fn the_workloads_must_find_what_the_other_history_finds() {
         let results = run.finish();
         let (truth, value) = (workload.truth(), value(workload, &results));
         println!("{}: {} = {value}, {:.1} s", workload.name(), truth.what, begin.elapsed().as_secs_f64());
-        // NaN is wrong, too.
-        if !((value - truth.expected).abs() <= 1e-9 * value) {
+        if value.is_nan() || (value - truth.expected).abs() > 1e-9 * value {
             wrong.push(format!("{}: {value} instead of {}", workload.name(), truth.expected));
         }
     }

@@ -82,7 +82,7 @@ fn check(options: &FitOptions) -> Result<(), FitError> {
 /// Fits all wavenumbers n = 0..=N/2.
 ///
 /// # Errors
-/// [`FitError`]; of several refused wavenumbers that of the first one in the order of the `Tree`.
+/// `FitError`; of several refused wavenumbers that of the first one in the order of the `Tree`.
 pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError> {
     fit_unless_stopped(tyre, options, &AtomicBool::new(false))
 }

@@ -48,7 +48,7 @@ pub struct RationalModel {
     pub driven: Field,
     /// Top of the band that was fitted \[rad/s\].
     pub top: f64,
-    /// Tolerance that was asked for, see [`FitStatistics::error`].
+    /// Tolerance that was asked for, see `FitStatistics::error`.
     pub tolerance: f64,
     /// lambda \[1/s\].
     pub(super) poles: PoleTable,

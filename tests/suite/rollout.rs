@@ -37,8 +37,9 @@ impl Watched {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         let begin = Instant::now();
+        // Quiet: the first of the lines that come every ten seconds takes 2 MiB, once.
         let mut run = Command::new(program())
-            .args(["run", "scene.toml", "--out", "out", "--threads", "2"])
+            .args(["run", "scene.toml", "--out", "out", "--threads", "2", "--quiet"])
             .current_dir(folder.path())
             .stdout(Stdio::null())
             .stderr(Stdio::inherit())

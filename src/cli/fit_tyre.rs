@@ -236,7 +236,7 @@ fn record(fit: &Fit, points: &[Point]) -> serde_json::Value {
     })
 }
 
-/// Whether the measurement determines a parameter: the interval, given by its upper end, is narrower than the bounds.
+/// True if the measurement determines a parameter: the interval, given by its upper end, is narrower than the bounds.
 fn is_told(value: f64, upper: f64) -> bool {
     upper / value < BOUND
 }

@@ -57,7 +57,7 @@ impl GlobalOptions {
     }
 }
 
-/// Whether a value of the environment variable is a number of threads; an empty one, and 0, leave it open.
+/// True if a value of the environment variable is a number of threads; an empty one, and 0, leave it open.
 fn is_number_of_threads(variable: &str) -> bool {
     variable.trim().is_empty() || variable.trim().parse::<usize>().is_ok()
 }
@@ -117,7 +117,7 @@ pub(super) fn poisson_ratio(text: &str) -> Result<f64, String> {
     if lies { Ok(ratio) } else { Err("Poisson's ratio lies above -1 and at most at 0.5".to_owned()) }
 }
 
-/// Whether messages on standard error are coloured.
+/// True if messages on standard error are coloured.
 pub(super) fn allows_colour(choice: ColorChoice) -> bool {
     match choice {
         ColorChoice::Always => true,

@@ -13,7 +13,7 @@ use crate::storage::PendingFile;
 
 use super::error::CliError;
 
-/// What may be replaced.
+/// Files that may be replaced.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Replaces<'a> {
     /// Files that begin like this.
@@ -110,7 +110,7 @@ fn begins_with(path: &Path, head: &str) -> bool {
     File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == head.as_bytes()
 }
 
-/// Whether `path`, whose metadata is `present`, and `other` are the same file.
+/// True if `path`, whose metadata is `present`, and `other` are the same file.
 fn is_same(path: &Path, present: &Metadata, other: &Path) -> bool {
     #[cfg(unix)]
     if let Ok(other) = fs::metadata(other) {

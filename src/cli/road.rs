@@ -86,7 +86,7 @@ impl RoadArguments {
     }
 }
 
-/// Whether a file is a road, by its ending, and not a scene.
+/// True if a file is a road, by its ending, and not a scene.
 fn is_road(path: &Path) -> bool {
     path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml"))
 }

@@ -57,7 +57,7 @@ impl TaskArguments {
         self.tasks.is_some()
     }
 
-    /// Whether tasks in a folder are to be done or collected.
+    /// True if tasks in a folder are to be done or collected.
     pub(super) fn are_there(&self) -> bool {
         self.collect.is_some() || !self.task.is_empty()
     }

@@ -8,7 +8,7 @@ use crate::report::tyre::{UnderLoad, tyre_record};
 use crate::results::table::Report;
 use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::run::{Progress, RunError};
-use crate::scene::{LoadedScene, Scene, SceneError};
+use crate::scene::{GRAVITY, LoadedScene, Scene, SceneError};
 use crate::study::loads::{Standing, rolling};
 use crate::study::rolling_waves::rolling_waves;
 use crate::tyre::influence::mobility::{driving_point, frequencies};
@@ -58,8 +58,6 @@ Examples:
   tyrewave tyre scenes/default.toml --loads 3400N,4000N --waves 20 --highest 800 --out tyre
   tyrewave tyre scenes/default.toml --json -q";
 
-/// Weight of a kilogram \[N\].
-const GRAVITY: f64 = 9.81;
 /// Number of points of the curves over the load.
 const CURVE_POINTS: usize = 40;
 /// Lowest and highest frequency of the mobility \[Hz\].

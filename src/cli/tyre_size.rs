@@ -6,7 +6,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::plan::load_index::{OF_CARS, load_of_car};
-use crate::plan::overload::GRAVITY;
+use crate::scene::GRAVITY;
 
 /// A tyre made by the rules, whose comments say what is published and what is inferred.
 const MADE: &str = include_str!("../../scenes/tyres/205_55r16.toml");
@@ -217,7 +217,7 @@ impl TyreSize {
         ]
     }
 
-    /// What is published and what is inferred, in a few lines.
+    /// Published and inferred values, in a few lines.
     pub(crate) fn origins(&self) -> String {
         let Dimensions { circumference, width, contact_width, sidewall, air_depth, .. } = self.dimensions();
         let load = self.load().map_or(String::new(), |load| format!(", load of the index {load} kg"));

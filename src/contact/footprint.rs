@@ -205,7 +205,7 @@ impl Footprint {
         forces[stage * columns..(stage + 1) * columns].iter().sum()
     }
 
-    /// What an instant writes, the window's first column being `first_element`.
+    /// Numbers that an instant writes, the window's first column being `first_element`.
     pub(crate) fn stage(&mut self, stage: usize, first_element: i64) -> StageMut<'_> {
         let points = self.shape.points();
         let columns = if self.shape.across > 1 { self.shape.columns } else { 0 };

@@ -69,7 +69,7 @@ impl ContactKernel {
         Ok(Self { law, instant, odd, spring, scale })
     }
 
-    /// Whether points influence each other within a step.
+    /// True if points influence each other within a step.
     pub(crate) fn is_coupled(&self) -> bool {
         self.law != Tread::Uncoupled
     }

@@ -170,7 +170,7 @@ impl March {
         self.zone.spring()
     }
 
-    /// Whether a window that contact outgrows is widened; otherwise such steps are only counted.
+    /// True if a window that contact outgrows is widened; otherwise such steps are only counted.
     pub(crate) fn is_widened(&self) -> bool {
         self.zone.is_widened()
     }

@@ -106,7 +106,7 @@ impl Stability {
         })
     }
 
-    /// Whether the force rings at half the sampling frequency without decay.
+    /// True if the force rings at half the sampling frequency without decay.
     pub(crate) fn rings(&self) -> bool {
         self.at_half_sampling < RINGING || self.marginal.is_some()
     }

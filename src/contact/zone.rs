@@ -58,7 +58,7 @@ pub(crate) trait Zone: Send {
         0
     }
 
-    /// Whether a step that reaches the window's end is to be solved again over a wider one.
+    /// True if a step that reaches the window's end is to be solved again over a wider one.
     fn is_widened(&self) -> bool {
         false
     }

@@ -29,7 +29,7 @@ pub enum StoredError {
     Content {
         /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault found.
         reason: String,
     },
     /// Settings that this version of the program does not accept.

@@ -51,7 +51,7 @@ impl Instructions {
     }
 }
 
-/// Whether Valgrind can be executed.
+/// True if Valgrind can be executed.
 pub(crate) fn can_count() -> bool {
     let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     version.is_ok_and(|status| status.success())

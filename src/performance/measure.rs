@@ -83,7 +83,7 @@ impl Found {
         (self.value - self.expected).abs() / self.expected.abs()
     }
 
-    /// Whether the error is within the tolerance.
+    /// True if the error is within the tolerance.
     pub(crate) fn is_right(&self) -> bool {
         self.error() <= self.tolerance
     }

@@ -60,7 +60,7 @@ impl Ratio {
     }
 }
 
-/// Whether this number of pairs has an interval.
+/// True if this number of pairs has an interval.
 pub(super) fn are_enough(pairs: usize, doubt: f64) -> bool {
     rank(pairs, doubt).is_some()
 }

@@ -183,7 +183,7 @@ impl WorkloadVerdict {
 }
 
 impl Verdict {
-    /// Whether there is no complaint about the second one.
+    /// True if there is no complaint about the second one.
     pub(crate) fn passes(&self) -> bool {
         self.pooled(Change::Slower).next().is_none()
             && self.workloads.iter().all(|workload| workload.complaints().is_empty())

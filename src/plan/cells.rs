@@ -182,7 +182,7 @@ impl Plan {
         self.scene.numerics.contact_tolerance.max(LEAST_FRICTION_TOLERANCE)
     }
 
-    /// Whether the tolerance of the contact conditions permits single precision for the past of cells.
+    /// True if the tolerance of the contact conditions permits single precision for the past of cells.
     pub(crate) fn is_single(&self) -> bool {
         self.cell_tolerance() >= SINGLE
     }

@@ -210,7 +210,7 @@ impl Plan {
         self
     }
 
-    /// Whether a fitted model is needed: by the recursion, or by an effect.
+    /// True if a fitted model is needed: by the recursion, or by an effect.
     pub(crate) fn needs_model(&self) -> bool {
         let wanted = self.scene.numerics.history == History::Modal || self.decisions.takes_models;
         wanted && self.decisions.zone == Zone::Slices

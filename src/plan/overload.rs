@@ -3,7 +3,7 @@
 use super::Plan;
 use super::load_index::load_of;
 use crate::contact::static_contact::StaticContact;
-use crate::scene::{Axle, LoadedScene, SceneError, Tyre, short};
+use crate::scene::{Axle, GRAVITY, LoadedScene, SceneError, Tyre, short};
 
 /// Shares of the circumference covered by the patch above which a run is warned of and refused. The model's tread moves
 /// along the radius, and the road presses upwards: at half the angle of the patch both differ by 1 - cos(pi share), 5 %
@@ -12,8 +12,6 @@ const LONG_PATCH: [f64; 2] = [0.1, 0.2];
 /// Part of the height over the rim's seat that the belt can be pushed in: the flange, 17.5 mm high on a car's rim, and
 /// the folded walls fill the rest.
 const ROOM: f64 = 0.8;
-/// Weight of a kilogram \[N\].
-pub(crate) const GRAVITY: f64 = 9.81;
 /// Relative excess over a load index that is no more than rounding of the load.
 const ROUNDING: f64 = 1e-3;
 

@@ -25,11 +25,11 @@ const SHORTEST_CELL: f64 = 1.5e-3;
 /// the class where it is largest. Those of force and of drafts do not fall with frequency: each is at least that of the
 /// bands below.
 struct Errors {
-    /// Of force and vibration.
+    /// Errors of force and vibration.
     force: [[f64; BANDS]; 3],
-    /// Of sound by [`RadiationQuality::Full`], close to the tyre or beside the road, whichever is larger.
+    /// Errors of sound by [`RadiationQuality::Full`], close to the tyre or beside the road, whichever is larger.
     full: [[f64; BANDS]; 3],
-    /// Of sound by [`RadiationQuality::Draft`], close to the tyre.
+    /// Errors of sound by [`RadiationQuality::Draft`], close to the tyre.
     draft: [[f64; BANDS]; 3],
 }
 
@@ -110,7 +110,7 @@ const PRESSED_ON_CHIP_SEAL: Errors = Errors {
 };
 
 impl Plan {
-    /// Whether levels have an error by slices: with contact over slices on a road with texture across.
+    /// True if levels have an error by slices: with contact over slices on a road with texture across.
     pub(crate) fn by_slices(&self) -> bool {
         let Self { decisions, scene, .. } = self;
         let has_texture = scene.effects.texture != Switch::Off && scene.road.varies_across();

@@ -103,7 +103,7 @@ impl FigureComparison {
         }
     }
 
-    /// Whether the values are comparable as they are: levels of the same bands, none a lower bound.
+    /// True if the values are comparable as they are: levels of the same bands, none a lower bound.
     fn is_valid(&self) -> bool {
         let bands: Vec<CoveredBands> = self.by_result(FoundFigure::bands).into_iter().flatten().collect();
         let ends = |of: &CoveredBands| [of.lowest, of.highest].map(f64::to_bits);

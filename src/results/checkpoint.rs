@@ -69,7 +69,7 @@ pub enum CheckpointError {
     Unusable {
         /// Path of the checkpoint.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault found.
         reason: CheckpointFault,
     },
     /// An array does not hold what was written to it.

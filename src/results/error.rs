@@ -108,7 +108,7 @@ pub enum ResultsError {
     Audio {
         /// Path of the sound file.
         path: PathBuf,
-        /// What is wrong with the sound.
+        /// Fault found in the sound.
         source: Box<crate::sound::WavError>,
     },
 }

@@ -205,7 +205,7 @@ impl Checkpoints {
         cpu_time().zip(self.begin_cpu).map(|(now, begin)| self.earlier[1] + now.saturating_sub(begin))
     }
 
-    /// Whether the interval has passed since the last checkpoint.
+    /// True if the interval has passed since the last checkpoint.
     pub(crate) fn due(&self) -> bool {
         self.interval.is_some_and(|interval| self.last.elapsed() >= interval)
     }

@@ -13,13 +13,15 @@ use crate::scene::{Coefficient, LongitudinalCreep, Scene};
 pub(crate) fn impossible_energy(scene: &Scene, outcome: &Outcome) -> Option<String> {
     let (speed, counted) = (scene.rolling.speed(), scene.rolling.duration);
     let force = outcome.mean_force?.abs();
-    let rolls_freely = scene.friction.as_ref().is_none_or(|friction| {
-        let given = match friction.creep.longitudinal {
+    // Longitudinal and lateral together.
+    let creep = scene.friction.as_ref().map_or(0.0, |friction| {
+        let longitudinal = match friction.creep.longitudinal {
             LongitudinalCreep::Given(creep) => creep.abs(),
             LongitudinalCreep::Free => 0.0,
         };
-        given + friction.creep.lateral.abs() <= 0.0
+        longitudinal + friction.creep.lateral.abs()
     });
+    let rolls_freely = creep <= 0.0;
     if let Some(resistance) = outcome.rolling_resistance.filter(|found| rolls_freely && found.coefficient > 1.0) {
         return Some(format!(
             "rolling resistance by hysteresis is {:.2} times the load, {:.3e} W, and that of a freely rolling wheel is \
@@ -44,11 +46,7 @@ pub(crate) fn impossible_energy(scene: &Scene, outcome: &Outcome) -> Option<Stri
     };
     let length = outcome.mean_contact_length.unwrap_or_default();
     let pull = scene.adhesion.as_ref().map_or(0.0, |adhesion| adhesion.stress * scene.tyre.contact_width * length);
-    let creep = match friction.creep.longitudinal {
-        LongitudinalCreep::Given(creep) => creep,
-        LongitudinalCreep::Free => 0.0,
-    };
-    let slip = 1.0 + creep.abs() + friction.creep.lateral.abs() + 0.5 * length * friction.creep.spin.abs();
+    let slip = 1.0 + creep + 0.5 * length * friction.creep.spin.abs();
     let most = mu * (force + pull) * speed * slip;
     // Rounding error of a sum that is 0 if all cells stick.
     let least = -1e-9 * most;

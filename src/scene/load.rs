@@ -311,7 +311,7 @@ impl LoadedScene {
             }
             Some(DeValue::String(tyre_path)) => match outside(&folder, Path::new(tyre_path.as_ref()), reach) {
                 Some(problem) => (None, Some(problem)),
-                None => match named_file(&folder, tyre_path) {
+                None => match named_file(&folder, tyre_path, read_text) {
                     Ok(tyre_source) => (Some(tyre_source), None),
                     Err(error) => (None, Some(Problem::new(error.to_string(), NO_TYRE_FILE))),
                 },
@@ -337,8 +337,8 @@ impl LoadedScene {
         let receiver_files;
         if reach != Reach::Recorded {
             receiver_files = ReceiverFiles::read(root.get_ref(), &document, |path| {
-                let read =
-                    || named_table(&folder, path).map_err(|error| Problem::new(error.to_string(), NO_ARRAY_FILE));
+                let no_file = |error: SceneError| Problem::new(error.to_string(), NO_ARRAY_FILE);
+                let read = || named_file(&folder, path, read_table).map_err(no_file);
                 outside(&folder, Path::new(path), reach).map_or_else(read, Err)
             })?;
             receiver_files.put_into(root.get_mut(), &mut document);
@@ -392,25 +392,30 @@ fn outside(folder: &Path, file: &Path, reach: Reach) -> Option<Problem> {
 }
 
 fn read_text(path: &Path) -> Result<String, SceneError> {
-    let bytes = input::read(path, SCENE_BYTES).map_err(|error| SceneError::reading(path, error.into()))?;
-    String::from_utf8(bytes).map_err(|error| {
+    String::from_utf8(read_bytes(path)?).map_err(|error| {
         let byte = error.utf8_error().valid_up_to();
         let line = error.as_bytes()[..byte].iter().filter(|&&byte| byte == b'\n').count() + 1;
         SceneError::NotText { path: path.to_owned(), byte, line }
     })
 }
 
-fn named_file(folder: &Path, path: &str) -> Result<Arc<Source>, SceneError> {
-    let path = folder.join(path);
-    let text = read_text(&path)?;
-    Ok(Arc::new(Source { name: path.display().to_string(), text }))
+/// A table or XML, in any encoding that [`separated::decoded`] knows.
+fn read_table(path: &Path) -> Result<String, SceneError> {
+    Ok(separated::decoded(&read_bytes(path)?).into_owned())
 }
 
-/// Reads a table or XML that a scene names, in whatever encoding.
-fn named_table(folder: &Path, path: &str) -> Result<Arc<Source>, SceneError> {
+fn read_bytes(path: &Path) -> Result<Vec<u8>, SceneError> {
+    input::read(path, SCENE_BYTES).map_err(|error| SceneError::reading(path, error.into()))
+}
+
+/// A file that a scene names, by one of the readers above.
+fn named_file(
+    folder: &Path,
+    path: &str,
+    read: fn(&Path) -> Result<String, SceneError>,
+) -> Result<Arc<Source>, SceneError> {
     let path = folder.join(path);
-    let bytes = input::read(&path, SCENE_BYTES).map_err(|error| SceneError::reading(&path, error.into()))?;
-    Ok(Arc::new(Source { name: path.display().to_string(), text: separated::decoded(&bytes).into_owned() }))
+    Ok(Arc::new(Source { name: path.display().to_string(), text: read(&path)? }))
 }
 
 /// Parses TOML.
@@ -466,7 +471,7 @@ mod tests {
         for text in [xml, "name,x,y,z\n\u{fc}ber,0,3,1\n"] {
             let latin: Vec<u8> = text.chars().map(|sign| u8::try_from(u32::from(sign)).unwrap()).collect();
             std::fs::write(folder.path().join("array"), latin).unwrap();
-            let source = named_table(folder.path(), "array").unwrap();
+            let source = named_file(folder.path(), "array", read_table).unwrap();
             assert_eq!(microphones(&source).ok().unwrap()[0].name, "\u{fc}ber");
         }
     }

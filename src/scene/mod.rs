@@ -30,6 +30,7 @@ pub use load::LoadedScene;
 pub(crate) use load::Reach;
 pub(crate) use load::settings_hash;
 pub use model::*;
+pub(crate) use plausible::GRAVITY;
 pub(crate) use problem::Problem;
 pub(crate) use problem::short;
 pub use setting::Setting;

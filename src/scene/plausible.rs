@@ -20,7 +20,7 @@ const SHORT_PATCH: f64 = 0.25;
 /// Pressure that a tyre without air makes up for by its structure, in that it still bears loads \[Pa\].
 const STRUCTURE: f64 = 1e5;
 /// Gravitational acceleration \[m/s^2\].
-const GRAVITY: f64 = 9.81;
+pub(crate) const GRAVITY: f64 = 9.81;
 /// Factor by which a gas in a tyre may be denser or less dense than air: other gases have other heat capacities, and
 /// temperatures differ.
 const GAS: f64 = 1.5;

@@ -136,7 +136,7 @@ impl Radiator {
         self.width
     }
 
-    /// Whether shoulders and sides radiate.
+    /// True if shoulders and sides radiate.
     pub(crate) fn hears_sides(&self) -> bool {
         self.flank.is_some()
     }

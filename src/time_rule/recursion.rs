@@ -87,7 +87,7 @@ pub(crate) type Instants<E, S> = [<E as Element>::Vector<S>; MOST_STAGES];
 pub(crate) trait Recursion: Copy + Send + Sync {
     /// Instants of a step, [`MOST_STAGES`] at most.
     const STAGES: usize;
-    /// Whether the recursion needs b of two steps.
+    /// True if the recursion needs b of two steps.
     const LOOKS_BACK: bool = false;
 
     /// Maps of a step from g and w.

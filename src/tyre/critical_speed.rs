@@ -107,7 +107,7 @@ fn is_stable(tyre: &Tyre, speed: f64) -> bool {
     lateral.all(|m| (1..=WAVES).all(|n| is_positive(&stack.compliance(n, m, Complex64::ZERO, STEP).0)))
 }
 
-/// Whether a Hermitian matrix is positive definite, by its leading minors.
+/// True if a Hermitian matrix is positive definite, by its leading minors.
 fn is_positive([[a, b, c], [_, d, e], [.., f]]: &Matrix3) -> bool {
     let (a, d, f) = (a.re, d.re, f.re);
     let plane = a * d - b.norm_sqr();

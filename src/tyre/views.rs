@@ -169,7 +169,7 @@ pub(crate) struct StaticRatio {
     pub distance: usize,
     /// G_j/G_0 of the tyre at rest.
     pub tyre: f64,
-    /// That of an elastic half-space: no modulus, no thickness, geometry only.
+    /// Compliance of an elastic half-space: no modulus, no thickness, geometry only.
     pub half_space: f64,
 }
 

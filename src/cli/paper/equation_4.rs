@@ -106,7 +106,7 @@ fn order(differences: &[f64]) -> f64 {
     }
 }
 
-/// Whether every sequence of differences converges.
+/// True if every sequence of differences converges.
 fn judge(all: &[&[f64]]) -> Verdict {
     let converges = |differences: &&[f64]| match differences {
         [.., coarse, fine] => Richardson::new(*coarse, *fine).converges,

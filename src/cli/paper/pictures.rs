@@ -21,7 +21,7 @@ pub(super) struct Picture {
     pub place: &'static str,
     /// Name of its file.
     pub file: &'static str,
-    /// What it shows.
+    /// Caption.
     pub caption: String,
     /// Drawing, as SVG.
     pub svg: String,

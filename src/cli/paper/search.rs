@@ -91,7 +91,7 @@ fn takes_few(more: f64) -> Verdict {
     Verdict::of(more < RARE)
 }
 
-/// Whether searches are given up as the paper says: then the contact conditions are violated.
+/// True if searches are given up as the paper says: then the contact conditions are violated.
 fn is_given_up(worst: f64) -> Verdict {
     Verdict::of(worst > SOLVED)
 }

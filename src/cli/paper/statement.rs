@@ -35,11 +35,11 @@ pub(super) struct Statement {
     pub place: &'static str,
     /// Subject of the statement.
     pub subject: &'static str,
-    /// What the paper says.
+    /// The paper's statement.
     pub paper: &'static str,
     /// Finding, with its numbers.
     pub found: String,
-    /// Whether the two agree.
+    /// True if the two agree.
     pub verdict: Verdict,
     /// Criterion of agreement; or the reason why nothing can be compared.
     pub why: String,

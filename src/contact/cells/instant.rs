@@ -144,7 +144,7 @@ impl InstantCells {
         self.columns() * self.across()
     }
 
-    /// Whether G is not symmetric, as for a tyre that turns.
+    /// True if G is not symmetric, as for a tyre that turns.
     pub fn turns(&self) -> bool {
         self.symmetric.is_some()
     }

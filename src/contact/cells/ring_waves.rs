@@ -348,7 +348,7 @@ pub(in crate::contact) fn allowed_rounding(tolerance: Option<f64>) -> f64 {
     tolerance.map_or(ROUNDED, |tolerance| ROUNDED.max(ROUNDED_OF_TOLERANCE * tolerance))
 }
 
-/// Whether single precision would move a wave's poles too far: for a pole that decays by d a step it changes the
+/// True if single precision would move a wave's poles too far: for a pole that decays by d a step it changes the
 /// displacement by its rounding over |d + i phi|, phi the phase by which a force at rest on the road moves on in a
 /// step; `rate` is that phase over the time step \[rad/s\].
 pub(in crate::contact) fn is_slow(modes: &Modes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {

@@ -155,7 +155,7 @@ impl CellSearch {
         &self.displacement
     }
 
-    /// Whether the last search has ended without the forces; at rest none does.
+    /// True if the last search has ended without the forces; at rest none does.
     pub fn is_unsettled(&self) -> bool {
         self.is_unsettled
     }
@@ -165,7 +165,7 @@ impl CellSearch {
         CellCounts { work: self.cells.work(), ..self.counts }
     }
 
-    /// What the next search begins with in addition to the forces.
+    /// State that the next search begins with in addition to the forces.
     pub fn save(&self) -> CellSearchState {
         CellSearchState { counts: self.counts(), found: self.found.clone(), displacement: self.displacement.clone() }
     }
@@ -319,7 +319,7 @@ impl CellSearch {
         CellResiduals { tension: 0.0, penetration: missed, complementarity: missed }
     }
 
-    /// Whether no cell beyond a part of the window can touch, whatever displacements the forces within it cause there.
+    /// True if no cell beyond a part of the window can touch, whatever displacements the forces within it cause there.
     fn is_clear_beyond(&mut self, part: &Range<usize>, forces: &[f64]) -> bool {
         let Self { cells, required, of_columns, .. } = self;
         let across = cells.across();
@@ -344,7 +344,7 @@ impl CellSearch {
         }
     }
 
-    /// Whether a part of the window is of a length that there are products for, and holds some columns.
+    /// True if a part of the window is of a length that there are products for, and holds some columns.
     fn holds(&self, part: &Range<usize>, columns: &Range<usize>) -> bool {
         let (across, length) = (self.cells.across(), part.len() / self.cells.across());
         let is_held = part.start <= columns.start * across && columns.end * across <= part.end;

@@ -256,7 +256,7 @@ impl<R: Element> Transform<R> {
         if self.ends_where_it_begins() { [from, to] } else { [to, from] }
     }
 
-    /// Whether the result is where the numbers were, not in the other array.
+    /// True if the result is where the numbers were, not in the other array.
     pub(super) fn ends_where_it_begins(&self) -> bool {
         self.passes.len().is_multiple_of(2)
     }

@@ -241,7 +241,7 @@ impl ActiveSet {
         self.surface.start_from(forces)
     }
 
-    /// Whether each column is in the set found by the last search.
+    /// True if each column is in the set found by the last search.
     pub fn active(&self) -> &[bool] {
         &self.active
     }

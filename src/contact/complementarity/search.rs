@@ -80,7 +80,7 @@ impl Search {
         }
     }
 
-    /// Whether [`Self::forces`] takes penetrations y; otherwise required displacements d = S(y).
+    /// True if [`Self::forces`] takes penetrations y; otherwise required displacements d = S(y).
     pub(crate) fn takes_penetrations(&self) -> bool {
         !matches!(self, Self::Explicit(_))
     }

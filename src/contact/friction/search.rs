@@ -115,7 +115,7 @@ impl FrictionSearch {
         &self.displacements
     }
 
-    /// Whether the last search has ended without the forces.
+    /// True if the last search has ended without the forces.
     pub(crate) fn is_unsettled(&self) -> bool {
         self.is_unsettled
     }

@@ -60,7 +60,7 @@ pub struct Convolution<T: Precision> {
     symbol: Vec<T>,
     rows: Vec<Complex<T>>,
     columns: Vec<Complex<T>>,
-    /// Whether a row has a number other than zero.
+    /// True if a row has a number other than zero.
     live: Vec<bool>,
 }
 

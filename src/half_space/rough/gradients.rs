@@ -28,7 +28,7 @@ use super::map::IndentationLimits;
 use crate::half_space::{HalfSpaceError, love};
 use crate::numeric::transform_length;
 
-/// What is prescribed.
+/// Prescribed quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Constraint {
     /// Sum of p/E* over the cells.

@@ -26,7 +26,7 @@ const BOX_MARGIN: f64 = 0.1;
 /// Least penetration in units of the heights' rounding.
 const RESOLVED: f64 = 1e4;
 
-/// What is prescribed: load or penetration.
+/// Prescribed quantity: load or penetration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum IndentationControl {
     /// Normal load \[N\].

@@ -41,7 +41,7 @@ pub(super) const BLOCKS: Row = Row {
     of_cells: true,
 };
 
-/// Whether the contact law takes depths of the tread into account: over cells, and over slices of springs.
+/// True if the contact law takes depths of the tread into account: over cells, and over slices of springs.
 pub(crate) fn takes_depths(scene: &Scene) -> bool {
     scene.contact.zone == Zone::Cells || scene.contact.slices == Slices::Winkler && scene.effects.texture != Switch::Off
 }

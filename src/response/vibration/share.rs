@@ -172,7 +172,7 @@ impl Share {
     }
 }
 
-/// What is kept of the forces' waves: mean products of the stages' forces, or the motion of resolved ones.
+/// Kept of the forces' waves: mean products of the stages' forces, or the motion of resolved ones.
 pub(super) struct Keeper {
     layout: SegmentLayout,
     heard: Option<Arc<Heard>>,

@@ -26,7 +26,7 @@ const LARGEST_ERROR: f64 = 10.0;
 /// A combination and what is expected of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct Candidate {
-    /// What would be rolled.
+    /// Scene that would be rolled.
     #[serde(skip)]
     pub settings: Settings,
     /// Expected largest difference of a level \[dB\].

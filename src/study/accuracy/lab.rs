@@ -35,7 +35,7 @@ pub(crate) struct Cost {
 pub(crate) struct Point {
     /// Label of the run.
     pub label: String,
-    /// What was rolled.
+    /// Scene that was rolled.
     pub settings: Settings,
     /// Difference from the run that it is compared with.
     pub difference: Difference,

@@ -30,7 +30,7 @@ impl Verdict {
         self.found <= self.stated
     }
 
-    /// Whether it lies on the front, within [`LARGEST_EXCESS`].
+    /// True if it lies on the front, within [`LARGEST_EXCESS`].
     pub(crate) fn is_on_the_front(&self) -> bool {
         self.excess <= LARGEST_EXCESS
     }

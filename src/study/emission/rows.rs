@@ -54,7 +54,7 @@ pub(crate) struct EmissionRow {
     pub group: String,
     /// Name of the receiver.
     pub receiver: String,
-    /// What the row is for.
+    /// Model that the row is for.
     pub model: EmissionModel,
     /// Nominal mid-frequency of the band \[Hz\]; `None` of an overall level.
     pub nominal_hz: Option<f64>,
@@ -131,11 +131,10 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
     let in_nord2000 = |of: &BandLevel| NORD2000_BANDS.contains(&of.band.0);
     all.extend(banded(EmissionModel::Nord2000, 0, &|of| of.power[1].iter().copied().filter(in_nord2000).collect()));
     let maximum = row(EmissionModel::UnR117, None, heard[0].tyres, maxima(heard).unwrap_or_default());
-    let passed = heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
-    let larger = |a: Option<f64>, b: Option<f64>| Some(a?.max(b?));
-    let worst = passed.filter_map(|of| of.passages);
-    let worst = worst.reduce(|(few, error), (fewer, other)| (few.min(fewer), larger(error, other)));
-    all.extend(maximum.map(|row| EmissionRow { passages: worst, ..row }));
+    let passed = || heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed)).filter_map(|of| of.passages);
+    let fewest = passed().map(|(count, _)| count).min();
+    let passages = fewest.map(|fewest| (fewest, largest(passed().map(|(_, error)| error))));
+    all.extend(maximum.map(|row| EmissionRow { passages, ..row }));
     all
 }
 

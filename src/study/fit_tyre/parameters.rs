@@ -120,13 +120,13 @@ impl Parameter {
         }
     }
 
-    /// Whether it is fitted to this start by default. Tension that follows from inflation and sidewalls is not: it
+    /// True if it is fitted to this start by default. Tension that follows from inflation and sidewalls is not: it
     /// would be fitted twice, beside their radius and angle.
     pub(crate) fn is_free_from(self, start: &Tyre) -> bool {
         self.is_usually_free() && !(self == Self::TensionAlong && start.tension_is_carried())
     }
 
-    /// Whether it is fitted by default. Thickness and density of the tread are weighed and measured more accurately
+    /// True if it is fitted by default. Thickness and density of the tread are weighed and measured more accurately
     /// than any mobility determines them, and with them known the others are well determined. The angle of cords is
     /// known from the tyre's construction. The foundation's and the sidewalls' losses show in the lowest modes only;
     /// the sidewalls' mass is weighed.

@@ -23,7 +23,7 @@ const FAR: f64 = 20.0;
 /// The same of phases, in degrees.
 const TURNED: f64 = 45.0;
 
-/// What the values are instead of a mobility.
+/// Quantity that the values are instead of a mobility.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Instead {
     Accelerance,
@@ -39,9 +39,9 @@ pub(crate) enum Instead {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("this is no driving-point mobility in m/(N s): {evidence}. {instead}")]
 pub(crate) struct NoMobility {
-    /// What is wrong, in words.
+    /// Fault found, in words.
     pub evidence: String,
-    /// What the values are instead, as far as the data show.
+    /// Quantity that the values are instead, as far as the data show.
     pub instead: Instead,
 }
 

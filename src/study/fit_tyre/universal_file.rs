@@ -46,7 +46,7 @@ pub(crate) struct UniversalFile {
     pub notes: Vec<String>,
 }
 
-/// Whether a file is a universal one: its first line that is not blank is the delimiter -1.
+/// True if a file is a universal one: its first line that is not blank is the delimiter -1.
 pub(crate) fn is_universal(bytes: &[u8]) -> bool {
     let mut lines = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
     lines.find(|line| !line.is_empty()) == Some(b"-1")
@@ -351,7 +351,7 @@ fn kind_name(kind: i64) -> String {
     name.map_or_else(|| format!("functions of type {kind}"), |name| (*name).to_owned())
 }
 
-/// Whether a delimiter follows after `length` bytes.
+/// True if a delimiter follows after `length` bytes.
 fn is_followed(rest: &[u8], length: usize) -> bool {
     let after = rest.get(length..).map(<[u8]>::trim_ascii_start).and_then(|after| after.strip_prefix(b"-1"));
     after.is_some_and(|after| after.first().is_none_or(u8::is_ascii_whitespace))

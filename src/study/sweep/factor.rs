@@ -80,7 +80,7 @@ impl Factor {
         Ok(Some(Self { key: key.to_owned(), values }))
     }
 
-    /// Whether its values are draws of the same quantity, over which results are averaged: those of a seed.
+    /// True if its values are draws of the same quantity, over which results are averaged: those of a seed.
     pub(crate) fn repeats(&self) -> bool {
         is_seed(&self.key)
     }

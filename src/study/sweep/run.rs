@@ -25,7 +25,7 @@ use crate::results::summary::{FrictionSummary, LoadResult, RollingResistance, SU
 use crate::results::unfinished::{forget_abandoned, unfinished};
 use crate::run::checkpoint::Checkpoint;
 use crate::run::energy::impossible_energy;
-use crate::run::{self, Progress, RunError, RunOptions};
+use crate::run::{self, Progress, RunError, RunOptions, RunReport};
 use crate::scene::{History, Scene};
 use crate::sound::TotalLevel;
 use crate::storage::input::{self, TABLE_BYTES};
@@ -284,19 +284,19 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
         run::run(&variant.loaded, &options, stop, &mut progress)
     };
     match report {
+        Ok(RunReport { impossible: Some(why), .. }) => Outcome::Failed(RunError::Impossible(why)),
         // Results as written, so that a later sweep that finds them reports the same.
-        Ok(report) => {
-            let levels = read_levels(&report.folder).unwrap_or_default();
-            let summary = read_summary(&report.folder).unwrap_or_default();
-            let done = || Outcome::Done(Done::new(false, levels, &read_heard(&report.folder), &summary));
-            impossible(&variant.plan.scene, &summary).unwrap_or_else(done)
+        Ok(RunReport { folder, .. }) => {
+            let levels = read_levels(&folder).unwrap_or_default();
+            let summary = read_summary(&folder).unwrap_or_default();
+            Outcome::Done(Done::new(false, levels, &read_heard(&folder), &summary))
         }
         Err(RunError::Interrupted { .. }) => Outcome::Stopped,
         Err(error) => Outcome::Failed(error),
     }
 }
 
-/// Whether there is a checkpoint of this variant; remains of others, or unusable ones, are deleted.
+/// True if there is a checkpoint of this variant; remains of others, or unusable ones, are deleted.
 fn resumable(variant: &Variant, target: &Path, progress: &mut dyn Progress) -> bool {
     if let Ok(folder) = unfinished(target) {
         match Checkpoint::read(&folder) {

@@ -31,7 +31,7 @@ pub(crate) struct BandLine {
 }
 
 impl BandLine {
-    /// Whether every level behind the growth is valid.
+    /// True if every level behind the growth is valid.
     fn vouched(&self) -> bool {
         self.levels.iter().flatten().all(|level| level.valid)
     }

@@ -70,7 +70,7 @@ pub(crate) struct Variant {
 }
 
 impl Label {
-    /// Whether it belongs to a design: more than road, load and speed is varied.
+    /// True if it belongs to a design: more than road, load and speed is varied.
     pub(crate) fn is_of_a_design(&self) -> bool {
         self.choices.iter().any(|choice| ![ROAD, LOAD, SPEED].contains(&choice.factor.as_str()))
     }

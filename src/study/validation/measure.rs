@@ -14,7 +14,7 @@ use crate::planning::settled;
 use crate::response::{BandLevel, ThirdOctaveBand};
 use crate::results::pass_by::PassBySummary;
 use crate::run::RunError;
-use crate::scene::{DEFAULT, LoadedScene, NamedTexture, Scene, SceneError, Setting};
+use crate::scene::{DEFAULT, GRAVITY, LoadedScene, NamedTexture, Scene, SceneError, Setting};
 use crate::sound::TotalLevel;
 use crate::study::loads::Standing;
 use crate::study::sweep::{Axes, SweepError, variants};
@@ -28,7 +28,6 @@ const ROLLED: f64 = 165.0;
 const SEED: u64 = 1;
 /// Loads under which the tyre stands \[N\]: 300, 350 and 400 kg.
 const LOADS: [f64; 3] = [300.0 * GRAVITY, 350.0 * GRAVITY, 400.0 * GRAVITY];
-const GRAVITY: f64 = 9.81;
 /// Elements around the standing tyre: they resolve its patch in steps of 3.8 mm.
 const STANDING_ELEMENTS: usize = 1024;
 /// Highest frequency of the modes \[Hz\], and largest number of waves around the tyre.

@@ -28,7 +28,7 @@ const CARS: &str = include_str!("data/car_rolling_noise_third_octaves.csv");
 const AUTOMOBILES: &str = include_str!("data/fhwa_tnm_autos_third_octaves.csv");
 const QUANTITIES: &str = include_str!("data/quantities.json");
 
-/// Whether a row needs a road at a speed \[km/h\]: roads other than that of the fleets are compared at 80 km/h alone.
+/// True if a row needs a road at a speed \[km/h\]: roads other than that of the fleets are compared at 80 km/h alone.
 pub(super) fn is_compared(texture: NamedTexture, speed: f64) -> bool {
     texture == ROAD || (speed - PUBLISHED_SPEEDS[1]).abs() < 1e-9
 }

@@ -113,7 +113,7 @@ impl Row {
         }
     }
 
-    /// Whether the value is a lower bound that decides nothing.
+    /// True if the value is a lower bound that decides nothing.
     pub(crate) fn is_bound(&self) -> bool {
         self.is_lower_bound && self.computed.is_some() && self.verdict() == Verdict::Unknown
     }

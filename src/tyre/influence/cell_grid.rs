@@ -69,7 +69,7 @@ impl CellGrid {
         (m % all).min(all - m % all)
     }
 
-    /// Whether any cell lies off the nodes of m; the highest m may have a node in the middle of every cell.
+    /// True if any cell lies off the nodes of m; the highest m may have a node in the middle of every cell.
     pub(super) fn is_felt(&self, m: usize) -> bool {
         /// Largest value at a node by rounding.
         const ROUNDING: f64 = 1e-9;

@@ -79,7 +79,7 @@ impl CellSums {
         &self.identity
     }
 
-    /// Whether waves that run forwards and backwards differ: odd parts are then not zero.
+    /// True if waves that run forwards and backwards differ: odd parts are then not zero.
     pub fn turns(&self) -> bool {
         self.turns
     }

@@ -58,7 +58,7 @@ pub struct WaveBand {
 }
 
 impl CellWave {
-    /// Whether a lateral number m looks on cells like one that runs the other way across: of its sines and cosines one
+    /// True if a lateral number m looks on cells like one that runs the other way across: of its sines and cosines one
     /// kind changes its sign.
     pub(super) fn is_reflected(&self, m: usize) -> bool {
         self.lateral_period.is_some_and(|period| 2 * (m % period) > period)

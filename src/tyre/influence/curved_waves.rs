@@ -99,7 +99,7 @@ impl CurvedWaves {
         });
     }
 
-    /// Whether the waves n and -n differ.
+    /// True if the waves n and -n differ.
     #[inline(always)]
     pub(super) fn turns(&self) -> bool {
         self.tyre.turns()

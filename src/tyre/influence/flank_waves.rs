@@ -99,7 +99,7 @@ impl FlankWaves {
         sums
     }
 
-    /// Whether numbers read from a file are finite and fit each other.
+    /// True if numbers read from a file are finite and fit each other.
     pub(super) fn is_sound(&self) -> bool {
         let numbers = self.around * self.lateral * self.points * PIECES;
         let flows = self.flows.iter().chain(&self.backwards);

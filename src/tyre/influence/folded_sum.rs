@@ -153,7 +153,7 @@ impl InfluenceSum {
         Self { kernel, projection, tolerance, turns, tail, curvature, lateral_terms, aliases }
     }
 
-    /// Whether H_n and H_-n differ: odd parts are then not zero.
+    /// True if H_n and H_-n differ: odd parts are then not zero.
     pub fn turns(&self) -> bool {
         self.turns
     }

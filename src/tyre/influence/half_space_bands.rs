@@ -82,7 +82,7 @@ pub(super) fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Compl
     })
 }
 
-/// Whether both waves decay over the thickness like exp(-`decay`) at a wavenumber k, and hence above it.
+/// True if both waves decay over the thickness like exp(-`decay`) at a wavenumber k, and hence above it.
 pub(super) fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> bool {
     let ratio = tread.inertia_over_shear();
     let alpha = (ratio * tread.modulus_ratio + k * k).sqrt();
@@ -90,7 +90,7 @@ pub(super) fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> b
     alpha.re.min(beta.re) * tread.thickness >= decay
 }
 
-/// Whether the Chebyshev sum of a band of k^2 reaches a relative `tolerance`: by the ellipse through the nearest of
+/// True if the Chebyshev sum of a band of k^2 reaches a relative `tolerance`: by the ellipse through the nearest of
 /// Rayleigh pole and branch points, which lie at k^2 = -Q/mu times `factor`.
 pub(super) fn is_resolved(tread: &LayerAt<Complex64>, [low, high]: [f64; 2], tolerance: f64) -> bool {
     let ratio = tread.inertia_over_shear();

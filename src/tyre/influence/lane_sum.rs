@@ -26,7 +26,7 @@ pub struct FaceValues {
 }
 
 impl InfluenceSum {
-    /// Whether sums of a driven face are taken in lockstep: where their waves end at a cut-off of s alone, or by
+    /// True if sums of a driven face are taken in lockstep: where their waves end at a cut-off of s alone, or by
     /// number.
     pub(super) fn in_lockstep(&self, driven: Field) -> bool {
         let ends = self.tail.is_some() || (self.lateral_terms.is_some() && self.aliases.is_some());

@@ -159,7 +159,7 @@ impl SurfaceWaves {
         }
     }
 
-    /// Whether a wave is in the table of -n: C_n(-i w) = conj C_-n(i w).
+    /// True if a wave is in the table of -n: C_n(-i w) = conj C_-n(i w).
     fn run_backwards(&self, n: i64, frequency: f64) -> bool {
         (n < 0) != (frequency < 0.0) && !self.backwards.is_empty()
     }

@@ -73,7 +73,7 @@ pub(crate) struct TractionWaves {
     points: usize,
     /// C^-1 by n, lateral number and frequency \[Pa/m\].
     forwards: Vec<[Complex32; PAIRS]>,
-    /// That of -n; empty at rest.
+    /// The same of -n; empty at rest.
     backwards: Vec<[Complex32; PAIRS]>,
 }
 

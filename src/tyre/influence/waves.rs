@@ -63,7 +63,7 @@ impl Waves {
         if m == 0 { 1.0 / self.width } else { 2.0 / self.width }
     }
 
-    /// Whether a wave is even about mid-width.
+    /// True if a wave is even about mid-width.
     pub(crate) fn is_even(&self, m: usize) -> bool {
         (m - self.first_lateral_number()).is_multiple_of(2)
     }

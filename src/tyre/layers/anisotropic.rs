@@ -98,7 +98,7 @@ impl<T: ComplexField> FlatLayers<T> {
         Self(layers.collect())
     }
 
-    /// Whether all lanes need about as many halvings: a layer cut much thinner than it needs loses digits.
+    /// True if all lanes need about as many halvings: a layer cut much thinner than it needs loses digits.
     #[inline(always)]
     pub(super) fn is_even(&self, kx: f64, ky: f64) -> bool {
         self.0.iter().all(|layer| {
@@ -175,7 +175,7 @@ impl<T: ComplexField> FlatLayer<T> {
         [[*d * scale, -(*b * scale), zero], [-(*b * scale), *a * scale, zero], [zero, zero, f.reciprocal() * 0.5]]
     }
 
-    /// Of a thin part: tractions of the outer face by its displacements, and of the inner one by those of the outer.
+    /// Thin part: tractions of the outer face by its displacements, and of the inner one by those of the outer.
     #[inline(always)]
     fn thin(&self, kx: f64, ky: f64, h: f64) -> [Block<T>; 2] {
         let Self { elasticity, inertia, prestress: [sx, sy], .. } = self;

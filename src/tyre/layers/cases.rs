@@ -194,7 +194,7 @@ struct CavityEntry {
     relaxation: f64,
 }
 
-/// Of air at 20 degrees C \[m/s\].
+/// Speed of sound in air at 20 degrees C \[m/s\].
 fn sound_speed() -> f64 {
     343.0
 }

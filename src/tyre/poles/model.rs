@@ -142,7 +142,7 @@ impl Modes<'_> {
         direction.of(self.residues[index], self.odd.get(index).copied().unwrap_or_default())
     }
 
-    /// Whether a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is at
+    /// True if a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is at
     /// least [`LEAST_SHARE`] of that in the other direction.
     pub(crate) fn belongs_to(&self, direction: Direction, index: usize) -> bool {
         let [own, other] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());

@@ -152,12 +152,12 @@ impl<'a> Sampled<'a> {
         })
     }
 
-    /// Whether the belt moves by more than a fraction of its scale anywhere.
+    /// True if the belt moves by more than a fraction of its scale anywhere.
     pub(super) fn bottom_exceeds(&self, share: f64) -> bool {
         self.on_axis(1).any(|square| square > (share * self.scales[1]).powi(2))
     }
 
-    /// Whether the odd parts of a face exceed a fraction of its scale anywhere.
+    /// True if the odd parts of a face exceed a fraction of its scale anywhere.
     pub(super) fn odd_exceeds(&self, face: usize, share: f64) -> bool {
         let exceeds = |rung: &usize| {
             let scale = if face == 0 { self.local_scale(self.square(*rung)) } else { self.scales[1] };

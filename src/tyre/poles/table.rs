@@ -59,7 +59,7 @@ impl PoleTable {
         self.poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
     }
 
-    /// Whether positions read from a file are consistent.
+    /// True if positions read from a file are consistent.
     pub(super) fn is_sound(&self) -> bool {
         let ends = self.offsets.get(1..).unwrap_or_default();
         let ranges = self.offsets.iter().zip(&self.first_real).zip(ends);

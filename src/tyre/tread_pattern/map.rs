@@ -133,7 +133,7 @@ impl TreadMap {
         (cells.across..=2 * cells.across).find(holds).unwrap_or(cells.across)
     }
 
-    /// Whether the void ratio on some cells is acceptable.
+    /// True if the void ratio on some cells is acceptable.
     fn holds(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> bool {
         Self::laid(pattern, scene, cells).is_ok_and(|map| !map.is_off())
     }
@@ -366,7 +366,7 @@ impl TreadMap {
         }
     }
 
-    /// Whether the void ratio on cells misses that of the grooves.
+    /// True if the void ratio on cells misses that of the grooves.
     fn is_off(&self) -> bool {
         (self.void() - self.exact_void).abs() > VOID_OFF * self.exact_void
     }

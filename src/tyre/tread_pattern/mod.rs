@@ -25,7 +25,7 @@ use thiserror::Error;
 pub(crate) struct PatternFault {
     /// Key within `[tread_pattern]`.
     pub key: String,
-    /// What is wrong, for the message.
+    /// Fault found, for the message.
     pub wrong: String,
     /// Remedy, for the message.
     pub right: String,

@@ -28,7 +28,7 @@ impl Band {
         self.slope.mul_add(y, self.place)
     }
 
-    /// Whether it extends across y.
+    /// True if it extends across y.
     pub(crate) fn reaches(&self, y: f64) -> bool {
         self.ends[0] < y && y < self.ends[1]
     }

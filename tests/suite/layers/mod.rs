@@ -1,5 +1,5 @@
 //! The order of the sources: each module of the library knows only those before it, as src/lib.rs documents; no files
-//! use each other in a circle; no line is wider than 120 columns.
+//! use each other in a circle; no line is wider than 120 columns; no sentence hides its subject.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,6 +7,7 @@ use std::path::Path;
 
 use sources::{Source, Uses, rust_files, sources};
 
+mod sentences;
 mod sources;
 
 /// Lowest first; modules of one level do not know each other.

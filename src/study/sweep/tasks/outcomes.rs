@@ -113,7 +113,7 @@ impl<'a> Outcomes<'a> {
         Ok(true)
     }
 
-    /// Whether another process has done a task and its outcome is not merged with others yet.
+    /// True if another process has done a task and its outcome is not merged with others yet.
     pub(crate) fn has(&self, index: usize) -> bool {
         let mut found = Found { done: vec![None; self.tasks.len()], unusable: Vec::new() };
         let name = format!("{OUTCOME}{}", self.first + index as u64);

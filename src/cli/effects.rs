@@ -34,7 +34,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct EffectsArguments {
+pub struct EffectsArguments {
     #[command(flatten)]
     place: Place,
     /// Duration of each variant after the warm-up, in s; default: the scene's, at most 3.

@@ -50,7 +50,7 @@ const CHECKED: [usize; 4] = [0, 5, 20, 100];
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct InfluenceArguments {
+pub struct InfluenceArguments {
     #[command(flatten)]
     place: Place,
     /// Fit anew with 512 to 8192 elements, with 2 to 9 layers, and on one thread beside all of them, and report what

@@ -87,7 +87,7 @@ Examples:
 /// to the contact, and finds the contact forces in the time domain, step by step.
 #[derive(Debug, Parser)]
 #[command(name = "tyrewave", version, arg_required_else_help = true, after_help = AFTER_HELP)]
-pub(crate) struct CommandLine {
+pub struct CommandLine {
     #[command(flatten)]
     options: GlobalOptions,
     /// Command to execute.
@@ -97,7 +97,7 @@ pub(crate) struct CommandLine {
 
 /// Commands of tyrewave.
 #[derive(Clone, Debug, Subcommand)]
-pub(crate) enum Command {
+pub enum Command {
     /// Roll a tyre: contact forces over time, and their spectrum.
     Run(run::RunArguments),
     /// Say what a run would do, why, and what it would take; nothing is simulated.

@@ -94,7 +94,7 @@ const SHARES: [&str; 3] = [
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct RadiationArguments {
+pub struct RadiationArguments {
     #[command(flatten)]
     place: Place,
     /// Highest frequency, in Hz.
@@ -390,7 +390,7 @@ fn cost_picture(costs: &[(f64, Cost)], title: &str) -> Result<String, PlotError>
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = CASES)]
-pub(crate) struct RadiationCasesArguments {
+pub struct RadiationCasesArguments {
     /// The cases, a JSON file.
     cases: PathBuf,
 }

@@ -36,7 +36,7 @@ const POINTS: u32 = 200;
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct RulesArguments {
+pub struct RulesArguments {
     #[command(flatten)]
     place: Place,
     /// Also roll the scene with every rule and compare the forces with a fine reference.

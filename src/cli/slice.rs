@@ -33,7 +33,7 @@ enum SliceLaw {
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 #[command(allow_negative_numbers = true)]
-pub(crate) struct SliceArguments {
+pub struct SliceArguments {
     /// Heights across the slice, in m: a one-dimensional .npy array.
     #[arg(long, value_name = "FILE.npy")]
     heights: PathBuf,

@@ -36,7 +36,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct SlicesArguments {
+pub struct SlicesArguments {
     #[command(flatten)]
     place: Place,
     /// Road coordinate of the slice in the pictures, in m.

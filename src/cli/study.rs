@@ -50,7 +50,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct StudyArguments {
+pub struct StudyArguments {
     #[command(flatten)]
     place: Place,
     /// Highest frequency compared, in Hz; default: the scene's fmax, or 1000.

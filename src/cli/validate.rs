@@ -46,7 +46,7 @@ const ROADS: [&str; 4] = [
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct ValidateArguments {
+pub struct ValidateArguments {
     /// The scene, a TOML file; without it the default car tyre is validated.
     scene: Option<PathBuf>,
     /// A key in place of the scene's own, such as contact.zone=cells; may be repeated.

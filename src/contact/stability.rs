@@ -39,7 +39,7 @@ const RINGING: f64 = 1e-2;
 
 /// A zero of the discrete transfer function inside the unit disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct UnstableZero {
+pub struct UnstableZero {
     /// Wavenumber n.
     pub wavenumber: usize,
     /// The zero zeta itself.
@@ -52,7 +52,7 @@ pub(crate) struct UnstableZero {
 
 /// Stability of a tyre's inverse under a rule at a time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stability {
+pub struct Stability {
     /// The zero with the smallest |zeta| < `UNSTABLE`, if there is any.
     pub unstable: Option<UnstableZero>,
     /// The zero with the smallest |zeta| between `UNSTABLE` and `MARGINAL`, if there is none deeper.
@@ -67,7 +67,7 @@ pub(crate) struct Stability {
 impl Stability {
     /// Examines every wavenumber; `spring` \[m/N\] is the compliance in series with each element. `None` if the model
     /// does not hold the field.
-    pub(crate) fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
+    pub fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
         let spring = spring / model.elements as f64;
         let circles = [UNSTABLE, MARGINAL].map(|radius| WindingCircle::new(radius, rule));
         let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
@@ -107,7 +107,7 @@ impl Stability {
     }
 
     /// True if the force rings at half the sampling frequency without decay.
-    pub(crate) fn rings(&self) -> bool {
+    pub fn rings(&self) -> bool {
         self.at_half_sampling < RINGING || self.marginal.is_some()
     }
 }

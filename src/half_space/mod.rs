@@ -7,7 +7,7 @@
 
 mod error;
 pub(crate) mod line;
-pub(crate) mod love;
+pub mod love;
 #[cfg(test)]
 mod reference;
 pub(crate) mod rough;

@@ -12,7 +12,7 @@ use crate::storage::input::{self, TABLE_BYTES};
 /// Accepted change of a counter, with its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct AcceptedChange {
+pub struct AcceptedChange {
     /// Name of the workload.
     pub workload: String,
     /// Name of the counter.
@@ -28,7 +28,7 @@ pub(crate) struct AcceptedChange {
 /// Content of the file of accepted changes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct AcceptedChanges {
+pub struct AcceptedChanges {
     /// In chronological order.
     #[serde(default)]
     pub change: Vec<AcceptedChange>,
@@ -39,7 +39,7 @@ impl AcceptedChanges {
     ///
     /// # Errors
     /// [`PerformanceError::File`], [`PerformanceError::Nonsense`].
-    pub(crate) fn read(path: &Path) -> Result<Self, PerformanceError> {
+    pub fn read(path: &Path) -> Result<Self, PerformanceError> {
         let text = match input::read_text(path, TABLE_BYTES).map_err(std::io::Error::from) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
             other => other.map_err(PerformanceError::reading(path))?,
@@ -72,7 +72,7 @@ impl AcceptedChanges {
 
 /// A counter whose value has changed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Difference {
+pub struct Difference {
     /// Name of the counter.
     pub counter: String,
     /// Value in the first record; 0 if missing.
@@ -102,7 +102,7 @@ const ROUNDING: f64 = 0.01;
 
 /// Counters of a workload that differ. With `other_instructions` those that depend on rounding may differ by a
 /// hundredth.
-pub(crate) fn differences(
+pub fn differences(
     workload: &str,
     first: &RecordedWorkload,
     second: &RecordedWorkload,

@@ -11,7 +11,7 @@ use crate::tyre::poles::FitError;
 
 /// Reasons why there is no measurement, record or comparison.
 #[derive(Debug, Error)]
-pub(crate) enum PerformanceError {
+pub enum PerformanceError {
     /// A rolling workload ended early.
     #[error("workload {workload}: {source}")]
     Run {

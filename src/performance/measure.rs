@@ -33,7 +33,7 @@ type Blocks = BTreeMap<String, Vec<Option<u64>>>;
 /// Cost and result of a workload. Maps are keyed by the names of stages and counters, so that programs of different
 /// releases understand each other.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub(crate) struct Measurement {
+pub struct Measurement {
     /// Name of the workload.
     pub workload: String,
     /// Instruction set of its vectors.
@@ -52,7 +52,7 @@ pub(crate) struct Measurement {
 
 /// A physical value and its reference.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub(crate) struct Found {
+pub struct Found {
     /// Name of the value.
     pub what: String,
     /// Computed value.
@@ -79,12 +79,12 @@ impl Measurement {
 
 impl Found {
     /// Relative error |value - expected|/|expected|.
-    pub(crate) fn error(&self) -> f64 {
+    pub fn error(&self) -> f64 {
         (self.value - self.expected).abs() / self.expected.abs()
     }
 
     /// True if the error is within the tolerance.
-    pub(crate) fn is_right(&self) -> bool {
+    pub fn is_right(&self) -> bool {
         self.error() <= self.tolerance
     }
 }
@@ -153,7 +153,7 @@ fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
 ///
 /// # Errors
 /// Errors of the run or the fit; [`PerformanceError::Interrupted`].
-pub(crate) fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
+pub fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     match workload.scene()? {
         Some(loaded) => {
             let Rolled { counters, results, blocks } = Rolled::of(workload.name(), &loaded, stop)?;
@@ -194,7 +194,7 @@ pub(super) fn name<T: Serialize>(value: &T) -> String {
 
 /// Value by which a rolling workload is judged: the mean force on a smooth road, the pressure where there is a
 /// receiver, otherwise the root mean square of the force about its mean.
-pub(crate) fn value(workload: Workload, results: &Results) -> f64 {
+pub fn value(workload: Workload, results: &Results) -> f64 {
     let value = match workload {
         Workload::Smooth => results.mean_force,
         Workload::Sound => {

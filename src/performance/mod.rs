@@ -29,5 +29,6 @@ mod error;
 
 pub(crate) use error::PerformanceError;
 pub(crate) use measure::{Measurement, measure, measure_scene};
-pub(crate) use record::Record;
-pub(crate) use workload::{Work, Workload};
+pub use record::Record;
+pub(crate) use workload::Work;
+pub use workload::Workload;

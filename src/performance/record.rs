@@ -19,7 +19,7 @@ const FORMAT_VERSION: u32 = 1;
 
 /// Costs of the workloads on one machine.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub(crate) struct Record {
+pub struct Record {
     /// Constant `tyrewave profile`.
     pub format: String,
     /// Version of the layout.
@@ -32,7 +32,7 @@ pub(crate) struct Record {
 
 /// Costs of one workload.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub(crate) struct RecordedWorkload {
+pub struct RecordedWorkload {
     /// Physical value that was computed.
     pub found: Found,
     /// Exact counters by name.
@@ -47,7 +47,7 @@ pub(crate) struct RecordedWorkload {
 
 impl RecordedWorkload {
     /// Entry from measurements of one workload; shares are medians.
-    pub(crate) fn new(measured: &[Measurement], instructions: Option<u64>) -> Self {
+    pub fn new(measured: &[Measurement], instructions: Option<u64>) -> Self {
         let Some(first) = measured.first() else { return Self::default() };
         let stages = first.blocks.keys();
         let share = |stage: &String, measurement: &Measurement| {
@@ -71,11 +71,12 @@ impl Record {
     }
 
     /// Path of the record of an instruction set in a folder of records.
-    pub(crate) fn place(folder: &Path, instruction_set: &str) -> PathBuf {
+    pub fn place(folder: &Path, instruction_set: &str) -> PathBuf {
         folder.join(format!("{instruction_set}.json"))
     }
 
-    pub(crate) fn read(path: &Path) -> Result<Self, PerformanceError> {
+    /// A record from its file.
+    pub fn read(path: &Path) -> Result<Self, PerformanceError> {
         let text =
             input::read_text(path, TABLE_BYTES).map_err(|error| PerformanceError::reading(path)(error.into()))?;
         let nonsense = |wrong: String, right| PerformanceError::Nonsense { path: path.to_owned(), wrong, right };
@@ -92,7 +93,7 @@ impl Record {
     ///
     /// # Errors
     /// [`PerformanceError::File`].
-    pub(crate) fn write(&self, path: &Path) -> Result<(), PerformanceError> {
+    pub fn write(&self, path: &Path) -> Result<(), PerformanceError> {
         let write = || {
             let text = serde_json::to_string_pretty(self)? + "\n";
             path.parent().map_or(Ok(()), fs::create_dir_all)?;

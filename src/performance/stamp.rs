@@ -9,7 +9,7 @@ use crate::counters::machine::{instruction_set, processor};
 
 /// Program, compiler and machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-pub(crate) struct Stamp {
+pub struct Stamp {
     /// Version of tyrewave.
     pub version: String,
     /// Commit of the sources in the present folder, followed by `-modified` if they differ from it; empty without a

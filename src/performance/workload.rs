@@ -11,7 +11,7 @@ use crate::scene::{Axle, History, LoadedScene, Outputs, PLATE, Road, Scene, Scen
 
 catalogue! {
     /// A fixed piece of work.
-    pub(crate) enum Workload,
+    pub enum Workload,
     /// Name on the command line and in records.
     name {
         /// A smooth road at 80 km/h, N = 512.
@@ -63,7 +63,7 @@ impl Work {
 
 /// Reference value of a workload.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Truth {
+pub struct Truth {
     /// Name of the value, with its unit.
     pub what: &'static str,
     /// Reference from a path that shares as little as possible with the workload's.
@@ -84,7 +84,7 @@ const fn variation(expected: f64) -> Truth {
 impl Workload {
     /// Reference value. Forces of rolling workloads are those of the same scene by direct sums with complete memory (a
     /// test that takes a minute repeats them); the others are checked against reference paths as they run.
-    pub(crate) const fn truth(self) -> Truth {
+    pub const fn truth(self) -> Truth {
         match self {
             Self::Smooth => Truth { what: "mean force [N]", expected: 2767.912323979274, tolerance: 1e-5 },
             Self::Rough => variation(48.92530136118314),
@@ -111,7 +111,7 @@ impl Workload {
     }
 
     /// Scene of a workload that rolls; `None` for the others.
-    pub(crate) fn scene(self) -> Result<Option<LoadedScene>, SceneError> {
+    pub fn scene(self) -> Result<Option<LoadedScene>, SceneError> {
         let text = match self {
             Self::Cells => PLATE.replace("slices = \"winkler\"", "zone = \"cells\""),
             Self::Sound => format!("{PLATE}{RECEIVER}"),

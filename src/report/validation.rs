@@ -15,7 +15,7 @@ use crate::study::validation::{
 };
 
 /// Lines of a Markdown file between which the section is placed.
-pub(crate) const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
+pub const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
 
 /// Explanation of the columns.
 const LEGEND: &str = "outside: distance from the published range; 0 inside. could explain: physics that the model \
@@ -143,7 +143,7 @@ pub(crate) fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
 }
 
 /// Section of a Markdown file, between its markers: the groups, and the third octaves at 80 km/h.
-pub(crate) fn markdown(rows: &[Row]) -> String {
+pub fn markdown(rows: &[Row]) -> String {
     let mut lines = vec![MARKERS[0].to_owned()];
     lines.push("| | inside the published range | farthest outside |".to_owned());
     lines.push("|---|---|---|".to_owned());

@@ -92,7 +92,8 @@ impl TimeRule {
         }
     }
 
-    pub(crate) const fn runge_kutta(self) -> Option<RungeKutta> {
+    /// The stages of a Runge-Kutta rule.
+    pub const fn runge_kutta(self) -> Option<RungeKutta> {
         match self {
             Self::Sdirk2 => Some(SDIRK2),
             Self::Sdirk3 => Some(SDIRK3),
@@ -151,7 +152,7 @@ impl TimeRule {
     }
 
     /// mu(zeta) of the quadrature: the values at which H(mu/dt) is taken. `None` for the first-order hold.
-    pub(crate) fn rates(self, zeta: Complex64) -> Option<Rates> {
+    pub fn rates(self, zeta: Complex64) -> Option<Rates> {
         let one = |value| Some(Rates { values: [value, Complex64::ZERO, Complex64::ZERO], count: 1 });
         match self {
             Self::Bdf1 => one(1.0 - zeta),

@@ -11,7 +11,7 @@
 //! - `modes`: resonances of single waves, poles of C; `slowest_wave`: up to which speed a tyre rolls steadily;
 //!   `critical_speed`: up to which it is stable, and the speed of its tread's waves.
 
-pub(crate) mod critical_speed;
+pub mod critical_speed;
 pub(crate) mod influence;
 pub(crate) mod layers;
 pub(crate) mod modes;

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use serde_json::Value;
+use tyrewave::Plan;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::plan::Plan;
+use tyrewave::internals::{edit, scene, scene_text, with_all_terms, without};
 use tyrewave::response::ThirdOctaveBand;
 use tyrewave::scene::Scene;
-use tyrewave::test_models::{edit, scene, scene_text, with_all_terms, without};
 
-use crate::suite::common::{Results, run};
+use crate::common::{Results, run};
 
 const ROUGH: &str = "kind = \"made\"\nseed = 4";
 const SMOOTH: &str = "kind = \"smooth\"";

@@ -3,20 +3,19 @@
 use std::fs;
 use std::time::Instant;
 
-use tyrewave::contact::cells::{CellSearch, InstantCells};
-use tyrewave::half_space::love;
-use tyrewave::half_space::rough::{Extent, HeightMap, IndentationControl, IndentationLimits, indent};
-use tyrewave::plan::Plan;
-use tyrewave::road::{self, Lattice, RoadSurface};
+use tyrewave::half_space::{Extent, HeightMap, IndentationControl, IndentationLimits, indent};
+use tyrewave::internals::{
+    CIRCUMFERENCE, CellSearch, InstantCells, RoughRoad, add, edit, grid_road, love, scene, scene_text,
+};
+use tyrewave::road::{Lattice, RoadSurface};
 use tyrewave::run::Simulation;
 use tyrewave::scene::LoadedScene;
-use tyrewave::test_models::cells::RoughRoad;
-use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene, scene_text};
+use tyrewave::{Plan, road};
 
-use tyrewave::tyre::influence::CellInfluence;
+use tyrewave::internals::CellInfluence;
 
-use crate::suite::common::hard_case::measured;
-use crate::suite::common::{Results, mean_and_deviation, read_array, run, write_grid};
+use crate::common::hard_case::measured;
+use crate::common::{Results, mean_and_deviation, read_array, run, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.1\naxle = { load = 3400.0, tolerance = 0.05 }";
 const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.01, ramp = 0.03 }";

@@ -9,14 +9,14 @@ use std::sync::{Arc, Mutex};
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tyrewave::road::{Lattice, Limits, RoadSurface};
-use tyrewave::scene::Tyre;
-use tyrewave::test_models::{
+use tyrewave::internals::{
     CHIP_SEAL, CIRCUMFERENCE, COBBLES, CONTACT_WIDTH, grid_road, reference, scene, scene_text, transforms,
 };
-use tyrewave::tyre::layers::Stack;
+use tyrewave::road::{Lattice, Limits, RoadSurface};
+use tyrewave::scene::Tyre;
+use tyrewave::tyre::Stack;
 
-use crate::suite::common::{Results, run, write_grid};
+use crate::common::{Results, run, write_grid};
 
 const SPEED: f64 = 80.0 / 3.6;
 /// As in [`scene_text`].

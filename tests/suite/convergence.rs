@@ -8,10 +8,10 @@ use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 use toml::Table;
+use tyrewave::internals::{CHIP_SEAL, edit, reference, scene, scene_text, with_all_terms};
 use tyrewave::scene::TimeRule;
-use tyrewave::test_models::{CHIP_SEAL, edit, reference, scene, scene_text, with_all_terms};
 
-use crate::suite::common::{run, try_run};
+use crate::common::{run, try_run};
 
 const HIGHEST: f64 = 1000.0;
 
@@ -214,7 +214,7 @@ fn a_disturbance_decays_and_a_micrometre_of_road_is_not_heard() {
     assert!(worst < 0.05, "{worst} dB");
 }
 
-/// Long version: `cargo test --release suite::convergence -- --ignored --nocapture`.
+/// Long version: `cargo test --release --test suite convergence -- --ignored --nocapture`.
 #[test]
 #[ignore = "half an hour: tables of successive differences on four roads at three speeds"]
 fn tables_of_convergence() {

@@ -2,10 +2,10 @@
 
 use std::fs;
 
-use tyrewave::test_models::scene_text;
+use tyrewave::internals::scene_text;
 
-use crate::suite::common::hard_case::measured;
-use crate::suite::common::{Results, run};
+use crate::common::hard_case::measured;
+use crate::common::{Results, run};
 
 const ARRAYS: [&str; 5] = ["time.npy", "total_force.npy", "patch_force.npy", "patch_element.npy", "spectra.csv"];
 
@@ -24,7 +24,7 @@ fn assert_same_on_all(text: &str) {
     assert!(expected[2].len() > 10_000);
     for threads in [2, 3, 1] {
         let other = run_on(threads, text);
-        assert_eq!(other.report.summary.cost.threads, threads);
+        assert_eq!(other.summary()["cost"]["threads"], threads);
         for ((name, expected), found) in ARRAYS.iter().zip(&expected).zip(bytes(&other)) {
             assert!(*expected == found, "{name} differs on {threads} threads");
         }

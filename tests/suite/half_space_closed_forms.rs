@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use tyrewave::half_space::rough::{
-    Convolution, Extent, HeightMap, Indentation, IndentationControl, IndentationLimits, indent,
+use tyrewave::half_space::{
+    Extent, HalfSpaceError, HeightMap, Indentation, IndentationControl, IndentationLimits, indent,
 };
-use tyrewave::half_space::{GrowingContact, HalfSpaceError, LineInfluence, love};
+use tyrewave::internals::{Convolution, GrowingContact, LineInfluence, love};
 
 /// A square map of n x n cells over `side`, from the height at (x, y) relative to its middle.
 fn map(n: usize, side: f64, height: impl Fn(f64, f64) -> f64) -> HeightMap {

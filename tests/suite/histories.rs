@@ -6,9 +6,9 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use tyrewave::counters::{Stage, Watch};
+use tyrewave::internals::{CHIP_SEAL, edit, reference, scene, with_road};
 use tyrewave::run::{RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{History, PLATE, Scene, TimeRule};
-use tyrewave::test_models::{CHIP_SEAL, edit, reference, scene, with_road};
 
 /// A run of the default tyre on its road at a fixed height.
 fn rolled(change: impl Fn(&mut Scene), folder: &Path) -> (Vec<f64>, RunReport) {

@@ -7,16 +7,15 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
-use tyrewave::counters::machine::instruction_set;
-use tyrewave::performance::changes::{AcceptedChanges, differences};
-use tyrewave::performance::measure::value;
-use tyrewave::performance::record::RecordedWorkload;
-use tyrewave::performance::{Record, Workload, measure};
-use tyrewave::plan::Plan;
+use tyrewave::Plan;
+use tyrewave::internals::{
+    AcceptedChanges, PerformanceRecord as Record, RecordedWorkload, Workload, differences, instruction_set,
+    measure_performance as measure, performance_value as value,
+};
 use tyrewave::run::Simulation;
 use tyrewave::scene::History;
 
-use crate::suite::common::{program, skipped};
+use crate::common::{program, skipped};
 
 fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -6,13 +6,13 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
+use tyrewave::Plan;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::plan::{Plan, Unit};
+use tyrewave::internals::{Unit, decisions, edit, scene, scene_text, without};
 use tyrewave::run::Simulation;
 use tyrewave::scene::{DEFAULT, LoadedScene, PLATE};
-use tyrewave::test_models::{edit, scene, scene_text, without};
 
-use crate::suite::common::{program, read_summary};
+use crate::common::{program, read_summary};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.4\naxle = { load = 3400 }";
 const MODAL: &str = "history = \"modal\"\npole_tolerance = 1e-3";
@@ -76,11 +76,11 @@ fn what_is_off_has_no_work_in_the_plan() {
         let factors = plan.amounts().memory.iter().any(|(what, _)| *what == "factors");
         assert_eq!(factors, name != "uncoupled", "{name}");
         assert_eq!(has(Stage::Transforms), !name.starts_with("direct"), "{name}");
-        let effects: Vec<_> = plan.decisions.rows.iter().map(|row| row.effect).collect();
+        let effects: Vec<_> = decisions(&plan).rows.iter().map(|row| row.effect).collect();
         for effect in ["rotation of the tyre", "texture across the width", "tread coupling", "radiation", "friction"] {
             assert!(effects.contains(&effect), "{effects:?}");
         }
-        assert!(plan.decisions.rows.iter().all(|row| !row.reason.is_empty()), "{name}");
+        assert!(decisions(&plan).rows.iter().all(|row| !row.reason.is_empty()), "{name}");
     }
 }
 

@@ -2,11 +2,12 @@
 
 use std::sync::atomic::AtomicBool;
 
+use tyrewave::internals::{
+    CHIP_SEAL, Study, StudyOptions, StudySweep as Sweep, Verdict, edit, reference, scene, scene_text, study, verdicts,
+    with_all_terms,
+};
 use tyrewave::run::Unwatched;
 use tyrewave::scene::LoadedScene;
-use tyrewave::study::accuracy::verdict::{Verdict, verdicts};
-use tyrewave::study::accuracy::{Study, StudyOptions, Sweep, study};
-use tyrewave::test_models::{CHIP_SEAL, edit, reference, scene, scene_text, with_all_terms};
 
 /// Reference and presets of a scene.
 fn measured(loaded: &LoadedScene, highest: f64, reference: Option<(usize, usize)>) -> (Study, Vec<Verdict>) {

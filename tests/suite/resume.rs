@@ -12,11 +12,9 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use tyrewave::test_models::{add, edit, scene_text};
+use tyrewave::internals::{add, edit, scene_text};
 
-use crate::suite::common::{
-    TREAD_MAP, command, names, program, read_summary, skipped, tyrewave, write_grid, write_tread_map,
-};
+use crate::common::{TREAD_MAP, command, names, program, read_summary, skipped, tyrewave, write_grid, write_tread_map};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;

@@ -1,11 +1,8 @@
 //! Tyres on sidewalls: their compliance at rest and turning, its limits, and their statics.
 
 use num_complex::Complex64;
+use tyrewave::internals::{CurvedStack, Cylinder, FINE_STEP, Matrix3, critical_speed};
 use tyrewave::scene::{DEFAULT, Foundation, Inflation, Scene, Sidewall, Tyre};
-use tyrewave::tyre::critical_speed;
-use tyrewave::tyre::layers::compliance::Matrix3;
-use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP};
-use tyrewave::tyre::layers::cylinder::Cylinder;
 
 const LARGEST_S: f64 = 1.3e5;
 const SPEED: f64 = 110.0 / 3.6;

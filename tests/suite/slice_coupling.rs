@@ -1,7 +1,7 @@
 //! The two couplings of the slice law: the paper's equation 4, and each slice's own spring in series with the coupled
 //! tread.
 //!
-//! `cargo test --release suite::slice_coupling -- --ignored --nocapture`
+//! `cargo test --release --test suite slice_coupling -- --ignored --nocapture`
 
 use std::fs;
 
@@ -9,12 +9,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::scene::PLATE;
-use tyrewave::test_models::{
+use tyrewave::internals::{
     CHIP_SEAL, CIRCUMFERENCE, add, edit, grid_road, implausible, reference, scene_text, with_road,
 };
+use tyrewave::scene::PLATE;
 
-use crate::suite::common::{Results, run, write_grid};
+use crate::common::{Results, run, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";
 

@@ -5,13 +5,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
+use tyrewave::internals::{
+    Study, StudyKind as Kind, StudyOptions, StudyPoint as Point, Trials, scene, scene_text, study,
+    study_front as front, study_sound as sound,
+};
 use tyrewave::run::{Progress, RunError, Unwatched};
 use tyrewave::scene::{DEFAULT, LoadedScene};
-use tyrewave::study::accuracy::{Kind, Point, Study, StudyOptions, front, sound, study};
-use tyrewave::study::trial::Trials;
-use tyrewave::test_models::{scene, scene_text};
 
-use crate::suite::common::command;
+use crate::common::command;
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.3\naxle = { load = 3400 }";
 const MADE: &str = "kind = \"made\"\nseed = 2";

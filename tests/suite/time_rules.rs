@@ -4,24 +4,16 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use num_complex::Complex64;
-use tyrewave::contact::ContactError;
-use tyrewave::contact::axle::AxleHeight;
-use tyrewave::contact::complementarity::SliceLaw;
-use tyrewave::contact::geometry::Geometry;
-use tyrewave::contact::history::{ModalHistory, PastForces};
-use tyrewave::contact::kernel::{ContactKernel, EqualBedding};
-use tyrewave::contact::march::March;
-use tyrewave::contact::stability::Stability;
 use tyrewave::counters::Meter;
-use tyrewave::plan::models::fetch;
-use tyrewave::road::slices::SliceBuilder;
-use tyrewave::road::strip::RoadStrip;
+use tyrewave::internals::{
+    AxleHeight, CIRCUMFERENCE, ContactError, ContactKernel, EqualBedding, FitOptions, Geometry, March, ModalHistory,
+    PastForces, RationalModel, RoadStrip, SliceLaw, Stability, fetch_model as fetch, scene, scene_text,
+};
+use tyrewave::road::SliceBuilder;
 use tyrewave::scene::{TimeRule, Tread};
-use tyrewave::test_models::{CIRCUMFERENCE, scene, scene_text};
-use tyrewave::tyre::influence::Field;
-use tyrewave::tyre::poles::{FitOptions, RationalModel};
+use tyrewave::tyre::Field;
 
-use crate::suite::common::{mean_and_deviation, run, try_run};
+use crate::common::{mean_and_deviation, run, try_run};
 
 const SMOOTH: &str = "kind = \"smooth\"";
 const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";

@@ -47,7 +47,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct PaperArguments {
+pub struct PaperArguments {
     /// Results folder; default: results/paper.
     #[arg(long, short, value_name = "FOLDER")]
     out: Option<PathBuf>,

@@ -58,7 +58,7 @@ const PATCH_STEP: f64 = 0.01;
 
 /// A `[[receiver]]` with its points.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Heard {
+pub struct Heard {
     /// Name in the scene, or that of its standard; unique.
     pub name: String,
     /// Name as part of file names; unique.
@@ -111,7 +111,7 @@ impl Heard {
 
 /// Sound of a run, as planned.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Sound {
+pub struct Sound {
     /// Settings, with a highest frequency that the time step can represent.
     pub radiation: Radiation,
     /// Receivers.
@@ -393,7 +393,7 @@ impl Plan {
     }
 
     /// Sound of the run; `None` without receivers.
-    pub(crate) fn sound(&self) -> Option<Sound> {
+    pub fn sound(&self) -> Option<Sound> {
         let Scene { tyre, receivers, radiation, .. } = &self.scene;
         if receivers.is_empty() {
             return None;

@@ -15,7 +15,8 @@ use crate::scene::{History, Road, Scene, Zone};
 pub(crate) use contact::{cells_across, square_cells};
 pub(crate) use row::{Decided, Row, given};
 pub(crate) use tread_pattern::{taken_pattern, takes_depths, tread_blocks, tread_map};
-pub(crate) use values::{Decision, Decisions};
+pub(crate) use values::Decision;
+pub use values::Decisions;
 
 /// Choices of the physics, in the order of the computation.
 pub(crate) static PHYSICS: [Row; 7] = [

@@ -6,7 +6,7 @@ use crate::scene::{Axle, SliceCoupling, Slices, Tread, Tyre, Zone};
 
 /// Decisions on everything that a run simulates.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Decisions {
+pub struct Decisions {
     /// Zone of the contact: slices or cells.
     pub zone: Zone,
     /// Slice law; [`Slices::None`] if slices have no texture.
@@ -35,7 +35,7 @@ pub(crate) struct Decisions {
 
 /// Decision on one effect, in words.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Decision {
+pub struct Decision {
     /// Name of the effect.
     pub effect: &'static str,
     /// True if it is simulated.

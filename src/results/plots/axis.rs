@@ -168,7 +168,7 @@ impl Axis {
 }
 
 /// A value with four digits.
-pub(crate) fn four_digits(value: f64) -> String {
+pub fn four_digits(value: f64) -> String {
     let size = value.abs();
     if (1e-3..1e6).contains(&size) {
         let decimals = (3 - size.log10().floor() as i32).max(0) as usize;

@@ -20,7 +20,8 @@ pub(crate) mod third_octaves;
 pub(crate) mod wavenumber_map;
 pub(crate) mod work_precision;
 
-pub(crate) use axis::{Axis, four_digits};
+pub use axis::four_digits;
+pub(crate) use axis::Axis;
 pub use canvas::PlotError;
 pub(crate) use comparison::{ComparisonPanel, ComparisonPlot};
 pub(crate) use force_map::ForceMap;
@@ -31,6 +32,6 @@ pub(crate) use points::{PointPlot, PointSeries};
 pub(crate) use polar::PolarPlot;
 pub(crate) use road_map::road_map;
 pub(crate) use share_map::ShareMap;
-pub(crate) use third_octaves::ThirdOctavePlot;
+pub use third_octaves::ThirdOctavePlot;
 pub(crate) use wavenumber_map::WavenumberPlot;
 pub(crate) use work_precision::{WorkPrecisionPanel, WorkPrecisionPlot};

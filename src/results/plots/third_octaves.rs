@@ -14,7 +14,7 @@ const DEEPEST: f64 = 90.0;
 
 /// One or several spectra over common bands.
 #[derive(Clone, Debug)]
-pub(crate) struct ThirdOctavePlot<'a> {
+pub struct ThirdOctavePlot<'a> {
     /// Title of the picture.
     pub title: &'a str,
     /// Quantity of the levels, reference included: `Force level [dB re 1 N]`.
@@ -30,7 +30,7 @@ impl ThirdOctavePlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Shape`] without a band, [`PlotError::Draw`].
-    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
+    pub fn to_svg(&self) -> Result<String, PlotError> {
         self.drawn(&vec![&self.errors; self.spectra.len()])
     }
 

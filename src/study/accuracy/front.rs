@@ -2,7 +2,7 @@
 
 /// Indices of the non-dominated points (cost, error), by rising cost: no other point has both a lower cost and a lower
 /// error; of equal points the first. Points that are not finite are left out.
-pub(crate) fn front(points: &[(f64, f64)]) -> Vec<usize> {
+pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|&i| points[i].0.is_finite() && points[i].1.is_finite()).collect();
     order.sort_by(|&i, &j| points[i].0.total_cmp(&points[j].0).then(points[i].1.total_cmp(&points[j].1)));

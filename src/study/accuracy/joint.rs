@@ -25,7 +25,7 @@ const LARGEST_ERROR: f64 = 10.0;
 
 /// A combination and what is expected of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Candidate {
+pub struct Candidate {
     /// Scene that would be rolled.
     #[serde(skip)]
     pub settings: Settings,
@@ -39,7 +39,7 @@ pub(crate) struct Candidate {
 
 /// A combination that was rolled, with its expectation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Joint {
+pub struct Joint {
     /// Work and error as found.
     pub point: Point,
     /// Work and error as expected when it was chosen, corrections included.

@@ -15,7 +15,7 @@ use crate::study::trial::least_rate;
 /// Kind of change that a knob makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Kind {
+pub enum Kind {
     /// How finely the same model is solved.
     Error,
     /// Which model is solved.
@@ -26,7 +26,7 @@ pub(crate) enum Kind {
 
 /// A knob, and the settings it is swept through.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Knob {
+pub struct Knob {
     /// Name in tables.
     pub name: String,
     /// Kind of the change.

@@ -15,7 +15,7 @@ use crate::study::trial::{Common, Difference, Trial, Trials};
 
 /// Cost of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Cost {
+pub struct Cost {
     /// Multiply-adds in a second rolled: those counted in the march, and those planned for the road, whose cells and
     /// heights count as many as take the same time. Exact: the same for any number of threads.
     pub multiply_adds: f64,
@@ -32,7 +32,7 @@ pub(crate) struct Cost {
 
 /// Settings that were rolled: how far from others, and at what cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Point {
+pub struct Point {
     /// Label of the run.
     pub label: String,
     /// Scene that was rolled.
@@ -45,7 +45,7 @@ pub(crate) struct Point {
 
 impl Point {
     /// Work (multiply-adds in a second rolled) and error (largest difference of a level, dB), as the front takes them.
-    pub(crate) fn coordinates(&self) -> (f64, f64) {
+    pub fn coordinates(&self) -> (f64, f64) {
         (self.cost.multiply_adds, self.difference.worst)
     }
 }

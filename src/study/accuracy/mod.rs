@@ -19,7 +19,7 @@ pub(crate) mod options;
 pub(crate) mod presets;
 pub(crate) mod richardson;
 pub(crate) mod settings;
-pub(crate) mod sound;
+pub mod sound;
 pub(crate) mod verdict;
 
 use std::sync::atomic::AtomicBool;
@@ -28,9 +28,12 @@ use serde::Serialize;
 
 pub(crate) use front::front;
 pub(crate) use joint::Joint;
-pub(crate) use knobs::{Kind, Knob};
-pub(crate) use lab::{Cost, Point};
-pub(crate) use options::{StudyOptions, Sweep};
+pub use knobs::Kind;
+pub(crate) use knobs::Knob;
+pub(crate) use lab::Cost;
+pub use lab::Point;
+pub use options::StudyOptions;
+pub use options::Sweep;
 pub(crate) use richardson::Richardson;
 pub(crate) use settings::Settings;
 pub(crate) use sound::{SoundDifference, SoundPoint, SoundStudy};
@@ -48,7 +51,7 @@ const FLOOR: f64 = 0.25;
 
 /// Convergence of the reference in one of its knobs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Refined {
+pub struct Refined {
     /// The knob that was halved and doubled.
     pub knob: &'static str,
     /// Largest difference of a level \[dB\].
@@ -67,7 +70,7 @@ pub(crate) struct Refined {
 
 /// Findings of a study.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Study {
+pub struct Study {
     /// Options asked for.
     pub options: StudyOptions,
     /// The converged run that all others are compared with.
@@ -98,7 +101,7 @@ pub(crate) struct Study {
 impl Study {
     /// All points on the same model: named points, combinations, and swept knobs that change no model and were compared
     /// with the reference.
-    pub(crate) fn points(&self) -> impl Iterator<Item = &Point> {
+    pub fn points(&self) -> impl Iterator<Item = &Point> {
         points(&self.knobs, &self.named, &self.joint)
     }
 }
@@ -114,7 +117,7 @@ fn points<'a>(knobs: &'a [Knob], named: &'a [Point], joint: &'a [Joint]) -> impl
 /// # Errors
 /// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the
 /// runs; [`RunError::Interrupted`] before there is anything.
-pub(crate) fn study(
+pub fn study(
     loaded: &LoadedScene,
     options: &StudyOptions,
     stop: &AtomicBool,
@@ -149,7 +152,6 @@ pub(crate) fn study(
         Sweep::Outline => knobs::outline(&shorter, &reference, options.highest),
         Sweep::Knobs => knobs::knobs(&shorter, &reference, options.highest),
         Sweep::Neighbours => presets::neighbours(&named),
-        #[cfg(test)]
         Sweep::Nothing => Vec::new(),
     };
     if matches!(options.sweep, Sweep::Outline | Sweep::Knobs)

@@ -7,7 +7,7 @@ use crate::scene::Scene;
 /// Runs of a study beside the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Sweep {
+pub enum Sweep {
     /// The scene's settings, and every other setting of the knobs of its discretisation, against a reference whose
     /// uncertainty comes from one run half as fine: minutes.
     Outline,
@@ -16,13 +16,12 @@ pub(crate) enum Sweep {
     /// The presets, and each with one setting turned.
     Neighbours,
     /// The presets alone.
-    #[cfg(test)]
     Nothing,
 }
 
 /// Options of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct StudyOptions {
+pub struct StudyOptions {
     /// Highest frequency compared \[Hz\].
     pub highest: f64,
     /// Time compared \[s\].
@@ -46,11 +45,13 @@ impl StudyOptions {
     /// Combinations that a whole study rolls unless asked for.
     pub(crate) const RUNS: usize = 12;
 
-    pub(crate) fn outline(scene: &Scene) -> Self {
+    /// The presets and the main knobs.
+    pub fn outline(scene: &Scene) -> Self {
         Self { runs: 0, sweep: Sweep::Outline, ..Self::whole(scene) }
     }
 
-    pub(crate) fn whole(scene: &Scene) -> Self {
+    /// Every knob, alone and jointly.
+    pub fn whole(scene: &Scene) -> Self {
         Self {
             highest: scene.numerics.fmax.unwrap_or(Self::HIGHEST),
             duration: scene.rolling.duration.min(Self::DURATION),

@@ -11,7 +11,7 @@ const LEAST_ORDER: f64 = 0.5;
 
 /// Error of the middle one of three runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Richardson {
+pub struct Richardson {
     /// Difference of the coarser and the middle run.
     pub coarse: f64,
     /// Difference of the middle and the finer run, where that was rolled.

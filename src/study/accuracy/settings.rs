@@ -8,7 +8,7 @@ use crate::scene::{Contact, History, Numerics, Road, Scene, SliceCoupling, Slice
 
 /// The settings of one run of a study; everything else is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Settings {
+pub struct Settings {
     /// Elements, steps, time rule, history and their tolerances, all explicit.
     #[serde(flatten)]
     pub numerics: Numerics,

@@ -33,7 +33,7 @@ const WAVES: [f64; 3] = [0.25, 0.5, 1.0];
 
 /// Difference of the sound at a receiver from the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct SoundDifference {
+pub struct SoundDifference {
     /// Name of the receiver.
     pub receiver: String,
     /// Largest difference of a third octave \[dB\].
@@ -47,7 +47,7 @@ pub(crate) struct SoundDifference {
 
 /// Settings of the transfer paths, and their difference from the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct SoundPoint {
+pub struct SoundPoint {
     /// The knob and its setting.
     pub label: String,
     /// By receiver; empty for the reference itself.
@@ -60,7 +60,7 @@ pub(crate) struct SoundPoint {
 
 impl SoundPoint {
     /// The receiver with the largest difference of a third octave.
-    pub(crate) fn worst(&self) -> Option<&SoundDifference> {
+    pub fn worst(&self) -> Option<&SoundDifference> {
         self.differences.iter().max_by(|a, b| a.worst.total_cmp(&b.worst))
     }
 
@@ -83,7 +83,7 @@ fn largest_level_a(differences: &[SoundDifference]) -> String {
 
 /// Findings of the sound's part of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct SoundStudy {
+pub struct SoundStudy {
     /// With finer boundary elements, frequencies and lateral waves than the scene.
     pub reference: SoundPoint,
     /// Every knob's settings, then the scene's with all of them.
@@ -143,7 +143,7 @@ struct Rolled<'a, 'b> {
 ///
 /// # Errors
 /// Errors of a run; [`RunError::Interrupted`].
-pub(crate) fn study(
+pub fn study(
     scene: &Scene,
     held: &Scene,
     highest: f64,

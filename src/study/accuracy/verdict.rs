@@ -14,7 +14,7 @@ pub(crate) const LARGEST_EXCESS: f64 = 2.5;
 
 /// Findings of a study about a preset.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Verdict {
+pub struct Verdict {
     /// The judged preset.
     pub preset: Preset,
     /// Stated error \[dB\].
@@ -26,7 +26,8 @@ pub(crate) struct Verdict {
 }
 
 impl Verdict {
-    pub(crate) fn keeps_its_error(&self) -> bool {
+    /// True if the preset is within the error that it states.
+    pub fn keeps_its_error(&self) -> bool {
         self.found <= self.stated
     }
 
@@ -37,7 +38,7 @@ impl Verdict {
 }
 
 /// Verdicts on the presets among the named points of a study.
-pub(crate) fn verdicts(study: &Study) -> Vec<Verdict> {
+pub fn verdicts(study: &Study) -> Vec<Verdict> {
     let points: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
     let verdict = |row: &FrontRow| {
         let point: &Point = study.named.iter().find(|point| point.label == row.preset.name())?;

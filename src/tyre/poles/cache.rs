@@ -37,7 +37,7 @@ impl Cached for RationalModel {
 ///
 /// # Errors
 /// [`FitError::Options`] for a tyre whose numbers are not finite.
-pub(crate) fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitError> {
+pub fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitError> {
     let not_finite = |_| FitError::Options { what: "tyre", value: f64::NAN, wanted: "finite numbers" };
     crate::storage::cache::key::<RationalModel>(&(tyre.levelled(), options)).map_err(not_finite)
 }

@@ -50,9 +50,11 @@ mod tree;
 pub(crate) mod turning_ring;
 mod wavenumber;
 
-pub(crate) use error::FitError;
+pub use error::FitError;
 #[cfg(test)]
 pub(crate) use fit::fit;
-pub(crate) use fit::{FitOptions, FitTimes, fit_timed, fit_unless_stopped};
-pub(crate) use model::{Direction, Modes, RationalModel};
+pub use fit::fit_unless_stopped;
+pub(crate) use fit::{FitOptions, FitTimes, fit_timed};
+pub use model::Direction;
+pub(crate) use model::{Modes, RationalModel};
 pub(crate) use tangential::{TangentialModel, lateral_tangential_model, tangential_model};

@@ -66,7 +66,7 @@ pub struct RationalModel {
 
 /// Poles of one wavenumber with the residues of one face.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Modes<'a> {
+pub struct Modes<'a> {
     /// lambda: `pairs` complex ones (Im > 0), then the real ones \[1/s\].
     pub poles: &'a [Complex64],
     /// R, in the order of the poles \[m/(N s)\].
@@ -88,7 +88,7 @@ pub(crate) const LEAST_SHARE: f64 = 0.1;
 /// elements, has crests that run to smaller elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Direction {
+pub enum Direction {
     /// With the rotation, to smaller elements: H_n = E_n + i O_n on the upper imaginary axis.
     Forwards,
     /// Against the rotation, to larger elements: H_-n = E_n - i O_n there.
@@ -96,7 +96,8 @@ pub(crate) enum Direction {
 }
 
 impl Direction {
-    pub(crate) const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
+    /// Both directions, in the order of their poles.
+    pub const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
 
     pub(crate) fn opposite(self) -> Self {
         match self {
@@ -106,7 +107,7 @@ impl Direction {
     }
 
     /// H_n = E + i O, or H_-n = E - i O.
-    pub(crate) fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
+    pub fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
         let turned = Complex64::new(-odd.im, odd.re);
         match self {
             Self::Forwards => even + turned,
@@ -117,22 +118,22 @@ impl Direction {
 
 impl Modes<'_> {
     /// Weight of a pole in a sum of real parts: 2 where it stands for a pair.
-    pub(crate) fn multiplicity(&self, index: usize) -> f64 {
+    pub fn multiplicity(&self, index: usize) -> f64 {
         if index < self.pairs { 2.0 } else { 1.0 }
     }
 
     /// Value at s, of a tyre that turns the even part E_n(s) \[m/N\].
-    pub(crate) fn evaluate(&self, s: Complex64) -> Complex64 {
+    pub fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(self.poles, self.residues, self.constant, s)
     }
 
     /// Odd part O_n(s) \[m/N\].
-    pub(crate) fn evaluate_odd(&self, s: Complex64) -> Complex64 {
+    pub fn evaluate_odd(&self, s: Complex64) -> Complex64 {
         if self.odd.is_empty() { Complex64::ZERO } else { evaluate(self.poles, self.odd, 0.0, s) }
     }
 
     /// Value at s of the waves of one direction: H_n(s), or H_-n(s) \[m/N\].
-    pub(crate) fn evaluate_wave(&self, direction: Direction, s: Complex64) -> Complex64 {
+    pub fn evaluate_wave(&self, direction: Direction, s: Complex64) -> Complex64 {
         direction.of(self.evaluate(s), self.evaluate_odd(s))
     }
 
@@ -144,7 +145,7 @@ impl Modes<'_> {
 
     /// True if a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is at
     /// least [`LEAST_SHARE`] of that in the other direction.
-    pub(crate) fn belongs_to(&self, direction: Direction, index: usize) -> bool {
+    pub fn belongs_to(&self, direction: Direction, index: usize) -> bool {
         let [own, other] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
         own >= LEAST_SHARE * other
     }
@@ -158,7 +159,7 @@ impl RationalModel {
 
     /// Poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven one; any
     /// other gives `None`.
-    pub(crate) fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
+    pub fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
         let (residues, face) = match field {
             Field::Bottom => (&self.bottom_residues, 1),
             field if field == self.driven => (&self.driven_residues, 0),

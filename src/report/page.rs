@@ -13,8 +13,7 @@ use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
 use crate::study::trial::level_changes;
 
 /// Begin of every page, by which an earlier page is recognised.
-pub const PAGE_HEAD: &str =
-    "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
+pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
 
 /// HTML page of some results; several are compared with the first one.
 ///

@@ -39,12 +39,7 @@ const UNKNOWN_PART: f64 = 0.0115;
 impl LevelErrors {
     /// Errors with the numerical one, and with one by slices if the run has any (`by_slices`); `part` selects force or
     /// sound.
-    pub fn new(
-        numerical: Option<(f64, f64)>,
-        by_slices: bool,
-        slices: Option<&SliceErrors>,
-        part: Part,
-    ) -> Self {
+    pub fn new(numerical: Option<(f64, f64)>, by_slices: bool, slices: Option<&SliceErrors>, part: Part) -> Self {
         let known = || BySlices::Known(SliceErrors::by_band(slices, part));
         Self { numerical, slices: if by_slices { known() } else { BySlices::None } }
     }

@@ -24,6 +24,6 @@ pub use cache::Cached;
 pub(crate) use cache::{Cache, CacheError, Kind};
 pub(crate) use input::InputError;
 pub(crate) use pending_file::PendingFile;
-pub use sealed_file::Unusable;
 pub(crate) use sealed_file::Format;
+pub use sealed_file::Unusable;
 pub(crate) use state::StateError;

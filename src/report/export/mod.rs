@@ -24,8 +24,8 @@ pub use mat::MAT_HEAD;
 pub(crate) use mat::mat;
 pub use uff::UFF_HEAD;
 pub(crate) use uff::uff;
-pub use vtk::VTK_HEAD;
 pub(crate) use vtk::Patch;
+pub use vtk::VTK_HEAD;
 
 /// Ten lines of Python that read a results folder.
 pub const PYTHON: &str = include_str!("read_results.py");

@@ -67,7 +67,9 @@ pub use layout::{Across, SegmentLayout};
 pub use spectra::SpectraRequest;
 pub use spectra::field_spectra;
 pub use spectra::point_spectrum;
-pub(crate) use spectra::{Dissipation, FieldSpectra, WavenumberMap, element_spectrum, heard_dissipation, heard_spectra};
+pub(crate) use spectra::{
+    Dissipation, FieldSpectra, WavenumberMap, element_spectrum, heard_dissipation, heard_spectra,
+};
 pub(crate) use tangential_forces::TangentialForces;
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
 pub use velocity_table::VelocityTable;

@@ -20,8 +20,8 @@ pub(crate) mod third_octaves;
 pub(crate) mod wavenumber_map;
 pub(crate) mod work_precision;
 
-pub use axis::four_digits;
 pub(crate) use axis::Axis;
+pub use axis::four_digits;
 pub use canvas::PlotError;
 pub(crate) use comparison::{ComparisonPanel, ComparisonPlot};
 pub(crate) use force_map::ForceMap;

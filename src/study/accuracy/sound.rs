@@ -143,12 +143,7 @@ struct Rolled<'a, 'b> {
 ///
 /// # Errors
 /// Errors of a run; [`RunError::Interrupted`].
-pub fn study(
-    scene: &Scene,
-    held: &Scene,
-    highest: f64,
-    trials: &Trials<'_>,
-) -> Result<Option<SoundStudy>, RunError> {
+pub fn study(scene: &Scene, held: &Scene, highest: f64, trials: &Trials<'_>) -> Result<Option<SoundStudy>, RunError> {
     if scene.receivers.is_empty() {
         return Ok(None);
     }

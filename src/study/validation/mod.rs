@@ -13,10 +13,10 @@ mod published;
 mod row;
 
 pub use compare::rows;
-pub use measure::{Measured, StandingTyre};
 pub(crate) use measure::{HeardRun, Options, ValidationError, base_scene, measure};
+pub use measure::{Measured, StandingTyre};
 pub use missing::Lacks;
 pub(crate) use missing::Missing;
-pub use published::Published;
 pub(crate) use published::PUBLISHED_SPEEDS;
+pub use published::Published;
 pub(crate) use row::{Group, Row, Summary, Verdict, summaries};

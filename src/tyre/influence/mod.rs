@@ -46,9 +46,9 @@ pub(crate) mod wave_compliance;
 mod waves;
 
 pub use cell_grid::CellGrid;
+pub use cell_influence::CellInfluence;
 #[cfg(test)]
 pub(crate) use cell_influence::OddInfluence;
-pub use cell_influence::CellInfluence;
 pub(crate) use cell_influence::WaveValues;
 pub(crate) use cell_sums::{CellSums, CellSumsAt};
 pub(crate) use cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};

@@ -93,7 +93,7 @@ fn no_step_allocates_whether_its_factor_is_found_or_made() {
         ("modal", "elastic", "bdf2", 256, 3),
         ("modal", "elastic", "sdirk2", 256, 4096),
         ("direct", "bedding", "bdf1", 256, 64),
-        ("direct", "uncoupled", "trapezoidal", 256, 64),
+        ("direct", "uncoupled", "bdf1", 256, 64),
         ("modal", "elastic implicit", "bdf2", 256, 64),
         // With two threads the poles are gone through on the other.
         ("modal", "elastic", "bdf2", 512, 4096),

@@ -28,9 +28,6 @@ Examples:
   tyrewave rules scenes/default.toml --work              and forces against a fine reference
   tyrewave rules scenes/default.toml --work --substeps 1,2,4,8 --highest 3000";
 
-/// Rules whose forces are compared.
-const COMPARED: [TimeRule; 5] =
-    [TimeRule::Bdf1, TimeRule::Bdf2, TimeRule::Trapezoidal, TimeRule::Sdirk2, TimeRule::Sdirk3];
 /// Number of points of the curves.
 const POINTS: u32 = 200;
 
@@ -78,7 +75,7 @@ impl RulesArguments {
             progress.stage(Stage::History);
             let steps: Vec<usize> = substeps.iter().map(|&q| usize::from(q)).collect();
             let finest = usize::from(finest);
-            let found = work_precision(&side.loaded, &COMPARED, &steps, finest, highest, duration, stop)?;
+            let found = work_precision(&side.loaded, &TimeRule::ALL, &steps, finest, highest, duration, stop)?;
             side.file("work.csv", work_csv(&found));
             side.picture("work.svg", work_plot(&title, &found).to_svg())?;
             report.text("\n");
@@ -109,15 +106,14 @@ fn phase_error(rate: Complex64) -> f64 {
 }
 
 fn verdict(report: &RuleReport) -> String {
-    match (&report.stability.unstable, report.stability.rings()) {
-        (Some(zero), _) => format!(
+    match &report.stability.unstable {
+        Some(zero) => format!(
             "unstable: n = {}, {:.0} Hz, x {:.2} a step",
             zero.wavenumber,
             zero.frequency,
             1.0 / zero.zeta.norm()
         ),
-        (None, true) => "marginal: rings at half the sampling frequency".to_owned(),
-        (None, false) => "stable".to_owned(),
+        None => "stable".to_owned(),
     }
 }
 
@@ -157,7 +153,7 @@ fn rules_csv(reports: &[RuleReport], time_step: f64) -> String {
 }
 
 fn curves<'a>(title: &'a str, time_step: f64, quantity: &str, value: fn(Complex64) -> f64) -> LinePlot<'a> {
-    let series = COMPARED.map(|rule| {
+    let series = TimeRule::ALL.map(|rule| {
         // Up to a quarter of the sampling frequency: higher frequencies are of no practical use.
         let point = |k: u32| {
             let angle = 0.5 * PI * f64::from(k) / f64::from(POINTS);
@@ -212,7 +208,7 @@ fn work_plot<'a>(title: &'a str, work: &WorkPrecision) -> LinePlot<'a> {
         title,
         x: Axis::logarithmic_around("Multiply-adds of the history", places().map(|at| at.0), [0.8, 1.25]),
         y: Axis::logarithmic_around("Relative error of the force", places().map(|at| at.1), [0.8, 1.25]),
-        series: COMPARED.map(|rule| Series { name: rule.name(), points: of(rule) }).into(),
+        series: TimeRule::ALL.map(|rule| Series { name: rule.name(), points: of(rule) }).into(),
     }
 }
 

@@ -173,9 +173,8 @@ pub(crate) fn check_axle(loaded: &LoadedScene, plan: &Plan) -> Result<(), RunErr
     let (at_rest, EqualBedding { scale, spring }) = static_contact(plan, &sum)?;
     // Uncoupled points of an equal stiffness have a spring in series, which is found later.
     let is_known = !scene.contact.equal_stiffness;
-    let rate = scene.numerics.time_rule.first_rate(*time_step);
-    let Some((sprung, rate)) = sprung.zip(rate).filter(|_| is_known) else { return Ok(()) };
-    let mut row = sum.row_at(rate, *field);
+    let Some(sprung) = sprung.filter(|_| is_known) else { return Ok(()) };
+    let mut row = sum.row_at(scene.numerics.time_rule.first_rate(*time_step), *field);
     row.iter_mut().for_each(|influence| *influence *= scale);
     row[0] += spring;
     if plan.decisions.tread == Tread::Uncoupled {

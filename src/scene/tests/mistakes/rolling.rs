@@ -173,8 +173,14 @@ fn numerics() {
         25,
         "numerics.time_rule",
         "\"bdf3\"",
-        "\"bdf1\", \"bdf2\", \"trapezoidal\"",
+        "\"bdf1\", \"bdf2\", \"sdirk2\", \"sdirk3\"",
     );
+    for (rule, instead) in [("trapezoidal", "ring"), ("first-order-hold", "grows")] {
+        let written = format!("time_rule = \"{rule}\"");
+        let place = "numerics.time_rule";
+        refused("elements = 512", &written, 25, place, "is no longer a choice", "\"sdirk2\", of the same order");
+        refused("elements = 512", &written, 25, place, rule, instead);
+    }
     refused("elements = 512", "fmax = 0", 25, "numerics.fmax", "0 is out", "above 0 Hz");
     refused("elements = 512", "memory = 0", 25, "numerics.memory", "0 is out", "above 0 s");
     refused("elements = 512", "memory_limit = -1", 25, "numerics.memory_limit", "-1", "above 0 GB");

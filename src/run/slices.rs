@@ -73,7 +73,7 @@ impl ZoneMaker for SliceContact<'_> {
         let local_compliance = match plan.decisions.slice_coupling {
             SliceCoupling::Local if spring.is_some() => None,
             SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, surface)),
-            SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+            SliceCoupling::Explicit => None,
         };
         let past = Past { loaded, plan, sum, columns, bedding: *bedding, stop };
         let (mut kernel, history, model) = match numerics.history {
@@ -113,7 +113,6 @@ fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
         (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * plan.scene.tyre.contact_width)),
         // Without texture every slice is level and the same by every law, and the explicit form can keep its factors.
         (SliceCoupling::Local, None) | (SliceCoupling::Explicit, _) => SliceLaw::Explicit,
-        (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
     }
 }
 

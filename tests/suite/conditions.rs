@@ -37,19 +37,17 @@ struct Case {
 #[derive(Clone, Copy, Debug)]
 enum SliceLaw {
     Explicit,
-    Implicit,
     /// kappa \[m/Pa\].
     Local(f64),
 }
 
-use SliceLaw::{Explicit, Implicit, Local};
+use SliceLaw::{Explicit, Local};
 
 impl SliceLaw {
     /// A slice's compliance in series with the tread \[m/N\]; equation 4 has none.
-    fn compliance(self, own: f64, element: f64) -> Option<f64> {
+    fn compliance(self, element: f64) -> Option<f64> {
         match self {
             Explicit => None,
-            Implicit => Some(own),
             Local(kappa) => Some(kappa / (element * CONTACT_WIDTH)),
         }
     }
@@ -146,7 +144,7 @@ fn residuals(results: &Results, case: &Case, tyre: &Tyre, heights: &dyn Fn(i64) 
             let displacement = at(step);
             let force = patch[step * columns + column];
             // A slice that yields by c feels y - G0 F + c F; the rest of y moves stones and rubber alike.
-            let compliance = case.law.compliance(weights[0], element);
+            let compliance = case.law.compliance(element);
             let rest = compliance.map_or(0.0, |compliance| displacement - compliance * force);
             let felt = penetration - rest;
             let required = if felt <= 0.0 || !case.winkler {
@@ -181,7 +179,6 @@ fn text(case: &Case, road: &str) -> String {
     let slices = if case.winkler { "winkler" } else { "none" };
     let coupling = match case.law {
         Explicit => "slice_coupling = \"explicit\"".to_owned(),
-        Implicit => "slice_coupling = \"implicit\"".to_owned(),
         Local(kappa) => format!("slice_coupling = \"local\"\nlocal_compliance = {kappa:e}"),
     };
     let numerics = format!("substeps = {}\nmemory = 0.25", case.substeps);
@@ -208,9 +205,6 @@ fn conditions_hold_on_a_rough_grid() {
         (64, 3, true, Explicit),
         (64, 1, false, Explicit),
         (96, 1, true, Explicit),
-        (64, 1, true, Implicit),
-        (64, 3, true, Implicit),
-        (64, 1, false, Implicit),
         (64, 1, true, Local(5.5e-10)),
         (64, 3, true, Local(5.5e-10)),
         (96, 2, true, Local(2e-8)),
@@ -228,7 +222,7 @@ fn conditions_hold_on_a_rough_grid() {
 
 #[test]
 fn conditions_hold_on_a_made_road() {
-    for (winkler, law) in [(true, Explicit), (false, Explicit), (true, Implicit), (true, Local(5.5e-10))] {
+    for (winkler, law) in [(true, Explicit), (false, Explicit), (true, Local(5.5e-10))] {
         let case = Case { elements: 64, substeps: 2, start: 0.0, indentation: 0.012, ramp: 0.04, winkler, law };
         let text = text(&case, "kind = \"made\"\nseed = 4");
         let results = run(&text);

@@ -74,10 +74,6 @@ pub(super) const TREAD_COUPLING: Row = Row {
         }
         // Independent springs do not conserve volume: the air under them has no paths.
         scene.air_pumping = None;
-        if without == Tread::Uncoupled && scene.contact.slice_coupling == SliceCoupling::Implicit {
-            // For points without neighbours within a step the paper's two couplings are the same.
-            scene.contact.slice_coupling = SliceCoupling::Explicit;
-        }
     }),
     of_cells: false,
 };
@@ -176,39 +172,29 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
     if scene.contact.zone == Zone::Cells {
         return explicit("", "cells have no law of their own".to_owned());
     }
-    let coupling = scene.contact.slice_coupling;
     // The explicit form can keep its factors.
     if decisions.slices == Slices::None {
         return explicit("", "slices that are level are the same by every form".to_owned());
     }
-    let given = |name: &str| format!("contact.slice_coupling = \"{name}\"");
-    if coupling != SliceCoupling::Local {
-        decisions.notes.push(
-            "the paper's slice coupling takes the element's influence of one time step for the slice's spring: \
-             levels have no limit as the time step falls; \
-             contact.slice_coupling = \"local\" has one"
-                .to_owned(),
-        );
-    }
-    match coupling {
+    match scene.contact.slice_coupling {
         SliceCoupling::Local => {
             let reason = match scene.contact.local_compliance {
                 _ if decisions.slices == Slices::Pressed => "what pressing the road has shown".to_owned(),
                 Some(kappa) => format!("contact.local_compliance = {kappa:e} m/Pa"),
                 None => "its compliance from the tread's modulus and the road's texture".to_owned(),
             };
-            decisions.slice_coupling = coupling;
+            decisions.slice_coupling = SliceCoupling::Local;
             row(true, "each slice yields by a compliance of its own", reason)
         }
-        SliceCoupling::Implicit if scene.contact.tread == Tread::Uncoupled => {
-            explicit("", "points of an uncoupled tread have no neighbours within a step".to_owned())
-        }
         SliceCoupling::Explicit => {
-            explicit("curves read without the neighbours' forces of the step", given("explicit"))
-        }
-        SliceCoupling::Implicit => {
-            decisions.slice_coupling = coupling;
-            row(true, "each slice yields by G0 of its element", given("implicit"))
+            decisions.notes.push(
+                "the paper's slice coupling takes the element's influence of one time step for the slice's spring: \
+                 levels have no limit as the time step falls; \
+                 contact.slice_coupling = \"local\" has one"
+                    .to_owned(),
+            );
+            let reason = "contact.slice_coupling = \"explicit\"".to_owned();
+            explicit("curves read without the neighbours' forces of the step", reason)
         }
     }
 }

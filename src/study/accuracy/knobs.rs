@@ -295,8 +295,7 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
         (Slices::Pressed, "pressed"),
     ];
     let laws = others(&laws, law.slices, |slices| anchor.with(|settings| settings.contact.slices = slices));
-    let couplings =
-        [(SliceCoupling::Local, "local"), (SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
+    let couplings = [(SliceCoupling::Local, "local"), (SliceCoupling::Explicit, "explicit")];
     let coupled = if !varies || law.slices == Slices::None {
         Err(level())
     } else if law.tread == Tread::Uncoupled {
@@ -317,7 +316,7 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
         let with = |kappa: f64| anchor.with(|settings| settings.contact.local_compliance = Some(kappa));
         kappa.map(|kappa| DOUBTS.map(|(name, factor)| (name.to_owned(), with(factor * kappa))).into())
     } else {
-        Err("the paper's slice couplings have none".to_owned())
+        Err("the paper's slice coupling has none".to_owned())
     };
     vec![
         knob("tread law", Ok(treads)),

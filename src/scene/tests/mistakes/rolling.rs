@@ -116,19 +116,19 @@ fn contact_laws() {
     accepted("tread = \"elastic\"", "tread = \"bedding\"\nbedding_stiffness = 1e9");
     refused(
         "tread = \"elastic\"",
-        "slice_coupling = \"implizit\"",
+        "slice_coupling = \"explizit\"",
         23,
         "contact.slice_coupling",
-        "\"implizit\"",
-        "did you mean \"implicit\"?",
+        "\"explizit\"",
+        "did you mean \"explicit\"?",
     );
     refused(
         "tread = \"elastic\"",
-        "tread = \"uncoupled\"\nslice_coupling = \"implicit\"",
-        24,
+        "slice_coupling = \"implicit\"",
+        23,
         "contact.slice_coupling",
-        "tread = \"uncoupled\"",
-        "both couplings are the same",
+        "\"implicit\" is no longer a choice",
+        "\"explicit\", the paper's equation 4",
     );
     refused(
         "tread = \"elastic\"",
@@ -158,7 +158,7 @@ fn contact_laws() {
         );
     }
     accepted("tread = \"elastic\"", "tread = \"uncoupled\"\nequal_stiffness = true");
-    accepted("tread = \"elastic\"", "tread = \"bedding\"\nslice_coupling = \"implicit\"");
+    accepted("tread = \"elastic\"", "tread = \"bedding\"\nslice_coupling = \"explicit\"");
 }
 
 #[test]

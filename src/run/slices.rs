@@ -46,7 +46,7 @@ impl ZoneMaker for SliceContact<'_> {
     }
 
     fn doubt(&self, surface: &RoadSurface) -> Option<String> {
-        let asked = self.plan.decisions.slices != Slices::None;
+        let asked = self.plan.decisions.slices.is_some();
         // A smooth road has no texture to resolve, and without a slice law none is asked for.
         let single = surface.lattice().cells() == 1 && !surface.is_smooth() && asked;
         single.then(|| "an element is a single cell of the road: the slice law makes no difference".into())
@@ -100,7 +100,7 @@ impl ZoneMaker for SliceContact<'_> {
 
 /// Curves of a pressed road, if the plan's slices have these; a single cell presses flat by every law.
 fn pressed_road(plan: &Plan, lattice: Lattice) -> Option<PressedRoad> {
-    if plan.decisions.slices != Slices::Pressed || lattice.cells() == 1 {
+    if plan.decisions.slices != Some(Slices::Pressed) || lattice.cells() == 1 {
         return None;
     }
     let crown = (0..lattice.columns).map(|column| plan.crown(lattice.y(column))).collect();
@@ -116,18 +116,18 @@ fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
     }
 }
 
-/// Builder of a law's stiffness curves on a lattice.
+/// Builder of a law's stiffness curves on a lattice, of flat ones without a law.
 ///
 /// # Errors
 /// As [`SliceBuilder`]'s constructors; [`SliceError::Together`] for the law of a pressed road.
-pub(crate) fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
+pub(crate) fn slice_builder(law: Option<Slices>, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
     match law {
         // A single cell presses flat by every law.
         _ if lattice.cells() == 1 => SliceBuilder::flat(1),
-        Slices::None => SliceBuilder::flat(lattice.columns),
-        Slices::Winkler => SliceBuilder::winkler(lattice.columns),
-        Slices::HalfSpace => SliceBuilder::half_space(lattice.columns, CELL_LENGTH, lattice.dy),
-        Slices::Pressed => return Err(SliceError::Together),
+        None => SliceBuilder::flat(lattice.columns),
+        Some(Slices::Winkler) => SliceBuilder::winkler(lattice.columns),
+        Some(Slices::HalfSpace) => SliceBuilder::half_space(lattice.columns, CELL_LENGTH, lattice.dy),
+        Some(Slices::Pressed) => return Err(SliceError::Together),
     }?
     .with_lines(lattice.along)
 }

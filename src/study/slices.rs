@@ -87,7 +87,7 @@ impl Sample {
     /// # Errors
     /// [`SliceError`].
     pub(crate) fn curves(&self, tolerance: f64) -> Result<[Vec<StiffnessCurve>; 2], SliceError> {
-        let build = |law| slice_builder(law, self.lattice)?.with_tolerance(tolerance)?.build_rows(&self.heights);
+        let build = |law| slice_builder(Some(law), self.lattice)?.with_tolerance(tolerance)?.build_rows(&self.heights);
         Ok([build(LAWS[0].0)?, build(LAWS[1].0)?])
     }
 
@@ -119,7 +119,7 @@ impl Sample {
             return Ok(None);
         }
         let levels = LEVELS.map(|share| share * depth);
-        let builder = slice_builder(Slices::HalfSpace, lattice)?;
+        let builder = slice_builder(Some(Slices::HalfSpace), lattice)?;
         let (_, pressures) =
             builder.build_with_pressures(slice, CELL_LENGTH, lattice.dy, &levels, &mut SliceScratch::default())?;
         Ok(Some(SliceView {

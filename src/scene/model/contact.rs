@@ -17,6 +17,8 @@ fn is_usual(error: &f64) -> bool {
     error.to_bits() == LARGEST_SLICE_ERROR.to_bits()
 }
 
+const FORMER_SLICES: [[&str; 2]; 1] =
+    [["none", "write \"winkler\"; cells_across = 1 and cells_along = 1 make slices flat, on the road's middle line"]];
 const FORMER_COUPLINGS: [[&str; 2]; 1] = [[
     "implicit",
     "write \"local\", or \"explicit\", the paper's equation 4: this one had no limit for short time steps either",
@@ -32,7 +34,7 @@ keys! {
         /// How the tread deforms.
         tread: Tread = Tread::default() => OneOf::new(),
         /// How the road under an element deforms the tread.
-        slices: Slices = Slices::default() => OneOf::new(),
+        slices: Slices = Slices::default() => OneOf::instead_of(&FORMER_SLICES),
         /// By how much a slice yields more than the element as a whole.
         slice_coupling: SliceCoupling = SliceCoupling::default() => OneOf::instead_of(&FORMER_COUPLINGS),
         /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of
@@ -184,8 +186,6 @@ pub enum Tread {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Slices {
-    /// The slice's highest point alone makes contact, as a flat slice.
-    None,
     /// Independent springs all over the slice.
     #[default]
     Winkler,

@@ -261,7 +261,7 @@ fn contact() -> impl Strategy<Value = Contact> {
         Just((Tread::Uncoupled, None)),
         prop::option::of(around(1e9)).prop_map(|stiffness| (Tread::Bedding, stiffness)),
     ];
-    let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler), Just(Slices::HalfSpace)];
+    let slices = prop_oneof![Just(Slices::Winkler), Just(Slices::HalfSpace)];
     let couplings = prop_oneof![
         prop::option::of(around(1e-10)).prop_map(|kappa| (SliceCoupling::Local, kappa)),
         Just((SliceCoupling::Explicit, None)),

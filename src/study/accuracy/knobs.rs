@@ -229,7 +229,7 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
         None if varies => Err("the measured road has cells of its own, or those of the law".to_owned()),
         _ => Err(level()),
     };
-    let curves = if varies && reference.contact.slices != Slices::None {
+    let curves = if varies {
         let step = |tolerance: f64| {
             (format!("{tolerance:.0e} m"), reference.with(|settings| settings.contact.slice_tolerance = tolerance))
         };
@@ -288,15 +288,11 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let level = || "slices that are level across are the same by every law".to_owned();
     let treads = [(Tread::Elastic, "elastic"), (Tread::Uncoupled, "uncoupled"), (Tread::Bedding, "bedding")];
     let treads = others(&treads, law.tread, |tread| anchor.with(|settings| settings.contact.tread = tread));
-    let laws = [
-        (Slices::None, "none"),
-        (Slices::Winkler, "winkler"),
-        (Slices::HalfSpace, "half-space"),
-        (Slices::Pressed, "pressed"),
-    ];
+    let laws =
+        [(Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space"), (Slices::Pressed, "pressed")];
     let laws = others(&laws, law.slices, |slices| anchor.with(|settings| settings.contact.slices = slices));
     let couplings = [(SliceCoupling::Local, "local"), (SliceCoupling::Explicit, "explicit")];
-    let coupled = if !varies || law.slices == Slices::None {
+    let coupled = if !varies {
         Err(level())
     } else if law.tread == Tread::Uncoupled {
         Err("points of an uncoupled tread have no neighbours within a step".to_owned())

@@ -94,7 +94,15 @@ fn contact_laws() {
         23,
         "contact.slices",
         "\"half-plane\"",
-        "accepted: \"none\", \"winkler\"",
+        "accepted: \"winkler\", \"half-space\"",
+    );
+    refused(
+        "tread = \"elastic\"",
+        "slices = \"none\"",
+        23,
+        "contact.slices",
+        "\"none\" is no longer a choice",
+        "cells_across = 1 and cells_along = 1",
     );
     refused("tread = \"elastic\"", "cells_across = 0", 23, "contact.cells_across", "0 is too small", "at least 1");
     refused(

@@ -14,8 +14,6 @@ mod export;
 mod fit_tyre;
 mod heights;
 mod indent;
-mod influence;
-mod influence_cost;
 mod init;
 mod interrupt;
 mod keys;
@@ -144,8 +142,6 @@ pub(crate) enum Command {
     Profile(profile::ProfileArguments),
     /// Compute the surface compliance and belt transfer of layered tyres, case by case.
     Compliance(compliance::ComplianceArguments),
-    /// Fit and check the influence functions of a scene's tyre, and draw them.
-    Influence(influence::InfluenceArguments),
     /// Compare the time rules for a scene: G0, damping, dispersion, stability, work against precision.
     Rules(rules::RulesArguments),
     /// List or clear the influence models, waves and radiation transfers kept on disk.
@@ -190,7 +186,6 @@ impl Command {
             Self::Road(arguments) => arguments.execute(context),
             Self::Profile(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
-            Self::Influence(arguments) => arguments.execute(context),
             Self::Rules(arguments) => arguments.execute(context),
             Self::Cache(arguments) => arguments.execute(context),
             Self::Slices(arguments) => arguments.execute(context),
@@ -256,7 +251,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 31);
+        assert_eq!(names.len(), 30);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -32,7 +32,6 @@ mod radiation;
 mod report;
 mod resume;
 mod road;
-mod rules;
 mod run;
 mod scene_file;
 mod shell;
@@ -142,8 +141,6 @@ pub(crate) enum Command {
     Profile(profile::ProfileArguments),
     /// Compute the surface compliance and belt transfer of layered tyres, case by case.
     Compliance(compliance::ComplianceArguments),
-    /// Compare the time rules for a scene: G0, damping, dispersion, stability, work against precision.
-    Rules(rules::RulesArguments),
     /// List or clear the influence models, waves and radiation transfers kept on disk.
     Cache(cache::CacheArguments),
     /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
@@ -186,7 +183,6 @@ impl Command {
             Self::Road(arguments) => arguments.execute(context),
             Self::Profile(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
-            Self::Rules(arguments) => arguments.execute(context),
             Self::Cache(arguments) => arguments.execute(context),
             Self::Slices(arguments) => arguments.execute(context),
             Self::Slice(arguments) => arguments.execute(),
@@ -251,7 +247,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 30);
+        assert_eq!(names.len(), 29);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

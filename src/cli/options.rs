@@ -79,11 +79,18 @@ fn default_threads(variable: &str) -> Result<usize, CliError> {
 }
 
 /// Former commands, with what replaces each.
-const FORMER: [[&str; 2]; 1] = [[
-    "influence",
-    "`tyrewave tyre` and `tyrewave mobility` show how the tyre responds, `tyrewave paper` its influence \
-     functions, and Scene.influence in Python returns them",
-]];
+const FORMER: [[&str; 2]; 2] = [
+    [
+        "influence",
+        "`tyrewave tyre` and `tyrewave mobility` show how the tyre responds, `tyrewave paper` its influence \
+         functions, and Scene.influence in Python returns them",
+    ],
+    [
+        "rules",
+        "docs/theory.md, section 4, has the time rules side by side, `tyrewave study SCENE` their errors against their \
+         work on a scene",
+    ],
+];
 
 /// Prints the answer of the argument parser, help or an error, and returns its exit code.
 pub(super) fn answered(answer: &clap::Error) -> ExitCode {

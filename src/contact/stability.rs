@@ -22,7 +22,8 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use super::history::transfer::{Transfer, first_weight};
+use super::ContactError;
+use super::history::transfer::Transfer;
 use crate::numeric::in_parallel;
 use crate::time_rule::{Rates, TimeRule};
 use crate::tyre::influence::Field;
@@ -46,46 +47,35 @@ pub(crate) struct UnstableZero {
     pub wavenumbers: usize,
 }
 
-/// Stability of a tyre's inverse under a rule at a time step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stability {
-    /// The zero with the smallest |zeta| < `UNSTABLE`, if there is any.
-    pub unstable: Option<UnstableZero>,
-    /// Smallest and largest first weight, times N: the eigenvalues of G0 \[m/N\].
-    pub eigenvalues: (f64, f64),
-}
-
-impl Stability {
-    /// Examines every wavenumber; `spring` \[m/N\] is the compliance in series with each element. `None` if the model
-    /// does not hold the field.
-    pub(crate) fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
-        let spring = spring / model.elements as f64;
-        let circle = WindingCircle::new(UNSTABLE, rule);
-        let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
-            let mut modes = model.modes(n, field)?;
-            modes.constant += spring;
-            let first = first_weight(&modes, rule, time_step);
-            let w = Transfer { modes, direction: Direction::Forwards, rule, time_step };
-            let backwards = (!modes.odd.is_empty()).then_some(Transfer { direction: Direction::Backwards, ..w });
-            Some((smallest_zero(&w, backwards.as_ref(), &circle), first))
-        });
-        let found: Vec<_> = found.into_iter().collect::<Option<_>>()?;
-        let zeros = || found.iter().enumerate().filter_map(|(n, entry)| Some((n, entry.0?)));
-        let worst = zeros().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
-        let elements = model.elements as f64;
-        Some(Self {
-            unstable: worst.map(|(wavenumber, zeta)| UnstableZero {
-                wavenumber,
-                zeta,
-                frequency: zeta.arg().abs() / (2.0 * PI * time_step),
-                wavenumbers: zeros().count(),
-            }),
-            eigenvalues: found
-                .iter()
-                .map(|entry| elements * entry.1)
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x))),
-        })
-    }
+/// The zero with the smallest |zeta| < `UNSTABLE` of any wavenumber; `spring` \[m/N\] is the compliance in series with
+/// each element.
+///
+/// # Errors
+/// [`ContactError::NoSuchField`].
+pub(crate) fn unstable_zero(
+    model: &RationalModel,
+    field: Field,
+    rule: TimeRule,
+    time_step: f64,
+    spring: f64,
+) -> Result<Option<UnstableZero>, ContactError> {
+    let circle = WindingCircle::new(UNSTABLE, rule);
+    let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
+        let mut modes = model.modes(n, field)?;
+        modes.constant += spring / model.elements as f64;
+        let w = Transfer { modes, direction: Direction::Forwards, rule, time_step };
+        let backwards = (!modes.odd.is_empty()).then_some(Transfer { direction: Direction::Backwards, ..w });
+        Some(smallest_zero(&w, backwards.as_ref(), &circle))
+    });
+    let found = found.into_iter().collect::<Option<Vec<_>>>().ok_or(ContactError::NoSuchField)?;
+    let zeros = || found.iter().enumerate().filter_map(|(n, zero)| Some((n, (*zero)?)));
+    let worst = zeros().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
+    Ok(worst.map(|(wavenumber, zeta)| UnstableZero {
+        wavenumber,
+        zeta,
+        frequency: zeta.arg().abs() / (2.0 * PI * time_step),
+        wavenumbers: zeros().count(),
+    }))
 }
 
 /// Points from which a circle is followed, the same for every wavenumber.
@@ -202,6 +192,7 @@ fn newton(w: &Transfer<'_>, start: Complex64) -> Option<Complex64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::history::transfer::first_weight;
     use super::*;
     use crate::tyre::poles::{Modes, turning_ring};
 
@@ -243,11 +234,11 @@ mod tests {
     fn an_active_model_is_unstable_with_every_rule_and_a_passive_one_with_none() {
         let (model, time_step) = (turning_ring::model(16, -220.0), 4e-4);
         for rule in TimeRule::ALL {
-            let of = |spring: f64| Stability::of(&model, Field::Surface, rule, time_step, spring).unwrap();
-            let passive = of(0.0);
-            let active = of(-0.5 * passive.eigenvalues.0);
-            assert!(passive.unstable.is_none() && passive.eigenvalues.0 > 0.0, "{rule:?}: {passive:?}");
-            let zero = active.unstable.unwrap();
+            let of = |spring: f64| unstable_zero(&model, Field::Surface, rule, time_step, spring).unwrap();
+            let weights = (0..=8).map(|n| first_weight(&model.modes(n, Field::Surface).unwrap(), rule, time_step));
+            let least = 16.0 * weights.fold(f64::INFINITY, f64::min);
+            assert!(least > 0.0 && of(0.0).is_none(), "{rule:?}: {least:e}");
+            let zero = of(-0.5 * least).unwrap();
             assert!(zero.zeta.norm() < UNSTABLE && zero.wavenumbers == 9, "{rule:?}: {zero:?}");
         }
     }

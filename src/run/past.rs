@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use crate::contact::ContactError;
 use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces};
 use crate::contact::kernel::{ContactKernel, EqualBedding};
-use crate::contact::stability::Stability;
+use crate::contact::stability::unstable_zero;
 use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::plan::Plan;
@@ -91,9 +91,7 @@ impl Past<'_> {
         let (rule, time_step) = (self.plan.scene.numerics.time_rule, self.plan.time_step);
         // The zeros of scale w + spring are those of w + spring/scale.
         let spring = self.bedding.spring / self.bedding.scale;
-        let stability =
-            Stability::of(model, self.plan.field, rule, time_step, spring).ok_or(ContactError::NoSuchField)?;
-        if let Some(zero) = stability.unstable {
+        if let Some(zero) = unstable_zero(model, self.plan.field, rule, time_step, spring)? {
             let wrong = format!(
                 "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at \
                  wavenumber {} (and {} others) a force at {:.0} Hz grows \

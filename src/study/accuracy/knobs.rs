@@ -288,8 +288,7 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let level = || "slices that are level across are the same by every law".to_owned();
     let treads = [(Tread::Elastic, "elastic"), (Tread::Uncoupled, "uncoupled"), (Tread::Bedding, "bedding")];
     let treads = others(&treads, law.tread, |tread| anchor.with(|settings| settings.contact.tread = tread));
-    let laws =
-        [(Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space"), (Slices::Pressed, "pressed")];
+    let laws = [(Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space"), (Slices::Pressed, "pressed")];
     let laws = others(&laws, law.slices, |slices| anchor.with(|settings| settings.contact.slices = slices));
     let couplings = [(SliceCoupling::Local, "local"), (SliceCoupling::Explicit, "explicit")];
     let coupled = if !varies {

@@ -36,7 +36,6 @@ mod run;
 mod scene_file;
 mod shell;
 mod side;
-mod slice;
 mod slices;
 mod study;
 mod sweep;
@@ -145,8 +144,6 @@ pub(crate) enum Command {
     Cache(cache::CacheArguments),
     /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
     Slices(slices::SlicesArguments),
-    /// Compute the displacement and pressure of one road slice, as JSON.
-    Slice(slice::SliceArguments),
     /// Press a rough height map into an elastic half-space: load, penetration, contact area, pressure.
     Indent(indent::IndentArguments),
     /// Print completions for a shell.
@@ -185,7 +182,6 @@ impl Command {
             Self::Compliance(arguments) => arguments.execute(),
             Self::Cache(arguments) => arguments.execute(context),
             Self::Slices(arguments) => arguments.execute(context),
-            Self::Slice(arguments) => arguments.execute(),
             Self::Indent(arguments) => arguments.execute(),
             Self::Completions(arguments) => arguments.execute(CommandLine::command()),
             Self::Man(arguments) => arguments.execute(CommandLine::command()),
@@ -247,7 +243,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 29);
+        assert_eq!(names.len(), 28);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -79,7 +79,7 @@ fn default_threads(variable: &str) -> Result<usize, CliError> {
 }
 
 /// Former commands, with what replaces each.
-const FORMER: [[&str; 2]; 2] = [
+const FORMER: [[&str; 2]; 3] = [
     [
         "influence",
         "`tyrewave tyre` and `tyrewave mobility` show how the tyre responds, `tyrewave paper` its influence \
@@ -89,6 +89,11 @@ const FORMER: [[&str; 2]; 2] = [
         "rules",
         "docs/theory.md, section 4, has the time rules side by side, `tyrewave study SCENE` their errors against their \
          work on a scene",
+    ],
+    [
+        "slice",
+        "`tyrewave slices SCENE --penetrations Y1,Y2,...` presses a slice of a scene's road, tyrewave.slice_curve in \
+         Python any heights",
     ],
 ];
 

@@ -77,7 +77,9 @@ fn a_setting_is_as_if_the_scene_said_so() {
 #[test]
 fn former_commands_are_answered_with_what_replaces_them() {
     let folder = tempfile::tempdir().unwrap();
-    for (former, instead) in [("influence", "tyrewave mobility"), ("rules", "docs/theory.md")] {
+    let replaced =
+        [("influence", "tyrewave mobility"), ("rules", "docs/theory.md"), ("slice", "tyrewave slices SCENE")];
+    for (former, instead) in replaced {
         let answer = tyrewave(folder.path(), &[former, "a.toml"]);
         assert_eq!(answer.status.code(), Some(2), "{former}");
         let told = String::from_utf8_lossy(&answer.stderr);

@@ -14,8 +14,6 @@ mod export;
 mod fit_tyre;
 mod heights;
 mod indent;
-mod influence;
-mod influence_cost;
 mod init;
 mod interrupt;
 mod keys;
@@ -34,12 +32,10 @@ mod radiation;
 mod report;
 mod resume;
 mod road;
-mod rules;
 mod run;
 mod scene_file;
 mod shell;
 mod side;
-mod slice;
 mod slices;
 mod study;
 mod sweep;
@@ -144,16 +140,10 @@ pub enum Command {
     Profile(profile::ProfileArguments),
     /// Compute the surface compliance and belt transfer of layered tyres, case by case.
     Compliance(compliance::ComplianceArguments),
-    /// Fit and check the influence functions of a scene's tyre, and draw them.
-    Influence(influence::InfluenceArguments),
-    /// Compare the time rules for a scene: G0, damping, dispersion, stability, work against precision.
-    Rules(rules::RulesArguments),
     /// List or clear the influence models, waves and radiation transfers kept on disk.
     Cache(cache::CacheArguments),
     /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
     Slices(slices::SlicesArguments),
-    /// Compute the displacement and pressure of one road slice, as JSON.
-    Slice(slice::SliceArguments),
     /// Press a rough height map into an elastic half-space: load, penetration, contact area, pressure.
     Indent(indent::IndentArguments),
     /// Print completions for a shell.
@@ -190,11 +180,8 @@ impl Command {
             Self::Road(arguments) => arguments.execute(context),
             Self::Profile(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
-            Self::Influence(arguments) => arguments.execute(context),
-            Self::Rules(arguments) => arguments.execute(context),
             Self::Cache(arguments) => arguments.execute(context),
             Self::Slices(arguments) => arguments.execute(context),
-            Self::Slice(arguments) => arguments.execute(),
             Self::Indent(arguments) => arguments.execute(),
             Self::Completions(arguments) => arguments.execute(CommandLine::command()),
             Self::Man(arguments) => arguments.execute(CommandLine::command()),
@@ -256,7 +243,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 31);
+        assert_eq!(names.len(), 28);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -7,7 +7,7 @@
 
 mod error;
 pub(crate) mod line;
-pub mod love;
+pub(crate) mod love;
 #[cfg(test)]
 mod reference;
 pub(crate) mod rough;

@@ -234,9 +234,9 @@ impl Amounts {
         self.hold("cells of a piece of road", 8.0 * piece * lattice.along as f64 * across);
         let cells = rows * lattice.cells() as f64;
         match plan.decisions.slices {
-            Slices::Pressed if lattice.cells() > 1 => self.pressed(plan, lattice, rows),
-            Slices::HalfSpace => self.add(Stage::Slices, Unit::HalfSpacePair, cells * across, Place::Behind),
-            Slices::Winkler | Slices::Pressed | Slices::None => {
+            Some(Slices::Pressed) if lattice.cells() > 1 => self.pressed(plan, lattice, rows),
+            Some(Slices::HalfSpace) => self.add(Stage::Slices, Unit::HalfSpacePair, cells * across, Place::Behind),
+            Some(Slices::Winkler | Slices::Pressed) | None => {
                 self.add(Stage::Slices, Unit::SpringCell, cells, Place::Behind);
             }
         }

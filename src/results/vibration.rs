@@ -127,7 +127,7 @@ pub(crate) struct FieldSummary {
     /// Root mean square of the mean pattern, which stands still over the road and passes the material \[m/s\].
     pub rms_mean_pattern: f64,
     /// 20 lg of the vibration, which has the time rule's transfer, over that with the exact transfer of the tyre under
-    /// the same forces \[dB\]; `None` for the first-order hold, whose transfer is exact, and for cells.
+    /// the same forces \[dB\]; `None` for cells.
     pub rule_difference: Option<f64>,
     /// The same at its largest among the third octaves below 1 kHz.
     pub rule_difference_below_1k: Option<f64>,

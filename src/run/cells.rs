@@ -2,7 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::contact::ContactError;
 use crate::contact::cells::blocks::BlockTerm;
 use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::gaps::{GapMap, PLACES, StandingCells};
@@ -94,7 +93,7 @@ impl ZoneMaker for CellContact<'_> {
                 models: TyreModels::default(),
             });
         }
-        let instant = self.instant(columns, meter)?;
+        let instant = self.instant(columns, meter);
         let followed = plan.decisions.takes_models;
         let waves = match numerics.history {
             History::Direct if !followed => Vec::new(),
@@ -103,7 +102,7 @@ impl ZoneMaker for CellContact<'_> {
         let zone = self.zone(instant.clone(), &waves, margin, meter);
         let mut models = TyreModels::default();
         if followed {
-            let beyond = meter.time(Stage::Influence, || self.beyond(instant, &waves))?;
+            let beyond = meter.time(Stage::Influence, || self.beyond(instant, &waves));
             models.waves = Some((waves, beyond));
         }
         Ok(Made {
@@ -130,12 +129,11 @@ impl<'a> CellContact<'a> {
         Self { loaded, plan, sums, tread, blocks, resting, stop }
     }
 
-    /// Influence between the cells of a window of `columns` columns within an instant. Fails for a rule without a first
-    /// rate.
-    fn instant(&self, columns: usize, meter: &mut Meter) -> Result<CellInfluence, ContactError> {
+    /// Influence between the cells of a window of `columns` columns within an instant.
+    fn instant(&self, columns: usize, meter: &mut Meter) -> CellInfluence {
         let Plan { scene, time_step, .. } = self.plan;
-        let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
-        Ok(meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns)))
+        let rate = scene.numerics.time_rule.first_rate(*time_step);
+        meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns))
     }
 
     /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the past
@@ -181,15 +179,14 @@ impl<'a> CellContact<'a> {
         self.bands(columns).into_iter().map(carried).collect()
     }
 
-    /// Influence between cells within an instant, less that of the waves that carry the past. Fails for a rule without
-    /// a first rate.
-    fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
+    /// Influence between cells within an instant, less that of the waves that carry the past.
+    fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> CellInfluence {
         let Plan { scene, time_step, .. } = self.plan;
-        let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+        let rate = scene.numerics.time_rule.first_rate(*time_step);
         let values: Vec<WaveValues> = carried.iter().map(|waves| waves.model.values(rate)).collect();
         let known = carried.iter().zip(&values).map(|(waves, values)| (waves.part, waves.rows.as_slice(), values));
         all -= &CellInfluence::of_waves(self.sums.grid(), all.columns, known);
-        Ok(all)
+        all
     }
 
     fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast {

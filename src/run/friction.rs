@@ -2,7 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::contact::ContactError;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::contact::friction::free_creep::FreeCreep;
 use crate::contact::friction::history::TractionHistory;
@@ -70,7 +69,7 @@ impl FrictionContact<'_> {
         let Self { plan, sums, tread, friction, .. } = *self;
         let Plan { scene, time_step, .. } = plan;
         let (grid, rule) = (sums.grid(), scene.numerics.time_rule);
-        let rate = rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+        let rate = rule.first_rate(*time_step);
         let revolution = scene.numerics.elements * scene.numerics.substeps;
         let (given, free) = match friction.creep.longitudinal {
             LongitudinalCreep::Given(creep) => (creep, None),

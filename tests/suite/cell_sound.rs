@@ -77,7 +77,7 @@ fn one_row_of_cells_sounds_as_a_slice_does() {
     let made = "kind = \"made\"\nseed = 4";
     let more = format!("{BOTH_SIDES}{DRAFT}");
     let one = run(&with_all_terms(&cells(1, made, 0.8, &more)));
-    let slices = "[contact]\ncells_across = 1\ncells_along = 1\nslices = \"none\"\n[outputs]\nplots = false\n";
+    let slices = "[contact]\ncells_across = 1\ncells_along = 1\n[outputs]\nplots = false\n";
     let text = scene_text(ELEMENTS, made, &rolling(0.8), "pole_tolerance = 1e-4", &format!("{slices}{more}"));
     let other = run(&with_all_terms(&text));
     let (one, other) = (levels(&one), levels(&other));

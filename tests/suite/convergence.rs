@@ -159,15 +159,13 @@ fn the_force_of_a_fast_turning_tyre_converges_in_second_order() {
 }
 
 #[test]
-fn the_paper_s_couplings_have_no_limit() {
-    // Their slices stiffen with every halving: forces drift away from each other by as much as before, and grow.
-    for coupling in ["explicit", "implicit"] {
-        let setting = Setting { contact: format!("slice_coupling = \"{coupling}\""), ..Setting::made() };
-        let forces: Vec<Force> = [4, 8, 16].map(|q| setting.force(128, q, TimeRule::Sdirk2)).into();
-        let (first, second) = (forces[0].distance(&forces[1]).0, forces[1].distance(&forces[2]).0);
-        println!("{coupling}: {first:.3} {second:.3}, means {:.0} {:.0}", forces[0].mean, forces[2].mean);
-        assert!(second > 0.4 * first && second > 0.1, "{coupling}: {first} {second}");
-    }
+fn the_papers_coupling_has_no_limit() {
+    // Its slices stiffen with every halving: forces drift away from each other by as much as before, and grow.
+    let setting = Setting { contact: "slice_coupling = \"explicit\"".into(), ..Setting::made() };
+    let forces: Vec<Force> = [4, 8, 16].map(|q| setting.force(128, q, TimeRule::Sdirk2)).into();
+    let (first, second) = (forces[0].distance(&forces[1]).0, forces[1].distance(&forces[2]).0);
+    println!("{first:.3} {second:.3}, means {:.0} {:.0}", forces[0].mean, forces[2].mean);
+    assert!(second > 0.4 * first && second > 0.1, "{first} {second}");
 }
 
 #[test]

@@ -75,6 +75,19 @@ fn a_setting_is_as_if_the_scene_said_so() {
 }
 
 #[test]
+fn former_commands_are_answered_with_what_replaces_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let replaced =
+        [("influence", "tyrewave mobility"), ("rules", "docs/theory.md"), ("slice", "tyrewave slices SCENE")];
+    for (former, instead) in replaced {
+        let answer = tyrewave(folder.path(), &[former, "a.toml"]);
+        assert_eq!(answer.status.code(), Some(2), "{former}");
+        let told = String::from_utf8_lossy(&answer.stderr);
+        assert!(told.contains("is gone") && told.contains(instead), "{told}");
+    }
+}
+
+#[test]
 fn every_table_is_json_where_that_is_wanted() {
     let folder = tempfile::tempdir().unwrap();
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.01 }";

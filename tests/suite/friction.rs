@@ -326,7 +326,7 @@ fn what_friction_cannot_be_with_is_refused_with_its_place() {
     let cells = finite("[friction]\nmu = 0.9", SMOOTH);
     for (text, key, wrong) in [
         (edit(&cells, &[("numerics.time_rule", "\"sdirk2\"")]), "numerics.time_rule", "not stable with friction"),
-        (edit(&cells, &[("numerics.time_rule", "\"trapezoidal\"")]), "numerics.time_rule", "not stable"),
+        (edit(&cells, &[("numerics.time_rule", "\"sdirk3\"")]), "numerics.time_rule", "not stable"),
         (edit(&cells, &[("friction.mu", "-0.1")]), "friction.mu", "-0.1"),
         (add(&cells, "friction", "mu_slow = 1.0"), "friction.mu_slow", "constant coefficient"),
         (finite("[friction]\nlaw = \"falling\"\nmu_slow = 1.0", SMOOTH), "friction.memory_length", "missing"),

@@ -55,7 +55,6 @@ mod rollout;
 mod rotation_layers;
 mod sidewall;
 mod sidewall_tyre;
-mod slice_coupling;
 mod slice_errors;
 mod slice_laws;
 mod smooth;

@@ -27,7 +27,7 @@ fn scenes() -> Vec<(&'static str, LoadedScene)> {
         ("rough", of(made, MODAL, "")),
         ("level", of(made, MODAL, "[effects]\ntexture = \"off\"")),
         ("uncoupled", of(made, MODAL, "[contact]\ntread = \"uncoupled\"")),
-        ("implicit", of(made, MODAL, "[contact]\nslice_coupling = \"implicit\"")),
+        ("explicit", of(made, MODAL, "[contact]\nslice_coupling = \"explicit\"")),
         ("vibration", of(made, MODAL, "[outputs.vibration]\ntangential = true")),
     ]
 }
@@ -140,7 +140,6 @@ type Case = (&'static str, &'static str, &'static [(&'static str, &'static str)]
 const SHORT: (&str, &str) = ("rolling.duration", "2.0");
 const SMOOTH: (&str, &str) = ("road", "{ kind = \"smooth\" }");
 const BDF2: (&str, &str) = ("numerics.time_rule", "\"bdf2\"");
-const IMPLICIT: (&str, &str) = ("contact", "{ slices = \"winkler\", slice_coupling = \"implicit\" }");
 const MASS: (&str, &str) = ("rolling.axle", "{ load = 3400.0, mass = 40, stiffness = 2e4, damping = 1500 }");
 const CASES: [Case; 10] = [
     ("smooth, no outputs", PLATE, &[SHORT, SMOOTH], "[outputs]\narrays = false\nspectra = false\nplots = false\n"),
@@ -151,11 +150,11 @@ const CASES: [Case; 10] = [
     ("N = 1024", PLATE, &[("rolling.duration", "1.5"), ("numerics.elements", "1024")], ""),
     ("a curved tyre, direct", DEFAULT, &[("rolling.duration", "0.5"), ("numerics.history", "\"direct\""), BDF2], ""),
     ("130 km/h", PLATE, &[("rolling.duration", "6.0"), ("rolling.speed_kmh", "130.0")], ""),
-    ("implicit, mass", PLATE, &[SHORT, IMPLICIT, MASS], ""),
+    ("mass", PLATE, &[SHORT, MASS], ""),
     (
         "everything",
         PLATE,
-        &[SHORT, IMPLICIT, MASS],
+        &[SHORT, MASS],
         "[outputs.vibration]\ntangential = true\npoints = [0.3, -0.3]\n\
          elements = [5]\nmap = true\n",
     ),

@@ -167,8 +167,8 @@ fn killed_at_random_moments_the_direct_history_ends_in_the_same_bytes() {
 }
 
 #[test]
-fn the_implicit_coupling_goes_on_in_the_same_bytes() {
-    let scene = scene_of("modal", &road("refuse"), 20.0, 0.004) + "[contact]\nslice_coupling = \"implicit\"\n";
+fn the_papers_coupling_goes_on_in_the_same_bytes() {
+    let scene = scene_of("modal", &road("refuse"), 20.0, 0.004) + "[contact]\nslice_coupling = \"explicit\"\n";
     killed_at_random(&scene, 21.0 * SPEED, 3, 4);
 }
 

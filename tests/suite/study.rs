@@ -41,7 +41,7 @@ fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
     let elements: Vec<f64> =
         knob("elements").points.iter().map(|point| point.difference.contact_length.abs()).collect();
     println!("elements: {elements:?}");
-    for (name, missing) in [("memory", "modal"), ("single precision", "not built"), ("first-order-hold", "unstable")] {
+    for (name, missing) in [("memory", "modal"), ("single precision", "not built")] {
         let reason = knob(name).missing.as_ref().unwrap();
         assert!(reason.contains(missing) && knob(name).points.is_empty(), "{name}: {reason}");
     }
@@ -225,7 +225,7 @@ fn contact_over_cells_is_studied_with_its_own_knobs() {
     let knob = |name: &str| found.knobs.iter().find(|knob| knob.name == name);
     let cells = &knob("cells").unwrap().points;
     assert!(cells.len() == 3 && cells.iter().all(|point| point.difference.worst > 0.0), "{cells:?}");
-    assert!(knob("first-order-hold").unwrap().missing.is_some() && knob("slice law").is_none());
+    assert!(knob("slice law").is_none());
     let refined: Vec<&str> = found.refined.iter().map(|refined| refined.knob).collect();
     assert_eq!(refined, ["elements", "substeps", "cells"]);
     assert!(found.named.iter().all(|point| point.label == "the scene") && found.joint.len() == 1);

@@ -10,8 +10,8 @@ use super::search::Solves;
 use super::statement::{Statement, Verdict};
 
 /// The couplings that are refined.
-const COUPLINGS: [(SliceCoupling, &str); 3] =
-    [(SliceCoupling::Local, "local law"), (SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
+const COUPLINGS: [(SliceCoupling, &str); 2] =
+    [(SliceCoupling::Local, "local law"), (SliceCoupling::Explicit, "explicit")];
 
 /// Convergence of one coupling with the time step.
 #[derive(Clone, Debug, Serialize)]
@@ -36,7 +36,7 @@ pub(super) struct Equation4 {
     pub elements: usize,
     /// Time steps \[s\], each half of the one before.
     pub steps: Vec<f64>,
-    /// Local law, equation 4 explicit and implicit.
+    /// Local law, equation 4.
     pub couplings: Vec<Refined>,
 }
 

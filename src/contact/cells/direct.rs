@@ -125,7 +125,7 @@ fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, la
     let stages = rule.stages();
     let circle = Circle::new(lags);
     let points: Vec<Complex64> = circle.points().collect();
-    let rates: Vec<_> = points.iter().filter_map(|&zeta| rule.rates(zeta)).collect();
+    let rates: Vec<_> = points.iter().map(|&zeta| rule.rates(zeta)).collect();
     let at: Vec<CellSumsAt> =
         rates.iter().flat_map(|rates| rates.all().iter().map(|rate| sums.at(rate / time_step))).collect();
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(circle.length);

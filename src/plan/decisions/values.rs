@@ -9,8 +9,8 @@ use crate::scene::{Axle, SliceCoupling, Slices, Tread, Tyre, Zone};
 pub struct Decisions {
     /// Zone of the contact: slices or cells.
     pub zone: Zone,
-    /// Slice law; [`Slices::None`] if slices have no texture.
-    pub slices: Slices,
+    /// Slice law; `None` if slices are flat.
+    pub slices: Option<Slices>,
     /// Cells across the contact width, if decided; 1: the road's middle line, level across.
     pub cells_across: Option<usize>,
     /// Cells along an element, if decided.

@@ -16,8 +16,6 @@ pub(crate) struct Axis {
 enum Scale {
     Linear,
     Logarithmic,
-    /// Square root of the absolute value with its sign, zero in the middle.
-    SignedRoot,
     /// Words at 0, 1, 2, ...
     Words,
 }
@@ -89,20 +87,6 @@ impl Axis {
         Self::logarithmic(title, below * low..above * high)
     }
 
-    /// Axis from minus to plus `largest` that follows the square root of the value: small values remain visible beside
-    /// large ones.
-    pub(crate) fn signed_root(title: impl Into<String>, largest: f64) -> Self {
-        let largest = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
-        // Labels of two digits: they are beside a colour bar, and must leave room for the axis' title.
-        let two_digits = |value: f64| {
-            let scale = 10.0_f64.powi(1 - value.abs().max(f64::MIN_POSITIVE).log10().floor() as i32);
-            four_digits(if value == 0.0 { 0.0 } else { (value * scale).round() / scale })
-        };
-        let tick = |share: f64| (share * largest, two_digits(share * largest));
-        let ticks = [-1.0, -0.25, -0.04, 0.0, 0.04, 0.25, 1.0].map(tick).into();
-        Self { title: title.into(), scale: Scale::SignedRoot, range: -largest..largest, ticks, minor: Vec::new() }
-    }
-
     /// Linear axis with given ticks: values and labels.
     pub(super) fn with_ticks(title: impl Into<String>, range: Range<f64>, ticks: Vec<(f64, String)>) -> Self {
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
@@ -142,7 +126,6 @@ impl Axis {
                 (value / self.range.start).ln() / (self.range.end / self.range.start).ln()
             }
             Scale::Logarithmic => f64::NAN,
-            Scale::SignedRoot => 0.5 + 0.5 * (value.abs() / self.range.end).sqrt().copysign(value),
         }
     }
 
@@ -152,7 +135,6 @@ impl Axis {
         match self.scale {
             Scale::Linear | Scale::Words => start + place * (end - start),
             Scale::Logarithmic => start * (end / start).powf(place),
-            Scale::SignedRoot => end * (2.0 * place - 1.0).powi(2).copysign(place - 0.5),
         }
     }
 
@@ -307,12 +289,11 @@ mod tests {
 
     #[test]
     fn places_and_values_are_each_others_inverse() {
-        for axis in [Axis::linear("", -2.0..6.0), Axis::logarithmic("", 0.5..50.0), Axis::signed_root("", 4.0)] {
+        for axis in [Axis::linear("", -2.0..6.0), Axis::logarithmic("", 0.5..50.0)] {
             for place in [0.0, 0.1, 0.5, 0.73, 1.0] {
                 assert!((axis.place(axis.value(place)) - place).abs() < 1e-12, "{axis:?} {place}");
             }
         }
-        assert!((Axis::signed_root("", 4.0).place(-1.0) - 0.25).abs() < 1e-12);
     }
 
     proptest! {

@@ -15,21 +15,6 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [253, 231, 37],
 ];
 
-/// Eleven points of the diverging map RdBu (C. Brewer, colorbrewer2.org) from blue to red, evenly spaced.
-const DIVERGING: [[u8; 3]; 11] = [
-    [5, 48, 97],
-    [33, 102, 172],
-    [67, 147, 195],
-    [146, 197, 222],
-    [209, 229, 240],
-    [247, 247, 247],
-    [253, 219, 199],
-    [244, 165, 130],
-    [214, 96, 77],
-    [178, 24, 43],
-    [103, 0, 31],
-];
-
 /// Okabe and Ito's palette without yellow, which is invisible on white, and five of P. Tol's muted scheme: as many as
 /// runs on a page.
 const LINES: [RGBColor; 12] = [
@@ -61,11 +46,6 @@ pub(super) fn as_svg(RGBColor(red, green, blue): RGBColor) -> String {
 /// Colour at the part `fraction` of a range, limited to \[0, 1\].
 pub(super) fn viridis(fraction: f64) -> RGBColor {
     between(&VIRIDIS, fraction)
-}
-
-/// Colour at the part `fraction` of a range whose middle is zero: blue below, red above.
-pub(super) fn diverging(fraction: f64) -> RGBColor {
-    between(&DIVERGING, fraction)
 }
 
 /// Linear interpolation between the points of a map.
@@ -102,8 +82,6 @@ mod tests {
             let rise = lightness(x + 0.05) - lightness(x);
             assert!((0.02..0.07).contains(&rise), "{x}: {rise}");
         }
-        assert_eq!(diverging(0.5), RGBColor(247, 247, 247));
-        assert_eq!((diverging(0.0), diverging(1.0)), (RGBColor(5, 48, 97), RGBColor(103, 0, 31)));
         assert_eq!(viridis(-1.0), RGBColor(68, 1, 84));
         assert_eq!(viridis(7.0), RGBColor(253, 231, 37));
     }

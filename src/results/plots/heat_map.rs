@@ -11,7 +11,7 @@ use plotters::style::RGBColor;
 
 use super::axis::{Axis, extent, four_digits};
 use super::canvas::{Grid, PlotError, Sheet, draw, told};
-use super::colour::{diverging, viridis};
+use super::colour::viridis;
 use super::layout::{EDGE, FINE, Frame, Layout, WIDTH, side};
 use super::lines::cut;
 
@@ -37,9 +37,6 @@ pub(crate) enum Colours {
     Extent,
     /// Viridis between two given values.
     Between(Range<f64>),
-    /// Diverging colours about zero that follow the square root of the value, so that a hundredth of the largest value
-    /// is visible beside it.
-    Diverging,
 }
 
 /// A field to be drawn in colours. Cells without a value (NaN) are grey.
@@ -81,11 +78,11 @@ impl HeatMap<'_> {
         }
         let cells = averaged(self.values, MOST_ROWS, MOST_COLUMNS);
         let (low, high) = extent(cells.iter().copied());
-        let (bar, colour): (_, fn(f64) -> RGBColor) = match &self.colours {
-            Colours::Extent => (Axis::linear(self.quantity, low..high), viridis),
-            Colours::Between(range) => (Axis::linear(self.quantity, range.clone()), viridis),
-            Colours::Diverging => (Axis::signed_root(self.quantity, high.max(-low)), diverging),
+        let range = match &self.colours {
+            Colours::Extent => low..high,
+            Colours::Between(range) => range.clone(),
         };
+        let bar = Axis::linear(self.quantity, range);
         let aspect = self.aspect.unwrap_or(0.68);
         // The width beside the frame depends on its height, and the height on the frame's width: laid out twice.
         let laid_out = |height: i32| {
@@ -96,7 +93,7 @@ impl HeatMap<'_> {
         let Layout { frame, bottom } = laid_out(((width * aspect) as i32).clamp(LEAST_HEIGHT, MOST_HEIGHT));
         let left = frame.x.end + BAR_GAP * FINE;
         let bar_frame = Frame { x: left..left + BAR * FINE, y: frame.y.clone() };
-        let beneath = cells_as_paths(&cells, &frame, &bar, colour);
+        let beneath = cells_as_paths(&cells, &frame, &bar);
         draw(picture, (WIDTH, bottom), &beneath, |sheet: &mut Sheet<'_>| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::None);
             for curve in curves {
@@ -107,7 +104,7 @@ impl HeatMap<'_> {
                 }
             }
             sheet.frame(&frame);
-            sheet.colour_bar(&bar_frame, &bar, colour, LEVELS);
+            sheet.colour_bar(&bar_frame, &bar, viridis, LEVELS);
         })
     }
 }
@@ -128,7 +125,7 @@ fn averaged(values: ArrayView2<'_, f64>, most_rows: usize, most_columns: usize) 
 
 /// SVG of all cells: units of one cell, one path per colour, one stroke per run. Strokes are a tenth of a cell wider
 /// and longer than their cells: viewers that smooth every edge would show seams.
-fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis, colours: fn(f64) -> RGBColor) -> String {
+fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis) -> String {
     let (rows, columns) = cells.dim();
     let level = |value: f64| {
         let place = bar.place(value);
@@ -155,7 +152,7 @@ fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis, colours: fn(f6
     );
     for (colour, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
         let RGBColor(r, g, b) =
-            if colour == LEVELS { NO_VALUE } else { colours((colour as f64 + 0.5) / LEVELS as f64) };
+            if colour == LEVELS { NO_VALUE } else { viridis((colour as f64 + 0.5) / LEVELS as f64) };
         let middle = bar.value((colour as f64 + 0.5) / LEVELS as f64);
         let value = if colour == LEVELS { "no value".to_owned() } else { four_digits(middle) };
         let value = told(&format!("{}: {value}", bar.title()));
@@ -185,7 +182,7 @@ mod tests {
     #[test]
     fn runs_are_merged_and_the_first_row_is_at_the_bottom() {
         let cells = array![[0.0, 0.0, 0.0, 1.0], [1.0, f64::NAN, 1.0, 1.0]];
-        let svg = cells_as_paths(&cells, &Frame::of(0..4, 0..2), &Axis::linear("z", 0.0..1.0), viridis);
+        let svg = cells_as_paths(&cells, &Frame::of(0..4, 0..2), &Axis::linear("z", 0.0..1.0));
         assert_eq!(svg.matches("<path").count(), 3, "two colours and grey");
         assert!(svg.contains("d=\"M0 1h3.1\""), "{svg}");
         assert!(svg.contains("d=\"M3 1h1.1M0 0h1.1M2 0h2.1\""), "{svg}");

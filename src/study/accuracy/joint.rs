@@ -69,8 +69,7 @@ pub(crate) fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], hi
                 steps(name).into_iter().filter(|(settings, error)| settings.numerics.time_rule == rule && *error > 0.0);
             (rule, known.map(|(settings, error)| (settings.time_step(scene), error)).collect())
         })
-        // A rule without damping at high frequencies is marginal, whatever its levels are.
-        .filter(|(rule, known): &(TimeRule, Vec<_>)| known.len() > 1 && !rule.is_marginal())
+        .filter(|(_, known): &(TimeRule, Vec<_>)| known.len() > 1)
         .collect();
     let rolled = scene.rolling.warm_up + scene.rolling.duration;
     // 2. Work of every combination, from its plan with one step per element. All plans share the reference's static

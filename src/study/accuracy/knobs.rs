@@ -200,12 +200,8 @@ fn substeps(reference: &Settings) -> Knob {
 }
 
 fn other_rule(reference: &Settings, time_rule: TimeRule) -> Knob {
-    let steps = if !time_rule.is_quadrature() {
-        Err("its inverse is unstable for a tyre: refused by every run".to_owned())
-    } else {
-        Ok(fewer(&reference.with(|settings| settings.numerics.time_rule = time_rule), &OTHER_SUBSTEPS))
-    };
-    Knob::error(time_rule.name(), steps)
+    let reference = reference.with(|settings| settings.numerics.time_rule = time_rule);
+    Knob::error(time_rule.name(), Ok(fewer(&reference, &OTHER_SUBSTEPS)))
 }
 
 fn cells(reference: &Settings) -> Knob {
@@ -233,7 +229,7 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
         None if varies => Err("the measured road has cells of its own, or those of the law".to_owned()),
         _ => Err(level()),
     };
-    let curves = if varies && reference.contact.slices != Slices::None {
+    let curves = if varies {
         let step = |tolerance: f64| {
             (format!("{tolerance:.0e} m"), reference.with(|settings| settings.contact.slice_tolerance = tolerance))
         };
@@ -292,16 +288,10 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let level = || "slices that are level across are the same by every law".to_owned();
     let treads = [(Tread::Elastic, "elastic"), (Tread::Uncoupled, "uncoupled"), (Tread::Bedding, "bedding")];
     let treads = others(&treads, law.tread, |tread| anchor.with(|settings| settings.contact.tread = tread));
-    let laws = [
-        (Slices::None, "none"),
-        (Slices::Winkler, "winkler"),
-        (Slices::HalfSpace, "half-space"),
-        (Slices::Pressed, "pressed"),
-    ];
+    let laws = [(Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space"), (Slices::Pressed, "pressed")];
     let laws = others(&laws, law.slices, |slices| anchor.with(|settings| settings.contact.slices = slices));
-    let couplings =
-        [(SliceCoupling::Local, "local"), (SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];
-    let coupled = if !varies || law.slices == Slices::None {
+    let couplings = [(SliceCoupling::Local, "local"), (SliceCoupling::Explicit, "explicit")];
+    let coupled = if !varies {
         Err(level())
     } else if law.tread == Tread::Uncoupled {
         Err("points of an uncoupled tread have no neighbours within a step".to_owned())
@@ -321,7 +311,7 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
         let with = |kappa: f64| anchor.with(|settings| settings.contact.local_compliance = Some(kappa));
         kappa.map(|kappa| DOUBTS.map(|(name, factor)| (name.to_owned(), with(factor * kappa))).into())
     } else {
-        Err("the paper's slice couplings have none".to_owned())
+        Err("the paper's slice coupling has none".to_owned())
     };
     vec![
         knob("tread law", Ok(treads)),

@@ -62,9 +62,6 @@ impl Settings {
             // Laws are compared at equal static stiffness.
             (contact.bedding_stiffness, contact.equal_stiffness) = (None, contact.tread == Tread::Uncoupled);
         }
-        if contact.tread == Tread::Uncoupled && contact.slice_coupling == SliceCoupling::Implicit {
-            contact.slice_coupling = SliceCoupling::Explicit;
-        }
         Scene { numerics, contact, ..scene.clone() }
     }
 

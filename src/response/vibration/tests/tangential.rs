@@ -28,7 +28,7 @@ fn stepped(
     let rows = sums.traction_rows(WaveBand::WHOLE);
     let transform = TractionTransform::new(&grid, [grid.elements(), COLUMNS_HERE], &rows);
     let mut past = TractionPast::new(&sums, &rows, transform, layout.rule, layout.time_step, lags);
-    let instant = sums.traction_instant(layout.rule.first_rate(layout.time_step).unwrap(), COLUMNS_HERE);
+    let instant = sums.traction_instant(layout.rule.first_rate(layout.time_step), COLUMNS_HERE);
     let (steps, cells) = (lags + layout.length(), COLUMNS_HERE * ACROSS_HERE);
     let driven = DRIVEN.0 * ACROSS_HERE + DRIVEN.1;
     let (mut means, mut found): (Vec<[f64; 2]>, Vec<_>) = Default::default();

@@ -94,8 +94,8 @@ impl InfluenceArguments {
         let view = View { title: &title, sum, tyre: &tyre, model };
         side.picture("influence_map.svg", view.map())?;
         side.picture("influence_time.svg", view.over_time())?;
-        side.picture("influence_static.svg", view.at_rest())?;
-        side.picture("influence_mobility.svg", view.mobility())?;
+        side.file("influence_static.svg", view.at_rest());
+        side.file("influence_mobility.svg", view.mobility());
         let (checks, statistics) = (view.checks(), model.statistics());
         let worst = |value: &dyn Fn(usize) -> f64| (0..statistics.len()).map(value).fold(0.0, f64::max);
         let mut report = Report::default();
@@ -122,7 +122,7 @@ impl InfluenceArguments {
             let mut tick = || progress.stage(Stage::Influence);
             let costs = CostReport::new(&tyre, &options, stop, &mut tick)
                 .map_err(|error| RunError::from(refused(&loaded, error, "another tolerance")))?;
-            side.picture("influence_cost.svg", costs.plot(&title))?;
+            side.file("influence_cost.svg", costs.plot(&title));
             answer["cost"] = costs.to_json();
             report.text("\n");
             report.append(costs.report());
@@ -235,7 +235,7 @@ impl View<'_> {
 
     /// Picture of the static influence over distance relative to that at distance 0, beside the elastic half-space's
     /// (Love).
-    fn at_rest(&self) -> Result<String, PlotError> {
+    fn at_rest(&self) -> String {
         let tyre = self.tyre;
         let dx = tyre.circumference / self.elements() as f64;
         let reach = (0.1 / dx) as usize + 1;
@@ -256,7 +256,7 @@ impl View<'_> {
         plot.to_svg()
     }
 
-    fn mobility(&self) -> Result<String, PlotError> {
+    fn mobility(&self) -> String {
         let frequencies = frequencies();
         let curve = |value: &(dyn Fn(Complex64) -> Complex64 + Sync)| -> Vec<(f64, f64)> {
             frequencies.iter().map(|&f| (f, decibel(value(Complex64::new(0.0, 2.0 * PI * f)).norm()))).collect()

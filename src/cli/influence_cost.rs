@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::numeric::StraightLine;
-use crate::results::plots::{Axis, LinePlot, PlotError, Series};
+use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::table::{Report, aligned, grouped};
 use crate::scene::Tyre;
 use crate::tyre::poles::scaling::{FitCost, cost, cut};
@@ -114,7 +114,7 @@ impl CostReport {
     }
 
     /// Cost over the number of elements, relative to the fewest.
-    pub(super) fn plot(&self, title: &str) -> Result<String, PlotError> {
+    pub(super) fn plot(&self, title: &str) -> String {
         let x = |cost: &FitCost| cost.elements as f64;
         let curves = QUANTITIES.map(|(quantity, y)| {
             let points = self.elements.iter().map(|cost| (x(cost), y(cost) / y(&self.elements[0])));

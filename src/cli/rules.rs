@@ -71,7 +71,7 @@ impl RulesArguments {
             ("damping.svg", "Damping / angular frequency", damping as fn(Complex64) -> f64),
             ("phase.svg", "Relative frequency error", phase_error),
         ] {
-            side.picture(name, curves(&title, time_step, quantity, value).to_svg())?;
+            side.file(name, curves(&title, time_step, quantity, value).to_svg());
         }
         let mut report = rules_report(&reports, time_step);
         if work {
@@ -80,7 +80,7 @@ impl RulesArguments {
             let finest = usize::from(finest);
             let found = work_precision(&side.loaded, &COMPARED, &steps, finest, highest, duration, stop)?;
             side.file("work.csv", work_csv(&found));
-            side.picture("work.svg", work_plot(&title, &found).to_svg())?;
+            side.file("work.svg", work_plot(&title, &found).to_svg());
             report.text("\n");
             report.append(work_report(&found, highest));
         }

@@ -227,7 +227,7 @@ impl View<'_> {
             y: Axis::linear("Time [ms]", 0.0..1e3 * TIMES.0 as f64 * TIMES.1),
             quantity: "Influence function g [mm/(N s)]",
             values: values.view(),
-            colours: Colours::Diverging,
+            colours: Colours::Extent,
             aspect: None,
         };
         map.to_svg()

@@ -16,8 +16,6 @@ pub(crate) struct Axis {
 enum Scale {
     Linear,
     Logarithmic,
-    /// Square root of the absolute value with its sign, zero in the middle.
-    SignedRoot,
     /// Words at 0, 1, 2, ...
     Words,
 }
@@ -42,7 +40,7 @@ impl Axis {
     /// Linear axis that holds all of `values` with a margin, ends on round numbers and does not magnify the rounding of
     /// a constant.
     pub(crate) fn linear_around(title: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
-        let (low, high) = extent(values);
+        let Range { start: low, end: high } = extent(values);
         let margin = 0.05 * (high - low).max(1e-6 * high.abs().max(low.abs())).max(f64::MIN_POSITIVE);
         let step = round_step((high - low + 2.0 * margin) / TICKS);
         let range = ((low - margin) / step).floor() * step..((high + margin) / step).ceil() * step;
@@ -75,22 +73,8 @@ impl Axis {
         values: impl IntoIterator<Item = f64>,
         [below, above]: [f64; 2],
     ) -> Self {
-        let (low, high) = extent(values);
+        let Range { start: low, end: high } = extent(values);
         Self::logarithmic(title, below * low..above * high)
-    }
-
-    /// Axis from minus to plus `largest` that follows the square root of the value: small values remain visible beside
-    /// large ones.
-    pub(crate) fn signed_root(title: impl Into<String>, largest: f64) -> Self {
-        let largest = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
-        // Labels of two digits: they are beside a colour bar, and must leave room for the axis' title.
-        let two_digits = |value: f64| {
-            let scale = 10.0_f64.powi(1 - value.abs().max(f64::MIN_POSITIVE).log10().floor() as i32);
-            four_digits(if value == 0.0 { 0.0 } else { (value * scale).round() / scale })
-        };
-        let tick = |share: f64| (share * largest, Some(two_digits(share * largest)));
-        let ticks = [-1.0, -0.25, -0.04, 0.0, 0.04, 0.25, 1.0].map(tick).into();
-        Self { title: title.into(), scale: Scale::SignedRoot, range: -largest..largest, ticks }
     }
 
     /// Linear axis with given ticks: values, and labels of those that have one.
@@ -136,7 +120,6 @@ impl Axis {
                 (value / self.range.start).ln() / (self.range.end / self.range.start).ln()
             }
             Scale::Logarithmic => f64::NAN,
-            Scale::SignedRoot => 0.5 + 0.5 * (value.abs() / self.range.end).sqrt().copysign(value),
         }
     }
 
@@ -146,7 +129,6 @@ impl Axis {
         match self.scale {
             Scale::Linear | Scale::Words => start + place * (end - start),
             Scale::Logarithmic => start * (end / start).powf(place),
-            Scale::SignedRoot => end * (2.0 * place - 1.0).powi(2).copysign(place - 0.5),
         }
     }
 
@@ -175,12 +157,12 @@ pub(crate) fn four_digits(value: f64) -> String {
 }
 
 /// Smallest and largest finite value; 0 and 1 if there is none.
-pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Range<f64> {
     let (low, high) = values
         .into_iter()
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    if low <= high { (low, high) } else { (0.0, 1.0) }
+    if low <= high { low..high } else { 0.0..1.0 }
 }
 
 fn sound(range: Range<f64>, otherwise: Range<f64>) -> Range<f64> {
@@ -295,18 +277,17 @@ mod tests {
             assert_eq!(Axis::logarithmic("", range).range(), 1.0..10.0);
         }
         assert_eq!(Axis::logarithmic("", -1.0..1.0).range(), 1.0..10.0);
-        assert_eq!(extent([f64::NAN]), (0.0, 1.0));
-        assert_eq!(extent([f64::NAN, 3.0, f64::NEG_INFINITY]), (3.0, 3.0));
+        assert_eq!(extent([f64::NAN]), 0.0..1.0);
+        assert_eq!(extent([f64::NAN, 3.0, f64::NEG_INFINITY]), 3.0..3.0);
     }
 
     #[test]
     fn places_and_values_are_each_others_inverse() {
-        for axis in [Axis::linear("", -2.0..6.0), Axis::logarithmic("", 0.5..50.0), Axis::signed_root("", 4.0)] {
+        for axis in [Axis::linear("", -2.0..6.0), Axis::logarithmic("", 0.5..50.0)] {
             for place in [0.0, 0.1, 0.5, 0.73, 1.0] {
                 assert!((axis.place(axis.value(place)) - place).abs() < 1e-12, "{axis:?} {place}");
             }
         }
-        assert!((Axis::signed_root("", 4.0).place(-1.0) - 0.25).abs() < 1e-12);
     }
 
     proptest! {

@@ -30,10 +30,6 @@ pub(super) const NO_VALUE: Colour = Colour(0xC8C8C8);
 /// Nine points of the viridis map (S. van der Walt and N. Smith, matplotlib 2.0), evenly spaced; linear in between.
 const VIRIDIS: [u32; 9] = [0x440154, 0x472C7A, 0x3B518B, 0x2C718E, 0x21908D, 0x27AD81, 0x5CC863, 0xAADC32, 0xFDE725];
 
-/// Eleven points of the diverging map RdBu (C. Brewer, colorbrewer2.org) from blue to red, evenly spaced.
-const DIVERGING: [u32; 11] =
-    [0x053061, 0x2166AC, 0x4393C3, 0x92C5DE, 0xD1E5F0, 0xF7F7F7, 0xFDDBC7, 0xF4A582, 0xD6604D, 0xB2182B, 0x67001F];
-
 /// Okabe and Ito's palette without yellow, which is invisible on white, and five of P. Tol's muted scheme: as many as
 /// runs on a page.
 const LINES: [u32; 12] = [
@@ -43,21 +39,11 @@ const LINES: [u32; 12] = [
 
 /// Colour at the part `fraction` of a range, limited to \[0, 1\].
 pub(super) fn viridis(fraction: f64) -> Colour {
-    between(&VIRIDIS, fraction)
-}
-
-/// Colour at the part `fraction` of a range whose middle is zero: blue below, red above.
-pub(super) fn diverging(fraction: f64) -> Colour {
-    between(&DIVERGING, fraction)
-}
-
-/// Linear interpolation between the points of a map.
-fn between(points: &[u32], fraction: f64) -> Colour {
-    let position = fraction.clamp(0.0, 1.0) * (points.len() - 1) as f64;
-    let below = (position as usize).min(points.len() - 2);
+    let position = fraction.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
+    let below = (position as usize).min(VIRIDIS.len() - 2);
     let share = position - below as f64;
     let channel = |shift: u32| {
-        let [from, to] = [points[below], points[below + 1]].map(|point| f64::from((point >> shift) & 0xFF));
+        let [from, to] = [VIRIDIS[below], VIRIDIS[below + 1]].map(|point| f64::from((point >> shift) & 0xFF));
         ((from + share * (to - from)).round() as u32) << shift
     };
     Colour(channel(16) | channel(8) | channel(0))
@@ -85,8 +71,8 @@ mod tests {
             let rise = lightness(x + 0.05) - lightness(x);
             assert!((0.02..0.07).contains(&rise), "{x}: {rise}");
         }
-        let written = [diverging(0.5), diverging(0.0), diverging(1.0), viridis(-1.0), viridis(7.0)];
-        assert_eq!(written.map(|colour| colour.to_string()), ["#F7F7F7", "#053061", "#67001F", "#440154", "#FDE725"]);
+        let written = [viridis(-1.0), viridis(0.5), viridis(7.0)];
+        assert_eq!(written.map(|colour| colour.to_string()), ["#440154", "#21908D", "#FDE725"]);
         assert_eq!(line(12).to_string(), "#0072B2");
     }
 }

@@ -10,7 +10,7 @@ use ndarray::{Array2, ArrayView2};
 
 use super::PlotError;
 use super::axis::{Axis, extent, four_digits};
-use super::colour::{Colour, NO_VALUE, WHITE, diverging, viridis};
+use super::colour::{NO_VALUE, WHITE, viridis};
 use super::layout::{WIDTH, room_beside};
 use super::sheet::{Frame, Sheet, title};
 
@@ -33,9 +33,6 @@ pub(crate) enum Colours {
     Extent,
     /// Viridis between two given values.
     Between(Range<f64>),
-    /// Diverging colours about zero that follow the square root of the value, so that a hundredth of the largest value
-    /// is visible beside it.
-    Diverging,
 }
 
 /// A field to be drawn in colours. Cells without a value (NaN) are grey.
@@ -75,26 +72,25 @@ impl HeatMap<'_> {
             return Err(PlotError { picture: "a colour map", quantity: "the field", expected: 1, got: 0 });
         }
         let cells = averaged(self.values, MOST_ROWS, MOST_COLUMNS);
-        let (low, high) = extent(cells.iter().copied());
-        let (bar, colours): (_, fn(f64) -> Colour) = match &self.colours {
-            Colours::Extent => (Axis::linear(self.quantity, low..high), viridis),
-            Colours::Between(range) => (Axis::linear(self.quantity, range.clone()), viridis),
-            Colours::Diverging => (Axis::signed_root(self.quantity, high.max(-low)), diverging),
+        let range = match &self.colours {
+            Colours::Extent => extent(cells.iter().copied()),
+            Colours::Between(range) => range.clone(),
         };
+        let bar = Axis::linear(self.quantity, range);
         // The rooms beside the frame depend on its height, which is known with its width: estimated for the largest.
         let right = |height: f64| BAR_GAP + BAR + room_beside(&bar, height);
         let width = WIDTH - room_beside(&self.y, MOST_HEIGHT) - right(MOST_HEIGHT);
         let height = (width * self.aspect.unwrap_or(0.68)).clamp(LEAST_HEIGHT, MOST_HEIGHT);
         let mut sheet = Sheet::default();
         let axes = sheet.axes(self.title, [&self.x, &self.y], height, right(height));
-        draw_cells(&mut sheet, &cells, axes.frame, &bar, colours);
+        draw_cells(&mut sheet, &cells, axes.frame, &bar);
         for curve in curves {
             // White is lighter than all but the very peaks of a map.
             sheet.curve(&axes, curve, WHITE, 0.8);
         }
         let beside = Frame { left: axes.frame.across(1.0) + BAR_GAP, width: BAR, ..axes.frame };
         let scale = Array2::from_shape_fn((LEVELS, 1), |(level, _)| middle_of(level, &bar));
-        draw_cells(&mut sheet, &scale, beside, &bar, colours);
+        draw_cells(&mut sheet, &scale, beside, &bar);
         sheet.ticks_beside(beside, &bar, 1.0);
         sheet.outline(axes.frame);
         sheet.outline(beside);
@@ -123,7 +119,7 @@ fn averaged(values: ArrayView2<'_, f64>, most_rows: usize, most_columns: usize) 
 
 /// Draws all cells: units of one cell, one path per colour, one stroke per run. Strokes are a tenth of a cell wider
 /// and longer than their cells: viewers that smooth every edge would show seams.
-fn draw_cells(sheet: &mut Sheet, cells: &Array2<f64>, frame: Frame, bar: &Axis, colours: fn(f64) -> Colour) {
+fn draw_cells(sheet: &mut Sheet, cells: &Array2<f64>, frame: Frame, bar: &Axis) {
     let (rows, columns) = cells.dim();
     let level = |value: f64| {
         let place = bar.place(value);
@@ -150,7 +146,7 @@ fn draw_cells(sheet: &mut Sheet, cells: &Array2<f64>, frame: Frame, bar: &Axis, 
     for (level, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
         let (colour, value) = match level {
             LEVELS => (NO_VALUE, "no value".to_owned()),
-            _ => (colours((level as f64 + 0.5) / LEVELS as f64), four_digits(middle_of(level, bar))),
+            _ => (viridis((level as f64 + 0.5) / LEVELS as f64), four_digits(middle_of(level, bar))),
         };
         let value = title(&format!("{}: {value}", bar.title()));
         sheet.put(format_args!(r#"<path stroke="{colour}" d="{path}">{value}</path>"#));
@@ -180,7 +176,7 @@ mod tests {
         let cells = array![[0.0, 0.0, 0.0, 1.0], [1.0, f64::NAN, 1.0, 1.0]];
         let frame = Frame { left: 0.0, top: 0.0, width: 4.0, height: 2.0 };
         let mut sheet = Sheet::default();
-        draw_cells(&mut sheet, &cells, frame, &Axis::linear("z", 0.0..1.0), viridis);
+        draw_cells(&mut sheet, &cells, frame, &Axis::linear("z", 0.0..1.0));
         let svg = sheet.into_svg();
         assert_eq!(svg.matches("<path").count(), 3, "two colours and grey");
         assert!(svg.contains("d=\"M0 1h3.1\""), "{svg}");

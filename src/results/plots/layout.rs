@@ -91,10 +91,12 @@ impl Sheet {
     /// Draws the ticks of an axis on the left (`side` -1) or right (1) of a frame, and its title beyond their labels.
     pub(super) fn ticks_beside(&mut self, frame: Frame, axis: &Axis, side: f64) {
         let (x, anchor) = if side < 0.0 { (frame.left, Anchor::Left) } else { (frame.across(1.0), Anchor::Right) };
-        for (place, label) in axis.ticks() {
+        for (place, _) in axis.ticks() {
             let at = frame.up(place);
             self.line(&[(x, at), (x + 5.0 * side, at)], INK, 1.0);
-            self.text(label, (x + TICK * side, at), anchor, TICK_LABEL);
+        }
+        for (place, label) in apart(axis, |_| TICK_LABEL / frame.height) {
+            self.text(label, (x + TICK * side, frame.up(place)), anchor, TICK_LABEL);
         }
         // Rotated upwards, the first line is the leftmost.
         let title = title_beside(axis, frame.height);
@@ -187,14 +189,19 @@ fn labels_below(axis: &Axis, width: f64) -> Vec<(f64, Vec<String>)> {
         let slot = width / axis.ticks().count().max(1) as f64 - 4.0;
         return axis.ticks().map(|(place, label)| (place, lines(label, slot, TICK_LABEL))).collect();
     }
+    let labels = apart(axis, |label| width_of(label, TICK_LABEL) / width);
+    labels.map(|(place, label)| (place, vec![label.to_owned()])).collect()
+}
+
+/// Labels that do not touch each other, with their positions; `size` is the part of the axis that one takes.
+fn apart(axis: &Axis, size: impl Fn(&str) -> f64) -> impl Iterator<Item = (f64, &str)> {
     let mut free = f64::NEG_INFINITY;
-    let apart = |(place, label): &(f64, &str)| {
-        let half = 0.5 * width_of(label, TICK_LABEL) / width;
+    axis.ticks().filter(move |(place, label)| {
+        let half = 0.5 * size(label);
         let fits = place - half > free;
         free = if fits { place + half } else { free };
         fits
-    };
-    axis.ticks().filter(apart).map(|(place, label)| (place, vec![label.to_owned()])).collect()
+    })
 }
 
 #[cfg(test)]

@@ -87,9 +87,9 @@ impl PolarPlot<'_> {
 
     /// Axis from the middle to the outermost circle.
     fn axis(&self) -> Axis {
-        let (low, high) = extent(self.series.iter().flat_map(|series| series.points.iter().map(|point| point.1)));
-        let highest = (high / STEP).ceil() * STEP;
-        let lowest = (low / STEP).floor() * STEP;
+        let levels = extent(self.series.iter().flat_map(|series| series.points.iter().map(|point| point.1)));
+        let highest = (levels.end / STEP).ceil() * STEP;
+        let lowest = (levels.start / STEP).floor() * STEP;
         Axis::linear(self.quantity, (lowest - STEP).max(highest - DEEPEST)..highest)
     }
 }

@@ -48,28 +48,23 @@ impl Form {
         [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Tip][index % 5]
     }
 
-    /// Corners in units of the half size, y downwards; empty for a circle.
-    fn corners(self) -> &'static [Point] {
-        match self {
-            Self::Circle => &[],
-            Self::Square => &[(-0.9, -0.9), (0.9, -0.9), (0.9, 0.9), (-0.9, 0.9)],
-            Self::Triangle => &[(-1.1, 0.8), (1.1, 0.8), (0.0, -1.1)],
-            Self::Diamond => &[(-1.2, 0.0), (0.0, -1.2), (1.2, 0.0), (0.0, 1.2)],
-            Self::Tip => &[(-1.1, -0.8), (1.1, -0.8), (0.0, 1.1)],
-            // Radii 1 and 0.45, every 36 degrees.
-            Self::Star => &[
-                (0.0, -1.0),
-                (0.26, -0.36),
-                (0.95, -0.31),
-                (0.43, 0.14),
-                (0.59, 0.81),
-                (0.0, 0.45),
-                (-0.59, 0.81),
-                (-0.43, 0.14),
-                (-0.95, -0.31),
-                (-0.26, -0.36),
-            ],
-        }
+    /// Corners in units of the half size, clockwise; empty for a circle.
+    fn corners(self) -> Vec<Point> {
+        // Number, radii of every first and second one, and angle of the first from above [degrees].
+        let (count, radii, first) = match self {
+            Self::Circle => (0, [1.0; 2], 0.0),
+            Self::Square => (4, [1.27; 2], 45.0),
+            Self::Triangle => (3, [1.25; 2], 0.0),
+            Self::Diamond => (4, [1.2; 2], 0.0),
+            Self::Tip => (3, [1.25; 2], 180.0),
+            Self::Star => (10, [1.0, 0.45], 0.0),
+        };
+        let corner = |index: u8| {
+            let (sin, cos) = (first + 360.0 * f64::from(index) / f64::from(count)).to_radians().sin_cos();
+            let radius = radii[usize::from(index % 2)];
+            (radius * sin, -radius * cos)
+        };
+        (0..count).map(corner).collect()
     }
 }
 

@@ -61,7 +61,7 @@ impl EffectsArguments {
         for (way, name) in [(Way::Added, "effects_added.svg"), (Way::TakenAway, "effects_taken_away.svg")] {
             let title = format!("Levels, {}: {}", way.title(), side.loaded.title());
             if let Some(plot) = plot(&comparison, way, &title) {
-                side.picture(name, plot.to_svg())?;
+                side.file(name, plot.to_svg());
             }
         }
         report.text("\n");

@@ -134,8 +134,8 @@ impl FitTyreArguments {
         let titles = ["measured (marks) and fitted (lines)", "fitted less measured"];
         let titles = titles.map(|what| format!("{title}: {what}"));
         let [overlay, residuals] = pictures(&fitted, &points, &titles, &names);
-        side.picture("mobility.svg", overlay.to_svg())?;
-        side.picture("residuals.svg", residuals.to_svg())?;
+        side.file("mobility.svg", overlay.to_svg());
+        side.file("residuals.svg", residuals.to_svg());
         side.settings = json!({
             "scene": side.settings,
             "mobility": path.display().to_string(),

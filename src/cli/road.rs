@@ -78,7 +78,7 @@ impl RoadArguments {
         if !road.sample.heights.is_empty() {
             side.picture("road.svg", map(&format!("Heights: {title}"), &road))?;
         }
-        if let Some(spectrum) = texture_spectrum(&format!("Texture, third octaves: {title}"), &road)? {
+        if let Some(spectrum) = texture_spectrum(&format!("Texture, third octaves: {title}"), &road) {
             side.file("texture_spectrum.svg", spectrum);
         }
         side.json("road.json", &json!(road));

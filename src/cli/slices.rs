@@ -101,7 +101,7 @@ impl SlicesArguments {
             }
         }
         if let Some(view) = sample.view([&curves[0][0], &curves[1][0]])? {
-            for (name, picture) in pictures(&side.loaded.title(), &view)? {
+            for (name, picture) in pictures(&side.loaded.title(), &view) {
                 side.file(name, picture);
             }
         }

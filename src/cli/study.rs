@@ -119,7 +119,7 @@ impl StudyArguments {
             side.file("study_sound.csv", sound_csv(sound));
         }
         if let Some(picture) = picture {
-            side.picture(PICTURE[0], picture)?;
+            side.file(PICTURE[0], picture);
         }
         let lead = "Every setting that trades accuracy for time, the others at a fine reference. Errors are \
                     differences of the contact force from that of the reference; those below the doubt about it are \

@@ -34,14 +34,14 @@ pub(super) struct Picture {
 pub(super) fn pictures(paper: &Paper) -> Result<Vec<Picture>, PlotError> {
     let picture = |place, file, caption: &str, svg| Picture { place, file, caption: caption.to_owned(), svg };
     let names: Vec<String> = paper.mobility.patches.iter().map(|side| format!("{} mm", 1e3 * side)).collect();
-    let mobility = plot(&paper.mobility.mobility, "Driving-point mobility of the tread", &names, LEVEL).to_svg()?;
+    let mobility = plot(&paper.mobility.mobility, "Driving-point mobility of the tread", &names, LEVEL).to_svg();
     let mut all = vec![picture("figure 2", "mobility.svg", "A square patch in the middle of the tread.", mobility)];
     if !paper.road.description.sample.heights.is_empty() {
         let road = map("A rough road", &paper.road.description)?;
         all.push(picture("figure 3", "road.svg", "A piece of the road, its heights in colours.", road));
     }
     if let Some(view) = &paper.slice.view {
-        for (file, svg) in slices::pictures("A slice of the road", view)? {
+        for (file, svg) in slices::pictures("A slice of the road", view) {
             let caption = match file {
                 "slice_profile.svg" => "The slice's highest line of cells, with four indentations.",
                 "slice_pressure.svg" => "Pressure under them on an elastic half-space.",
@@ -58,9 +58,9 @@ pub(super) fn pictures(paper: &Paper) -> Result<Vec<Picture>, PlotError> {
         all.push(picture("figure 6", "tread_laws.svg", caption, laws));
     }
     let caption = "How many linear solves it takes to find the points in contact.";
-    all.push(picture("contact search", "solves.svg", caption, solves(&paper.search)?));
+    all.push(picture("contact search", "solves.svg", caption, solves(&paper.search)));
     let caption = "Root mean square of the force's change when a step is halved, relative to the force's variation.";
-    all.push(picture("equation 4", "equation_4.svg", caption, equation_4(&paper.equation_4)?));
+    all.push(picture("equation 4", "equation_4.svg", caption, equation_4(&paper.equation_4)));
     Ok(all)
 }
 
@@ -92,7 +92,7 @@ fn tread_laws(of: &TreadLaws) -> Result<Option<String>, PlotError> {
 }
 
 /// Draws the shares as steps over the number of solves.
-fn solves(of: &SearchFigure) -> Result<String, PlotError> {
+fn solves(of: &SearchFigure) -> String {
     let both = [("local law", &of.local), ("equation 4", &of.equation_4)];
     let series: Vec<Series<'_>> = both
         .iter()
@@ -120,7 +120,7 @@ fn solves(of: &SearchFigure) -> Result<String, PlotError> {
 }
 
 /// Draws the differences over the coarser of the two steps.
-fn equation_4(of: &Equation4) -> Result<String, PlotError> {
+fn equation_4(of: &Equation4) -> String {
     let series: Vec<Series<'_>> = of
         .couplings
         .iter()

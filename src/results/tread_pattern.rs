@@ -40,7 +40,7 @@ pub(crate) fn pattern_csv(map: &TreadMap, speed: f64) -> String {
 ///
 /// # Errors
 /// Errors of the picture.
-pub fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotError> {
+pub(crate) fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotError> {
     let [dx, dy] = map.size;
     let (length, half) = (dx * map.columns as f64, 0.5 * dy * map.across as f64);
     let mm: Vec<f64> = map.depths.iter().map(|depth| 1e3 * depth).collect();

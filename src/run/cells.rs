@@ -142,12 +142,10 @@ impl<'a> CellContact<'a> {
     /// is that of the `carried` waves, or of direct sums.
     fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
         let numerics = &self.plan.scene.numerics;
-        let past = match numerics.history {
-            History::Direct => CellPast::Direct(Box::new(self.direct(instant.columns, meter))),
-            History::Modal if self.plan.is_single() => {
-                CellPast::Single(Box::new(self.rings(instant.columns, carried, meter)))
-            }
-            History::Modal => CellPast::Modal(Box::new(self.rings(instant.columns, carried, meter))),
+        let past: Box<dyn CellPast<1>> = match numerics.history {
+            History::Direct => Box::new(self.direct(instant.columns, meter)),
+            History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(instant.columns, carried, meter)),
+            History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, meter)),
         };
         let tolerance = self.plan.cell_tolerance();
         let (grid, cells) = (self.sums.grid(), instant.columns * instant.across);
@@ -192,7 +190,7 @@ impl<'a> CellContact<'a> {
         Ok(all)
     }
 
-    fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast {
+    fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast<1> {
         let rows = self.sums.waves(WaveBand::WHOLE);
         let transform = WaveTransform::new(self.sums.grid(), self.sums.grid().elements(), columns, &rows);
         let rule = self.plan.scene.numerics.time_rule;

@@ -3,14 +3,14 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
+use crate::contact::cells::CellPast;
+use crate::contact::cells::component_transforms::ComponentTransforms;
+use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::contact::friction::free_creep::FreeCreep;
-use crate::contact::friction::history::TractionHistory;
 use crate::contact::friction::law::CellLaw;
 use crate::contact::friction::modal::{TractionRing, TractionWaves};
-use crate::contact::friction::past::TractionPast;
 use crate::contact::friction::search::FrictionSearch;
-use crate::contact::friction::transform::TractionTransform;
 use crate::contact::friction::wave_group::Stepping;
 use crate::contact::friction::zone::{FrictionZone, Rolling};
 use crate::contact::geometry::Geometry;
@@ -24,7 +24,7 @@ use crate::plan::models::{band_sums, count_evaluations, refused};
 use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep, Tyre};
 use crate::storage::Cache;
 use crate::storage::cache::key;
-use crate::tyre::influence::{CellGrid, CellRow, CellSums, WaveBand};
+use crate::tyre::influence::{COMPONENTS, CellGrid, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::traction_model::TractionModel;
 use crate::tyre::poles::tractions::fit_tractions;
 
@@ -102,15 +102,19 @@ impl FrictionContact<'_> {
     }
 
     /// Past of a window of `columns` columns.
-    fn past(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<TractionHistory, RunError> {
+    fn past(
+        &self,
+        columns: usize,
+        meter: &mut Meter,
+        warnings: &mut Vec<String>,
+    ) -> Result<Box<dyn CellPast<COMPONENTS>>, RunError> {
         let Self { plan, sums, .. } = *self;
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
         if plan.scene.numerics.history == History::Direct {
             let rows = sums.traction_rows(WaveBand::WHOLE);
-            let transform = TractionTransform::new(grid, [grid.elements(), columns], &rows);
-            let past =
-                meter.time(Stage::Influence, || TractionPast::new(sums, &rows, transform, rule, time_step, plan.lags));
-            return Ok(TractionHistory::Direct(Box::new(past)));
+            let transforms = ComponentTransforms::of_tractions(grid, [grid.elements(), columns], &rows);
+            let past = || DirectPast::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
+            return Ok(Box::new(meter.time(Stage::Influence, past)));
         }
         let carried = |band: WaveBand| -> Result<Carried, RunError> {
             let sums = band_sums(plan, band, sums);
@@ -120,11 +124,11 @@ impl FrictionContact<'_> {
             Ok(Carried { band, grid: sums.grid().clone(), rows, model })
         };
         let carried = plan.wave_bands(columns).into_iter().map(carried).collect::<Result<Vec<_>, _>>()?;
-        Ok(meter.time(Stage::Influence, || {
+        Ok(meter.time(Stage::Influence, || -> Box<dyn CellPast<COMPONENTS>> {
             if plan.is_single() {
-                TractionHistory::Single(Box::new(self.waves(columns, &carried)))
+                Box::new(self.waves::<f32>(columns, &carried))
             } else {
-                TractionHistory::Modal(Box::new(self.waves(columns, &carried)))
+                Box::new(self.waves::<f64>(columns, &carried))
             }
         }))
     }
@@ -141,7 +145,7 @@ impl FrictionContact<'_> {
                 tolerance: fit.tolerance,
                 forgotten_after: self.plan.forgotten_after(*band, columns),
             };
-            let transform = TractionTransform::new(grid, [grid.elements() / band.part, columns], rows);
+            let transform = ComponentTransforms::of_tractions(grid, [grid.elements() / band.part, columns], rows);
             TractionRing { model, transform, seen: (band.part > 1).then_some(grid.across), stepping }
         }))
     }

@@ -8,14 +8,15 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::product::Vector;
-use super::transform::TractionTransform;
 use super::wave_group::{STEPS, Stepping, WaveGroup};
+use crate::contact::cells::CellPast;
+use crate::contact::cells::component_transforms::ComponentTransforms;
 use crate::contact::cells::ring_waves::{allowed_rounding, is_slow};
 use crate::contact::cells::short_ring::{Placed, aligned};
 use crate::contact::cells::wave_transform::WaveNumber;
-use crate::counters::Work;
+use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Element;
-use crate::storage::state::StateError;
+use crate::storage::state::{StateError, StateReader, StateWriter};
 use crate::tyre::influence::COMPONENTS;
 use crate::tyre::poles::Modes;
 use crate::tyre::poles::traction_model::TractionModel;
@@ -34,7 +35,7 @@ struct Seen {
 
 /// Waves of one ring.
 struct Ring<R: WaveNumber> {
-    transform: TractionTransform<R>,
+    transform: ComponentTransforms<R, COMPONENTS>,
     groups: Vec<WaveGroup<R>>,
     /// Those whose poles are too slow for single precision.
     precise: Vec<WaveGroup<f64>>,
@@ -59,7 +60,7 @@ pub(crate) struct TractionRing<'m, R: WaveNumber> {
     /// Their poles and channels.
     pub model: &'m TractionModel,
     /// From cells to waves and back.
-    pub transform: TractionTransform<R>,
+    pub transform: ComponentTransforms<R, COMPONENTS>,
     /// Cells across, if the transform sees a part of the window.
     pub seen: Option<usize>,
     /// Rule and time step of this ring.
@@ -67,8 +68,8 @@ pub(crate) struct TractionRing<'m, R: WaveNumber> {
 }
 
 /// State of [`TractionWaves`] between two steps.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct TractionWavesState {
+#[derive(Deserialize, Serialize)]
+struct TractionWavesState {
     /// Step of the block.
     step: usize,
     /// By ring: element that is seen first, and the block that is forgotten next.
@@ -127,7 +128,7 @@ impl<R: WaveNumber> Ring<R> {
         if step == 0 && *blocks > 0 {
             *earliest = (*earliest + 1) % *blocks;
         }
-        for (component, spectrum) in transform.spectra_mut().enumerate() {
+        for (component, spectrum) in transform.spectra_mut().into_iter().enumerate() {
             groups.iter().for_each(|group| give(group, component, spectrum));
             precise.iter().for_each(|group| give(group, component, spectrum));
         }
@@ -182,20 +183,16 @@ impl<R: WaveNumber> TractionWaves<R> {
         rings.iter().for_each(|ring| work += ring.work());
         Self { rings, step: 0, work, arch: Arch::new() }
     }
+}
 
-    /// Work of a step.
-    pub(crate) fn work(&self) -> Work {
-        self.work
-    }
-
-    /// Adds the displacements by past forces at the coming step \[m\].
-    pub(crate) fn add_displacement(&mut self, first_element: i64, out: &mut [Vector]) {
-        let Self { rings, step, arch, .. } = self;
+impl<R: WaveNumber> CellPast<COMPONENTS> for TractionWaves<R> {
+    fn add_displacement(&mut self, _: usize, first_element: i64, out: &mut [Vector], meter: &mut Meter) {
+        let Self { rings, step, arch, work } = self;
+        meter.add_work(Stage::History, *work);
         rings.iter_mut().for_each(|ring| ring.add_displacement(*arch, *step, first_element, out));
     }
 
-    /// Takes the forces of the step \[N\]; returns whether there is room for all of them.
-    pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) -> bool {
+    fn push(&mut self, _: usize, first_element: i64, forces: &[Vector]) -> bool {
         let step = self.step;
         self.step = (step + 1) % STEPS;
         let mut has_room = true;
@@ -203,34 +200,33 @@ impl<R: WaveNumber> TractionWaves<R> {
         has_room
     }
 
-    pub(crate) fn save(&self) -> TractionWavesState {
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         let mut numbers = Vec::new();
         for Ring { groups, precise, .. } in &self.rings {
             numbers.extend(groups.iter().flat_map(WaveGroup::evolving).flatten().map(|value| value.double()));
             numbers.extend(precise.iter().flat_map(WaveGroup::evolving).flatten());
         }
         let place = |ring: &Ring<R>| (ring.seen.as_ref().map_or(0, |seen| seen.first), ring.earliest);
-        TractionWavesState { step: self.step, places: self.rings.iter().map(place).collect(), numbers }
+        state.put(&TractionWavesState { step: self.step, places: self.rings.iter().map(place).collect(), numbers })
     }
 
-    /// Continues from the state of an equal past.
-    pub(crate) fn restore(&mut self, state: &TractionWavesState) -> Result<(), StateError> {
-        let TractionWavesState { step, places, numbers } = state;
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        let TractionWavesState { step, places, numbers } = state.take()?;
         let count = |ring: &mut Ring<R>| {
             let (single, precise) = ring.evolving_mut();
             single.count() + precise.count()
         };
         let own: usize = self.rings.iter_mut().map(count).sum();
         let is_known = |(ring, (_, earliest)): (&Ring<R>, &(i64, usize))| *earliest < ring.blocks.max(1);
-        let are_known = places.len() == self.rings.len() && self.rings.iter().zip(places).all(is_known);
-        if own != numbers.len() || *step >= STEPS || !are_known {
+        let are_known = places.len() == self.rings.len() && self.rings.iter().zip(&places).all(is_known);
+        if own != numbers.len() || step >= STEPS || !are_known {
             return Err(StateError::Value);
         }
-        self.step = *step;
-        let mut numbers = numbers.iter().copied();
+        self.step = step;
+        let mut numbers = numbers.into_iter();
         for (ring, (first, earliest)) in self.rings.iter_mut().zip(places) {
-            ring.earliest = *earliest;
-            ring.seen.iter_mut().for_each(|seen| seen.first = *first);
+            ring.earliest = earliest;
+            ring.seen.iter_mut().for_each(|seen| seen.first = first);
             let (single, precise) = ring.evolving_mut();
             single.for_each(|own| *own = numbers.next().map_or(*own, R::rounded));
             precise.for_each(|own| *own = numbers.next().unwrap_or(*own));

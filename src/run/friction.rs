@@ -20,16 +20,11 @@ use crate::contact::tread::TreadSurface;
 use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::plan::Plan;
-use crate::plan::models::{band_sums, count_evaluations, refused};
-use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep, Tyre};
-use crate::storage::Cache;
-use crate::storage::cache::key;
+use crate::plan::models::{band_sums, planned_cell_model};
+use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep};
 use crate::tyre::influence::{COMPONENTS, CellGrid, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::traction_model::TractionModel;
 use crate::tyre::poles::tractions::fit_tractions;
-
-/// Remedy if a fit is refused.
-const RIGHT: &str = "another tolerance, or history = \"direct\"";
 
 /// Waves of a band, with their poles.
 struct Carried {
@@ -119,7 +114,11 @@ impl FrictionContact<'_> {
         let carried = |band: WaveBand| -> Result<Carried, RunError> {
             let sums = band_sums(plan, band, sums);
             let rows = sums.traction_rows(band);
-            let model = self.model(&sums, &plan.tyre_of(band), &rows, meter, warnings)?;
+            let options = plan.cell_fit();
+            let fit = || fit_tractions(&sums, &rows, &options, self.stop);
+            let content = (plan.tyre_of(band).levelled(), &rows, options, plan.scene.numerics.influence_tolerance);
+            let count = TractionModel::evaluations;
+            let model = planned_cell_model(self.loaded, plan, &content, fit, count, meter, warnings)?;
             meter.count(Counter::Poles, model.order() as u64);
             Ok(Carried { band, grid: sums.grid().clone(), rows, model })
         };
@@ -148,29 +147,5 @@ impl FrictionContact<'_> {
             let transform = ComponentTransforms::of_tractions(grid, [grid.elements() / band.part, columns], rows);
             TractionRing { model, transform, seen: (band.part > 1).then_some(grid.across), stepping }
         }))
-    }
-
-    /// Poles of a band, from the user's cache or fitted.
-    fn model(
-        &self,
-        sums: &CellSums,
-        tyre: &Tyre,
-        rows: &[CellRow],
-        meter: &mut Meter,
-        warnings: &mut Vec<String>,
-    ) -> Result<TractionModel, RunError> {
-        let Self { loaded, plan, stop, .. } = *self;
-        let options = plan.cell_fit();
-        let mut fit = || -> Result<TractionModel, RunError> {
-            let fitted = meter.time(Stage::Fit, || fit_tractions(sums, rows, &options, stop));
-            let model = fitted.map_err(|error| refused(loaded, error, RIGHT))?;
-            count_evaluations(plan, model.evaluations(), meter);
-            Ok(model)
-        };
-        let tolerance = plan.scene.numerics.influence_tolerance;
-        match (Cache::open(), key::<TractionModel>(&(tyre.levelled(), rows, options, tolerance))) {
-            (Ok(cache), Ok(key)) => cache.fetch(&key, warnings, fit),
-            _ => fit(),
-        }
     }
 }

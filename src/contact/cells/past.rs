@@ -158,7 +158,7 @@ impl<N: WaveNumber> WavePast<N> {
                 waves.finish(self.instant);
                 waves.displacement(displacement);
             } else if let (Some(short), Some(next)) = (short, &self.next) {
-                short.field.add_to(first_element, next.across(), out);
+                short.field.add_to(first_element, out);
                 short.last.copy_from(&next.last);
             }
         }
@@ -177,7 +177,7 @@ impl<N: WaveNumber> WavePast<N> {
         for Ring { transform, forces: of_waves, .. } in self.rings.iter_mut().flatten() {
             transform.forward(first_element, forces, of_waves);
         }
-        let has_room = self.next.as_mut().is_none_or(|next| next.push(first_element, forces));
+        let has_room = self.next.as_mut().is_none_or(|next| next.last.take(first_element, forces));
         self.instant = (self.instant + 1) % self.instants;
         self.begun = true;
         has_room

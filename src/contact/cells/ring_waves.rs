@@ -87,27 +87,14 @@ impl<N: WaveNumber> RingWaves<N> {
         let reduced = |wave: usize| fewer_poles(&model.modes(wave), rule, time_step, steps, (*fewer)?);
         let reduced: Vec<Option<FewerPoles>> = (0..waves).into_par_iter().map(reduced).collect();
         let modes = |wave: usize| reduced[wave].as_ref().map_or(model.modes(wave), FewerPoles::modes);
-        let group_of = |first: usize, count: usize| {
-            // The coming block is passed over: it is under way while the next is foretold.
-            (first..waves.min(first + count)).map(modes)
-        };
-        let allowed = allowed_rounding(*fewer);
-        let angles = transform.angles();
-        let (mut groups, mut precise) = (Vec::new(), Vec::new());
-        for first in (0..waves).step_by(N::MOST_LANES) {
-            let modes = group_of(first, N::MOST_LANES);
-            // A deformation at rest on the road moves through the tyre with the window.
-            let rates = angles[first..].iter().map(|angle| angle / (*substeps as f64 * time_step));
-            let mut of_waves = modes.clone().zip(rates);
-            if N::EPSILON > f64::EPSILON && of_waves.any(|(modes, rate)| is_slow(&modes, time_step, rate, allowed)) {
-                for first in (first..waves.min(first + N::MOST_LANES)).step_by(f64::MOST_LANES) {
-                    let modes = group_of(first, f64::MOST_LANES);
-                    precise.push(WavenumberGroup::new(modes, rule, time_step, first, instants, 1));
-                }
-            } else {
-                groups.push(WavenumberGroup::new(modes, rule, time_step, first, instants, 1));
-            }
-        }
+        let (allowed, angles) = (allowed_rounding(*fewer), transform.angles());
+        // A deformation at rest on the road moves through the tyre with the window.
+        let rate = |wave: usize| angles[wave] / (*substeps as f64 * time_step);
+        let [fast, slow] = by_precision::<N>(waves, |wave| is_slow(&modes(wave), time_step, rate(wave), allowed));
+        let group = |own: Range<usize>| WavenumberGroup::new(own.start, own.map(modes), rule, time_step, instants);
+        let mut groups: Vec<WavenumberGroup<N>> = fast.into_iter().map(group).collect();
+        let group = |own: Range<usize>| WavenumberGroup::new(own.start, own.map(modes), rule, time_step, instants);
+        let mut precise: Vec<WavenumberGroup<f64>> = slow.into_iter().map(group).collect();
         let mut remembered = Vec::new();
         if let Some(after) = parts.forgotten_after {
             let blocks = (after / steps).max(1);
@@ -346,6 +333,21 @@ const ROUNDED_OF_TOLERANCE: f64 = 0.1;
 /// Part of a wave's displacement that rounding its poles may make, for poles to within a tolerance.
 pub(in crate::contact) fn allowed_rounding(tolerance: Option<f64>) -> f64 {
     tolerance.map_or(ROUNDED, |tolerance| ROUNDED.max(ROUNDED_OF_TOLERANCE * tolerance))
+}
+
+/// Waves of neighbours that are a group: those that are fast enough for the precision of `N`, and the others, in groups
+/// of double precision.
+pub(in crate::contact) fn by_precision<N: Element>(
+    waves: usize,
+    is_slow: impl Fn(usize) -> bool + Sync,
+) -> [Vec<Range<usize>>; 2] {
+    let groups_of = |waves: Range<usize>, most: usize| {
+        waves.clone().step_by(most).map(move |first| first..waves.end.min(first + most))
+    };
+    let needs_double = |group: &Range<usize>| N::EPSILON > f64::EPSILON && group.clone().any(&is_slow);
+    let all: Vec<Range<usize>> = groups_of(0..waves, N::MOST_LANES).collect();
+    let (slow, fast): (Vec<_>, Vec<_>) = all.into_par_iter().partition(needs_double);
+    [fast, slow.into_iter().flat_map(|group| groups_of(group, f64::MOST_LANES)).collect()]
 }
 
 /// True if single precision would move a wave's poles too far: for a pole that decays by d a step it changes the

@@ -264,15 +264,14 @@ pub(crate) struct WavenumberGroup<E> {
 }
 
 impl<E: Element> WavenumberGroup<E> {
-    /// Group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of `instants` instants,
-    /// of which a pass foretells the one `ahead` blocks after those whose forces it takes in.
+    /// Group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of `instants` instants. A
+    /// pass leaves out the coming block, which is under way while the next is foretold.
     pub(crate) fn new<'m>(
+        first: usize,
         modes: impl IntoIterator<Item = Modes<'m>>,
         rule: TimeRule,
         time_step: f64,
-        first: usize,
         instants: usize,
-        ahead: usize,
     ) -> Self {
         let (mut pairs, mut reals, mut count, mut turns) = (Vec::new(), Vec::new(), 0, false);
         for modes in modes {
@@ -287,7 +286,7 @@ impl<E: Element> WavenumberGroup<E> {
             reals.push(poles.collect());
         }
         let looks_back = rule.looks_back();
-        let skipped = ahead * (instants / rule.stages());
+        let skipped = instants / rule.stages();
         Self {
             first,
             count,

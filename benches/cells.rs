@@ -17,7 +17,7 @@ use num_complex::Complex;
 use realfft::RealFftPlanner;
 use tyrewave::counters::Meter;
 use tyrewave::internals::{
-    CellFitOptions, CellGrid, CellModel, CellPast, CellSearch, CellSums, CellTruncation, DirectPast, InstantCells,
+    CellFitOptions, CellGrid, CellPast, CellSearch, CellSums, CellTruncation, DirectPast, InstantCells, PoleModel,
     RingParts, RoughRoad, WaveBand, WaveNumber, WavePast, WaveTransform, first_influences, fit_cells, instant_cells,
     plate_tyre,
 };
@@ -122,7 +122,7 @@ fn past(criterion: &mut Criterion) {
     let model = fit_cells(&sums, &rows, &options, &Default::default()).expect("the waves can be fitted");
     let model = &model;
     fn ring<'m, N: WaveNumber>(
-        model: &'m CellModel,
+        model: &'m PoleModel,
         transform: WaveTransform<N>,
         fewer_poles: Option<f64>,
     ) -> RingParts<'m, N> {

@@ -52,6 +52,7 @@ pub use crate::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP};
 pub use crate::tyre::layers::cylinder::Cylinder;
 pub use crate::tyre::layers::operations;
 pub use crate::tyre::poles::cache::fetch as fetch_from;
-pub use crate::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
+pub use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
 pub use crate::tyre::poles::fit::{FitOptions, fit};
 pub use crate::tyre::poles::model::RationalModel;
+pub use crate::tyre::poles::pole_model::PoleModel;

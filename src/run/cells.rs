@@ -24,8 +24,9 @@ use crate::road::maker::SliceForm;
 use crate::run::friction::FrictionContact;
 use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
 use crate::scene::{Axle, History, LoadedScene, SceneError};
-use crate::tyre::influence::{CellGrid, CellInfluence, CellRow, CellSums, WaveBand, WaveValues};
-use crate::tyre::poles::cells::{CellModel, fit_cells};
+use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, WaveBand, WaveValues};
+use crate::tyre::poles::cells::fit_cells;
+use crate::tyre::poles::pole_model::PoleModel;
 use crate::tyre::tread_pattern::blocks::Blocks;
 
 pub(super) struct CellContact<'a> {
@@ -173,7 +174,7 @@ impl<'a> CellContact<'a> {
             let rows = sums.waves(band);
             let options = self.plan.cell_fit();
             let fit = || fit_cells(&sums, &rows, &options, self.stop);
-            let (content, count) = ((self.plan.tyre_of(band).levelled(), &rows, options), CellModel::evaluations);
+            let (content, count) = ((self.plan.tyre_of(band).levelled(), &rows, options), PoleModel::evaluations);
             let model = planned_cell_model(self.loaded, self.plan, &content, fit, count, meter, warnings)?;
             Ok(CarriedWaves { part: band.part, rows, model })
         };

@@ -26,7 +26,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::storage::state::{StateError, StateReader, StateWriter, fill, fill_all};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellInfluence, CellRow};
-use crate::tyre::poles::cells::CellModel;
+use crate::tyre::poles::pole_model::PoleModel;
 
 /// Steps of a block.
 pub(crate) const STEPS: usize = 4;
@@ -87,7 +87,7 @@ pub fn first_influences(
     grid: &CellGrid,
     [part, columns]: [usize; 2],
     rows: &[CellRow],
-    model: &CellModel,
+    model: &PoleModel,
     rule: TimeRule,
     time_step: f64,
 ) -> Vec<CellInfluence> {

@@ -20,7 +20,7 @@ use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::Recursion;
 use crate::tyre::influence::{CellInfluence, WaveValues};
 use crate::tyre::poles::Modes;
-use crate::tyre::poles::cells::CellModel;
+use crate::tyre::poles::pole_model::PoleModel;
 
 /// Widest vectors of a tile: its rows are long enough for the processor to read ahead, and some fit into its nearest
 /// memory together. Odd: rows a power of two apart would take each other's places there.
@@ -29,7 +29,7 @@ const TOGETHER: usize = 31;
 /// One ring: the waves that it carries.
 pub struct RingParts<'m, N: WaveNumber = f64> {
     /// Their poles.
-    pub model: &'m CellModel,
+    pub model: &'m PoleModel,
     /// From cells to waves and back.
     pub transform: WaveTransform<N>,
     /// Influence of each stage's forces at the next instant between the cells that the transform covers, a part of the
@@ -84,9 +84,9 @@ impl<N: WaveNumber> RingWaves<N> {
         let RingParts { model, transform, substeps, fewer_poles: fewer, .. } = parts;
         let (waves, stages) = (model.len(), rule.stages());
         let (instants, tiles) = (steps * stages, waves.div_ceil(tile::<N>()));
-        let reduced = |wave: usize| fewer_poles(&model.modes(wave), rule, time_step, steps, (*fewer)?);
+        let reduced = |wave: usize| fewer_poles(&model.wave(wave), rule, time_step, steps, (*fewer)?);
         let reduced: Vec<Option<FewerPoles>> = (0..waves).into_par_iter().map(reduced).collect();
-        let modes = |wave: usize| reduced[wave].as_ref().map_or(model.modes(wave), FewerPoles::modes);
+        let modes = |wave: usize| reduced[wave].as_ref().map_or(model.wave(wave), FewerPoles::modes);
         let (allowed, angles) = (allowed_rounding(*fewer), transform.angles());
         // A deformation at rest on the road moves through the tyre with the window.
         let rate = |wave: usize| angles[wave] / (*substeps as f64 * time_step);
@@ -102,7 +102,7 @@ impl<N: WaveNumber> RingWaves<N> {
             precise.par_iter_mut().for_each(|group| group.forget(rule, blocks * steps));
             remembered = vec![vec![0.0; tiles * 2 * instants * tile::<N>()]; blocks];
         }
-        let turns = |tile: usize| waves_of::<N>(tile, waves).any(|wave| !model.modes(wave).odd.is_empty());
+        let turns = |tile: usize| waves_of::<N>(tile, waves).any(|wave| !model.wave(wave).odd.is_empty());
         let turning: Vec<bool> = (0..tiles).map(turns).collect();
         let within = responses(model, rule, time_step, instants, &turning);
         let mut work = Work::default();
@@ -372,10 +372,10 @@ const fn kinds(turns: bool) -> usize {
 }
 
 /// Response of all waves an instant after a force, stage by stage \[m/N\].
-pub(super) fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64) -> Vec<WaveValues> {
+pub(super) fn first_responses(model: &PoleModel, rule: TimeRule, time_step: f64) -> Vec<WaveValues> {
     let mut all = vec![WaveValues { even: Vec::new(), odd: Vec::new() }; rule.stages()];
     let mut responses = vec![0.0; rule.stages()];
-    for modes in (0..model.len()).map(|wave| model.modes(wave)) {
+    for modes in (0..model.len()).map(|wave| model.wave(wave)) {
         for (kind, residues) in [modes.residues, modes.odd].into_iter().enumerate().take(kinds(model.turns())) {
             responses.fill(0.0);
             add_responses(&modes, residues, rule, time_step, 1, &mut responses);
@@ -391,7 +391,7 @@ pub(super) fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64)
 /// Response of all waves one, two, ... instants after a force at a stage \[m/N\], in the order in which it is summed;
 /// see [`RingWaves`].
 fn responses<N: Element>(
-    model: &CellModel,
+    model: &PoleModel,
     rule: TimeRule,
     time_step: f64,
     instants: usize,
@@ -406,7 +406,7 @@ fn responses<N: Element>(
         let (own, others) = rest.split_at_mut(of_tile(turns));
         rest = others;
         for wave in waves_of::<N>(tile, model.len()) {
-            let modes = model.modes(wave);
+            let modes = model.wave(wave);
             for (kind, residues) in [modes.residues, modes.odd].into_iter().enumerate().take(kinds(*turns)) {
                 responses.fill(0.0);
                 add_responses(&modes, residues, rule, time_step, lags, &mut responses);

@@ -13,7 +13,8 @@ use crate::counters::Meter;
 use crate::scene::{DEFAULT, Law, PLATE, Scene, Sides, Tyre};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
-use crate::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
+use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
+use crate::tyre::poles::pole_model::PoleModel;
 
 const COLUMNS: usize = 9;
 const ACROSS: usize = 5;
@@ -219,7 +220,7 @@ fn the_past_in_single_precision_and_by_fewer_poles_is_the_past() {
     );
     let rows = sums.waves(WaveBand::WHOLE);
     let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
-    fn past<N: WaveNumber>(model: &CellModel, transform: WaveTransform<N>, fewer_poles: Option<f64>) -> WavePast<N> {
+    fn past<N: WaveNumber>(model: &PoleModel, transform: WaveTransform<N>, fewer_poles: Option<f64>) -> WavePast<N> {
         let ring = RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles };
         WavePast::new([ring], TimeRule::Sdirk2, 1.7e-4)
     }

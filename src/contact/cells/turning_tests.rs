@@ -13,7 +13,8 @@ use crate::scene::{DEFAULT, Scene, Tyre};
 use crate::storage::state::StateWriter;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, CellWave, FaceValues, WaveBand};
-use crate::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
+use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
+use crate::tyre::poles::pole_model::PoleModel;
 
 const COLUMNS: usize = 9;
 const ACROSS: usize = 4;
@@ -32,7 +33,7 @@ fn sums(tyre: &Tyre, rule: TimeRule) -> CellSums {
     CellSums::new(tyre, CellGrid::new(tyre, ELEMENTS, ACROSS), FINITE, 1e-8, largest)
 }
 
-fn fitted(sums: &CellSums) -> CellModel {
+fn fitted(sums: &CellSums) -> PoleModel {
     let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: 1e-6, most_poles: 160 };
     fit_cells(sums, &sums.waves(WaveBand::WHOLE), &options, &Default::default()).unwrap()
 }

@@ -19,6 +19,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::late::late_channels;
 use crate::contact::history::add_responses;
+use crate::contact::history::wavenumber_group::put_parts;
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::time_rule::TimeRule;
@@ -99,9 +100,8 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
         let mut left = vec![E::default(); forgetting * 2 * PARTS * E::MOST_LANES];
         for (number, record) in left.chunks_exact_mut(2 * PARTS * E::MOST_LANES).enumerate() {
             for (lane, channels) in waves.iter().enumerate() {
-                let values = channels.get(number).into_iter().flat_map(|channel| channel.left);
-                let parts = values.flat_map(|value| [value.re, value.im].into_iter().take(PARTS));
-                parts.enumerate().for_each(|(slot, part)| record[slot * E::MOST_LANES + lane] = E::rounded(part));
+                let Some(channel) = channels.get(number) else { continue };
+                put_parts::<E, PARTS>(record, 0, lane, &channel.left);
             }
         }
         let [input, output, odd, _, length] = Self::places(turns);
@@ -109,12 +109,7 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
         for (number, record) in numbers.chunks_exact_mut(length * E::MOST_LANES).enumerate() {
             for (lane, channels) in waves.iter().enumerate() {
                 let Some(channel) = channels.get(number) else { continue };
-                let mut put = |place: usize, values: &[Complex64]| {
-                    let parts = values.iter().flat_map(|value| [value.re, value.im].into_iter().take(PARTS));
-                    for (slot, value) in parts.enumerate() {
-                        record[(place + slot) * E::MOST_LANES + lane] = E::rounded(value);
-                    }
-                };
+                let mut put = |place, values: &[Complex64]| put_parts::<E, PARTS>(record, place, lane, values);
                 put(0, &[channel.g]);
                 put(input, &channel.input);
                 put(output, &channel.output);

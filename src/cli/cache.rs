@@ -6,7 +6,7 @@ use crate::results::table::{Report, row, words};
 use crate::storage::{Cache, Cached};
 use crate::tyre::influence::{CellInfluence, SurfaceWaves};
 use crate::tyre::poles::RationalModel;
-use crate::tyre::poles::cells::CellModel;
+use crate::tyre::poles::pole_model::PoleModel;
 use clap::{Args, Subcommand};
 
 use super::context::{Context, print};
@@ -57,7 +57,7 @@ impl CacheArguments {
             CacheAction::List => {
                 let entries = cache.list(&[
                     RationalModel::KIND,
-                    CellModel::KIND,
+                    PoleModel::KIND,
                     CellInfluence::KIND,
                     KeptBlock::KIND,
                     KeptReceiver::KIND,

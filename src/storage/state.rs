@@ -29,11 +29,11 @@ pub(crate) struct SavedState(Vec<u8>);
 
 /// Encodes the parts of a [`SavedState`].
 #[derive(Debug, Default)]
-pub(crate) struct StateWriter(Vec<u8>);
+pub struct StateWriter(Vec<u8>);
 
 /// Decodes the parts of a [`SavedState`].
 #[derive(Clone, Debug)]
-pub(crate) struct StateReader<'a>(&'a [u8]);
+pub struct StateReader<'a>(&'a [u8]);
 
 impl StateWriter {
     /// Appends a value.

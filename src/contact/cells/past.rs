@@ -20,12 +20,13 @@ use super::ring_waves::{RingWaves, first_responses};
 use super::short_ring::{NextInstant, Seen, ShortRing};
 use super::wave_transform::{WaveNumber, WaveTransform};
 use super::waves::Waves;
+use super::zone::CellPast;
 use crate::contact::history::behind::Behind;
 use crate::counters::{Meter, Stage, Work};
-use crate::storage::state::{StateError, fill, fill_all};
+use crate::storage::state::{StateError, StateReader, StateWriter, fill, fill_all};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellInfluence, CellRow};
-use crate::tyre::poles::cells::CellModel;
+use crate::tyre::poles::pole_model::PoleModel;
 
 /// Steps of a block.
 pub(crate) const STEPS: usize = 4;
@@ -57,8 +58,8 @@ pub struct WavePast<N: WaveNumber = f64> {
 }
 
 /// State of a [`WavePast`].
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct WavePastState<N> {
+#[derive(Deserialize, Serialize)]
+struct WavePastState<N> {
     instant: usize,
     begun: bool,
     rings: Vec<RingState<N>>,
@@ -66,7 +67,7 @@ pub struct WavePastState<N> {
     seen: Option<(i64, Vec<f64>)>,
 }
 
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Deserialize, Serialize)]
 struct RingState<N> {
     latest: Vec<Complex<N>>,
     /// Displacements of a short ring at the coming instant, with their first element.
@@ -86,7 +87,7 @@ pub fn first_influences(
     grid: &CellGrid,
     [part, columns]: [usize; 2],
     rows: &[CellRow],
-    model: &CellModel,
+    model: &PoleModel,
     rule: TimeRule,
     time_step: f64,
 ) -> Vec<CellInfluence> {
@@ -157,7 +158,7 @@ impl<N: WaveNumber> WavePast<N> {
                 waves.finish(self.instant);
                 waves.displacement(displacement);
             } else if let (Some(short), Some(next)) = (short, &self.next) {
-                short.field.add_to(first_element, next.across(), out);
+                short.field.add_to(first_element, out);
                 short.last.copy_from(&next.last);
             }
         }
@@ -176,41 +177,10 @@ impl<N: WaveNumber> WavePast<N> {
         for Ring { transform, forces: of_waves, .. } in self.rings.iter_mut().flatten() {
             transform.forward(first_element, forces, of_waves);
         }
-        let has_room = self.next.as_mut().is_none_or(|next| next.push(first_element, forces));
+        let has_room = self.next.as_mut().is_none_or(|next| next.last.take(first_element, forces));
         self.instant = (self.instant + 1) % self.instants;
         self.begun = true;
         has_room
-    }
-
-    /// State, the same for any number of threads.
-    pub fn save(&self) -> WavePastState<N> {
-        let waves = self.behind.take();
-        let kept = |seen: &Seen| (seen.first, seen.cells.clone());
-        let rings = self.rings.iter().zip(&waves.rings).map(|(ring, (waves, short))| RingState {
-            latest: ring.as_ref().map_or_else(Vec::new, |ring| ring.forces.clone()),
-            field: short.as_ref().map(|short| kept(&short.field)),
-            fields: waves.fields().map(Vec::clone).to_vec(),
-            turned: waves.turned,
-            remembered: waves.remembered.clone(),
-            earliest: waves.earliest,
-            poles: waves.states().map(<[N]>::to_vec).collect(),
-            slow_poles: waves.precise_states().map(<[f64]>::to_vec).collect(),
-        });
-        let rings = rings.collect();
-        self.behind.give_back(waves);
-        let seen = self.next.as_ref().map(|next| kept(&next.last));
-        WavePastState { instant: self.instant, begun: self.begun, rings, seen }
-    }
-
-    /// Continues from the state of an equal past.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn restore(&mut self, state: &WavePastState<N>) -> Result<(), StateError> {
-        let mut waves = self.behind.take();
-        let restored = self.restore_rings(&mut waves, state);
-        self.behind.give_back(waves);
-        restored
     }
 
     fn restore_rings(&mut self, waves: &mut Waves<N>, state: &WavePastState<N>) -> Result<(), StateError> {
@@ -242,5 +212,42 @@ impl<N: WaveNumber> WavePast<N> {
             fill_all(waves.precise_states_mut().collect::<Vec<_>>().into_iter(), &state.slow_poles)?;
         }
         Ok(())
+    }
+}
+
+impl<N: WaveNumber> CellPast<1> for WavePast<N> {
+    fn add_displacement(&mut self, _: usize, first_element: i64, out: &mut [[f64; 1]], meter: &mut Meter) {
+        self.add_displacement(first_element, out.as_flattened_mut(), meter);
+    }
+
+    fn push(&mut self, _: usize, first_element: i64, forces: &[[f64; 1]]) -> bool {
+        self.push(first_element, forces.as_flattened())
+    }
+
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        let waves = self.behind.take();
+        let kept = |seen: &Seen| (seen.first, seen.cells.clone());
+        let rings = self.rings.iter().zip(&waves.rings).map(|(ring, (waves, short))| RingState {
+            latest: ring.as_ref().map_or_else(Vec::new, |ring| ring.forces.clone()),
+            field: short.as_ref().map(|short| kept(&short.field)),
+            fields: waves.fields().map(Vec::clone).to_vec(),
+            turned: waves.turned,
+            remembered: waves.remembered.clone(),
+            earliest: waves.earliest,
+            poles: waves.states().map(<[N]>::to_vec).collect(),
+            slow_poles: waves.precise_states().map(<[f64]>::to_vec).collect(),
+        });
+        let rings = rings.collect();
+        self.behind.give_back(waves);
+        let seen = self.next.as_ref().map(|next| kept(&next.last));
+        state.put(&WavePastState { instant: self.instant, begun: self.begun, rings, seen })
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        let state = state.take()?;
+        let mut waves = self.behind.take();
+        let restored = self.restore_rings(&mut waves, &state);
+        self.behind.give_back(waves);
+        restored
     }
 }

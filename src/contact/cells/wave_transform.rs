@@ -11,6 +11,8 @@ use faer::traits::{ComplexField, Conjugate};
 use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex, Complex64};
 use realfft::FftNum;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::along_ring::{AlongRing, Row};
 use crate::counters::Work;
@@ -18,7 +20,10 @@ use crate::numeric::{Element, transform_multiply_adds};
 use crate::tyre::influence::{CellGrid, CellRow};
 
 /// A number that waves are found in: single or double precision.
-pub trait WaveNumber: Element + FftNum + ComplexField + Conjugate<Canonical = Self> {}
+pub trait WaveNumber:
+    Element + FftNum + ComplexField + Conjugate<Canonical = Self> + Serialize + DeserializeOwned
+{
+}
 
 impl WaveNumber for f32 {}
 impl WaveNumber for f64 {}
@@ -149,6 +154,10 @@ impl<R: WaveNumber> WaveTransform<R> {
             side.spectra = vec![zero; rows * 2 * bins];
         }
         Self { ring, columns, across, waves: start, even, odd, along }
+    }
+
+    pub(super) fn across(&self) -> usize {
+        self.across
     }
 
     /// Cells of the window.

@@ -16,10 +16,10 @@ use serde::{Deserialize, Serialize};
 
 use super::conditions::Conditions;
 use super::free_creep::FreeCreep;
-use super::history::{TractionHistory, TractionHistoryState};
 use super::law::{CellLaw, CellStates};
 use super::product::Vector;
 use super::search::{FrictionCounts, FrictionSearch};
+use crate::contact::cells::CellPast;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
 use crate::contact::footprint::{StageMut, TangentialPart};
@@ -32,6 +32,7 @@ use crate::road::strip::RoadStrip;
 use crate::scene::Creep;
 use crate::storage::state::{StateError, StateReader, StateWriter, fill};
 use crate::time_rule::TimeRule;
+use crate::tyre::influence::COMPONENTS;
 
 /// Columns ahead of the window whose displacements are carried along.
 pub(crate) const AHEAD: usize = 2;
@@ -83,7 +84,7 @@ impl Rolling {
 /// Cells of a window with friction, column by column, and of [`AHEAD`] columns before it.
 pub(crate) struct FrictionZone {
     rolling: Rolling,
-    past: TractionHistory,
+    past: Box<dyn CellPast<COMPONENTS>>,
     search: FrictionSearch,
     law: CellLaw,
     /// Forces of the last step, then of this one \[N\], and the element that they begin with; without the pull.
@@ -106,7 +107,6 @@ pub(crate) struct FrictionZone {
 /// State of a [`FrictionZone`] between two steps.
 #[derive(Deserialize, Serialize)]
 struct FrictionZoneState {
-    past: TractionHistoryState,
     counts: FrictionCounts,
     law: CellStates,
     forces: Vec<Vector>,
@@ -116,7 +116,12 @@ struct FrictionZoneState {
 }
 
 impl FrictionZone {
-    pub(crate) fn new(rolling: Rolling, past: TractionHistory, search: FrictionSearch, law: CellLaw) -> Self {
+    pub(crate) fn new(
+        rolling: Rolling,
+        past: Box<dyn CellPast<COMPONENTS>>,
+        search: FrictionSearch,
+        law: CellLaw,
+    ) -> Self {
         let cells = search.influence().cells();
         let round = rolling.geometry.elements * rolling.lateral.len();
         let zeros = || vec![[0.0; 3]; cells];
@@ -283,15 +288,14 @@ impl Zone for FrictionZone {
         mut told: StageMut<'_>,
         meter: &mut Meter,
     ) -> Result<Solved, ContactError> {
-        let Instant { step, first_element, .. } = at;
+        let Instant { step, stage, first_element, .. } = at;
         if !road.has_heights() {
             return Err(ContactError::RoadForm);
         }
         let mut laps = meter.laps();
         self.go_on(first_element);
         self.old.fill([0.0; 3]);
-        meter.add_work(Stage::History, self.past.work());
-        self.past.add_displacement(first_element, &mut self.old);
+        self.past.add_displacement(stage, first_element, &mut self.old, meter);
         meter.lap(&mut laps, Stage::History);
         self.pull();
         self.set_up(&at, road);
@@ -313,7 +317,7 @@ impl Zone for FrictionZone {
             *all = [force[0], force[1], force[2] + all[2]];
         }
         self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);
-        let is_seen = self.past.push(first_element, &self.all);
+        let is_seen = self.past.push(stage, first_element, &self.all);
         meter.lap(&mut laps, Stage::History);
         self.follow(step, told.tangential.as_deref_mut());
         let (window, across) = (self.window(), self.across());
@@ -358,8 +362,8 @@ impl Zone for FrictionZone {
     }
 
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        self.past.save(state)?;
         state.put(&FrictionZoneState {
-            past: self.past.save(),
             counts: self.search.counts(),
             law: self.law.save().clone(),
             forces: self.forces.clone(),
@@ -370,12 +374,12 @@ impl Zone for FrictionZone {
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let FrictionZoneState { past, counts, law, forces, first_element, last, free } = state.take()?;
+        self.past.restore(state)?;
+        let FrictionZoneState { counts, law, forces, first_element, last, free } = state.take()?;
         if let Some(free) = &free {
             self.rolling.longitudinal = free.creep();
         }
         self.rolling.free = free;
-        self.past.restore(&past)?;
         self.search.set_counts(counts);
         fill(&mut self.forces, &forces)?;
         self.first_element = first_element;

@@ -228,7 +228,7 @@ fn work_of_a_pass_is_counted_with_its_odd_parts() {
                 let modes = model.modes(n, Field::Surface).unwrap();
                 if odd { modes } else { crate::tyre::poles::Modes { odd: &[], ..modes } }
             });
-            WavenumberGroup::<f64>::new(modes, rule, 1e-4, 1, steps * rule.stages(), 1).work()
+            WavenumberGroup::<f64>::new(1, modes, rule, 1e-4, steps * rule.stages()).work()
         };
         // Two pairs to a wavenumber, or one and one to fill up; outputs of two systems at all stages of all steps.
         let (even, both) = (work(&turning, false), work(&turning, true));

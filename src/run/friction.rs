@@ -2,7 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::contact::ContactError;
 use crate::contact::cells::CellPast;
 use crate::contact::cells::component_transforms::ComponentTransforms;
 use crate::contact::cells::direct::DirectPast;

@@ -9,7 +9,6 @@ use super::colour;
 use super::layout::{EDGE, Frame, Layout, Legend, WIDTH};
 
 const GREY: RGBColor = RGBColor(150, 150, 150);
-const PALE: RGBColor = RGBColor(215, 215, 215);
 const GOLD: RGBColor = RGBColor(255, 205, 40);
 
 /// Height of a panel's frame in shown pixels.
@@ -25,8 +24,6 @@ pub(crate) struct WorkPrecisionPanel<'a> {
     pub cost: Axis,
     /// Cost and error along one curve for each knob.
     pub knobs: Vec<Vec<(f64, f64)>>,
-    /// Cost and error of points without a curve.
-    pub points: Vec<(f64, f64)>,
     /// Cost and error along the front, by rising cost.
     pub front: Vec<(f64, f64)>,
     /// Settings with a name; cost and error.
@@ -55,11 +52,7 @@ impl WorkPrecisionPlot<'_> {
     pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let knobs = self.knobs.iter().enumerate();
         let knobs = knobs.map(|(index, name)| (*name, colour::line(index), Some((Form::of_curve(index), WHITE))));
-        let others = [
-            ("combinations", GREY, Some((Form::Circle, PALE))),
-            ("front, by work", INK, None),
-            ("marked", INK, Some((Form::Star, GOLD))),
-        ];
+        let others = [("front, by work", INK, None), ("marked", INK, Some((Form::Star, GOLD)))];
         let entries: Vec<_> = knobs.chain(others).collect();
         if self.panels.is_empty() {
             return Err(PlotError::Shape { picture: "work and precision", quantity: "panels", expected: 1, got: 0 });
@@ -106,16 +99,13 @@ impl WorkPrecisionPlot<'_> {
                 sheet.mark(at, Form::of_curve(index), MARK, colour::line(index), WHITE);
             }
         }
-        for point in &panel.points {
-            sheet.mark(place(point), Form::Circle, 0.8 * MARK, GREY, PALE);
-        }
         sheet.line(panel.front.iter().map(place).collect(), INK, 2.25);
         let places: Vec<(i32, i32)> = panel.marks.iter().map(|(_, at)| place(at)).collect();
         for &at in &places {
             sheet.mark(at, Form::Star, 2.0 * MARK, INK, GOLD);
         }
         let mut taken: Vec<Area> = places.iter().map(|&(x, y)| Area::around(x, y, 45, 40)).collect();
-        let points = panel.knobs.iter().flatten().chain(&panel.points).map(place);
+        let points = panel.knobs.iter().flatten().map(place);
         taken.extend(points.map(|(x, y)| Area::around(x, y, 18, 18)));
         for ((name, _), at) in panel.marks.iter().zip(places) {
             let (at, anchor, area) = beside(name, at, frame, &taken);
@@ -190,7 +180,6 @@ mod tests {
         let panel = |title: &str| WorkPrecisionPanel {
             cost: Axis::logarithmic(title, 1.0..100.0),
             knobs: vec![vec![(2.0, 3.0), (20.0, 0.3)], vec![(5.0, 0.0)]],
-            points: vec![(9.0, 0.5)],
             front: vec![(2.0, 3.0), (9.0, 0.5)],
             marks: vec![("draft", (9.0, 0.5))],
         };

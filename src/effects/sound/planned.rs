@@ -40,7 +40,8 @@ const BELOW_NYQUIST: f64 = 0.9;
 /// resampling.
 const EXCERPT_ENDS: f64 = 70.0;
 /// Error of a third octave at the default nodes per wavelength \[dB\]: the worst of single waves (9 against 14 nodes).
-/// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave study SCENE` measures all three.
+/// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave sweep` over `nodes_per_wavelength`,
+/// `frequency_tolerance` and `lateral_waves` measures all three.
 const ELEMENTS_ERROR: f64 = 0.1;
 /// Error of a third octave by interpolation, as a part of the frequencies' tolerance, which is met with intervals of
 /// twice the length: 0.009 dB found at 0.2 dB against 0.02 dB (default tyre, coast-by and cpx, to 2.5 kHz).

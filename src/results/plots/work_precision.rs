@@ -1,8 +1,8 @@
-//! Work-precision diagrams: curves of single knobs, points, a front and marked settings, over logarithmic axes, in
+//! Work-precision diagrams: curves of single knobs, a front and marked settings, over logarithmic axes, in
 //! panels that share the error's axis and a legend.
 
 use super::axis::Axis;
-use super::colour::{self, GOLD, GREY, INK, PALE, WHITE};
+use super::colour::{self, GOLD, GREY, INK, WHITE};
 use super::layout::{Axes, EDGE, Key, TICK_LABEL, line_height, width_of};
 use super::sheet::{Anchor, Form, Frame, MARK, Point, Sheet};
 
@@ -16,8 +16,6 @@ pub(crate) struct WorkPrecisionPanel<'a> {
     pub cost: Axis,
     /// Cost and error along one curve for each knob.
     pub knobs: Vec<Vec<(f64, f64)>>,
-    /// Cost and error of points without a curve.
-    pub points: Vec<(f64, f64)>,
     /// Cost and error along the front, by rising cost.
     pub front: Vec<(f64, f64)>,
     /// Settings with a name; cost and error.
@@ -49,11 +47,7 @@ impl WorkPrecisionPlot<'_> {
         }
         let key = |index| Key::Mark(Form::of_curve(index), WHITE);
         let knobs = self.knobs.iter().enumerate().map(|(index, name)| (*name, colour::line(index), key(index)));
-        sheet.legend(knobs.chain([
-            ("combinations", GREY, Key::Mark(Form::Circle, PALE)),
-            ("front, by work", INK, Key::Line),
-            ("marked", INK, Key::Mark(Form::Star, GOLD)),
-        ]));
+        sheet.legend(knobs.chain([("front, by work", INK, Key::Line), ("marked", INK, Key::Mark(Form::Star, GOLD))]));
         sheet.into_svg()
     }
 
@@ -77,10 +71,6 @@ impl WorkPrecisionPlot<'_> {
                 sheet.mark(at, Form::of_curve(index), MARK, colour::line(index), WHITE);
                 taken.push(Frame::around(at, 9.0, 9.0));
             }
-        }
-        for at in places(&panel.points) {
-            sheet.mark(at, Form::Circle, 0.8 * MARK, GREY, PALE);
-            taken.push(Frame::around(at, 9.0, 9.0));
         }
         sheet.line(&places(&panel.front), INK, 2.25);
         for (_, point) in &panel.marks {
@@ -151,7 +141,6 @@ mod tests {
         let panel = |title: &str| WorkPrecisionPanel {
             cost: Axis::logarithmic(title, 1.0..100.0),
             knobs: vec![vec![(2.0, 3.0), (20.0, 0.3)], vec![(5.0, 0.0)]],
-            points: vec![(9.0, 0.5)],
             front: vec![(2.0, 3.0), (9.0, 0.5)],
             marks: vec![("draft", (9.0, 0.5))],
         };

@@ -15,13 +15,6 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     order
 }
 
-/// Cost of a point over that of the cheapest point whose error is not larger; at least 1 for a point that is one of
-/// `points`.
-pub(crate) fn excess(point: (f64, f64), points: &[(f64, f64)]) -> f64 {
-    let cheapest = points.iter().filter(|other| other.1 <= point.1).map(|other| other.0).fold(point.0, f64::min);
-    point.0 / cheapest
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -33,8 +26,6 @@ mod tests {
         let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 4.0), (4.0, 1.0), (4.0, 2.0), (2.0, 3.0), (0.5, f64::NAN)];
         assert_eq!(front(&points), [0, 1, 3]);
         assert_eq!(front(&[]), [0; 0]);
-        assert!((excess((3.0, 4.0), &points) - 1.5).abs() < 1e-15);
-        assert!((excess((2.0, 3.0), &points) - 1.0).abs() < 1e-15);
     }
 
     proptest! {
@@ -49,7 +40,6 @@ mod tests {
             for (index, point) in points.iter().enumerate() {
                 let beaten = on.iter().any(|&i| i != index && points[i].0 <= point.0 && points[i].1 <= point.1);
                 prop_assert!(beaten || on.contains(&index));
-                prop_assert!(excess(*point, &points) >= 1.0);
             }
         }
     }

@@ -21,6 +21,7 @@ pub use crate::half_space::rough::Convolution;
 pub use crate::numeric::precision::double;
 pub use crate::numeric::transform_length::transform_length;
 pub use crate::numeric::{Aligned, Ring};
+pub use crate::performance::workload::Workload;
 pub use crate::plan::fit_options::fit_options;
 pub use crate::plan::models::fetch as fetch_model;
 pub use crate::radiation::draft::{DraftErrors, transfers_at as draft_transfers_at};

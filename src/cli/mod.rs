@@ -69,7 +69,7 @@ nothing was written
   3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept \
 as <results>.partial), or standard output could not be
   4    done, and the results are complete in their folder, but standard output could not be written
-  5    a comparison that is undecided: too few runs to judge by
+  5    a comparison that is undecided: times scatter too much, or runs are too few
   130  interrupted with Ctrl-C; what there was is kept as <results>.partial: tyrewave resume goes on with it
 
 Examples:

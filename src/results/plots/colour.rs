@@ -18,7 +18,6 @@ pub(super) const GRID: Colour = Colour(0xDEDEDE);
 pub(super) const FAINT_GRID: Colour = Colour(0xF0F0F0);
 pub(super) const WHITE: Colour = Colour(0xFFFFFF);
 pub(super) const GREY: Colour = Colour(0x969696);
-pub(super) const PALE: Colour = Colour(0xD7D7D7);
 pub(super) const GOLD: Colour = Colour(0xFFCD28);
 /// Range between two curves.
 pub(super) const RANGE: Colour = Colour(0xD5E5F0);

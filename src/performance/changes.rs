@@ -11,7 +11,7 @@ use crate::storage::input::{self, TABLE_BYTES};
 /// Accepted change of a counter, with its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct AcceptedChange {
+pub struct AcceptedChange {
     /// Name of the workload.
     pub workload: String,
     /// Name of the counter.
@@ -41,7 +41,7 @@ pub fn read_accepted(path: &Path) -> io::Result<Vec<AcceptedChange>> {
 
 /// A counter whose value has changed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Difference {
+pub struct Difference {
     /// Name of the counter.
     pub counter: String,
     /// Value in the first record; 0 if missing.

@@ -56,7 +56,7 @@ impl Side {
     ///
     /// # Errors
     /// [`PerformanceError::Program`].
-    pub fn measure(&self, work: &Work) -> Result<Option<Measurement>, PerformanceError> {
+    pub(crate) fn measure(&self, work: &Work) -> Result<Option<Measurement>, PerformanceError> {
         if let Some(record) = &self.record {
             return Ok(record.measurement(&work.name));
         }

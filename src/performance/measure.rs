@@ -39,7 +39,7 @@ type Blocks = BTreeMap<String, Vec<Option<u64>>>;
 /// Cost and result of a workload. Maps are keyed by the names of stages and counters, so that programs of different
 /// releases understand each other.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub(crate) struct Measurement {
+pub struct Measurement {
     /// Name of the workload.
     pub workload: String,
     /// Instruction set of its vectors.

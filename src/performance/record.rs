@@ -56,7 +56,7 @@ fn stamp() -> BTreeMap<String, String> {
 
 /// Costs of one workload.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub(crate) struct RecordedWorkload {
+pub struct RecordedWorkload {
     /// Physical value that was computed.
     pub found: Found,
     /// Exact counters by name.
@@ -105,7 +105,7 @@ impl Record {
     }
 
     /// Writes the file atomically.
-    pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
+    pub fn write(&self, path: &Path) -> io::Result<()> {
         let text = serde_json::to_string_pretty(self)? + "\n";
         path.parent().map_or(Ok(()), fs::create_dir_all)?;
         PendingFile::create(path)?.complete(text)

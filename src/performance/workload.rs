@@ -45,7 +45,7 @@ pub(crate) struct Work {
 
 /// A physical value and its reference.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub(crate) struct Found {
+pub struct Found {
     /// Name of the value, with its unit.
     pub what: String,
     /// Computed value.
@@ -58,7 +58,7 @@ pub(crate) struct Found {
 
 impl Found {
     /// Complaint about a wrong value; `None` for a right one.
-    pub(crate) fn complaint(&self) -> Option<String> {
+    pub fn complaint(&self) -> Option<String> {
         let Self { what, value, expected, tolerance } = self;
         let is_right = (value - expected).abs() <= tolerance * expected.abs();
         (!is_right).then(|| format!("wrong result: {what} is {value}, not {expected} within {tolerance:e}"))
@@ -76,7 +76,7 @@ impl Workload {
     /// Reference value, nothing computed yet. Forces of rolling workloads are those of the same scene by direct sums
     /// with complete memory (a test that takes a minute repeats them); the influence functions are checked
     /// against sums as they are fitted.
-    pub(crate) fn truth(self) -> Found {
+    pub fn truth(self) -> Found {
         let variation = "root mean square of the varying force [N]";
         let (what, expected, tolerance) = match self {
             Self::Smooth => ("mean force [N]", 2767.912323979274, 1e-5),

@@ -145,7 +145,7 @@ impl SoundError {
 
 /// The body that radiates, and the solution of its transfers.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct BodySummary {
+pub(crate) struct BodySummary {
     /// Boundary elements, or a draft without them.
     pub quality: RadiationQuality,
     /// Length of its contact patch \[m\].

@@ -118,7 +118,7 @@ impl Format {
 
 /// Content of a checked file.
 #[derive(Clone, Debug)]
-pub(crate) struct Body {
+pub struct Body {
     bytes: Vec<u8>,
     /// Position of the next value.
     next: usize,

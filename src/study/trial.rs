@@ -105,7 +105,7 @@ impl Trial {
 }
 
 /// Rolls one variant after the other.
-pub struct Trials<'a> {
+pub(crate) struct Trials<'a> {
     /// True if the runs compute the sound at the receivers.
     heard: bool,
     stop: &'a AtomicBool,
@@ -127,7 +127,7 @@ struct Shared {
 
 impl<'a> Trials<'a> {
     /// Runs of about `time` \[s\] of simulated time in all.
-    pub fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
+    pub(crate) fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         progress.march(0, (time / UNIT) as u64, UNIT);
         Self { heard: false, stop, progress, done: 0.0, shared: None }
     }
@@ -256,7 +256,7 @@ impl<'a> Trials<'a> {
     ///
     /// # Errors
     /// As [`Self::roll`].
-    pub fn held(&mut self, scene: &Scene, duration: f64) -> Result<Scene, RunError> {
+    pub(crate) fn held(&mut self, scene: &Scene, duration: f64) -> Result<Scene, RunError> {
         let mut held = scene.clone();
         held.numerics.forget_wishes();
         held.outputs.vibration = None;

@@ -68,9 +68,9 @@ fn pictures_of_patterns() {
         }
         let map = plan.tread_map().unwrap();
         let save = |file: &str, svg: String| std::fs::write(folder.join(format!("{name}_{file}.svg")), svg).unwrap();
-        save("tread", tyrewave::results::tread_pattern::tread_picture(&map, name).unwrap());
+        save("tread", tyrewave::internals::tread_picture(&map, name).unwrap());
         let train = map.train.as_ref().unwrap();
-        save("pitches", tyrewave::results::tread_pattern::pitch_spectrum(train, plan.speed, name));
+        save("pitches", tyrewave::internals::pitch_spectrum(train, plan.speed, name));
     }
 }
 

@@ -121,7 +121,7 @@ impl Rolling<'_, '_> {
         );
         if let Some(view) = sample.view([&curves[0][0], &curves[1][0]])? {
             let caption = "Profile, pressure, displacement S and normalised stiffness s of a slice, by both laws.";
-            let drawn = pictures("A slice of the road", &view)?;
+            let drawn = pictures("A slice of the road", &view);
             subject.pictures.extend(drawn.into_iter().map(|(file, svg)| ([file, caption], svg)));
         }
         Ok((subject, paper))

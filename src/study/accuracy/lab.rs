@@ -27,9 +27,13 @@ pub struct Cost {
 /// Settings that were rolled: how far from the reference, and at what cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
+    /// Name in tables.
     pub label: String,
+    /// What was rolled.
     pub settings: Settings,
+    /// From the reference.
     pub difference: Difference,
+    /// What it took.
     pub cost: Cost,
 }
 

@@ -19,9 +19,10 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 
 pub use front::front;
-pub use knobs::Knob;
-pub use lab::{Cost, Point};
-pub use settings::Settings;
+pub(crate) use knobs::Knob;
+pub(crate) use lab::Cost;
+pub use lab::Point;
+pub(crate) use settings::Settings;
 
 use crate::counters::Progress;
 use crate::plan::front::FrontRow;
@@ -51,6 +52,7 @@ pub struct StudyOptions {
     pub highest: f64,
     /// Time compared \[s\].
     pub duration: f64,
+    /// Its extent.
     pub sweep: Sweep,
     /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's where the
     /// presets are rolled.
@@ -70,6 +72,7 @@ impl StudyOptions {
 /// Findings of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Study {
+    /// What was asked for.
     pub options: StudyOptions,
     /// The converged run that all others are compared with.
     pub reference: Point,
@@ -166,6 +169,7 @@ impl Study {
         self.named.iter().map(|point| (None, point)).chain(knobs)
     }
 
+    /// All points, those of the knobs last.
     pub fn points(&self) -> impl Iterator<Item = &Point> {
         self.groups().map(|(_, point)| point)
     }

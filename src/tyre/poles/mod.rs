@@ -15,7 +15,6 @@
 //! - [`tractions`]: all components of tractions, over common poles; [`traction_model`]: the stored part of them;
 //! - [`lateral`]: models of the waves of one lateral number, both faces;
 //! - `tangential`: sideways motion of the surface under normal forces, over the same poles;
-//! - [`scaling`]: cost of a fit.
 //!
 //! Meaning of the tolerance: the error at s is relative to |H_n(s)|, or to 0.003 of the largest |H_n| over the band
 //! where that is more: the contact feels G0, H_n far from its resonances, where it is small. A model within the
@@ -41,7 +40,6 @@ mod passivity;
 pub(crate) mod pole_model;
 mod row;
 mod sampled;
-pub(crate) mod scaling;
 mod tangential;
 pub(crate) mod traction_model;
 pub(crate) mod tractions;

@@ -164,7 +164,7 @@ fn sealed(folder: &Path, bytes: &[u8]) {
     let cache = Cache::at(folder.to_owned(), u64::MAX);
     fs::write(cache.path::<RationalModel>(&corpus::KEY), bytes).unwrap();
     assert!(!matches!(cache.load::<RationalModel>(&corpus::KEY), Ok(Some(Ok(_)))), "no such model was kept");
-    let _ = tyrewave::results::checkpoint::read(folder);
+    let _ = tyrewave::internals::read_checkpoint(folder);
 }
 
 /// A body in a file whose seal is whole.

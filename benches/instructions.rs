@@ -4,14 +4,14 @@
 //!
 //! `cargo bench --features count-instructions --bench instructions`, with Valgrind and the program gungraun-runner of
 //! the same version as gungraun in Cargo.lock (`cargo install gungraun-runner --version 0.17.2`).
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
+#![allow(clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
+#![allow(missing_docs, reason = "items that macros make")]
 
 use std::sync::atomic::AtomicBool;
 
 use gungraun::{LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main};
 use tyrewave::internals::Workload;
-use tyrewave::plan::Plan;
-use tyrewave::run::{Results, Simulation};
+use tyrewave::{Plan, Results, Simulation};
 
 /// A run before its first step, on this thread alone: others would not be counted.
 fn begun(workload: Workload) -> Simulation {

@@ -1,8 +1,10 @@
 //! Parts of the library for its benchmarks and for the tests of the folder `tests`, which are separate programs. Not part
 //! of the public interface: anything here may change or go without notice.
 
+use clap::CommandFactory as _;
 use serde::Serialize;
 
+use crate::cli::CommandLine;
 use crate::effects::EFFECTS;
 use crate::plan::Plan;
 use crate::report::Stored;
@@ -10,7 +12,6 @@ use crate::results::ContactQuality;
 use crate::road::RoadDescription;
 use crate::run::{HeardVibration, Simulation};
 
-pub use crate::cli::CommandLine;
 pub use crate::contact::ContactError;
 pub use crate::contact::axle::AxleHeight;
 pub use crate::contact::axle::LoadControl;
@@ -223,6 +224,11 @@ pub fn stored_spectra(results: &Stored) -> &[StoredSpectrum] {
 /// What a run's vibration adds to its summary.
 pub fn vibration_summary(vibration: &HeardVibration) -> &impl Serialize {
     &vibration.summary
+}
+
+/// The command line of the program.
+pub fn program() -> clap::Command {
+    CommandLine::command()
 }
 
 /// The number of effects.

@@ -26,7 +26,7 @@ Examples:
 /// Arguments of `tyrewave cache`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct CacheArguments {
+pub(crate) struct CacheArguments {
     /// Action on the cache.
     #[command(subcommand)]
     pub action: CacheAction,
@@ -34,7 +34,7 @@ pub struct CacheArguments {
 
 /// Actions on the cache.
 #[derive(Clone, Copy, Debug, Subcommand)]
-pub enum CacheAction {
+pub(crate) enum CacheAction {
     /// List the entries with their size and whether they can be used.
     List,
     /// Remove all entries.

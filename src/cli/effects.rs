@@ -34,7 +34,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct EffectsArguments {
+pub(crate) struct EffectsArguments {
     #[command(flatten)]
     place: Place,
     /// Duration of each variant after the warm-up, in s; default: the scene's, at most 3.

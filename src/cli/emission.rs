@@ -34,7 +34,7 @@ const FILE: &str = "emission.csv";
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct EmissionArguments {
+pub(crate) struct EmissionArguments {
     /// Folder of a finished `tyrewave sweep` over speeds.
     #[arg(value_name = "SWEEP")]
     sweep: PathBuf,

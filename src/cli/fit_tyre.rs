@@ -63,7 +63,7 @@ const WORST: f64 = 10.0;
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct FitTyreArguments {
+pub(crate) struct FitTyreArguments {
     /// File of measured mobilities, CSV or universal (dataset 58), see below.
     #[arg(value_name = "MOBILITY")]
     mobility: PathBuf,

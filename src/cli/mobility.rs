@@ -25,7 +25,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct MobilityArguments {
+pub(crate) struct MobilityArguments {
     #[command(flatten)]
     place: Place,
     /// Sides of the square patches, in mm.

@@ -83,7 +83,7 @@ Examples:
 /// to the contact, and finds the contact forces in the time domain, step by step.
 #[derive(Debug, Parser)]
 #[command(name = "tyrewave", version, arg_required_else_help = true, after_help = AFTER_HELP)]
-pub struct CommandLine {
+pub(crate) struct CommandLine {
     #[command(flatten)]
     options: GlobalOptions,
     /// Command to execute.
@@ -93,7 +93,7 @@ pub struct CommandLine {
 
 /// Commands of tyrewave.
 #[derive(Clone, Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// Roll a tyre: contact forces over time, and their spectrum.
     Run(run::RunArguments),
     /// Say what a run would do, why, and what it would take; nothing is simulated.

@@ -48,7 +48,7 @@ Examples:
 /// Arguments of `tyrewave profile`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct ProfileArguments {
+pub(crate) struct ProfileArguments {
     /// Gone: `cargo bench --bench instructions` counts instructions.
     #[arg(long, global = true, hide = true)]
     no_instructions: bool,
@@ -59,7 +59,7 @@ pub struct ProfileArguments {
 
 /// Actions on performance.
 #[derive(Clone, Debug, Subcommand)]
-pub enum ProfileAction {
+pub(crate) enum ProfileAction {
     /// Do all workloads and write what they took, stamped with commit, compiler and machine.
     Record(RecordArguments),
     /// Compare a program or record with another one; exit code 1 if it is worse, 5 if that is undecided.
@@ -80,7 +80,7 @@ pub enum ProfileAction {
 
 /// Arguments of `tyrewave profile record`.
 #[derive(Clone, Debug, Args)]
-pub struct RecordArguments {
+pub(crate) struct RecordArguments {
     /// Folder of the records.
     #[arg(long, value_name = "FOLDER", default_value = RECORDS)]
     pub out: PathBuf,
@@ -88,7 +88,7 @@ pub struct RecordArguments {
 
 /// Arguments of `tyrewave profile compare`.
 #[derive(Clone, Debug, Args)]
-pub struct CompareArguments {
+pub(crate) struct CompareArguments {
     /// A record (.json) or a program to compare with; default: the record of this processor's instructions in
     /// profiles/record.
     pub first: Option<PathBuf>,

@@ -94,7 +94,7 @@ const SHARES: [&str; 3] = [
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct RadiationArguments {
+pub(crate) struct RadiationArguments {
     #[command(flatten)]
     place: Place,
     /// Highest frequency, in Hz.
@@ -386,7 +386,7 @@ fn cost_picture(costs: &[(f64, Cost)], title: &str) -> String {
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = CASES)]
-pub struct RadiationCasesArguments {
+pub(crate) struct RadiationCasesArguments {
     /// The cases, a JSON file.
     cases: PathBuf,
 }

@@ -36,7 +36,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct RoadArguments {
+pub(crate) struct RoadArguments {
     #[command(flatten)]
     place: Place,
     /// Columns of distance and height, by titles or by numbers from 1; equal to --set road.columns=[A,B].

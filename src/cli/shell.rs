@@ -19,7 +19,7 @@ Examples:
 /// Arguments of `tyrewave completions`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = COMPLETIONS_EXAMPLES)]
-pub struct CompletionsArguments {
+pub(crate) struct CompletionsArguments {
     /// The shell.
     shell: Shell,
 }
@@ -41,7 +41,7 @@ Examples:
 /// Arguments of `tyrewave man`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = MAN_EXAMPLES)]
-pub struct ManArguments {
+pub(crate) struct ManArguments {
     /// The folder for the pages, one of each command; made if it is not there.
     folder: PathBuf,
 }

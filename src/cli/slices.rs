@@ -42,7 +42,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct SlicesArguments {
+pub(crate) struct SlicesArguments {
     #[command(flatten)]
     place: Place,
     /// Road coordinate of the slice in the pictures, in m.

@@ -41,7 +41,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct StudyArguments {
+pub(crate) struct StudyArguments {
     #[command(flatten)]
     place: Place,
     /// Highest frequency compared, in Hz; default: the scene's fmax, or 1000.

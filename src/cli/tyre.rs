@@ -91,7 +91,7 @@ const MOBILITIES: [[&str; 2]; 2] = [
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct TyreArguments {
+pub(crate) struct TyreArguments {
     #[command(flatten)]
     place: Place,
     /// Most periods n round the tyre.

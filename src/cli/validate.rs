@@ -45,7 +45,7 @@ const ROADS: [&str; 4] = [
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct ValidateArguments {
+pub(crate) struct ValidateArguments {
     /// The scene, a TOML file; without it the default car tyre is validated.
     scene: Option<PathBuf>,
     /// A key in place of the scene's own, such as contact.zone=cells; may be repeated.

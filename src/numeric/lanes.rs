@@ -32,6 +32,13 @@ pub(crate) fn dispatch<W: WithSimd>(work: W) -> W::Output {
     Arch::new().dispatch(work)
 }
 
+/// Carries out a long part of a dispatched work as a function that all callers share: inlined, each would have a copy
+/// for every set of instructions. The call takes some nanoseconds.
+#[inline(never)]
+pub(crate) fn outlined<S: Simd, R>(simd: S, part: impl FnOnce() -> R) -> R {
+    simd.vectorize(part)
+}
+
 /// Loads the first `S::F64_LANES` numbers into a vector.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(simd: S, values: &[f64; MOST_LANES]) -> S::f64s {

@@ -6,11 +6,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::error::ErrorKind::{InvalidSubcommand, UnknownArgument};
-use clap::{CommandFactory, Parser};
 use tempfile::TempDir;
 
 use crate::common::tyrewave;
-use tyrewave::internals::CommandLine;
+use tyrewave::internals::program;
 
 const LISTED: &str = include_str!("../../.ci/archive.txt");
 
@@ -100,7 +99,7 @@ pub(super) fn words(command: &str) -> impl Iterator<Item = &str> {
 
 /// Commands of the examples of `tyrewave help`, for all commands.
 fn examples() -> Vec<String> {
-    let line = CommandLine::command();
+    let line = program();
     let mut all = Vec::new();
     for command in line.get_subcommands().chain([&line]) {
         let help = command.get_after_help().unwrap().to_string();
@@ -163,7 +162,7 @@ fn commands_of_pages_and_help_are_read_and_their_scenes_hold() {
     let mut executed = BTreeSet::new();
     let mut wrong = Vec::new();
     for (command, whole) in read.into_iter().filter(|(command, _)| !command.starts_with("help")) {
-        match CommandLine::try_parse_from(["tyrewave"].into_iter().chain(words(&command))) {
+        match program().try_get_matches_from(["tyrewave"].into_iter().chain(words(&command))) {
             Err(error) if whole || [UnknownArgument, InvalidSubcommand].contains(&error.kind()) => {
                 wrong.push(format!("tyrewave {command}: {error}"));
             }

@@ -39,7 +39,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct PaperArguments {
+pub(crate) struct PaperArguments {
     /// Results folder; default: results/paper.
     #[arg(long, short, value_name = "FOLDER")]
     out: Option<PathBuf>,

@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use super::curved_waves::CurvedWaves;
 use super::parts::Parts;
 use super::waves::Waves;
+use crate::numeric::lanes::outlined;
 use crate::numeric::{ComplexField, Lanes, MOST_LANES};
 use crate::scene::{Layer, Tyre};
 use crate::sidewall::SidewallAt;
@@ -185,6 +186,7 @@ fn both_ways(wave: &CylinderWave, at: &CylinderAt, field: Field) -> [Complex64; 
 
 /// The kernel at several s in lockstep.
 pub(in crate::tyre) struct LaneKernel<'a, S: Simd> {
+    simd: S,
     single: [&'a KernelAt; MOST_LANES],
     stack: LaneStack<'a, S>,
     waves: Waves,
@@ -199,51 +201,67 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
             (waves.as_ref(), CylinderAt::lanes(simd, at))
         });
         let stack = LaneStack::new(simd, kernels.map(|kernel| &kernel.stack));
-        Self { single: kernels, stack, waves: kernels[0].waves, curved }
+        Self { simd, single: kernels, stack, waves: kernels[0].waves, curved }
     }
 
     /// C and D of a wave, driven on the surface, or as [`Field::UnderTread`] \[m/Pa\].
-    #[inline(always)]
     pub(super) fn driven(&self, n: i64, m: usize, on_surface: bool) -> NormalCompliance<Lanes<S>> {
-        if let Some((waves, at)) = &self.curved
-            && let Some(wave) = waves.get(n, m)
-        {
-            if waves.turns() {
-                let [forwards, backwards] = driven_both_ways(wave, at, on_surface);
-                return if n < 0 { backwards } else { forwards };
-            }
-            let NormalCompliance { surface, bottom } = wave.normal_at_rest(at);
-            let surface = if on_surface { surface } else { wave.under_tread_at_rest(at) };
-            return NormalCompliance { surface, bottom };
-        }
-        self.stack.driven(self.waves.kx(n), self.waves.ky(m), on_surface)
+        outlined(
+            self.simd,
+            #[inline(always)]
+            || {
+                if let Some((waves, at)) = &self.curved
+                    && let Some(wave) = waves.get(n, m)
+                {
+                    if waves.turns() {
+                        let [forwards, backwards] = driven_both_ways(wave, at, on_surface);
+                        return if n < 0 { backwards } else { forwards };
+                    }
+                    let NormalCompliance { surface, bottom } = wave.normal_at_rest(at);
+                    let surface = if on_surface { surface } else { wave.under_tread_at_rest(at) };
+                    return NormalCompliance { surface, bottom };
+                }
+                self.stack.driven(self.waves.kx(n), self.waves.ky(m), on_surface)
+            },
+        )
     }
 
     /// Parts of C and D of the waves n and -n, n >= 0, driven on the surface, or as [`Field::UnderTread`]: of the
     /// driven face, then of the innermost one \[m/Pa\].
-    #[inline(always)]
     pub(super) fn driven_parts(&self, n: i64, m: usize, on_surface: bool) -> [Parts<Lanes<S>>; 2] {
-        if let Some((waves, at)) = &self.curved
-            && waves.turns()
-            && let Some(wave) = waves.get(n, m)
-        {
-            let [forwards, backwards] = driven_both_ways(wave, at, on_surface);
-            return [Parts::of([forwards.surface, backwards.surface]), Parts::of([forwards.bottom, backwards.bottom])];
-        }
-        let NormalCompliance { surface, bottom } = self.driven(n, m, on_surface);
-        [Parts::even(surface), Parts::even(bottom)]
+        outlined(
+            self.simd,
+            #[inline(always)]
+            || {
+                if let Some((waves, at)) = &self.curved
+                    && waves.turns()
+                    && let Some(wave) = waves.get(n, m)
+                {
+                    let [forwards, backwards] = driven_both_ways(wave, at, on_surface);
+                    return [
+                        Parts::of([forwards.surface, backwards.surface]),
+                        Parts::of([forwards.bottom, backwards.bottom]),
+                    ];
+                }
+                let NormalCompliance { surface, bottom } = self.driven(n, m, on_surface);
+                [Parts::even(surface), Parts::even(bottom)]
+            },
+        )
     }
 
     /// C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; of waves that feel
     /// the tyre's curvature, one s after another.
-    #[inline(always)]
     pub(in crate::tyre) fn tangential_over_i(&self, simd: S, n: i64, m: usize) -> Lanes<S> {
-        match &self.curved {
-            Some((waves, _)) if waves.get(n, m).is_some() => {
-                Lanes::from_fn(simd, |lane| self.single[lane].tangential(n, m) * -Complex64::i())
-            }
-            _ => self.stack.tangential_over_i(self.waves.kx(n), self.waves.ky(m)),
-        }
+        outlined(
+            self.simd,
+            #[inline(always)]
+            || match &self.curved {
+                Some((waves, _)) if waves.get(n, m).is_some() => {
+                    Lanes::from_fn(simd, |lane| self.single[lane].tangential(n, m) * -Complex64::i())
+                }
+                _ => self.stack.tangential_over_i(self.waves.kx(n), self.waves.ky(m)),
+            },
+        )
     }
 
     /// Parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd, [`Self::tangential_over_i`].
@@ -272,10 +290,15 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
     }
 
     /// Motion of the inner face in the waves n and -n, n >= 0; `None`: too short to reach it.
-    #[inline(always)]
     pub(super) fn edge_both_ways(&self, n: i64, m: usize) -> Option<[EdgeMotion<Lanes<S>>; 2]> {
-        let (waves, at) = self.curved.as_ref()?;
-        Some(waves.get(n, m)?.edge_both_ways(at))
+        outlined(
+            self.simd,
+            #[inline(always)]
+            || {
+                let (waves, at) = self.curved.as_ref()?;
+                Some(waves.get(n, m)?.edge_both_ways(at))
+            },
+        )
     }
 }
 

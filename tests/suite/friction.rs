@@ -7,6 +7,7 @@ use tyrewave::contact::footprint::TangentialPart;
 use tyrewave::plan::Plan;
 use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Tyre};
+use tyrewave::storage::state::SavedState;
 use tyrewave::test_models::{add, edit, scene, scene_text};
 use tyrewave::tyre::layers::Stack;
 
@@ -361,9 +362,9 @@ pub(super) fn gone_on_from_state(loaded: &LoadedScene) -> Vec<TangentialPart> {
     for _ in 0..60 {
         whole.step().unwrap().unwrap();
     }
-    let state = whole.prepared.march.save().unwrap();
+    let state = SavedState::of(&mut whole.prepared.march).unwrap();
     let mut other = begin();
-    other.prepared.march.restore(&state).unwrap();
+    state.restore(&mut other.prepared.march).unwrap();
     let step = |_| {
         let [own, restored] = [&mut whole, &mut other].map(|run| {
             let total = run.step().unwrap().unwrap().total_force;

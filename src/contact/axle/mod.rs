@@ -11,9 +11,11 @@ pub(crate) use load_control::LoadControl;
 pub(crate) use moving::LARGEST_RATE;
 pub(crate) use moving::{MovingAxle, SprungMass};
 
+use std::mem::discriminant;
+
 use serde::{Deserialize, Serialize};
 
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 /// Indentation step by step.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -61,17 +63,13 @@ impl AxleHeight {
             Self::Moving(axle) => axle.observe(step, force),
         }
     }
+}
 
-    /// Takes over the state of an axle held in the same way.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn restore(&mut self, state: Self) -> Result<(), StateError> {
-        if std::mem::discriminant(self) != std::mem::discriminant(&state) {
-            return Err(StateError::Value);
-        }
-        *self = state;
-        Ok(())
+impl Evolving for AxleHeight {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        let held = discriminant(self);
+        state.value(self)?;
+        ensure(held == discriminant(self))
     }
 }
 

@@ -141,7 +141,7 @@ impl MovingAxle {
 mod tests {
     use super::*;
     use crate::contact::static_contact::StaticContact;
-    use crate::storage::state::read_back;
+    use crate::storage::state::{SavedState, Value};
 
     const STIFFNESS: f64 = 3e5;
     const LOAD: f64 = 3000.0;
@@ -254,7 +254,8 @@ mod tests {
         for cut in [50, 333, 900] {
             let mut whole = axle(2e4, 100.0, 0.0, 1000, 2e-4, 0.5);
             go(&mut whole, 0..cut);
-            let mut restored: MovingAxle = read_back(&whole);
+            let mut restored = axle(2e4, 100.0, 0.0, 1000, 2e-4, 0.5);
+            SavedState::of(&mut Value(&mut whole)).unwrap().restore(&mut Value(&mut restored)).unwrap();
             assert_eq!(go(&mut whole, cut..1500), go(&mut restored, cut..1500));
         }
     }

@@ -8,12 +8,11 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
-use serde::{Deserialize, Serialize};
 
 use super::wave_transform::WaveTransform;
 use crate::counters::Work;
 use crate::numeric::in_parallel;
-use crate::storage::state::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::convolution_quadrature::Circle;
 use crate::tyre::influence::{CellRow, CellSums, CellSumsAt, CellWave, FaceValues};
@@ -32,13 +31,6 @@ pub struct DirectPast {
     /// Number of this step.
     step: usize,
     sum: Vec<Complex64>,
-}
-
-/// State of a [`DirectPast`] between two steps.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct DirectPastState {
-    step: usize,
-    forces: Vec<Complex64>,
 }
 
 impl DirectPast {
@@ -100,23 +92,11 @@ impl DirectPast {
         self.transform.forward(first_element, forces, &mut self.forces[row..row + waves]);
         self.step += usize::from(stage + 1 == self.stages);
     }
+}
 
-    /// State between two steps.
-    pub fn save(&self) -> DirectPastState {
-        DirectPastState { step: self.step, forces: self.forces.clone() }
-    }
-
-    /// Continues from the state of an equal past.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn restore(&mut self, state: &DirectPastState) -> Result<(), StateError> {
-        if self.forces.len() != state.forces.len() {
-            return Err(StateError::Value);
-        }
-        self.forces.clone_from(&state.forces);
-        self.step = state.step;
-        Ok(())
+impl Evolving for DirectPast {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.step, &mut self.forces])
     }
 }
 

@@ -11,7 +11,7 @@ use super::ring_waves::RingWaves;
 use super::wave_transform::{WaveNumber, WaveTransform};
 use crate::counters::Work;
 use crate::numeric::Element;
-use crate::storage::state::{StateError, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::tyre::influence::CellInfluence;
 
 /// Values of cells from an element on.
@@ -33,15 +33,15 @@ impl Seen {
         self.cells.copy_from_slice(&other.cells);
     }
 
-    /// Takes over values of the same number, with the element that they begin with.
-    pub(super) fn restore(&mut self, (first, cells): &(i64, Vec<f64>)) -> Result<(), StateError> {
-        self.first = *first;
-        fill(&mut self.cells, cells)
-    }
-
     /// Adds the values to the cells of a window that begins with `first_element`.
     pub(super) fn add_to(&self, first_element: i64, across: usize, out: &mut [f64]) {
         add_moved(&self.cells, first_element.saturating_sub(self.first).saturating_mul(across as i64), out);
+    }
+}
+
+impl Evolving for Seen {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.first, &mut self.cells])
     }
 }
 
@@ -143,6 +143,13 @@ pub(super) struct ShortRing<N: WaveNumber> {
     pub last: Seen,
     /// Displacements at the coming instant by all forces but those \[m\].
     pub field: Seen,
+}
+
+/// The last forces come anew from the march.
+impl<N: WaveNumber> Evolving for ShortRing<N> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.field.state(state)
+    }
 }
 
 impl<N: WaveNumber> ShortRing<N> {

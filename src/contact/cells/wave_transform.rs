@@ -15,10 +15,11 @@ use realfft::FftNum;
 use super::along_ring::{AlongRing, Row};
 use crate::counters::Work;
 use crate::numeric::{Element, transform_multiply_adds};
+use crate::storage::state::Evolving;
 use crate::tyre::influence::{CellGrid, CellRow};
 
 /// A number that waves are found in: single or double precision.
-pub trait WaveNumber: Element + FftNum + ComplexField + Conjugate<Canonical = Self> {}
+pub trait WaveNumber: Element + Evolving + FftNum + ComplexField + Conjugate<Canonical = Self> {}
 
 impl WaveNumber for f32 {}
 impl WaveNumber for f64 {}

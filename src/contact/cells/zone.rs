@@ -2,11 +2,9 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
-use super::direct::{DirectPast, DirectPastState};
+use super::direct::DirectPast;
 use super::instant::InstantCells;
-use super::past::{WavePast, WavePastState};
+use super::past::WavePast;
 use super::search::{CellCounts, CellSearch};
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
@@ -16,7 +14,7 @@ use crate::contact::zone::{Instant, Solved, Zone};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
-use crate::storage::state::{StateError, StateReader, StateWriter, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// How cells carry the past.
 pub enum CellPast {
@@ -26,17 +24,6 @@ pub enum CellPast {
     Single(Box<WavePast<f32>>),
     /// As convolution sums.
     Direct(Box<DirectPast>),
-}
-
-/// State of a [`CellPast`].
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) enum CellPastState {
-    /// State of [`CellPast::Modal`].
-    Modal(WavePastState<f64>),
-    /// State of [`CellPast::Single`].
-    Single(WavePastState<f32>),
-    /// State of [`CellPast::Direct`].
-    Direct(DirectPastState),
 }
 
 impl CellPast {
@@ -65,21 +52,14 @@ impl CellPast {
             }
         }
     }
+}
 
-    fn save(&self) -> CellPastState {
+impl Evolving for CellPast {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         match self {
-            Self::Modal(past) => CellPastState::Modal(past.save()),
-            Self::Single(past) => CellPastState::Single(past.save()),
-            Self::Direct(past) => CellPastState::Direct(past.save()),
-        }
-    }
-
-    fn restore(&mut self, state: &CellPastState) -> Result<(), StateError> {
-        match (self, state) {
-            (Self::Modal(past), CellPastState::Modal(state)) => past.restore(state),
-            (Self::Single(past), CellPastState::Single(state)) => past.restore(state),
-            (Self::Direct(past), CellPastState::Direct(state)) => past.restore(state),
-            _ => Err(StateError::Value),
+            Self::Modal(past) => past.state(state),
+            Self::Single(past) => past.state(state),
+            Self::Direct(past) => past.state(state),
         }
     }
 }
@@ -222,19 +202,10 @@ impl Zone for CellZone {
         let CellCounts { iterations, fallbacks, work, .. } = self.search.counts();
         SearchCounts { solves: iterations, fallbacks, work, ..SearchCounts::default() }
     }
+}
 
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&self.past.save())?;
-        state.put(&self.search.save())?;
-        state.put(&self.forces)?;
-        state.put(&self.first_element)
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.past.restore(&state.take()?)?;
-        let search = state.take()?;
-        fill(&mut self.forces, &state.take::<Vec<f64>>()?)?;
-        self.first_element = state.take()?;
-        self.search.restore(&search)
+impl Evolving for CellZone {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.past, &mut self.search, &mut self.forces, &mut self.first_element])
     }
 }

@@ -1,12 +1,10 @@
 //! Methods to carry the past of tractions: as sums, the reference, or by poles.
 
-use serde::{Deserialize, Serialize};
-
-use super::modal::{TractionWaves, TractionWavesState};
-use super::past::{TractionPast, TractionPastState};
+use super::modal::TractionWaves;
+use super::past::TractionPast;
 use super::product::Vector;
 use crate::counters::Work;
-use crate::storage::state::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Past of tractions.
 pub(crate) enum TractionHistory {
@@ -16,15 +14,6 @@ pub(crate) enum TractionHistory {
     Modal(Box<TractionWaves<f64>>),
     /// Poles in single precision.
     Single(Box<TractionWaves<f32>>),
-}
-
-/// State of a [`TractionHistory`] between two steps.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) enum TractionHistoryState {
-    /// State of sums.
-    Direct(TractionPastState),
-    /// State of poles.
-    Modal(TractionWavesState),
 }
 
 impl TractionHistory {
@@ -57,22 +46,14 @@ impl TractionHistory {
             Self::Single(past) => past.push(first_element, forces),
         }
     }
+}
 
-    pub(crate) fn save(&self) -> TractionHistoryState {
+impl Evolving for TractionHistory {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         match self {
-            Self::Direct(past) => TractionHistoryState::Direct(past.save()),
-            Self::Modal(past) => TractionHistoryState::Modal(past.save()),
-            Self::Single(past) => TractionHistoryState::Modal(past.save()),
-        }
-    }
-
-    /// Continues from the state of an equal history.
-    pub(crate) fn restore(&mut self, state: &TractionHistoryState) -> Result<(), StateError> {
-        match (self, state) {
-            (Self::Direct(past), TractionHistoryState::Direct(state)) => past.restore(state),
-            (Self::Modal(past), TractionHistoryState::Modal(state)) => past.restore(state),
-            (Self::Single(past), TractionHistoryState::Modal(state)) => past.restore(state),
-            _ => Err(StateError::Value),
+            Self::Direct(past) => past.state(state),
+            Self::Modal(past) => past.state(state),
+            Self::Single(past) => past.state(state),
         }
     }
 }

@@ -9,6 +9,7 @@ use super::transform::TractionTransform;
 use super::wave_group::Stepping;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::scene::{DEFAULT, Sides, Tyre};
+use crate::storage::state::SavedState;
 use crate::test_models::tyre;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
@@ -59,8 +60,7 @@ fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRul
         past.add_displacement(first, out);
         past.push(first, forces);
         // The state is complete.
-        let state = past.save();
-        past.restore(&state).unwrap();
+        SavedState::of(&mut past).unwrap().restore(&mut past).unwrap();
     })
 }
 
@@ -128,8 +128,7 @@ fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usiz
         };
         let forces: Vec<Vector> = (0..columns * ACROSS).map(force).collect();
         assert!(past.push(first, &forces), "no room");
-        let state = past.save();
-        past.restore(&state).unwrap();
+        SavedState::of(&mut past).unwrap().restore(&mut past).unwrap();
         // About the contact.
         all.extend_from_slice(&out[14 * ACROSS..32 * ACROSS]);
     }

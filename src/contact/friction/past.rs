@@ -10,13 +10,12 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
-use serde::{Deserialize, Serialize};
 
 use super::product::Vector;
 use super::transform::TractionTransform;
 use crate::counters::Work;
 use crate::numeric::in_parallel;
-use crate::storage::state::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::convolution_quadrature::Circle;
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellWave, PAIRS, TractionParts};
@@ -37,13 +36,6 @@ pub(crate) struct TractionPast {
     /// Number of this step.
     step: usize,
     sum: Vec<WaveVector>,
-}
-
-/// State of a [`TractionPast`] between two steps.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct TractionPastState {
-    step: usize,
-    forces: Vec<WaveVector>,
 }
 
 impl TractionPast {
@@ -106,19 +98,11 @@ impl TractionPast {
         }
         self.step += 1;
     }
+}
 
-    pub(crate) fn save(&self) -> TractionPastState {
-        TractionPastState { step: self.step, forces: self.forces.clone() }
-    }
-
-    /// Continues from the state of an equal past.
-    pub(crate) fn restore(&mut self, state: &TractionPastState) -> Result<(), StateError> {
-        if self.forces.len() != state.forces.len() {
-            return Err(StateError::Value);
-        }
-        self.forces.clone_from(&state.forces);
-        self.step = state.step;
-        Ok(())
+impl Evolving for TractionPast {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.step, &mut self.forces])
     }
 }
 

@@ -14,9 +14,7 @@
 //! (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's displacements are not those of the tyre under its
 //! forces, and nothing is balanced.
 
-use serde::{Deserialize, Serialize};
-
-use crate::storage::state::{StateError, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::{RungeKutta, TimeRule};
 
 /// Power by step, with the displacements of the last two steps.
@@ -30,7 +28,7 @@ pub(crate) struct ContactPower {
 }
 
 /// Values of the elements in the window of a step, from `first` on.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug)]
 struct Window {
     first: i64,
     displacement: Vec<f64>,
@@ -44,9 +42,10 @@ impl Window {
     }
 }
 
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct PowerState {
-    earlier: [Window; 2],
+impl Evolving for Window {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.first, &mut self.displacement, &mut self.force])
+    }
 }
 
 impl ContactPower {
@@ -106,18 +105,10 @@ impl ContactPower {
         }
         work
     }
+}
 
-    pub(crate) fn save(&self) -> PowerState {
-        PowerState { earlier: self.earlier.clone() }
-    }
-
-    /// Goes on from a saved state. An error for a window of another length.
-    pub(crate) fn restore(&mut self, state: PowerState) -> Result<(), StateError> {
-        for (window, saved) in self.earlier.iter_mut().zip(state.earlier) {
-            window.first = saved.first;
-            fill(&mut window.displacement, &saved.displacement)?;
-            fill(&mut window.force, &saved.force)?;
-        }
-        Ok(())
+impl Evolving for ContactPower {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.earlier.state(state)
     }
 }

@@ -17,7 +17,7 @@ use num_complex::Complex;
 use realfft::RealFftPlanner;
 use tyrewave::counters::Meter;
 use tyrewave::internals::{
-    CellFitOptions, CellGrid, CellModel, CellPast, CellSearch, CellSums, CellTruncation, DirectPast, InstantCells,
+    CellFitOptions, CellGrid, CellPast, CellSearch, CellSums, CellTruncation, DirectPast, InstantCells, PoleModel,
     RingParts, RoughRoad, WaveBand, WaveNumber, WavePast, WaveTransform, first_influences, fit_cells, instant_cells,
     plate_tyre,
 };
@@ -122,7 +122,7 @@ fn past(criterion: &mut Criterion) {
     let model = fit_cells(&sums, &rows, &options, &Default::default()).expect("the waves can be fitted");
     let model = &model;
     fn ring<'m, N: WaveNumber>(
-        model: &'m CellModel,
+        model: &'m PoleModel,
         transform: WaveTransform<N>,
         fewer_poles: Option<f64>,
     ) -> RingParts<'m, N> {
@@ -130,22 +130,22 @@ fn past(criterion: &mut Criterion) {
     }
     let double = || WaveTransform::<f64>::new(sums.grid(), elements, columns, &rows);
     let single = || WaveTransform::<f32>::new(sums.grid(), elements, columns, &rows);
-    let boxed = |past: WavePast| CellPast::Modal(Box::new(past));
-    let rounded = |past: WavePast<f32>| CellPast::Single(Box::new(past));
+    let boxed = |past: WavePast| -> Box<dyn CellPast<1>> { Box::new(past) };
+    let rounded = |past: WavePast<f32>| -> Box<dyn CellPast<1>> { Box::new(past) };
     let blocks = || [ring(model, double(), None)];
     let mut pasts = [
         ("blocks", boxed(WavePast::new(blocks(), rule, time_step))),
         ("single precision", rounded(WavePast::new([ring(model, single(), None)], rule, time_step))),
         ("plain recursion", boxed(WavePast::with_blocks(blocks(), rule, time_step, 1))),
     ];
-    let mut direct = CellPast::Direct(Box::new(DirectPast::new(&sums, &rows, double(), rule, time_step, lags)));
+    let mut direct: Box<dyn CellPast<1>> = Box::new(DirectPast::new(&sums, &rows, double(), rule, time_step, lags));
     let mut step = 0;
     let mut meter = Meter::default();
-    let mut displaced = |past: &mut CellPast, step: i64| {
+    let mut displaced = |past: &mut Box<dyn CellPast<1>>, step: i64| {
         let mut out = vec![0.0; columns * across];
-        past.add_displacement(0, step, &mut out, &mut meter);
+        past.add_displacement(0, step, out.as_chunks_mut().0, &mut meter);
         let force = |cell: usize| (0.1 * step as f64 + 0.7 * cell as f64).sin().max(0.0);
-        past.push(0, step, &(0..columns * across).map(force).collect::<Vec<f64>>());
+        past.push(0, step, (0..columns * across).map(force).collect::<Vec<f64>>().as_chunks().0);
         out
     };
     let (mut errors, mut largest) = ([0.0_f64; 3], 0.0_f64);

@@ -1,19 +1,52 @@
-//! Parts of the library for its benchmarks and for the tests that count allocations, which are separate programs. Not
-//! part of the public interface: anything here may change or go without notice.
+//! Parts of the library for its benchmarks and for the tests of the folder `tests`, which are separate programs. Not part
+//! of the public interface: anything here may change or go without notice.
 
+use serde::Serialize;
+
+use crate::effects::EFFECTS;
+use crate::plan::Plan;
+use crate::report::Stored;
+use crate::results::ContactQuality;
+use crate::road::RoadDescription;
+use crate::run::{HeardVibration, Simulation};
+
+pub use crate::cli::CommandLine;
+pub use crate::contact::ContactError;
+pub use crate::contact::axle::AxleHeight;
+pub use crate::contact::axle::LoadControl;
+pub use crate::contact::axle::MovingAxle;
+pub use crate::contact::axle::SprungMass;
 pub use crate::contact::cells::InstantCells;
+pub use crate::contact::cells::blocks::BlockTerm;
 pub use crate::contact::cells::direct::DirectPast;
 pub use crate::contact::cells::past::{RingParts, WavePast, first_influences};
 pub use crate::contact::cells::search::CellSearch;
 pub use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
 pub use crate::contact::cells::zone::CellPast;
+pub use crate::contact::complementarity::SliceLaw;
 pub use crate::contact::complementarity::active_set::ActiveSet;
 pub use crate::contact::complementarity::ldlt::Ldlt;
 pub use crate::contact::complementarity::{FactorCache, FactorCounts, LINE, add_to_diagonal, room};
+pub use crate::contact::footprint::TangentialPart;
+pub use crate::contact::geometry::Geometry;
 pub use crate::contact::history::{DirectHistory, INSTANTS, LagKernel, ModalHistory, PastForces};
+pub use crate::contact::kernel::ContactKernel;
+pub use crate::contact::kernel::EqualBedding;
+pub use crate::contact::local_compliance::formula::tread_modulus;
+pub use crate::contact::local_compliance::local_compliance;
+pub use crate::contact::march::March;
+pub use crate::contact::pressed::flat_tread::line_influence;
 pub use crate::contact::pressed::strip::PressedRoad;
+pub use crate::contact::stability::unstable_zero;
+pub use crate::contact::static_contact::StaticContact;
+pub use crate::contact::static_contact::StaticTyre;
 pub use crate::contact::windows::add_windows;
+pub use crate::counters::machine::instruction_set;
 pub use crate::counters::peak::{MachinePeak, multiply_add_rate};
+pub use crate::counters::process::cpu_time;
+pub use crate::effects::channel;
+pub use crate::effects::channels;
+pub use crate::effects::stored::Spectrum as StoredSpectrum;
 pub use crate::effects::vibration::VibrationObserver;
 pub use crate::half_space::line::{GrowingContact, LineInfluence};
 pub use crate::half_space::love::displacement as love_displacement;
@@ -21,37 +54,179 @@ pub use crate::half_space::rough::Convolution;
 pub use crate::numeric::precision::double;
 pub use crate::numeric::transform_length::transform_length;
 pub use crate::numeric::{Aligned, Ring};
+pub use crate::performance::changes::{differences, read_accepted};
+pub use crate::performance::measure::{measure as measure_performance, value as performance_value};
+pub use crate::performance::record::Record as PerformanceRecord;
+pub use crate::performance::workload::Workload;
+pub use crate::plan::Decisions;
+pub use crate::plan::Unit;
 pub use crate::plan::fit_options::fit_options;
 pub use crate::plan::models::fetch as fetch_model;
+pub use crate::plan::settle::Choice;
+pub use crate::planning::rows as plan_rows;
+pub use crate::radiation::cases::evaluate as radiation_cases;
 pub use crate::radiation::draft::{DraftErrors, transfers_at as draft_transfers_at};
 pub use crate::radiation::solve::{Drive, Problem};
 pub use crate::radiation::{Block, Body, Resolution, Shape, Transfer, TransferGrid, TransferProblem, Vector};
+pub use crate::report::Comparison;
+pub use crate::report::PAGE_HEAD;
+pub use crate::report::export::MAT_HEAD;
+pub use crate::report::export::PYTHON;
+pub use crate::report::export::UFF_HEAD;
+pub use crate::report::export::VTK_HEAD;
+pub use crate::report::validation::MARKERS as VALIDATION_MARKERS;
+pub use crate::report::validation::markdown as validation_markdown;
+pub use crate::response::LevelErrors;
+pub use crate::response::SliceErrors;
+pub use crate::response::vibration::SpectraRequest;
+pub use crate::response::vibration::VelocityTable;
 pub use crate::response::vibration::accumulator::VibrationAccumulator;
+pub use crate::response::vibration::field_spectra;
+pub use crate::response::vibration::point_spectrum;
 pub use crate::response::vibration::transfer::symbols;
 pub use crate::response::vibration::{Across, SegmentLayout, TransferKind, TyreResponse, VibrationField};
+pub use crate::results::checkpoint::read as read_checkpoint;
 pub use crate::results::cost::Cost;
 pub use crate::results::npy::{NpyWriter, Row};
+pub use crate::results::plots::ThirdOctavePlot;
+pub use crate::results::plots::four_digits;
 pub use crate::results::profile_table::cost_table;
+pub use crate::results::read_table::Table;
+pub use crate::results::spectra::read_force_levels;
+pub use crate::results::tread_pattern::{pitch_spectrum, tread_picture};
+pub use crate::results::vibration::vibration_levels_csv;
 pub use crate::road::maker::StripCurves;
 pub use crate::road::resample::Resampled;
 pub use crate::road::sources::height_map::HeightMap as RoadHeightMap;
 pub use crate::road::sources::made::RingSpectrum;
 pub use crate::road::sources::made::target::TargetSpectrum;
 pub use crate::road::strip::RoadStrip;
+pub use crate::run::prepare::checked;
 pub use crate::run::prepare::{Prepared, prepare};
+pub use crate::scene::schema::Section;
+pub use crate::scene::schema::sections;
+pub use crate::sidewall::EdgeImpedance;
 pub use crate::sidewall::table::Sidewall;
 pub use crate::sidewall::{Arc, Relaxation};
+pub use crate::sound::wav::full_scale_of;
+pub use crate::storage::Cached;
+pub use crate::storage::Unusable;
 pub use crate::storage::cache::Cache;
+pub use crate::storage::state::SavedState;
+pub use crate::study::accuracy::{Point as StudyPoint, Study, StudyOptions, Sweep, front, study};
+pub use crate::study::fit_tyre::BOUND as FIT_TYRE_BOUND;
+pub use crate::study::fit_tyre::Estimate;
+pub use crate::study::fit_tyre::Fit;
+pub use crate::study::fit_tyre::FitTyreError;
+pub use crate::study::fit_tyre::Parameter;
+pub use crate::study::fit_tyre::Uncertainty;
+pub use crate::study::fit_tyre::fit as fit_tyre;
+pub use crate::study::fit_tyre::measured as measured_mobility;
+pub use crate::study::fit_tyre::measured::Point as MeasuredPoint;
+pub use crate::study::loads::Standing;
+pub use crate::study::validation::Lacks;
+pub use crate::study::validation::Measured as ValidationMeasured;
+pub use crate::study::validation::Published as ValidationPublished;
+pub use crate::study::validation::StandingTyre;
+pub use crate::study::validation::rows as validation_rows;
+pub use crate::test_models::CHIP_SEAL;
+pub use crate::test_models::COBBLES;
+pub use crate::test_models::CONTACT_WIDTH;
 pub use crate::test_models::cells::{RoughRoad, instant_cells};
+pub use crate::test_models::grid_road;
+pub use crate::test_models::implausible;
+pub use crate::test_models::on_springs;
+pub use crate::test_models::reference;
+pub use crate::test_models::replaced;
+pub use crate::test_models::transforms;
+pub use crate::test_models::with_all_terms;
+pub use crate::test_models::with_road;
+pub use crate::test_models::without;
 pub use crate::test_models::{CIRCUMFERENCE, add, edit, plate_scene, plate_tyre, scene, scene_text, wide_tyre};
+pub use crate::time_rule::TimeRule;
+pub use crate::tyre::critical_speed::limit as critical_speed_limit;
+pub use crate::tyre::influence::COMPONENTS;
 pub use crate::tyre::influence::CellGrid;
+pub use crate::tyre::influence::CellInfluence;
 pub use crate::tyre::influence::cell_sums::CellSums;
 pub use crate::tyre::influence::cell_waves::{CellTruncation, WaveBand};
 pub use crate::tyre::influence::convolution_quadrature::Weights;
+pub use crate::tyre::influence::mobility::driving_point;
+pub use crate::tyre::influence::traction_shape;
+pub use crate::tyre::layers::cases;
+pub use crate::tyre::layers::compliance::Matrix3;
+pub use crate::tyre::layers::curved::air_stiffness;
+pub use crate::tyre::layers::curved::growth;
 pub use crate::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP};
 pub use crate::tyre::layers::cylinder::Cylinder;
+pub use crate::tyre::layers::material;
 pub use crate::tyre::layers::operations;
+pub use crate::tyre::layers::rotation::Rotation;
+pub use crate::tyre::modes::Mode;
+pub use crate::tyre::modes::Motion;
+pub use crate::tyre::modes::modes;
+pub use crate::tyre::modes::modes_of;
+pub use crate::tyre::modes::radial_compliance;
+pub use crate::tyre::poles::Direction;
+pub use crate::tyre::poles::FitError;
 pub use crate::tyre::poles::cache::fetch as fetch_from;
-pub use crate::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
+pub use crate::tyre::poles::cache::key as pole_key;
+pub use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
 pub use crate::tyre::poles::fit::{FitOptions, fit};
+pub use crate::tyre::poles::fit_unless_stopped;
 pub use crate::tyre::poles::model::RationalModel;
+pub use crate::tyre::poles::pole_model::PoleModel;
+pub use crate::tyre::slowest_wave::slowest_wave_below;
+pub use crate::tyre::tread_pattern::blocks::Block as TreadBlock;
+pub use crate::tyre::tread_pattern::blocks::Blocks;
+pub use crate::tyre::tread_pattern::blocks::NO_BLOCK;
+
+/// The decisions of a plan.
+pub fn decisions(plan: &Plan) -> &Decisions {
+    &plan.decisions
+}
+
+/// The settings that a plan chose.
+pub fn choices(plan: &Plan) -> &[Choice] {
+    &plan.choices
+}
+
+/// The errors of slices that a plan states.
+pub fn slice_errors(plan: &Plan) -> Option<&SliceErrors> {
+    plan.slice_errors.as_ref()
+}
+
+/// The errors of slices that a run reports.
+pub fn reported_slice_errors(contact: &ContactQuality) -> Option<&SliceErrors> {
+    contact.slices.as_ref()
+}
+
+/// The contact of a run, from step to step.
+pub fn march(run: &Simulation) -> &March {
+    &run.prepared.march
+}
+
+/// The same, to be changed.
+pub fn march_mut(run: &mut Simulation) -> &mut March {
+    &mut run.prepared.march
+}
+
+/// The heights \[m\] of a described road that are drawn.
+pub fn sampled_heights(road: &RoadDescription) -> &[f64] {
+    &road.sample.heights
+}
+
+/// The spectra of stored results.
+pub fn stored_spectra(results: &Stored) -> &[StoredSpectrum] {
+    &results.spectra
+}
+
+/// What a run's vibration adds to its summary.
+pub fn vibration_summary(vibration: &HeardVibration) -> &impl Serialize {
+    &vibration.summary
+}
+
+/// The number of effects.
+pub fn number_of_effects() -> usize {
+    EFFECTS.len()
+}

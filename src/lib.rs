@@ -67,14 +67,10 @@
 //! impedance the tyre uses; `time_rule` is how a run goes from one step to the next, a choice that a scene names. `cli`
 //! is the command line, the whole program except its allocator; `python`, present with the feature of that name, is the
 //! Python package's extension module. `test_models` has tyres and scenes for tests and benchmarks; `internals` hands
-//! parts to benchmarks and to tests that are separate programs, and is not part of the interface; `suite` has the tests
-//! of the whole, from the folder `tests`.
+//! parts to benchmarks and to the tests of the folder `tests`, and is not part of the interface.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.
-
-#[cfg(test)]
-extern crate self as tyrewave;
 
 mod cli;
 mod contact;
@@ -100,9 +96,6 @@ mod sidewall;
 pub mod sound;
 mod storage;
 mod study;
-#[cfg(test)]
-#[path = "../tests/suite/main.rs"]
-mod suite;
 mod test_models;
 mod time_rule;
 pub mod tyre;

@@ -74,7 +74,7 @@ fn an_effect_that_is_off_does_and_allocates_what_the_scene_without_it_does() {
         (MADE, "[effects]\nrotation = \"off\"", None),
         (MADE, "[effects]\nradiation = \"off\"", None),
         (MADE, "[effects]\nfriction = \"off\"", None),
-        (MADE, "[contact]\nslice_coupling = \"local\"", Some("[contact]\nslice_coupling = \"implicit\"")),
+        (MADE, "[contact]\nslice_coupling = \"local\"", Some("[contact]\nslice_coupling = \"explicit\"")),
         (MADE, "[effects]\ntread_vibration = \"off\"", None),
         (MADE, "[effects]\nbelt_vibration = \"off\"", None),
         (MADE, "[effects]\ntangential_motion = \"off\"", None),

@@ -64,7 +64,7 @@ def test_effects_are_those_of_the_program(program: Callable[..., str], tmp_path:
     plate, axle = ROOT / "scenes/plate.toml", {"mass": 350.0, "stiffness": 2e4, "damping": 1e3}
     keys = {key: value for key, value in SMALL.items() if not key.startswith("rolling.axle")}
     keys |= {f"rolling.axle.{key}": value for key, value in axle.items()}
-    keys |= {"rolling.duration": 0.3, "contact.slices": "none"}
+    keys |= {"rolling.duration": 0.3}
     program("effects", plate, *settings(keys), "--out", tmp_path / "effects")
     expected = tyrewave.Table.of_csv((tmp_path / "effects/effects.csv").read_text())
     found = tyrewave.Scene.load(plate, set=keys).effects()

@@ -6,7 +6,7 @@ use crate::results::table::{Report, row, words};
 use crate::storage::{Cache, Cached};
 use crate::tyre::influence::{CellInfluence, SurfaceWaves};
 use crate::tyre::poles::RationalModel;
-use crate::tyre::poles::cells::CellModel;
+use crate::tyre::poles::pole_model::PoleModel;
 use clap::{Args, Subcommand};
 
 use super::context::{Context, print};
@@ -26,7 +26,7 @@ Examples:
 /// Arguments of `tyrewave cache`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct CacheArguments {
+pub struct CacheArguments {
     /// Action on the cache.
     #[command(subcommand)]
     pub action: CacheAction,
@@ -34,7 +34,7 @@ pub(crate) struct CacheArguments {
 
 /// Actions on the cache.
 #[derive(Clone, Copy, Debug, Subcommand)]
-pub(crate) enum CacheAction {
+pub enum CacheAction {
     /// List the entries with their size and whether they can be used.
     List,
     /// Remove all entries.
@@ -57,7 +57,7 @@ impl CacheArguments {
             CacheAction::List => {
                 let entries = cache.list(&[
                     RationalModel::KIND,
-                    CellModel::KIND,
+                    PoleModel::KIND,
                     CellInfluence::KIND,
                     KeptBlock::KIND,
                     KeptReceiver::KIND,

@@ -25,7 +25,7 @@ Examples:
 /// Arguments of `tyrewave check`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct CheckArguments {
+pub struct CheckArguments {
     /// The scenes: TOML files.
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<std::path::PathBuf>,

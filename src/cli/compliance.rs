@@ -29,7 +29,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct ComplianceArguments {
+pub struct ComplianceArguments {
     /// The cases, a JSON file.
     cases: PathBuf,
 }

@@ -34,7 +34,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct EffectsArguments {
+pub struct EffectsArguments {
     #[command(flatten)]
     place: Place,
     /// Duration of each variant after the warm-up, in s; default: the scene's, at most 3.
@@ -61,7 +61,7 @@ impl EffectsArguments {
         for (way, name) in [(Way::Added, "effects_added.svg"), (Way::TakenAway, "effects_taken_away.svg")] {
             let title = format!("Levels, {}: {}", way.title(), side.loaded.title());
             if let Some(plot) = plot(&comparison, way, &title) {
-                side.picture(name, plot.to_svg())?;
+                side.file(name, plot.to_svg());
             }
         }
         report.text("\n");

@@ -34,7 +34,7 @@ const FILE: &str = "emission.csv";
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct EmissionArguments {
+pub struct EmissionArguments {
     /// Folder of a finished `tyrewave sweep` over speeds.
     #[arg(value_name = "SWEEP")]
     sweep: PathBuf,

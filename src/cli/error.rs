@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::half_space::HalfSpaceError;
-use crate::performance::PerformanceError;
+use crate::performance::compare::PerformanceError;
 use crate::results::{PlotError, ResultsError};
 use crate::road::slices::SliceError;
 use crate::run::RunError;
@@ -42,8 +42,6 @@ pub(crate) enum CliError {
     Sweep(#[from] SweepError),
     #[error(transparent)]
     Tasks(#[from] TaskError),
-    #[error(transparent)]
-    Profile(PerformanceError),
     #[error("the cache of influence models: {0}")]
     Cache(#[from] CacheError),
     /// A file that was named on the command line.
@@ -56,10 +54,10 @@ pub(crate) enum CliError {
     #[error("{0}")]
     Failed(String),
     /// In a comparison of performance the second one is worse.
-    #[error("not as good as what it was held against")]
+    #[error("not as good as what it was compared with")]
     Worse,
-    /// A comparison of performance rests on too few runs.
-    #[error("undecided: too few pairs of runs to judge times by; give a larger --budget, or name a --workload")]
+    /// Times scatter too much, or rest on too few runs, for a comparison of performance.
+    #[error("undecided: give more --pairs of runs and a larger --budget, or name a --workload")]
     Undecided,
     /// The user stopped the run; `kept` holds the partial results, if there are any.
     #[error("interrupted; {}", kept.as_ref().map_or_else(|| "no results are kept".to_owned(), |path| {
@@ -94,12 +92,6 @@ impl CliError {
                 RunError::Results(error) if error.is_refusal() => USAGE,
                 RunError::Results(_) | RunError::Kept { .. } => NOT_WRITABLE,
                 RunError::Interrupted { .. } => INTERRUPTED,
-            },
-            Self::Profile(error) => match error {
-                PerformanceError::File { what: "write", .. } => NOT_WRITABLE,
-                PerformanceError::File { .. } | PerformanceError::Nonsense { .. } => USAGE,
-                PerformanceError::Interrupted => INTERRUPTED,
-                _ => FAILED,
             },
             Self::InFile { source, .. } => source.exit_code(),
             Self::HalfSpace(HalfSpaceError::NotConverged { .. }) => FAILED,
@@ -161,7 +153,7 @@ impl From<PerformanceError> for CliError {
     fn from(error: PerformanceError) -> Self {
         match error {
             PerformanceError::Interrupted => Self::Interrupted { kept: None },
-            other => Self::Profile(other),
+            PerformanceError::Program(wrong) => Self::Failed(wrong),
         }
     }
 }

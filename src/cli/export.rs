@@ -48,7 +48,7 @@ Python needs no export; this prints mean force and level of a results folder:
 /// Arguments of `tyrewave export`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = examples())]
-pub(crate) struct ExportArguments {
+pub struct ExportArguments {
     /// A results folder of `tyrewave run`.
     results: PathBuf,
     /// Format to write.

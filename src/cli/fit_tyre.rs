@@ -63,7 +63,7 @@ const WORST: f64 = 10.0;
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct FitTyreArguments {
+pub struct FitTyreArguments {
     /// File of measured mobilities, CSV or universal (dataset 58), see below.
     #[arg(value_name = "MOBILITY")]
     mobility: PathBuf,
@@ -134,8 +134,8 @@ impl FitTyreArguments {
         let titles = ["measured (marks) and fitted (lines)", "fitted less measured"];
         let titles = titles.map(|what| format!("{title}: {what}"));
         let [overlay, residuals] = pictures(&fitted, &points, &titles, &names);
-        side.picture("mobility.svg", overlay.to_svg())?;
-        side.picture("residuals.svg", residuals.to_svg())?;
+        side.file("mobility.svg", overlay.to_svg());
+        side.file("residuals.svg", residuals.to_svg());
         side.settings = json!({
             "scene": side.settings,
             "mobility": path.display().to_string(),

@@ -1,4 +1,4 @@
-//! Heights given on the command line: a `.npy` array of one or two dimensions.
+//! Heights given on the command line: a `.npy` array of two dimensions.
 
 use std::path::Path;
 
@@ -9,44 +9,31 @@ use super::error::CliError;
 /// Largest median slope that is accepted as metres per metre: real textures, steps and spikes included, stay below 2.
 const STEEPEST: f64 = 20.0;
 
-/// A row (one dimension) or a grid of heights \[m\], row-major.
+/// A grid of heights \[m\], row-major.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Heights {
     pub values: Vec<f64>,
-    /// Number of rows; 1 for a one-dimensional array.
     pub rows: usize,
     pub columns: usize,
 }
 
 impl Heights {
-    /// Reads one row of heights; `cell` is the cells' size \[m\].
-    pub(super) fn read_row(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
-        Self::read(path, "a one-dimensional array", |shape| (shape.len() == 1).then(|| (1, shape[0])), cell)
-    }
-
     /// Reads a grid of heights; `cell` is the cells' size \[m\].
     pub(super) fn read_grid(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
-        Self::read(path, "a two-dimensional array", |shape| (shape.len() == 2).then(|| (shape[0], shape[1])), cell)
-    }
-
-    fn read(
-        path: &Path,
-        wanted: &str,
-        sizes: fn(&[u64]) -> Option<(u64, u64)>,
-        cell: [f64; 2],
-    ) -> Result<Self, CliError> {
         let name = path.display();
         let fault = |error| match error {
             ArrayError::Io(source) => CliError::Read { path: path.to_owned(), source },
             other => CliError::Usage(format!("{name}: {other}")),
         };
         let array = Array::open(path).map_err(fault)?;
-        let Some((rows, columns)) = sizes(array.shape()).filter(|&(rows, columns)| rows > 0 && columns > 0) else {
-            let shape = array.shape();
-            let wrong = format!("{name} has shape {shape:?}: {wanted} with at least one height is needed");
-            return Err(CliError::Usage(wrong));
+        let (rows, columns) = match *array.shape() {
+            [rows, columns] if rows > 0 && columns > 0 => (rows as usize, columns as usize),
+            ref shape => {
+                return Err(CliError::Usage(format!(
+                    "{name} has shape {shape:?}: a two-dimensional array with at least one height is needed"
+                )));
+            }
         };
-        let (rows, columns) = (rows as usize, columns as usize);
         let values = array.into_values().map_err(fault)?;
         Self { values, rows, columns }.checked(path, cell)
     }
@@ -117,7 +104,13 @@ mod tests {
         std::fs::write(&path, bytes).unwrap();
         assert_eq!(Heights::read_grid(&path, [1.0; 2]).unwrap(), grid(vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 3));
         let wrong = |error: Result<Heights, CliError>| error.unwrap_err().to_string();
-        assert!(wrong(Heights::read_row(&path, [1.0; 2])).contains("has shape [2, 3]"));
+        let mut bytes = Vec::new();
+        let options = npyz::WriteOptions::new().default_dtype().shape(&[3]).writer(&mut bytes);
+        let mut writer = options.begin_nd().unwrap();
+        writer.extend([0.0_f32, 1.0, 2.0]).unwrap();
+        writer.finish().unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        assert!(wrong(Heights::read_grid(&path, [1.0; 2])).contains("has shape [3]"));
         std::fs::write(&path, b"heights").unwrap();
         assert!(wrong(Heights::read_grid(&path, [1.0; 2])).contains("is not a complete .npy array"));
         let missing = Heights::read_grid(&folder.path().join("none.npy"), [1.0; 2]);

@@ -27,7 +27,7 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 #[command(allow_negative_numbers = true)]
-pub(crate) struct IndentArguments {
+pub struct IndentArguments {
     /// Heights, in m: a two-dimensional .npy array, rows along x, columns along y.
     #[arg(long, value_name = "GRID.npy")]
     heights: PathBuf,

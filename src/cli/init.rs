@@ -34,7 +34,7 @@ const AXLE: &str = "axle = { load = 3400.0 }        #";
 /// Arguments of `tyrewave init`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct InitArguments {
+pub struct InitArguments {
     /// The folder; it is made if it does not exist.
     #[arg(default_value = ".")]
     folder: PathBuf,

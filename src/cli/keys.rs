@@ -26,7 +26,7 @@ Examples:
 /// Arguments of `tyrewave keys`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct KeysArguments {
+pub struct KeysArguments {
     /// Only this table and those in it, such as rolling or tyre.layers, or one key, such as rolling.speed_kmh.
     pub section: Option<String>,
     /// Print all of it as a JSON Schema (draft 2020-12).

@@ -25,7 +25,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct MobilityArguments {
+pub struct MobilityArguments {
     #[command(flatten)]
     place: Place,
     /// Sides of the square patches, in mm.
@@ -67,10 +67,8 @@ impl MobilityArguments {
         drop(progress);
         let names: Vec<String> = patch.iter().map(|patch| format!("{patch} mm")).collect();
         side.file("mobility.csv", to_csv(&mobility, &patch));
-        side.picture(
-            "mobility.svg",
-            plot(&mobility, &format!("Driving-point mobility: {}", side.loaded.title()), &names, LEVEL).to_svg(),
-        )?;
+        let title = format!("Driving-point mobility: {}", side.loaded.title());
+        side.file("mobility.svg", plot(&mobility, &title, &names, LEVEL).to_svg());
         side.settings = json!({ "scene": side.settings, "patch_mm": patch, "from": from, "to": to, "points": points });
         side.finish(context, &Report::default())
     }

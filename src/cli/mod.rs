@@ -14,8 +14,6 @@ mod export;
 mod fit_tyre;
 mod heights;
 mod indent;
-mod influence;
-mod influence_cost;
 mod init;
 mod interrupt;
 mod keys;
@@ -34,12 +32,10 @@ mod radiation;
 mod report;
 mod resume;
 mod road;
-mod rules;
 mod run;
 mod scene_file;
 mod shell;
 mod side;
-mod slice;
 mod slices;
 mod study;
 mod sweep;
@@ -73,7 +69,7 @@ nothing was written
   3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept \
 as <results>.partial), or standard output could not be
   4    done, and the results are complete in their folder, but standard output could not be written
-  5    a comparison that is undecided: too few runs to judge by
+  5    a comparison that is undecided: times scatter too much, or runs are too few
   130  interrupted with Ctrl-C; what there was is kept as <results>.partial: tyrewave resume goes on with it
 
 Examples:
@@ -87,7 +83,7 @@ Examples:
 /// to the contact, and finds the contact forces in the time domain, step by step.
 #[derive(Debug, Parser)]
 #[command(name = "tyrewave", version, arg_required_else_help = true, after_help = AFTER_HELP)]
-pub(crate) struct CommandLine {
+pub struct CommandLine {
     #[command(flatten)]
     options: GlobalOptions,
     /// Command to execute.
@@ -97,7 +93,7 @@ pub(crate) struct CommandLine {
 
 /// Commands of tyrewave.
 #[derive(Clone, Debug, Subcommand)]
-pub(crate) enum Command {
+pub enum Command {
     /// Roll a tyre: contact forces over time, and their spectrum.
     Run(run::RunArguments),
     /// Say what a run would do, why, and what it would take; nothing is simulated.
@@ -144,16 +140,10 @@ pub(crate) enum Command {
     Profile(profile::ProfileArguments),
     /// Compute the surface compliance and belt transfer of layered tyres, case by case.
     Compliance(compliance::ComplianceArguments),
-    /// Fit and check the influence functions of a scene's tyre, and draw them.
-    Influence(influence::InfluenceArguments),
-    /// Compare the time rules for a scene: G0, damping, dispersion, stability, work against precision.
-    Rules(rules::RulesArguments),
     /// List or clear the influence models, waves and radiation transfers kept on disk.
     Cache(cache::CacheArguments),
     /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
     Slices(slices::SlicesArguments),
-    /// Compute the displacement and pressure of one road slice, as JSON.
-    Slice(slice::SliceArguments),
     /// Press a rough height map into an elastic half-space: load, penetration, contact area, pressure.
     Indent(indent::IndentArguments),
     /// Print completions for a shell.
@@ -190,11 +180,8 @@ impl Command {
             Self::Road(arguments) => arguments.execute(context),
             Self::Profile(arguments) => arguments.execute(context),
             Self::Compliance(arguments) => arguments.execute(),
-            Self::Influence(arguments) => arguments.execute(context),
-            Self::Rules(arguments) => arguments.execute(context),
             Self::Cache(arguments) => arguments.execute(context),
             Self::Slices(arguments) => arguments.execute(context),
-            Self::Slice(arguments) => arguments.execute(),
             Self::Indent(arguments) => arguments.execute(),
             Self::Completions(arguments) => arguments.execute(CommandLine::command()),
             Self::Man(arguments) => arguments.execute(CommandLine::command()),
@@ -256,7 +243,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 31);
+        assert_eq!(names.len(), 28);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

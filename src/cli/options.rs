@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::builder::styling::{AnsiColor, Style};
+use clap::error::{ContextKind, ContextValue};
 use clap::{Args, ColorChoice};
 
 use super::error::{CliError, NOT_WRITABLE, USAGE};
@@ -77,8 +78,33 @@ fn default_threads(variable: &str) -> Result<usize, CliError> {
     }
 }
 
+/// Former commands, with what replaces each.
+const FORMER: [[&str; 2]; 3] = [
+    [
+        "influence",
+        "`tyrewave tyre` and `tyrewave mobility` show how the tyre responds, `tyrewave paper` its influence \
+         functions, and Scene.influence in Python returns them",
+    ],
+    [
+        "rules",
+        "docs/theory.md, section 4, has the time rules side by side, `tyrewave study SCENE` their errors against their \
+         work on a scene",
+    ],
+    [
+        "slice",
+        "`tyrewave slices SCENE --penetrations Y1,Y2,...` presses a slice of a scene's road, tyrewave.slice_curve in \
+         Python any heights",
+    ],
+];
+
 /// Prints the answer of the argument parser, help or an error, and returns its exit code.
 pub(super) fn answered(answer: &clap::Error) -> ExitCode {
+    if let Some(ContextValue::String(command)) = answer.get(ContextKind::InvalidSubcommand)
+        && let Some([_, instead]) = FORMER.iter().find(|[former, _]| former == command)
+    {
+        tell(&error_line(&format!("`{command}` is gone: {instead}"), false));
+        return ExitCode::from(USAGE);
+    }
     match answer.print() {
         Err(_) if !answer.use_stderr() => ExitCode::from(NOT_WRITABLE),
         _ => ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(USAGE)),

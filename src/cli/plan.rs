@@ -30,7 +30,7 @@ Examples:
 /// Arguments of `tyrewave plan`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct PlanArguments {
+pub struct PlanArguments {
     #[command(flatten)]
     pub scene: SceneFile,
     /// Repeat the measurement of this machine's speed.

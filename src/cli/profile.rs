@@ -1,17 +1,18 @@
 //! `tyrewave profile`: performance recorded and compared.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use crate::counters::machine::instruction_set;
-use crate::performance::changes::AcceptedChanges;
-use crate::performance::judge::{Effort, Side, judge};
-use crate::performance::program::Program;
-use crate::performance::record::RecordedWorkload;
-use crate::performance::report::{JSON_HEAD, MARKDOWN_HEAD};
-use crate::performance::{Measurement, PerformanceError, Record, Work, Workload, instructions, measure, measure_scene};
+use crate::performance::changes::read_accepted;
+use crate::performance::compare::{PerformanceError, Side, compare};
+use crate::performance::measure::{measure, measure_scene};
+use crate::performance::record::Record;
+use crate::performance::verdict::{Change, StageVerdict, TOLERATED, Verdict};
+use crate::performance::workload::{Work, Workload};
+use crate::results::ResultsError;
+use crate::results::table::aligned;
 use clap::{Args, Subcommand};
 
 use super::context::{Context, print};
@@ -24,13 +25,17 @@ const RECORDS: &str = "profiles/record";
 /// File of the accepted changes.
 const ACCEPTED: &str = "profiles/accepted.toml";
 
+/// Begin of a verdict in Markdown, by which an earlier one is recognised.
+const MARKDOWN_HEAD: &str = "# Performance\n\n";
+/// Begin of a verdict in JSON, by which an earlier one is recognised.
+const JSON_HEAD: &str = "{\n  \"first\": \"";
+
 const EXAMPLES: &str = "\
 A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, cells, sound, \
-compliance, influence), each with exact counters and a physical value that it must find. Counters are compared \
-exactly; times only between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage \
-and its interval, of each workload and of all pooled; so are instructions of every stage, exactly, where valgrind is \
-installed. The verdict says how many pairs of runs and counts of instructions it rests on: as many as fit into \
---budget.
+influence), each with exact counters and a physical value that it must find. Counters are compared exactly; times only \
+between two programs that are run in turn, A B B A, on one thread: a ratio for every stage, with an interval that \
+holds the median ratio with a probability of 99.9 %. A stage is slower, and the comparison fails, if the interval lies \
+above 1.01; it is undecided if it may have cost 5 % of its workload's time. More --pairs make intervals narrower.
 
 Examples:
   tyrewave profile record                              writes profiles/record/INSTRUCTIONS.json
@@ -43,7 +48,10 @@ Examples:
 /// Arguments of `tyrewave profile`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct ProfileArguments {
+pub struct ProfileArguments {
+    /// Gone: `cargo bench --bench instructions` counts instructions.
+    #[arg(long, global = true, hide = true)]
+    no_instructions: bool,
     /// Action on performance.
     #[command(subcommand)]
     pub action: ProfileAction,
@@ -51,11 +59,10 @@ pub(crate) struct ProfileArguments {
 
 /// Actions on performance.
 #[derive(Clone, Debug, Subcommand)]
-pub(crate) enum ProfileAction {
+pub enum ProfileAction {
     /// Do all workloads and write what they took, stamped with commit, compiler and machine.
     Record(RecordArguments),
-    /// Hold a program or record against another one; exit code 1 if it is worse, 5 if that cannot
-    /// be said.
+    /// Compare a program or record with another one; exit code 1 if it is worse, 5 if that is undecided.
     Compare(CompareArguments),
     /// Gone: `cargo bench` and `tyrewave study` show costs against sizes.
     #[command(hide = true)]
@@ -63,7 +70,7 @@ pub(crate) enum ProfileAction {
     /// Do one workload, or roll a scene, and print what it took as JSON: what `compare` asks of each program.
     Measure {
         /// The workload.
-        #[arg(value_parser = by_name(Workload::ALL, Workload::name), required_unless_present = "scene")]
+        #[arg(value_parser = workload, required_unless_present = "scene")]
         workload: Option<Workload>,
         /// The scene, instead.
         #[arg(long, value_name = "SCENE", conflicts_with = "workload")]
@@ -73,36 +80,29 @@ pub(crate) enum ProfileAction {
 
 /// Arguments of `tyrewave profile record`.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct RecordArguments {
+pub struct RecordArguments {
     /// Folder of the records.
     #[arg(long, value_name = "FOLDER", default_value = RECORDS)]
     pub out: PathBuf,
-    /// Do not count instructions, even if valgrind is there (it takes some minutes).
-    #[arg(long)]
-    pub no_instructions: bool,
 }
 
 /// Arguments of `tyrewave profile compare`.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct CompareArguments {
-    /// A record (.json) or a program to hold against; default: the record of this processor's instructions in
+pub struct CompareArguments {
+    /// A record (.json) or a program to compare with; default: the record of this processor's instructions in
     /// profiles/record.
     pub first: Option<PathBuf>,
     /// A record (.json) or a program to judge; default: this program.
     pub second: Option<PathBuf>,
-    /// Pairs of runs in a batch at most, when two programs are compared.
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(12..=1000))]
+    /// Pairs of runs at most, when two programs are compared.
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(12..=1000))]
     pub pairs: u32,
-    /// Seconds that it may take to compare two programs; pairs of runs and counts of instructions for which that is too
-    /// short are left out, and the verdict says what it rests on.
+    /// Seconds after which no further pairs of runs begin; the verdict says how many there were.
     #[arg(long, value_name = "SECONDS", default_value_t = 180)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..90_000))]
     pub budget: u32,
-    /// Do not count instructions of two programs, even if valgrind is there (it takes some minutes).
-    #[arg(long)]
-    pub no_instructions: bool,
     /// Only these workloads.
-    #[arg(long = "workload", value_name = "NAME", value_parser = by_name(Workload::ALL, Workload::name))]
+    #[arg(long = "workload", value_name = "NAME", value_parser = workload)]
     pub workloads: Vec<Workload>,
     /// Roll this scene, with two programs, beside the workloads that are named or instead of all of them. Their mean
     /// forces must agree within 0.1 %.
@@ -121,6 +121,11 @@ pub(crate) struct CompareArguments {
 
 impl ProfileArguments {
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
+        if self.no_instructions {
+            let gone = "`--no-instructions` is gone: no instructions are counted here any more, but by \
+                        `cargo bench --features count-instructions --bench instructions`";
+            return Err(CliError::Usage(gone.to_owned()));
+        }
         match self.action {
             ProfileAction::Record(arguments) => arguments.execute(context),
             ProfileAction::Compare(arguments) => arguments.execute(context),
@@ -139,72 +144,53 @@ impl ProfileArguments {
     }
 }
 
-fn this_program() -> Result<PathBuf, CliError> {
-    std::env::current_exe().map_err(|source| CliError::Read { path: "this program".into(), source })
+/// Parses the name of a workload.
+fn workload(text: &str) -> Result<Workload, String> {
+    match text {
+        "compliance" => Err("it is gone: `influence` evaluates the compliance, too".to_owned()),
+        name => by_name(Workload::ALL, Workload::name)(name),
+    }
+}
+
+/// A record or program; default: this program.
+fn side(path: Option<PathBuf>) -> Result<Side, CliError> {
+    let path = path.map_or_else(std::env::current_exe, Ok);
+    let path = path.map_err(|source| CliError::Read { path: "this program".into(), source })?;
+    Side::of(path.clone()).map_err(|source| CliError::Read { path, source })
+}
+
+fn fixed(workload: Workload) -> Work {
+    Work { name: workload.name().to_owned(), is_scene: false }
 }
 
 impl RecordArguments {
-    /// Runs per workload: the record has medians of their shares of the time.
-    const RUNS: usize = 5;
-
     fn execute(self, context: &Context) -> Result<(), CliError> {
-        let program = Program::new(this_program()?);
-        let counts = !self.no_instructions && instructions::can_count();
+        let program = side(None)?;
         let progress = context.bar("recording", Workload::ALL.len() as u64);
-        let mut native = BTreeMap::new();
-        // Instructions may have been counted on another (emulated) processor: they are recorded by its instruction set.
-        let mut counted: BTreeMap<String, BTreeMap<String, RecordedWorkload>> = BTreeMap::new();
+        let mut measured = Vec::new();
         for workload in Workload::ALL {
             progress.set_message(workload.name());
-            let mut measured: Vec<Measurement> = Vec::new();
-            for _ in 0..Self::RUNS {
-                if context.interrupt.flag().load(Ordering::Relaxed) {
-                    return Err(PerformanceError::Interrupted.into());
-                }
-                measured.push(program.measure(&Work::Fixed(workload))?);
-            }
-            let found = &measured[0].found;
-            if !found.is_right() {
-                let name = workload.name();
-                return Err(CliError::Failed(format!("workload {name} is wrong and was not recorded: {found}")));
-            }
-            let recorded = RecordedWorkload::new(&measured, None);
-            native.insert(workload.name().to_owned(), recorded.clone());
-            let by_tool = if counts { instructions::count(&program, &Work::Fixed(workload)) } else { None };
             if context.interrupt.flag().load(Ordering::Relaxed) {
                 return Err(PerformanceError::Interrupted.into());
             }
-            if let Some((count, by_tool)) = by_tool {
-                let set = by_tool.instruction_set.clone();
-                let shares = recorded.shares.clone();
-                let recorded = RecordedWorkload { shares, ..RecordedWorkload::new(&[by_tool], Some(count.all)) };
-                counted.entry(set).or_default().insert(workload.name().to_owned(), recorded);
+            let measurement = program.measure(&fixed(workload))?;
+            if let Some(complaint) = measurement.iter().find_map(|measurement| measurement.found.complaint()) {
+                return Err(CliError::Failed(format!("nothing was recorded; {}: {complaint}", workload.name())));
             }
+            measured.extend(measurement);
             progress.inc(1);
         }
         progress.finish_and_clear();
-        counted.entry(instruction_set().to_owned()).or_insert(native);
-        for (set, workloads) in counted {
-            let place = Record::place(&self.out, &set);
-            Record::new(&set, workloads).write(&place)?;
-            print(&format!("{}\n", place.display()))?;
-        }
-        Ok(())
+        let place = Record::place(&self.out, instruction_set());
+        Record::new(measured).write(&place).map_err(ResultsError::writing(&place))?;
+        print(&format!("{}\n", place.display()))
     }
 }
 
 /// The committed record that suits this processor best.
-fn committed() -> Result<PathBuf, CliError> {
-    let folder = Path::new(RECORDS);
-    let own = Record::place(folder, instruction_set());
-    if own.exists() {
-        return Ok(own);
-    }
-    let listed = std::fs::read_dir(folder).map_err(|source| CliError::Read { path: folder.to_owned(), source })?;
-    let mut records: Vec<PathBuf> = listed.flatten().map(|entry| entry.path()).collect();
-    records.sort();
-    let record = records.into_iter().find(|path| path.extension().is_some_and(|extension| extension == "json"));
-    Ok(record.unwrap_or(own))
+fn committed() -> PathBuf {
+    let places = [instruction_set(), "x86-64-v3", "x86-64-v4"].map(|set| Record::place(Path::new(RECORDS), set));
+    places.iter().find(|place| place.exists()).unwrap_or(&places[0]).clone()
 }
 
 impl CompareArguments {
@@ -214,38 +200,37 @@ impl CompareArguments {
             path.map(|path| OutputFile::begin(&path, Replaces::Beginning(head))).transpose()
         };
         let (markdown, json) = (begin(self.markdown, MARKDOWN_HEAD)?, begin(self.json_file, JSON_HEAD)?);
-        let first = Side::of(self.first.map_or_else(committed, Ok)?)?;
-        let second = Side::of(self.second.map_or_else(this_program, Ok)?)?;
-        let accepted = AcceptedChanges::read(&self.accepted)?;
-        let programs = matches!((&first, &second), (Side::Program(_), Side::Program(_)));
-        if self.scene.is_some() && !programs {
+        let (first, second) = (side(Some(self.first.unwrap_or_else(committed)))?, side(self.second)?);
+        let accepted =
+            read_accepted(&self.accepted).map_err(|source| CliError::Read { path: self.accepted, source })?;
+        let are_programs = first.record.is_none() && second.record.is_none();
+        if self.scene.is_some() && !are_programs {
             let wrong =
                 "a record knows no scenes: `--scene` takes two programs, `profile compare OLD NEW --scene SCENE`";
             return Err(CliError::Usage(wrong.to_owned()));
         }
         let all = self.workloads.is_empty() && self.scene.is_none();
-        let mut works = Work::fixed(if all { &Workload::ALL } else { &self.workloads });
-        works.extend(self.scene.map(Work::Scene));
-        let instructions = !self.no_instructions && instructions::can_count();
-        let effort =
-            Effort { pairs: self.pairs as usize, instructions, budget: Duration::from_secs(self.budget.into()) };
-        // The second batch runs only if it is needed: the bar may end early.
-        let steps = if programs { 2 * effort.pairs + 1 + usize::from(instructions) } else { 1 };
-        let progress = context.bar("comparing", (works.len() * steps) as u64);
+        let workloads = if all { Workload::ALL.to_vec() } else { self.workloads };
+        let mut works: Vec<Work> = workloads.into_iter().map(fixed).collect();
+        works.extend(self.scene.map(|scene| Work { name: scene.display().to_string(), is_scene: true }));
+        let effort = (self.pairs as usize, Duration::from_secs(self.budget.into()));
+        let rounds = if are_programs { 1 + effort.0 } else { 1 };
+        let progress = context.bar("comparing", (works.len() * rounds) as u64);
         let mut watch = |work: &Work| {
-            progress.set_message(work.to_string());
+            progress.set_message(work.name.clone());
             progress.inc(1);
         };
         let stop = context.interrupt.flag();
-        let verdict = judge(&first, &second, &works, &accepted, effort, stop, &mut watch)?;
+        let verdict = compare([&first, &second], &works, &accepted, effort, stop, &mut watch)?;
         progress.finish_and_clear();
+        let as_json = serde_json::to_string_pretty(&verdict).unwrap_or_default() + "\n";
         if let Some(file) = markdown {
-            file.complete(&verdict.markdown())?;
+            file.complete(&format!("{MARKDOWN_HEAD}```text\n{}```\n", text(&verdict)))?;
         }
         if let Some(file) = json {
-            file.complete(&verdict.json())?;
+            file.complete(&as_json)?;
         }
-        print(&if context.options.json { verdict.json() } else { verdict.text() })?;
+        print(&if context.options.json { as_json } else { text(&verdict) })?;
         if !verdict.passes() {
             Err(CliError::Worse)
         } else if verdict.is_undecided {
@@ -254,4 +239,39 @@ impl CompareArguments {
             Ok(())
         }
     }
+}
+
+/// A verdict in words: times of the stages, complaints, outcome.
+fn text(verdict: &Verdict) -> String {
+    let Verdict { first, second, evidence, is_undecided, workloads } = verdict;
+    let (first, second, count) = (first.display(), second.display(), workloads.len());
+    let rows: Vec<_> =
+        workloads.iter().flat_map(|found| found.stages.iter().map(|row| cells(&found.workload, row))).collect();
+    let table = if rows.is_empty() {
+        String::new()
+    } else {
+        let header = ["workload", "stage", "share", "time, first", "ratio", "interval", "verdict"];
+        let undecided = 100.0 * TOLERATED;
+        format!("{}\nundecided: may have cost {undecided:.0} % of the workload's time\n\n", aligned(header, rows))
+    };
+    let complaints = workloads.iter().flat_map(|found| found.complaints.iter().map(|words| (&found.workload, words)));
+    let complaints: String = complaints.map(|(workload, words)| format!("{workload}: {words}\n")).collect();
+    let outcome = match (verdict.passes(), is_undecided) {
+        (false, _) => "the second is worse",
+        (true, true) => "results right, counters as they should be; times undecided",
+        (true, false) => "results right, counters as they should be; no stage slower",
+    };
+    format!("{second} compared with {first}\n\n{table}{complaints}{count} workloads: {outcome}\njudged by {evidence}\n")
+}
+
+fn cells(workload: &str, StageVerdict { stage, share, ratio, change }: &StageVerdict) -> [String; 7] {
+    let change = match change {
+        Change::Same => "same",
+        Change::Slower => "SLOWER",
+        Change::Faster => "faster",
+        Change::Undecided => "undecided",
+    };
+    let [share, time] = [format!("{:.0} %", 100.0 * share), format!("{:.1} ms", 1e3 * ratio.seconds)];
+    let [median, interval] = [format!("{:.3}", ratio.median), format!("{:.3} - {:.3}", ratio.low, ratio.high)];
+    [workload.to_owned(), stage.clone(), share, time, median, interval, change.to_owned()]
 }

@@ -94,7 +94,7 @@ const SHARES: [&str; 3] = [
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct RadiationArguments {
+pub struct RadiationArguments {
     #[command(flatten)]
     place: Place,
     /// Highest frequency, in Hz.
@@ -131,22 +131,22 @@ impl RadiationArguments {
 
         let views = Views { title: &title, found: &found, width: radiator.width() };
         let horn = ("Horn amplification", "Horn amplification [dB]");
-        side.picture("horn.svg", views.over_frequency(horn, |at, index| at.horn[index]))?;
+        side.file("horn.svg", views.over_frequency(horn, |at, index| at.horn[index]));
         let level = |value: f64| 20.0 * value.log10();
         let transfer = ("Transfer from the tread", "Transfer |G| [dB re 1/m]");
         let transfer = views.over_frequency(transfer, |at, index| level(at.transfers[index]));
-        side.picture("transfer.svg", transfer)?;
-        side.picture("directivity.svg", views.directivity())?;
+        side.file("transfer.svg", transfer);
+        side.file("directivity.svg", views.directivity());
         let length = radiator.wavelength(1.0);
         for (receiver, [waves, angles, parts]) in PICTURES.into_iter().enumerate() {
             side.picture(waves, views.waves(receiver, scene.tyre.circumference / length))?;
             side.picture(angles, views.angles(receiver))?;
             if radiator.hears_sides() {
-                side.picture(parts, views.parts(receiver))?;
+                side.file(parts, views.parts(receiver));
             }
         }
         let costs = costs(&radiator, highest).map_err(failed)?;
-        side.picture("cost.svg", cost_picture(&costs, &title))?;
+        side.file("cost.svg", cost_picture(&costs, &title));
         side.file("radiation.csv", views.csv());
         let answer = radiation_record(&title, &radiator, &found);
         side.json("radiation.json", &answer);
@@ -243,7 +243,7 @@ impl Views<'_> {
     }
 
     /// Levels of the parts at a receiver.
-    fn parts(&self, receiver: usize) -> Result<String, PlotError> {
+    fn parts(&self, receiver: usize) -> String {
         let level = |at: &AtFrequency, part: usize| at.shares[receiver].levels_of_parts()[part];
         let curve = |part: usize| self.found.iter().map(|at| (at.frequency, level(at, part))).collect();
         let names = PressureShares::PARTS.into_iter().enumerate();
@@ -317,11 +317,7 @@ impl Views<'_> {
     }
 
     /// Picture of a quantity over frequency, a curve per receiver.
-    fn over_frequency(
-        &self,
-        (title, quantity): (&str, &str),
-        value: impl Fn(&AtFrequency, usize) -> f64,
-    ) -> Result<String, PlotError> {
+    fn over_frequency(&self, (title, quantity): (&str, &str), value: impl Fn(&AtFrequency, usize) -> f64) -> String {
         let named = self.named();
         let points = |index: usize| self.found.iter().map(|at| (at.frequency, value(at, index))).collect::<Vec<_>>();
         let series = (0..named.len()).map(|index| Series { name: named[index].0, points: points(index) }).collect();
@@ -329,7 +325,7 @@ impl Views<'_> {
     }
 
     /// Picture of curves over frequency.
-    fn line_plot(&self, (title, quantity): (&str, &str), series: Vec<Series<'_>>) -> Result<String, PlotError> {
+    fn line_plot(&self, (title, quantity): (&str, &str), series: Vec<Series<'_>>) -> String {
         let levels = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
         LinePlot {
             title: &format!("{title}: {}", self.title),
@@ -340,7 +336,7 @@ impl Views<'_> {
         .to_svg()
     }
 
-    fn directivity(&self) -> Result<String, PlotError> {
+    fn directivity(&self) -> String {
         let at: Vec<&AtFrequency> = self
             .found
             .iter()
@@ -370,7 +366,7 @@ fn costs(radiator: &Radiator, highest: f64) -> Result<Vec<(f64, Cost)>, Radiatio
 }
 
 /// Unknowns, operations and memory over frequency.
-fn cost_picture(costs: &[(f64, Cost)], title: &str) -> Result<String, PlotError> {
+fn cost_picture(costs: &[(f64, Cost)], title: &str) -> String {
     let points = |value: fn(&Cost) -> f64| costs.iter().map(|(frequency, cost)| (*frequency, value(cost))).collect();
     let series: [Series<'_>; 3] = [
         Series { name: "unknowns of a block", points: points(|cost| cost.unknowns as f64) },
@@ -390,7 +386,7 @@ fn cost_picture(costs: &[(f64, Cost)], title: &str) -> Result<String, PlotError>
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = CASES)]
-pub(crate) struct RadiationCasesArguments {
+pub struct RadiationCasesArguments {
     /// The cases, a JSON file.
     cases: PathBuf,
 }

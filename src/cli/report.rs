@@ -26,7 +26,7 @@ Examples:
 /// Arguments of `tyrewave report`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = REPORT_EXAMPLES)]
-pub(crate) struct ReportArguments {
+pub struct ReportArguments {
     /// Results folders of `tyrewave run`, or one of `tyrewave sweep`.
     #[arg(required = true, value_name = "RESULTS")]
     results: Vec<PathBuf>,
@@ -57,7 +57,7 @@ Examples:
 /// Arguments of `tyrewave compare`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = COMPARE_EXAMPLES)]
-pub(crate) struct CompareArguments {
+pub struct CompareArguments {
     /// Results folders of `tyrewave run`, or files of measured levels, two or more; the others are held against the
     /// first.
     #[arg(required = true, num_args = 2.., value_name = "RESULTS")]

@@ -29,7 +29,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct ResumeArguments {
+pub struct ResumeArguments {
     /// Results folder of the run, or the folder of the unfinished run itself.
     #[arg(value_name = "RESULTS")]
     results: PathBuf,

@@ -36,7 +36,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct RoadArguments {
+pub struct RoadArguments {
     #[command(flatten)]
     place: Place,
     /// Columns of distance and height, by titles or by numbers from 1; equal to --set road.columns=[A,B].
@@ -78,7 +78,7 @@ impl RoadArguments {
         if !road.sample.heights.is_empty() {
             side.picture("road.svg", map(&format!("Heights: {title}"), &road))?;
         }
-        if let Some(spectrum) = texture_spectrum(&format!("Texture, third octaves: {title}"), &road)? {
+        if let Some(spectrum) = texture_spectrum(&format!("Texture, third octaves: {title}"), &road) {
             side.file("texture_spectrum.svg", spectrum);
         }
         side.json("road.json", &json!(road));

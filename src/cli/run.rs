@@ -33,7 +33,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct RunArguments {
+pub struct RunArguments {
     #[command(flatten)]
     scene: SceneFile,
     /// Results folder; default: results/NAME, with the name of the scene's file.

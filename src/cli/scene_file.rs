@@ -8,7 +8,7 @@ use clap::Args;
 
 /// A scene, and settings in place of its own.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct SceneFile {
+pub struct SceneFile {
     /// The scene, a TOML file.
     pub scene: PathBuf,
     /// A setting in place of the scene's, such as rolling.speed_kmh=110, numerics.preset=draft or

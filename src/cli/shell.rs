@@ -19,7 +19,7 @@ Examples:
 /// Arguments of `tyrewave completions`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = COMPLETIONS_EXAMPLES)]
-pub(crate) struct CompletionsArguments {
+pub struct CompletionsArguments {
     /// The shell.
     shell: Shell,
 }
@@ -41,7 +41,7 @@ Examples:
 /// Arguments of `tyrewave man`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = MAN_EXAMPLES)]
-pub(crate) struct ManArguments {
+pub struct ManArguments {
     /// The folder for the pages, one of each command; made if it is not there.
     folder: PathBuf,
 }

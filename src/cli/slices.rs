@@ -17,6 +17,7 @@ use serde_json::json;
 
 use super::context::Context;
 use super::error::CliError;
+use super::options::finite;
 use super::side::Place;
 
 const EXAMPLES: &str = "\
@@ -25,6 +26,10 @@ pressure at these levels on an elastic half-space, and the displacement S(y) and
 the spread of S over the road, and the share of the area in contact; slices.json has these values, too. They depend \
 only on the scene's road, contact width and elements.
 
+With --penetrations, slices.json has `slice`: the heights of that slice, and by each law its mean displacement S [m] \
+(S = y for a flat slice; below 0 the gap itself) and the pressure on each of its cells, relative to E/(1 - nu^2). \
+Springs have the stiffness of the flat slice on the half-space, so that both laws press a flat slice equally hard.
+
 With --calibrate, patches of the road are pressed into a half-space of the tread's modulus, and the only parameter of \
 the local contact law is fitted: kappa, the displacement of the tread under the texture per mean pressure. One fit is \
 to the approach of road and tread, another to the pressures of elements. The last line is the key for a scene.
@@ -32,11 +37,12 @@ to the approach of road and tread, another to the pressures of elements. The las
 Examples:
   tyrewave slices scenes/default.toml
   tyrewave slices scenes/default.toml --at 3.2 --slices 5000
+  tyrewave slices scenes/default.toml --at 3.2 --penetrations 0.0005,0.001,0.002
   tyrewave slices scenes/default.toml --calibrate --patches 12";
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct SlicesArguments {
+pub struct SlicesArguments {
     #[command(flatten)]
     place: Place,
     /// Road coordinate of the slice in the pictures, in m.
@@ -45,6 +51,10 @@ pub(crate) struct SlicesArguments {
     /// Number of slices in the statistics, beginning with the slice in the pictures.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     slices: u32,
+    /// Penetrations past the highest point of the slice in the pictures, in m, separated by commas: slices.json has its
+    /// displacement and its pressures there.
+    #[arg(long, value_name = "Y1,Y2,...", value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
+    penetrations: Vec<f64>,
     /// Fit the compliance of the local contact law to patches of the road pressed into a half-space.
     #[arg(long)]
     calibrate: bool,
@@ -60,7 +70,7 @@ fn patch_count() -> clap::builder::RangedI64ValueParser<u32> {
 
 impl SlicesArguments {
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
-        let Self { place, at, slices, calibrate, patches } = self;
+        let Self { place, at, slices, penetrations, calibrate, patches } = self;
         let mut side = place.open("slices", context)?;
         let loaded = &side.loaded;
         let sample = side.meter.time(Stage::Road, || Sample::of(loaded, at, slices as usize))?;
@@ -78,6 +88,9 @@ impl SlicesArguments {
             "slice_error": errors,
             "spread": spread,
         });
+        if !penetrations.is_empty() {
+            answer["slice"] = json!(sample.pressed(&penetrations)?);
+        }
         let mut report = spread_report(&spread, count, errors);
         if calibrate {
             let calibration = calibration(loaded, patches as usize)?;
@@ -88,7 +101,7 @@ impl SlicesArguments {
             }
         }
         if let Some(view) = sample.view([&curves[0][0], &curves[1][0]])? {
-            for (name, picture) in pictures(&side.loaded.title(), &view)? {
+            for (name, picture) in pictures(&side.loaded.title(), &view) {
                 side.file(name, picture);
             }
         }

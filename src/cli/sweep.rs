@@ -81,7 +81,7 @@ const VARIED: [&str; 5] = ["settings", "speed", "load", "road", "latin_hypercube
 } else {
     argument
 }))]
-pub(crate) struct SweepArguments {
+pub struct SweepArguments {
     #[command(flatten)]
     place: Place,
     /// Speeds in km/h: FROM..TO:STEP, both ends included, or values separated by commas.

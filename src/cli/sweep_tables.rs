@@ -54,14 +54,14 @@ pub(super) fn write_tables(
     if let Some(repeated) = &repeated {
         write(DESIGN, &repeated.csv())?;
         write(DESIGN_JSON, &format!("{:#}\n", repeated.to_json()))?;
-        let drawn = if plots { repeated.plots(title)? } else { Vec::new() };
+        let drawn = if plots { repeated.plots(title) } else { Vec::new() };
         drawn.iter().try_for_each(|(name, svg)| write(name, svg))?;
     }
     if plots {
-        if let Some(svg) = friction_plot(runs, &format!("Tangential forces: {title}"))? {
+        if let Some(svg) = friction_plot(runs, &format!("Tangential forces: {title}")) {
             write(FRICTION_CURVES, &svg)?;
         }
-        if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {title}"))? {
+        if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {title}")) {
             write(GROWTH, &svg)?;
         }
         let spectra = spectra(runs);

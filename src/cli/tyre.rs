@@ -91,7 +91,7 @@ const MOBILITIES: [[&str; 2]; 2] = [
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct TyreArguments {
+pub struct TyreArguments {
     #[command(flatten)]
     place: Place,
     /// Most periods n round the tyre.
@@ -209,17 +209,17 @@ impl TyreArguments {
 
         let lateral_names = views::lateral_names(&found);
         let dispersion = views::dispersion(&found, &lateral_names, &title, [largest_n as f64, highest]);
-        side.picture("dispersion.svg", dispersion.to_svg())?;
+        side.file("dispersion.svg", dispersion.to_svg());
         side.picture("compliance.svg", views::compliance(&found, &title, highest, &map))?;
-        side.picture("load_deflection.svg", views::load_deflection(&curve, &under, &title).to_svg())?;
-        side.picture("patch_length.svg", views::patch_length(&curve, &under, &title).to_svg())?;
+        side.file("load_deflection.svg", views::load_deflection(&curve, &under, &title).to_svg());
+        side.file("patch_length.svg", views::patch_length(&curve, &under, &title).to_svg());
         let names: Vec<String> = patch.iter().map(|patch| format!("{patch} mm")).collect();
         for (name, quantity) in [("mobility.svg", LEVEL), ("mobility_phase.svg", views::PHASE)] {
-            side.picture(name, mobility_plot(&mobility, &title, &names, quantity).to_svg())?;
+            side.file(name, mobility_plot(&mobility, &title, &names, quantity).to_svg());
         }
         if let Some(turning) = &turning {
             let picture = tyre_rolling::picture(turning, &title, tyre.circumference, highest);
-            side.picture("rolling_waves.svg", picture.to_svg())?;
+            side.file("rolling_waves.svg", picture.to_svg());
             side.file("rolling_waves.csv", tyre_rolling::to_csv(turning));
         }
         let pattern = tyre_pattern::map(&scene).transpose().map_err(|fault| {
@@ -230,7 +230,7 @@ impl TyreArguments {
         if let Some(map) = &pattern {
             side.picture("tread_pattern.svg", tread_picture(map, &title))?;
             if let Some(train) = &map.train {
-                side.picture("pitch_spectrum.svg", pitch_spectrum(train, speed, &title))?;
+                side.file("pitch_spectrum.svg", pitch_spectrum(train, speed, &title));
             }
             side.file("pattern.csv", pattern_csv(map, speed));
         }

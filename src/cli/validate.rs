@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use crate::report::validation;
-use crate::results::PlotError;
 use crate::scene::{LoadedScene, NamedTexture, Setting};
 use crate::study::validation::{Options, PUBLISHED_SPEEDS, Published, base_scene, measure, rows};
 use clap::Args;
@@ -46,7 +45,7 @@ const ROADS: [&str; 4] = [
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub(crate) struct ValidateArguments {
+pub struct ValidateArguments {
     /// The scene, a TOML file; without it the default car tyre is validated.
     scene: Option<PathBuf>,
     /// A key in place of the scene's own, such as contact.zone=cells; may be repeated.
@@ -93,8 +92,7 @@ impl ValidateArguments {
             format!("Validation: {}", if given { side.loaded.title() } else { "the default car tyre".to_owned() });
         let report = validation::report(&title, &rows);
         let section = validation::markdown(&rows);
-        let pictures =
-            validation::pictures(&rows, &measured).map_err(|error: PlotError| CliError::Run(error.into()))?;
+        let pictures = validation::pictures(&rows, &measured);
         side.file("validate.txt", report.to_string());
         side.file("validate.md", section.clone());
         side.file("validate.html", validation::page(&title, &rows, &pictures));

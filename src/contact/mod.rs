@@ -33,4 +33,4 @@ pub(crate) mod tread;
 pub(crate) mod windows;
 mod zone;
 
-pub(crate) use error::ContactError;
+pub use error::ContactError;

@@ -5,14 +5,15 @@
 //! however small the step.
 //!
 //! w is analytic in the disk (the tyre's poles are stable), so the number of zeros inside |zeta| = r is the number of
-//! turns of w round zero along that circle (argument principle), for two radii: refused and marginal. The circle is
-//! followed in steps that turn w by less than 0.8 rad.
+//! turns of w round zero along that circle (argument principle). The circle is followed in steps that turn w by less
+//! than 0.8 rad.
 //!
 //! w is real at real zeta and conjugate at conjugate zeta, so that half a circle suffices. Of a tyre that turns the
 //! waves forwards and backwards are conjugate to each other there: on the lower half the one is what the other is on
 //! the upper, both have as many zeros, and these are found from the upper halves of both.
 //!
-//! An A-stable quadrature of a passive tyre has no such zero: it maps the disk into Re s > 0, where Re(s H) > 0. There
+//! An A-stable rule, as all are, of a passive tyre has no such zero; fitted poles are passive within their tolerance
+//! only, which is why it is looked for. The rule maps the disk into Re s > 0, where Re(s H) > 0. There
 //! delta(zeta) w_n(zeta), with the same delta for all wavenumbers, is positive real, which a compression to the
 //! elements of the patch keeps: the patch alone is stable, too. Runge-Kutta rules mix their stages and have this proof
 //! for the whole circumference only; the patch rests on the smooth-road tests.
@@ -21,7 +22,8 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use super::history::transfer::{Transfer, first_weight};
+use super::ContactError;
+use super::history::transfer::Transfer;
 use crate::numeric::in_parallel;
 use crate::time_rule::{Rates, TimeRule};
 use crate::tyre::influence::Field;
@@ -29,94 +31,58 @@ use crate::tyre::poles::{Direction, RationalModel};
 
 /// A force that grows by more than a tenth a step is refused: |zeta| below 1/1.1.
 pub(crate) const UNSTABLE: f64 = 0.909;
-/// A force that grows by less than one in a thousand a step is below what the fitted poles can resolve; between the
-/// two lies the trapezoidal rule, whose symbol evaluates the model far beyond its band.
-pub(crate) const MARGINAL: f64 = 0.999;
 /// Largest turn of w between two points of the circle \[rad\].
 const TURN: f64 = 0.8;
-/// |w(-1)|^(1/stages) relative to the first weight below which a rule rings at half the sampling frequency.
-const RINGING: f64 = 1e-2;
 
 /// A zero of the discrete transfer function inside the unit disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct UnstableZero {
+pub struct UnstableZero {
     /// Wavenumber n.
     pub wavenumber: usize,
     /// The zero zeta itself.
     pub zeta: Complex64,
     /// Frequency of the growing force \[Hz\].
     pub frequency: f64,
-    /// Wavenumbers that have zeros this deep in the disk: |zeta| < `UNSTABLE` or, for a marginal one, `MARGINAL`.
+    /// Wavenumbers that have zeros this deep in the disk: |zeta| < `UNSTABLE`.
     pub wavenumbers: usize,
 }
 
-/// Stability of a tyre's inverse under a rule at a time step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stability {
-    /// The zero with the smallest |zeta| < `UNSTABLE`, if there is any.
-    pub unstable: Option<UnstableZero>,
-    /// The zero with the smallest |zeta| between `UNSTABLE` and `MARGINAL`, if there is none deeper.
-    pub marginal: Option<UnstableZero>,
-    /// Smallest over the wavenumbers of |w(-1)| relative to the first weight: the response that remains at half the
-    /// sampling frequency.
-    pub at_half_sampling: f64,
-    /// Smallest and largest first weight, times N: the eigenvalues of G0 \[m/N\].
-    pub eigenvalues: (f64, f64),
-}
-
-impl Stability {
-    /// Examines every wavenumber; `spring` \[m/N\] is the compliance in series with each element. `None` if the model
-    /// does not hold the field.
-    pub(crate) fn of(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, spring: f64) -> Option<Self> {
-        let spring = spring / model.elements as f64;
-        let circles = [UNSTABLE, MARGINAL].map(|radius| WindingCircle::new(radius, rule));
-        let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
-            let mut modes = model.modes(n, field)?;
-            modes.constant += spring;
-            let first = first_weight(&modes, rule, time_step);
-            let w = Transfer::new(modes, Direction::Forwards, rule, time_step);
-            // Just inside -1: the trapezoidal symbol is infinite there.
-            let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.stages() as f64);
-            let backwards =
-                (!modes.odd.is_empty()).then(|| Transfer::new(modes, Direction::Backwards, rule, time_step));
-            let zero = |circle| smallest_zero(&w, backwards.as_ref(), circle);
-            Some((circles.each_ref().map(zero), end / first, first))
-        });
-        let found: Vec<_> = found.into_iter().collect::<Option<_>>()?;
-        let zero = |which: usize| {
-            let zeros = || found.iter().enumerate().filter_map(|(n, entry)| Some((n, entry.0[which]?)));
-            let worst = zeros().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
-            worst.map(|(wavenumber, zeta)| UnstableZero {
-                wavenumber,
-                zeta,
-                frequency: zeta.arg().abs() / (2.0 * PI * time_step),
-                wavenumbers: zeros().count(),
-            })
-        };
-        let unstable = zero(0);
-        let elements = model.elements as f64;
-        Some(Self {
-            unstable,
-            marginal: if unstable.is_some() { None } else { zero(1) },
-            at_half_sampling: found.iter().fold(f64::INFINITY, |a, entry| a.min(entry.1)),
-            eigenvalues: found
-                .iter()
-                .map(|entry| elements * entry.2)
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x))),
-        })
-    }
-
-    /// True if the force rings at half the sampling frequency without decay.
-    pub(crate) fn rings(&self) -> bool {
-        self.at_half_sampling < RINGING || self.marginal.is_some()
-    }
+/// The zero with the smallest |zeta| < `UNSTABLE` of any wavenumber; `spring` \[m/N\] is the compliance in series with
+/// each element.
+///
+/// # Errors
+/// [`ContactError::NoSuchField`].
+pub fn unstable_zero(
+    model: &RationalModel,
+    field: Field,
+    rule: TimeRule,
+    time_step: f64,
+    spring: f64,
+) -> Result<Option<UnstableZero>, ContactError> {
+    let circle = WindingCircle::new(UNSTABLE, rule);
+    let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
+        let mut modes = model.modes(n, field)?;
+        modes.constant += spring / model.elements as f64;
+        let w = Transfer { modes, direction: Direction::Forwards, rule, time_step };
+        let backwards = (!modes.odd.is_empty()).then_some(Transfer { direction: Direction::Backwards, ..w });
+        Some(smallest_zero(&w, backwards.as_ref(), &circle))
+    });
+    let found = found.into_iter().collect::<Option<Vec<_>>>().ok_or(ContactError::NoSuchField)?;
+    let zeros = || found.iter().enumerate().filter_map(|(n, zero)| Some((n, (*zero)?)));
+    let worst = zeros().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
+    Ok(worst.map(|(wavenumber, zeta)| UnstableZero {
+        wavenumber,
+        zeta,
+        frequency: zeta.arg().abs() / (2.0 * PI * time_step),
+        wavenumbers: zeros().count(),
+    }))
 }
 
 /// Points from which a circle is followed, the same for every wavenumber.
 struct WindingCircle {
     radius: f64,
     /// Angle and the rule's rates there.
-    points: Vec<(f64, Option<Rates>)>,
+    points: Vec<(f64, Rates)>,
 }
 
 impl WindingCircle {
@@ -174,7 +140,7 @@ fn zeros(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCir
 /// its argument says nothing.
 fn upper_half(w: &Transfer<'_>, circle: &WindingCircle) -> Option<f64> {
     let on_circle = |angle: f64| Complex64::from_polar(circle.radius, angle);
-    let mut known = circle.points.iter().map(|&(angle, rates)| (angle, w.with_rates(rates, on_circle(angle))));
+    let mut known = circle.points.iter().map(|(angle, rates)| (*angle, w.with_rates(rates)));
     let (mut turned, mut last, mut halvings) = (0.0, known.next()?, MOST_HALVINGS);
     for next in known {
         turned += turn(&|angle| w.at(on_circle(angle)), last, next, &mut halvings)?;
@@ -226,8 +192,9 @@ fn newton(w: &Transfer<'_>, start: Complex64) -> Option<Complex64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::history::transfer::first_weight;
     use super::*;
-    use crate::tyre::poles::turning_ring;
+    use crate::tyre::poles::{Modes, turning_ring};
 
     /// Turns of w round zero along a whole circle, by many points.
     fn whole_turns(w: &Transfer<'_>, radius: f64) -> i64 {
@@ -240,29 +207,53 @@ mod tests {
     #[test]
     fn zeros_of_waves_in_either_direction_are_those_of_the_whole_circle() {
         let model = turning_ring::model(16, -220.0);
-        let mut found = 0;
-        for rule in [TimeRule::FirstOrderHold, TimeRule::Bdf2, TimeRule::Sdirk2] {
-            let time_step = 4e-4;
+        let time_step = 4e-4;
+        for rule in [TimeRule::Bdf2, TimeRule::Sdirk2] {
             for n in [0, 1, 2, 5, 8] {
-                let modes = model.modes(n, Field::Surface).unwrap();
-                let [forwards, backwards] = Direction::BOTH.map(|way| Transfer::new(modes, way, rule, time_step));
-                // Of waves that differ, both halves are needed.
-                let zeta = Complex64::from_polar(0.7, 1.1);
-                assert!(
-                    (forwards.at(zeta.conj()) - backwards.at(zeta).conj()).norm() < 1e-12 * forwards.at(zeta).norm()
-                );
-                for radius in [UNSTABLE, MARGINAL] {
-                    let whole = [&forwards, &backwards].map(|w| whole_turns(w, radius));
-                    let circle = WindingCircle::new(radius, rule);
-                    let counted = zeros(&forwards, Some(&backwards), &circle).unwrap();
-                    assert_eq!(whole, [counted; 2], "{rule:?}, n = {n}, {radius}");
-                    found += counted;
+                // A spring of negative stiffness makes the ring active: H is as stiff at one s with Re s > 0.
+                for (share, expected) in [(0.0, 0), (-0.5, 1)] {
+                    let mut modes = model.modes(n, Field::Surface).unwrap();
+                    modes.constant = share * first_weight(&modes, rule, time_step);
+                    let [forwards, backwards] =
+                        Direction::BOTH.map(|direction| Transfer { modes, direction, rule, time_step });
+                    // Of waves that differ, both halves are needed.
+                    let zeta = Complex64::from_polar(0.7, 1.1);
+                    assert!(
+                        (forwards.at(zeta.conj()) - backwards.at(zeta).conj()).norm()
+                            < 1e-12 * forwards.at(zeta).norm()
+                    );
+                    let whole = [&forwards, &backwards].map(|w| whole_turns(w, UNSTABLE));
+                    let counted = zeros(&forwards, Some(&backwards), &WindingCircle::new(UNSTABLE, rule)).unwrap();
+                    assert_eq!((counted, whole), (expected, [expected; 2]), "{rule:?}, n = {n}, {share}");
                 }
             }
-            let stability = Stability::of(&model, Field::Surface, rule, time_step, 0.0).unwrap();
-            assert_eq!(stability.unstable.is_some(), rule == TimeRule::FirstOrderHold, "{rule:?}: {stability:?}");
         }
-        assert!(found > 5, "{found}");
+    }
+
+    #[test]
+    fn an_active_model_is_unstable_with_every_rule_and_a_passive_one_with_none() {
+        let (model, time_step) = (turning_ring::model(16, -220.0), 4e-4);
+        for rule in TimeRule::ALL {
+            let of = |spring: f64| unstable_zero(&model, Field::Surface, rule, time_step, spring).unwrap();
+            let weights = (0..=8).map(|n| first_weight(&model.modes(n, Field::Surface).unwrap(), rule, time_step));
+            let least = 16.0 * weights.fold(f64::INFINITY, f64::min);
+            assert!(least > 0.0 && of(0.0).is_none(), "{rule:?}: {least:e}");
+            let zero = of(-0.5 * least).unwrap();
+            assert!(zero.zeta.norm() < UNSTABLE && zero.wavenumbers == 9, "{rule:?}: {zero:?}");
+        }
+    }
+
+    #[test]
+    fn a_zero_lies_where_the_rule_puts_that_of_the_model() {
+        // 1/(s + 100) - 2/(s + 1000) is zero at s = 800: delta(zeta) = 800 dt.
+        let (time_step, rule) = (4e-4, TimeRule::Bdf2);
+        let poles = [Complex64::from(-100.0), Complex64::from(-1000.0)];
+        let residues = [Complex64::from(1.0), Complex64::from(-2.0)];
+        let modes = Modes { poles: &poles, residues: &residues, odd: &[], pairs: 0, constant: 0.0 };
+        let w = Transfer { modes, direction: Direction::Forwards, rule, time_step };
+        let zero = smallest_zero(&w, None, &WindingCircle::new(UNSTABLE, rule)).unwrap();
+        let exact = 2.0 - (1.0_f64 + 2.0 * 800.0 * time_step).sqrt();
+        assert!((zero - exact).norm() < 1e-8, "{zero}");
     }
 
     #[test]

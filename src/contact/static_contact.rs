@@ -23,7 +23,7 @@ pub struct StaticContact {
 
 /// Static influence of the element j further on, j = 0..N \[m/N\], with the tyre's geometry.
 #[derive(Clone, Debug)]
-pub(crate) struct StaticTyre<'a> {
+pub struct StaticTyre<'a> {
     /// Influence row; springs added to entry 0 by the caller.
     pub influence: &'a [f64],
     /// Circumference \[m\].
@@ -52,7 +52,7 @@ impl StaticTyre<'_> {
     ///
     /// # Errors
     /// As [`Self::at`], and [`ContactError::LoadNotReached`].
-    pub(crate) fn under(&self, axle: &Axle) -> Result<StaticContact, ContactError> {
+    pub fn under(&self, axle: &Axle) -> Result<StaticContact, ContactError> {
         match *axle {
             Axle::Load { load, .. } | Axle::Mass { load, .. } => self.under_load(load),
             Axle::Indentation { indentation, .. } => self.at(indentation),
@@ -60,7 +60,7 @@ impl StaticTyre<'_> {
     }
 
     /// Contact on a smooth road at an indentation \[m\]; the stiffness is a backward difference over 1e-4 of it.
-    pub(crate) fn at(&self, indentation: f64) -> Result<StaticContact, ContactError> {
+    pub fn at(&self, indentation: f64) -> Result<StaticContact, ContactError> {
         let elements = self.influence.len();
         let reach = Geometry::half_chord(self.circumference / (2.0 * PI), indentation);
         let geometry =

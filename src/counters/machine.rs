@@ -11,7 +11,7 @@ pub(crate) fn processor() -> Option<String> {
 
 /// Instruction set for vectors on this processor: `x86-64-v4` (AVX-512), `x86-64-v3` (AVX2 and fused multiply-add), or
 /// the architecture's name.
-pub(crate) fn instruction_set() -> &'static str {
+pub fn instruction_set() -> &'static str {
     // pulp has one type for each family, named alike on every architecture that has it.
     let arch = format!("{:?}", Arch::new());
     if arch.starts_with("V4") {

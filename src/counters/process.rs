@@ -18,7 +18,7 @@ pub(crate) fn resident_memory() -> Option<u64> {
 /// For milliseconds and more. Linux counts the time of other threads in lumps of milliseconds (measured on 6.18: over 5
 /// us two busy threads seem to take 1.0 or 4.5 times the wall time, depending on how often it is read; 2.0 over a
 /// second).
-pub(crate) fn cpu_time() -> Option<Duration> {
+pub fn cpu_time() -> Option<Duration> {
     clocks::read(clocks::PROCESS)
 }
 

@@ -45,11 +45,12 @@ pub(crate) static EFFECTS: [&dyn Effect; 7] = [
 ];
 
 /// Channel of an array by its file's name without the extension; several maps may share one.
-pub(crate) fn channel(name: &str) -> Option<&'static Channel> {
+pub fn channel(name: &str) -> Option<&'static Channel> {
     let exact = channels().find(|channel| channel.name == name);
     exact.or_else(|| channels().find(|channel| channel.is_written_at_the_end() && name.starts_with(channel.name)))
 }
 
-pub(crate) fn channels() -> impl Iterator<Item = &'static Channel> {
+/// All channels, effect by effect.
+pub fn channels() -> impl Iterator<Item = &'static Channel> {
     EFFECTS.into_iter().flat_map(Effect::channels)
 }

@@ -11,7 +11,7 @@ use crate::counters::Meter;
 use crate::plan::Plan;
 use crate::response::SliceErrors;
 use crate::results::files::ResultFiles;
-use crate::results::plots::PatchMap;
+use crate::results::plots::SurfaceMap;
 use crate::results::sound::SoundSummary;
 use crate::results::summary::Outcome;
 use crate::results::vibration::VibrationSummary;
@@ -79,7 +79,8 @@ impl End<'_> {
     ) -> Result<(), RunError> {
         let Ok(values) = ArrayView2::from_shape((values.len() / across, across), values) else { return Ok(()) };
         let title = format!("{name}: {}", self.loaded.title());
-        let map = PatchMap { title: &title, quantity, values, first_position: self.geometry.first_position(), size };
+        let (along, first_position) = ("Along, from the axle", self.geometry.first_position());
+        let map = SurfaceMap { title: &title, along, quantity, values, first_position, size };
         Ok(files.write_text(file, &map.to_svg()?)?)
     }
 }

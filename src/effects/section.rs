@@ -26,7 +26,7 @@ pub enum ReportError {
 
 /// Figure of a run: a named number.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Figure {
+pub struct Figure {
     /// Name, as shown.
     pub name: String,
     /// Unit; empty without a dimension.

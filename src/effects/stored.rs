@@ -44,7 +44,7 @@ pub enum StoredError {
 
 /// Third-octave levels of one signal.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Spectrum {
+pub struct Spectrum {
     /// Quantity of the levels, reference included: that of the effect's table.
     pub quantity: &'static str,
     /// Name of the signal; empty where it is the only one of the quantity.

@@ -1,4 +1,4 @@
-//! Ratios of interleaved times of two programs, with their confidence.
+//! Ratios of paired times of two programs, with their confidence.
 //!
 //! 1. A stage's time in a run is the sum over its blocks, each cut at [`CUT`] times its usual time, the median of the
 //!    same block over all runs of both programs. Blocks that other processes disturbed are left out and represented by
@@ -11,7 +11,9 @@
 use serde::Serialize;
 
 /// Blocks longer than this many medians count as disturbed.
-pub(super) const CUT: f64 = 1.3;
+const CUT: f64 = 1.3;
+/// Probability that an interval misses its median.
+pub(super) const DOUBT: f64 = 1e-3;
 
 /// A ratio of times with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -29,96 +31,57 @@ pub(crate) struct Ratio {
 }
 
 impl Ratio {
-    /// Ratio of times \[s\], one of each program per pair; `doubt` is the probability that the interval misses the
-    /// median.
-    pub(crate) fn new(first: &[f64], second: &[f64], doubt: f64) -> Self {
-        Self::pooled(&[(first, second)], doubt)
-    }
-
-    /// Ratio of several workloads' times \[s\]: geometric mean of their ratios, pair by pair. A change common to all of
-    /// them stands out from their independent noise.
-    pub(crate) fn pooled(workloads: &[(&[f64], &[f64])], doubt: f64) -> Self {
-        let pairs = workloads.iter().map(|(first, _)| first.len()).min().unwrap_or(0);
-        let mean = |pair: usize| {
-            let sum: f64 = workloads.iter().map(|(first, second)| (second[pair] / first[pair]).ln()).sum();
-            (sum / workloads.len() as f64).exp()
-        };
-        let mut ratios: Vec<f64> = (0..pairs).map(mean).filter(|ratio| ratio.is_finite()).collect();
+    /// Ratio of times \[s\], one of each program per pair.
+    pub(super) fn new([first, second]: &[Vec<f64>; 2]) -> Self {
+        let mut ratios: Vec<f64> = first.iter().zip(second).map(|(a, b)| b / a).filter(|x| x.is_finite()).collect();
         ratios.sort_by(f64::total_cmp);
-        let seconds = workloads.iter().map(|(first, _)| median(&mut first.to_vec())).sum();
-        let (low, high) = match rank(ratios.len(), doubt) {
-            Some(k) => (ratios[k - 1], ratios[ratios.len() - k]),
-            None => (0.0, f64::INFINITY),
+        let pairs = ratios.len();
+        let (low, high) = match rank(pairs) {
+            0 => (0.0, f64::INFINITY),
+            k => (ratios[k - 1], ratios[pairs - k]),
         };
-        Self { median: median(&mut ratios), low, high, pairs: ratios.len(), seconds }
-    }
-
-    /// Smallest change that these pairs could have distinguished from none: from the median to the farther end of the
-    /// interval.
-    pub(crate) fn resolution(&self) -> f64 {
-        (self.high - self.median).max(self.median - self.low)
+        Self { median: median(ratios), low, high, pairs, seconds: median(first.clone()) }
     }
 }
 
-/// True if this number of pairs has an interval.
-pub(super) fn are_enough(pairs: usize, doubt: f64) -> bool {
-    rank(pairs, doubt).is_some()
-}
-
-/// Largest k for which x_(k) ... x_(n+1-k) misses the median with a probability of at most `doubt`.
-fn rank(pairs: usize, doubt: f64) -> Option<usize> {
+/// Largest k for which x_(k) ... x_(n+1-k) misses the median of n pairs with a probability of at most [`DOUBT`]; 0 if
+/// none does.
+fn rank(pairs: usize) -> usize {
     // P(B(n, 1/2) < k), summed from below.
-    let mut term = 0.5_f64.powi(i32::try_from(pairs).ok()?);
-    let mut below = 0.0;
-    let mut found = None;
-    for k in 1..=pairs / 2 {
+    let (mut term, mut below, mut k) = (0.5_f64.powf(pairs as f64), 0.0, 0);
+    loop {
         below += term;
-        if 2.0 * below > doubt {
-            break;
+        if 2.0 * below > DOUBT {
+            return k;
         }
-        found = Some(k);
-        term *= (pairs - k + 1) as f64 / k as f64;
+        term *= (pairs - k) as f64 / (k + 1) as f64;
+        k += 1;
     }
-    found
 }
 
-/// Median of the values, which are sorted by this; NaN for none.
-pub(super) fn median(values: &mut [f64]) -> f64 {
+/// Median; NaN for no values.
+fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
     match values.len() {
         0 => f64::NAN,
-        length if length % 2 == 1 => values[middle],
-        _ => 0.5 * (values[middle - 1] + values[middle]),
+        length => 0.5 * (values[(length - 1) / 2] + values[length / 2]),
     }
 }
 
 /// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\]
 /// (runs x blocks; `None`: disturbed).
-pub(super) fn stage_times(first: &[&[Option<u64>]], second: &[&[Option<u64>]]) -> (Vec<f64>, Vec<f64>) {
-    let all = || first.iter().chain(second);
-    let blocks = all().map(|run| run.len()).max().unwrap_or(0);
-    let of = |run: &&[Option<u64>], block: usize| run.get(block).copied().flatten().map(|time| time as f64);
+pub(super) fn stage_times(runs: [Vec<&[Option<u64>]>; 2]) -> [Vec<f64>; 2] {
+    let blocks = runs.iter().flatten().map(|run| run.len()).min().unwrap_or(0);
     // 1. Usual time of each block: the median over all runs.
-    let usual: Vec<f64> = (0..blocks)
-        .map(|block| {
-            let mut times: Vec<f64> = all().filter_map(|run| of(run, block)).collect();
-            if times.is_empty() { 0.0 } else { median(&mut times) }
-        })
-        .collect();
-    let whole: f64 = usual.iter().sum();
+    let times = |block: usize| runs.iter().flatten().filter_map(move |run| run[block]).map(|time| time as f64);
+    let usual: Vec<f64> = (0..blocks).map(|block| median(times(block).collect()).max(0.0)).collect();
     // 2. Sum of the blocks that count, each cut, scaled to all blocks.
     let seconds = |run: &&[Option<u64>]| {
-        let (mut found, mut stands_for) = (0.0, 0.0);
-        for (block, usual) in usual.iter().enumerate() {
-            if let Some(time) = of(run, block) {
-                found += time.min(CUT * usual);
-                stands_for += usual;
-            }
-        }
-        1e-9 * found * whole / stands_for
+        let known = || run.iter().zip(&usual).filter_map(|(time, usual)| Some(((*time)? as f64, usual)));
+        let found: f64 = known().map(|(time, usual)| time.min(CUT * usual)).sum();
+        1e-9 * found * usual.iter().sum::<f64>() / known().map(|(_, usual)| usual).sum::<f64>()
     };
-    (first.iter().map(seconds).collect(), second.iter().map(seconds).collect())
+    runs.each_ref().map(|runs| runs.iter().map(seconds).collect())
 }
 
 #[cfg(test)]
@@ -130,12 +93,10 @@ mod tests {
 
     #[test]
     fn ranks_are_those_of_the_binomial_distribution() {
-        // Table A3 of the book: n = 20, P(B <= 5) = 0.0207, so that x_(6) ... x_(15) has 95.86 %.
-        assert_eq!(rank(20, 0.05), Some(6));
-        assert_eq!(rank(20, 0.0413), Some(5));
-        assert_eq!(rank(5, 0.05), None);
-        assert_eq!(rank(6, 0.05), Some(1));
-        assert_eq!(rank(0, 0.05), None);
+        // 2^-9 for n = 10, 2^-10 for n = 11; 2 (1 + 20 + 190)/2^20 = 4.0e-4 for n = 20 and k = 3, 2.6e-3 for k = 4.
+        assert_eq!([0, 10, 11, 20].map(rank), [0, 0, 1, 3]);
+        // The normal distribution's n/2 - 3.29 sqrt(n)/2 for many.
+        assert!(rank(1000).abs_diff(448) <= 1, "{}", rank(1000));
     }
 
     /// A run of 100 blocks that takes about `factor`, drifts as a whole, and is interrupted now and then for much
@@ -151,7 +112,7 @@ mod tests {
             .collect()
     }
 
-    fn times(rng: &mut ChaCha8Rng, factor: f64) -> (Vec<f64>, Vec<f64>) {
+    fn compared(rng: &mut ChaCha8Rng, factor: f64) -> Ratio {
         let (mut first, mut second) = (Vec::new(), Vec::new());
         for _ in 0..30 {
             let drift = 1.0 + 0.3 * rng.random::<f64>();
@@ -162,31 +123,7 @@ mod tests {
             first.push(of(1.0));
             second.push(of(factor));
         }
-        let first: Vec<&[Option<u64>]> = first.iter().map(Vec::as_slice).collect();
-        let second: Vec<&[Option<u64>]> = second.iter().map(Vec::as_slice).collect();
-        stage_times(&first, &second)
-    }
-
-    fn compared(rng: &mut ChaCha8Rng, factor: f64) -> Ratio {
-        let (a, b) = times(rng, factor);
-        Ratio::new(&a, &b, 1e-3)
-    }
-
-    #[test]
-    fn workloads_together_show_what_none_of_them_does() {
-        let mut rng = ChaCha8Rng::seed_from_u64(5);
-        for _ in 0..3 {
-            let of = |factor: f64, rng: &mut ChaCha8Rng| -> Vec<_> { (0..6).map(|_| times(rng, factor)).collect() };
-            let pooled = |runs: &[(Vec<f64>, Vec<f64>)]| {
-                Ratio::pooled(&runs.iter().map(|(a, b)| (&a[..], &b[..])).collect::<Vec<_>>(), 1e-3)
-            };
-            let (slower, same) = (of(1.02, &mut rng), of(1.0, &mut rng));
-            let alone: f64 = slower.iter().map(|(a, b)| Ratio::new(a, b, 1e-3).resolution()).sum();
-            let (slower, same) = (pooled(&slower), pooled(&same));
-            assert!(slower.resolution() < 0.7 * alone / 6.0, "{slower:?}, alone {}", alone / 6.0);
-            assert!(slower.low > 1.004 && (slower.median - 1.02).abs() < 0.01, "{slower:?}");
-            assert!(same.low < 1.0 && same.high > 1.0, "{same:?}");
-        }
+        Ratio::new(&stage_times([&first, &second].map(|runs| runs.iter().map(Vec::as_slice).collect())))
     }
 
     #[test]
@@ -196,14 +133,14 @@ mod tests {
             let slower = compared(&mut rng, 1.05);
             assert!(slower.low > 1.01 && (slower.median - 1.05).abs() < 0.015, "{slower:?}");
             let same = compared(&mut rng, 1.0);
-            assert!(same.low < 1.0 && same.high > 1.0 && same.resolution() < 0.04, "{same:?}");
+            assert!(same.low < 1.0 && same.high > 1.0 && same.high - same.low < 0.08, "{same:?}");
         }
     }
 
     #[test]
     fn few_pairs_say_nothing() {
-        let ratio = Ratio::new(&[1.0; 4], &[2.0; 4], 1e-3);
-        assert!(ratio.low <= 0.0 && ratio.high.is_infinite() && ratio.resolution().is_infinite());
-        assert!(median(&mut []).is_nan());
+        let ratio = Ratio::new(&[vec![1.0; 4], vec![2.0; 4]]);
+        assert!(ratio.low <= 0.0 && ratio.high.is_infinite() && (ratio.median - 2.0).abs() < 1e-15);
+        assert!(Ratio::new(&[vec![], vec![]]).median.is_nan());
     }
 }

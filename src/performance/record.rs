@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use serde::{Deserialize, Serialize};
 
-use super::error::PerformanceError;
-use super::measure::{Found, Measurement};
-use super::stamp::Stamp;
+use super::measure::{Counts, Measurement};
+use super::workload::Found;
+use crate::counters::machine::{instruction_set, processor};
 use crate::storage::PendingFile;
 use crate::storage::input::{self, TABLE_BYTES};
 
@@ -17,88 +19,103 @@ const FORMAT: &str = "tyrewave profile";
 /// Incremented when the layout changes incompatibly.
 const FORMAT_VERSION: u32 = 1;
 
+/// Entry of the stamp for the instruction set.
+const SET: &str = "instruction_set";
+
 /// Costs of the workloads on one machine.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub(crate) struct Record {
+pub struct Record {
     /// Constant `tyrewave profile`.
     pub format: String,
     /// Version of the layout.
     pub format_version: u32,
-    /// Program, compiler and machine.
-    pub stamp: Stamp,
+    /// Program, compiler and machine, by name.
+    pub stamp: BTreeMap<String, String>,
     /// Costs by the names of the workloads.
     pub workloads: BTreeMap<String, RecordedWorkload>,
 }
 
+/// Origin of a record: version, commit of the sources in the present folder (followed by `-modified` if they differ;
+/// empty without a repository), compiler, machine, and instruction set of the vectors, see [`instruction_set`]:
+/// rounding, and with it discrete counters, may depend on it.
+fn stamp() -> BTreeMap<String, String> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let processor = processor().unwrap_or_else(|| std::env::consts::ARCH.to_owned());
+    let describe = ["describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=-modified"];
+    let git = Command::new("git").args(describe).output().ok().filter(|output| output.status.success());
+    let entries = [
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("commit", git.map_or_else(String::new, |git| String::from_utf8_lossy(&git.stdout).trim().to_owned())),
+        ("compiler", concat!(env!("TYREWAVE_COMPILER"), ", optimisation ", env!("TYREWAVE_OPTIMISATION")).to_owned()),
+        ("machine", format!("{processor}, {cores} cores")),
+        ("system", std::env::consts::OS.to_owned()),
+        (SET, instruction_set().to_owned()),
+    ];
+    entries.map(|(name, value)| (name.to_owned(), value)).into()
+}
+
 /// Costs of one workload.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub(crate) struct RecordedWorkload {
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct RecordedWorkload {
     /// Physical value that was computed.
     pub found: Found,
     /// Exact counters by name.
-    pub counters: BTreeMap<String, u64>,
-    /// Instructions executed, where a tool counted them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub instructions: Option<u64>,
+    pub counters: Counts,
     /// Share of every stage in the time of all of them: for people, never compared.
     #[serde(default)]
     pub shares: BTreeMap<String, f64>,
 }
 
-impl RecordedWorkload {
-    /// Entry from measurements of one workload; shares are medians.
-    pub(crate) fn new(measured: &[Measurement], instructions: Option<u64>) -> Self {
-        let Some(first) = measured.first() else { return Self::default() };
-        let stages = first.blocks.keys();
-        let share = |stage: &String, measurement: &Measurement| {
-            let of = |blocks: &Vec<Option<u64>>| blocks.iter().flatten().sum::<u64>() as f64;
-            measurement.blocks.get(stage).map_or(0.0, of) / measurement.blocks.values().map(of).sum::<f64>()
-        };
-        let shares = stages.map(|stage| {
-            let mut shares: Vec<f64> = measured.iter().map(|measurement| share(stage, measurement)).collect();
-            // Three digits: further ones are noise.
-            (stage.clone(), (1e3 * super::ratio::median(&mut shares)).round() / 1e3)
-        });
-        Self { found: first.found.clone(), counters: first.counters.clone(), instructions, shares: shares.collect() }
+impl From<Measurement> for RecordedWorkload {
+    fn from(Measurement { found, counters, blocks, .. }: Measurement) -> Self {
+        let time = |blocks: &Vec<Option<u64>>| blocks.iter().flatten().sum::<u64>() as f64;
+        let all: f64 = blocks.values().map(time).sum();
+        // Three digits: further ones are noise.
+        let shares = blocks.iter().map(|(stage, blocks)| (stage.clone(), (1e3 * time(blocks) / all).round() / 1e3));
+        Self { shares: shares.collect(), found, counters }
     }
 }
 
 impl Record {
-    /// Record of this program on this machine.
-    pub(crate) fn new(instruction_set: &str, workloads: BTreeMap<String, RecordedWorkload>) -> Self {
-        let stamp = Stamp { instruction_set: instruction_set.to_owned(), ..Stamp::here() };
-        Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, stamp, workloads }
+    /// Record of measurements by this program on this machine.
+    pub(crate) fn new(measured: Vec<Measurement>) -> Self {
+        let workloads = measured.into_iter().map(|found| (found.workload.clone(), found.into())).collect();
+        Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, stamp: stamp(), workloads }
     }
 
     /// Path of the record of an instruction set in a folder of records.
-    pub(crate) fn place(folder: &Path, instruction_set: &str) -> PathBuf {
+    pub fn place(folder: &Path, instruction_set: &str) -> PathBuf {
         folder.join(format!("{instruction_set}.json"))
     }
 
-    pub(crate) fn read(path: &Path) -> Result<Self, PerformanceError> {
-        let text =
-            input::read_text(path, TABLE_BYTES).map_err(|error| PerformanceError::reading(path)(error.into()))?;
-        let nonsense = |wrong: String, right| PerformanceError::Nonsense { path: path.to_owned(), wrong, right };
-        let record: Self = serde_json::from_str(&text)
-            .map_err(|error| nonsense(format!("not a record: {error}"), "`tyrewave profile record` makes them"))?;
+    /// Reads the file of a record.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no record of this release.
+    pub fn read(path: &Path) -> io::Result<Self> {
+        let text = input::read_text(path, TABLE_BYTES)?;
+        let invalid = |wrong: String| {
+            io::Error::other(format!("not a record of this release: {wrong}; `tyrewave profile record` makes one"))
+        };
+        let record: Self = serde_json::from_str(&text).map_err(|error| invalid(error.to_string()))?;
         if record.format != FORMAT || record.format_version != FORMAT_VERSION {
-            let wrong = format!("\"{}\", version {}", record.format, record.format_version);
-            return Err(nonsense(wrong, "a record of this release; `tyrewave profile record` makes one"));
+            return Err(invalid(format!("\"{}\", version {}", record.format, record.format_version)));
         }
         Ok(record)
     }
 
     /// Writes the file atomically.
-    ///
-    /// # Errors
-    /// [`PerformanceError::File`].
-    pub(crate) fn write(&self, path: &Path) -> Result<(), PerformanceError> {
-        let write = || {
-            let text = serde_json::to_string_pretty(self)? + "\n";
-            path.parent().map_or(Ok(()), fs::create_dir_all)?;
-            PendingFile::create(path)?.complete(text)
-        };
-        write().map_err(PerformanceError::writing(path))
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        let text = serde_json::to_string_pretty(self)? + "\n";
+        path.parent().map_or(Ok(()), fs::create_dir_all)?;
+        PendingFile::create(path)?.complete(text)
+    }
+
+    /// A workload of the record, without times.
+    pub(super) fn measurement(&self, workload: &str) -> Option<Measurement> {
+        let RecordedWorkload { found, counters, .. } = self.workloads.get(workload)?.clone();
+        let (workload, instruction_set) = (workload.to_owned(), self.stamp.get(SET).cloned().unwrap_or_default());
+        Some(Measurement { workload, instruction_set, counters, found, ..Measurement::default() })
     }
 }
 
@@ -117,16 +134,23 @@ mod tests {
         let counters = BTreeMap::from([("steps".to_owned(), 7)]);
         let found = Found { what: "force".into(), value: 1.5, expected: 1.5, tolerance: 1e-6 };
         let measurement = Measurement { workload: "rough".into(), counters, found, blocks, ..Measurement::default() };
-        let workload = RecordedWorkload::new(&[measurement], Some(12));
-        assert!((workload.shares["history"] - 0.75).abs() < 1e-12);
-        let record = Record::new("x86-64-v3", [("rough".to_owned(), workload)].into());
+        let record = Record::new(vec![measurement.clone()]);
+        assert!((record.workloads["rough"].shares["history"] - 0.75).abs() < 1e-12);
         record.write(&path).unwrap();
         assert_eq!(Record::read(&path).unwrap(), record);
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
-        assert!(!record.stamp.machine.is_empty() && record.stamp.compiler.starts_with("rustc"), "{:?}", record.stamp);
+        assert!(record.stamp["machine"].contains(" cores") && record.stamp["compiler"].starts_with("rustc"));
+        assert_eq!(record.measurement("rough").unwrap().instruction_set, instruction_set());
+        let again = record.measurement("rough").unwrap();
+        assert_eq!((again.counters, again.found), (measurement.counters, measurement.found));
+        assert!(again.blocks.is_empty() && record.measurement("smooth").is_none());
+        // Records of earlier versions have instructions, too.
+        let text = serde_json::to_string(&record).unwrap();
+        std::fs::write(&path, text.replace("\"shares\"", "\"instructions\": 7, \"shares\"")).unwrap();
+        assert_eq!(Record::read(&path).unwrap(), record);
         for text in ["", "{}", "[1]", &serde_json::to_string(&Record { format_version: 9, ..record }).unwrap()] {
             std::fs::write(&path, text).unwrap();
-            assert!(matches!(Record::read(&path), Err(PerformanceError::Nonsense { .. })), "{text}");
+            assert!(Record::read(&path).is_err_and(|error| error.to_string().starts_with("not a record")), "{text}");
         }
     }
 }

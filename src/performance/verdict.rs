@@ -1,54 +1,49 @@
-//! Verdict on two records or programs, in values and in words.
+//! Verdict on two records or programs.
+//!
+//! A stage is slower, and the comparison fails, if the interval of its ratio lies beyond [`MARGIN`]. It is the same if
+//! the upper end of the interval, as a part of the whole workload, is below [`TOLERATED`]; otherwise it is undecided.
 
 use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::changes::Difference;
-use super::measure::Found;
-use super::ratio::Ratio;
-use super::workload::Work;
+use super::changes::{AcceptedChange, Difference, differences};
+use super::measure::Measurement;
+use super::ratio::{Ratio, stage_times};
+use super::workload::{Found, Work};
 
-/// Probability that the interval of one batch misses its median; a stage reported as changed has passed twice.
-pub(crate) const DOUBT: f64 = 1e-3;
 /// Smaller changes of time are not reported.
-pub(crate) const MARGIN: f64 = 0.01;
-/// Stages with a smaller share in the time of their workload are not judged by time.
-pub(crate) const LEAST_SHARE: f64 = 0.02;
-/// Smaller changes of the number of instructions are not reported.
-pub(crate) const INSTRUCTIONS_MARGIN: f64 = 0.01;
+const MARGIN: f64 = 0.01;
+/// A stage that may have cost its workload this share of its time is not called the same.
+pub(crate) const TOLERATED: f64 = 0.05;
+/// Stages with a smaller share in the time of their workload are not judged.
+const LEAST_SHARE: f64 = 0.02;
 
 /// Change of a stage's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Change {
-    /// No significant change.
-    None,
-    /// Slower, in both batches.
+    /// Not slower, as far as the workload is concerned.
+    Same,
+    /// The comparison fails.
     Slower,
-    /// Faster, in both batches.
+    /// Passes as [`Self::Same`] does.
     Faster,
-    /// Too small a share of the workload's time to be judged.
-    NotJudged,
+    /// The times scatter too much, or there are too few.
+    Undecided,
 }
 
-/// Judgement on one stage, of a workload or pooled.
+/// Judgement on one stage of a workload, or on all of them together.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct StageVerdict {
-    /// Name of the stage.
+    /// Name of the stage, or `all`.
     pub stage: String,
-    /// Share in the time of the workload, or of all workloads.
+    /// Share in the time of the workload, by the first program.
     pub share: f64,
     /// Time of the second program over that of the first.
     pub ratio: Ratio,
-    /// Smallest change that could have been detected.
-    pub resolution: f64,
     /// Judgement on the ratio.
     pub change: Change,
-    /// Number of workloads behind it.
-    pub workloads: usize,
-    /// Instructions of both programs, if they were counted; exact.
-    pub instructions: Option<(u64, u64)>,
 }
 
 /// Judgement on one workload.
@@ -62,12 +57,10 @@ pub(crate) struct WorkloadVerdict {
     pub found: Found,
     /// True if that value is right.
     pub right: bool,
-    /// Instructions of both, if both were counted with the same compiler.
-    pub instructions: Option<(u64, u64)>,
-    /// Ratio over all stages; `None` if times cannot be compared.
-    pub whole: Option<Ratio>,
-    /// Stages by falling share.
+    /// `all`, then the stages by falling share; none if times cannot be compared.
     pub stages: Vec<StageVerdict>,
+    /// Complaints about the second one, in words; empty if it is as good.
+    pub complaints: Vec<String>,
 }
 
 /// Judgement on all workloads.
@@ -79,123 +72,136 @@ pub(crate) struct Verdict {
     pub second: PathBuf,
     /// Extent of the evidence, in words.
     pub evidence: String,
-    /// True if there were enough pairs of runs to judge by.
-    pub times_judged: bool,
-    /// True if neither the times nor the counts of instructions of all workloads suffice for a judgement, where those
-    /// are compared.
+    /// True if a stage is undecided.
     pub is_undecided: bool,
     /// Workloads that both have.
     pub workloads: Vec<WorkloadVerdict>,
-    /// Stages of several workloads, their times pooled, by falling share.
-    pub stages: Vec<StageVerdict>,
 }
 
-impl StageVerdict {
-    /// Judges a stage by one batch alone.
-    pub(super) fn new(stage: &str, ratio: Ratio, whole: f64, workloads: usize) -> Self {
-        let share = ratio.seconds / whole;
+/// Judges the stages that all runs of both programs have.
+fn stages(runs: [&[Measurement]; 2]) -> Vec<StageVerdict> {
+    let Some(first) = runs[0].first() else { return Vec::new() };
+    let has = |stage: &&String| runs.iter().copied().flatten().all(|run| run.blocks.contains_key(*stage));
+    let names: Vec<&String> = first.blocks.keys().filter(has).collect();
+    let blocks = |stage: &String| runs.map(|runs| runs.iter().map(|run| run.blocks[stage].as_slice()).collect());
+    let times: Vec<[Vec<f64>; 2]> = names.iter().map(|stage| stage_times(blocks(stage))).collect();
+    let sum = |side: usize, pair: usize| times.iter().map(|times| times[side][pair]).sum();
+    let whole = Ratio::new(&[0, 1].map(|side| (0..runs[side].len()).map(|pair| sum(side, pair)).collect()));
+    let judge = |stage: &str, ratio: Ratio| {
+        let share = ratio.seconds / whole.seconds;
         let change = match ratio {
-            _ if share < LEAST_SHARE => Change::NotJudged,
             Ratio { low, .. } if low > 1.0 + MARGIN => Change::Slower,
             Ratio { high, .. } if high < 1.0 - MARGIN => Change::Faster,
-            _ => Change::None,
+            Ratio { high, .. } if share * (high - 1.0) < TOLERATED => Change::Same,
+            _ => Change::Undecided,
         };
-        Self {
-            stage: stage.to_owned(),
-            share,
-            ratio,
-            resolution: ratio.resolution(),
-            change,
-            workloads,
-            instructions: None,
-        }
-    }
-
-    /// Judges the change of the number of instructions.
-    fn change_of_instructions(&self) -> Change {
-        match self.instructions.map(|(from, to)| to as f64 / from as f64) {
-            None => Change::NotJudged,
-            _ if self.share < LEAST_SHARE => Change::NotJudged,
-            Some(ratio) if ratio > 1.0 + INSTRUCTIONS_MARGIN => Change::Slower,
-            Some(ratio) if ratio < 1.0 - INSTRUCTIONS_MARGIN => Change::Faster,
-            Some(_) => Change::None,
-        }
-    }
-
-    /// Change in words; `whole` is the ratio of all stages of its workload.
-    fn in_words(&self, whole: Option<Ratio>) -> String {
-        let Ratio { median, low, high, .. } = self.ratio;
-        let percent = |ratio: f64| 100.0 * (ratio - 1.0);
-        let faster = if self.change == Change::Faster { "faster" } else { "slower" };
-        let part = match whole {
-            Some(whole) => format!(
-                ", which makes {:+.1} % of the workload's {:+.1} %",
-                100.0 * self.share * (median - 1.0),
-                percent(whole.median)
-            ),
-            None => format!(", {} workloads together", self.workloads),
-        };
-        let (median, low, high) = (percent(median), percent(low), percent(high));
-        format!("stage {} is {faster}: {median:+.1} % ({low:+.1} to {high:+.1}){part}, by times", self.stage)
-    }
+        StageVerdict { stage: stage.to_owned(), share, ratio, change }
+    };
+    let rows = names.iter().zip(&times).map(|(stage, times)| judge(stage, Ratio::new(times)));
+    let mut rows: Vec<StageVerdict> = rows.filter(|row| row.share >= LEAST_SHARE).collect();
+    rows.sort_by(|a, b| b.share.total_cmp(&a.share));
+    rows.insert(0, judge("all", whole));
+    rows
 }
 
 impl WorkloadVerdict {
-    /// Judges some work by results and counters alone.
-    pub(super) fn new(work: &Work, differences: Vec<Difference>, found: Found) -> Self {
-        let (workload, right) = (work.to_string(), found.is_right());
-        Self { workload, differences, right, found, instructions: None, whole: None, stages: Vec::new() }
-    }
-
-    /// Complaints about the second one, in words; empty if it is as good.
-    pub(crate) fn complaints(&self) -> Vec<String> {
-        let mut complaints = Vec::new();
-        if !self.right {
-            complaints.push(format!("wrong result: {}", self.found));
+    /// Judges some work by measurements of both sides, of which the first gives result and counters and the others the
+    /// times; `None` if a side has none.
+    pub(super) fn new(work: &Work, runs: &[Vec<Measurement>; 2], accepted: &[AcceptedChange]) -> Option<Self> {
+        let [(first, first_timed), (second, second_timed)] = [runs[0].split_first()?, runs[1].split_first()?];
+        let mut found = second.found.clone();
+        if work.is_scene {
+            // The first program's result is the only reference for the second.
+            found.expected = first.found.value;
         }
-        for Difference { counter, from, to, explained } in &self.differences {
-            if explained.is_none() {
-                complaints.push(format!("counter {counter} was {from} and is {to}, and no accepted change says why"));
-            }
-        }
-        if let Some((from, to)) = self.instructions
-            && to as f64 > (1.0 + INSTRUCTIONS_MARGIN) * from as f64
-        {
-            complaints.push(format!("{to} instructions instead of {from}"));
-        }
-        complaints.extend(self.changed(Change::Slower));
-        complaints
-    }
-
-    /// Stages that became faster, in words.
-    pub(crate) fn praise(&self) -> Vec<String> {
-        self.changed(Change::Faster).collect()
-    }
-
-    fn changed(&self, change: Change) -> impl Iterator<Item = String> {
-        let by_times = self.stages.iter().filter(move |row| row.change == change).map(|row| row.in_words(self.whole));
-        by_times.chain(self.stages.iter().filter_map(move |row| {
-            let (from, to) = row.instructions.filter(|_| row.change_of_instructions() == change)?;
-            let percent = 100.0 * (to as f64 / from as f64 - 1.0);
-            Some(format!("stage {} executes {to} instructions instead of {from}: {percent:+.1} %, exact", row.stage))
-        }))
+        let other_set = first.instruction_set != second.instruction_set;
+        let differences = differences(&work.name, &first.counters, &second.counters, accepted, other_set);
+        let stages = stages([first_timed, second_timed]);
+        let mut complaints: Vec<String> = found.complaint().into_iter().collect();
+        let unexplained = differences.iter().filter(|difference| difference.explained.is_none());
+        complaints.extend(unexplained.map(|Difference { counter, from, to, .. }| {
+            format!("counter {counter} was {from} and is {to}, and no accepted change says why")
+        }));
+        let slower = stages.iter().filter(|row| row.change == Change::Slower);
+        complaints.extend(slower.map(|StageVerdict { stage, ratio, .. }| {
+            let [median, low, high] = [ratio.median, ratio.low, ratio.high].map(|ratio| 100.0 * (ratio - 1.0));
+            format!("stage {stage} is slower: {median:+.1} % ({low:+.1} to {high:+.1})")
+        }));
+        let (workload, right) = (work.name.clone(), found.complaint().is_none());
+        Some(Self { workload, differences, found, right, stages, complaints })
     }
 }
 
 impl Verdict {
+    pub(super) fn new([first, second]: [PathBuf; 2], workloads: Vec<WorkloadVerdict>) -> Self {
+        let rows = || workloads.iter().flat_map(|workload| &workload.stages);
+        let evidence = match rows().map(|row| row.ratio.pairs).min() {
+            Some(pairs) => format!("results, counters, and times of every stage in {pairs} pairs of runs"),
+            None => "results and counters; times are compared between two programs only".to_owned(),
+        };
+        let is_undecided = rows().any(|row| row.change == Change::Undecided);
+        Self { first, second, evidence, is_undecided, workloads }
+    }
+
     /// True if there is no complaint about the second one.
     pub(crate) fn passes(&self) -> bool {
-        self.pooled(Change::Slower).next().is_none()
-            && self.workloads.iter().all(|workload| workload.complaints().is_empty())
+        self.workloads.iter().all(|workload| workload.complaints.is_empty())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Measurements of stages with these times \[us\], pair by pair a percent apart.
+    fn runs(pairs: u64, times: [u64; 4]) -> Vec<Measurement> {
+        let names = ["history", "road", "sound", "output"];
+        let run = |pair: u64| {
+            let block = |time| vec![Some(1000 * time + 10 * time * (pair % 2)); 3];
+            let blocks = names.iter().zip(times).map(|(&name, time)| (name.to_owned(), block(time))).collect();
+            let found = Found { value: 2.0, expected: 1.0, tolerance: 0.01, ..Found::default() };
+            Measurement { workload: "a.toml".to_owned(), found, blocks, ..Measurement::default() }
+        };
+        (0..=pairs).map(run).collect()
     }
 
-    /// Stages of all workloads, and the pooled ones.
-    pub(super) fn rows(&self) -> impl Iterator<Item = &StageVerdict> {
-        self.workloads.iter().flat_map(|workload| &workload.stages).chain(&self.stages)
+    fn verdict(pairs: u64, second: [u64; 4]) -> Verdict {
+        let work = Work { name: "a.toml".to_owned(), is_scene: true };
+        let found = WorkloadVerdict::new(&work, &[runs(pairs, [600, 300, 100, 1]), runs(pairs, second)], &[]);
+        Verdict::new(["old".into(), "new".into()], vec![found.unwrap()])
     }
 
-    /// Pooled stages with this change, in words.
-    pub(super) fn pooled(&self, change: Change) -> impl Iterator<Item = String> {
-        self.stages.iter().filter(move |row| row.change == change).map(|row| row.in_words(None))
+    fn changes(verdict: &Verdict) -> Vec<(&str, Change)> {
+        verdict.workloads[0].stages.iter().map(|row| (row.stage.as_str(), row.change)).collect()
+    }
+
+    #[test]
+    fn a_slower_stage_fails_and_too_few_pairs_are_undecided() {
+        use Change::{Faster, Same, Slower, Undecided};
+        // The mean force of a scene is held against that of the first program; a stage of a thousandth is left out.
+        let same = verdict(12, [600, 300, 100, 9]);
+        assert_eq!(changes(&same), [("all", Same), ("history", Same), ("road", Same), ("sound", Same)]);
+        assert!(same.passes() && !same.is_undecided, "{same:?}");
+        let slower = verdict(12, [600, 330, 90, 1]);
+        assert_eq!(changes(&slower), [("all", Slower), ("history", Same), ("road", Slower), ("sound", Faster)]);
+        assert!(!slower.passes() && slower.workloads[0].complaints[1].starts_with("stage road is slower: +10.0 %"));
+        let few = verdict(10, [600, 330, 90, 1]);
+        assert!(changes(&few).iter().all(|(_, change)| *change == Undecided) && few.passes() && few.is_undecided);
+        assert!(few.evidence.contains("10 pairs"));
+    }
+
+    #[test]
+    fn a_wrong_value_and_a_counter_without_a_reason_fail() {
+        let work = Work { name: "rough".to_owned(), is_scene: false };
+        let [mut first, mut second] = [1.0, 1.1].map(|value| Measurement {
+            found: Found { value, expected: 1.0, tolerance: 0.01, ..Found::default() },
+            ..Measurement::default()
+        });
+        first.counters.insert("steps".to_owned(), 7);
+        second.counters.insert("steps".to_owned(), 8);
+        let found = WorkloadVerdict::new(&work, &[vec![first.clone()], vec![second]], &[]).unwrap();
+        assert!(!found.right && found.stages.is_empty() && found.complaints.len() == 2, "{found:?}");
+        assert!(found.complaints[1].starts_with("counter steps was 7 and is 8"));
+        assert!(WorkloadVerdict::new(&work, &[vec![first], Vec::new()], &[]).is_none());
     }
 }

@@ -34,7 +34,7 @@ const SPECTRUM_ARRAYS: f64 = 8.0;
 /// Place of work in the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Place {
+pub enum Place {
     /// On one thread, before the steps.
     Before,
     /// On all threads, before the steps.
@@ -49,7 +49,7 @@ pub(crate) enum Place {
 
 /// Work of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Amount {
+pub struct Amount {
     /// The stage that does it.
     pub stage: Stage,
     /// Unit of the amount.
@@ -62,7 +62,7 @@ pub(crate) struct Amount {
 
 /// Work and memory of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Amounts {
+pub struct Amounts {
     /// Contact on a smooth road.
     pub expected: Expected,
     /// Number of poles of the model, counting conjugates; 0 without one.
@@ -123,7 +123,7 @@ impl Amounts {
 
     /// Largest memory of a run on `threads` threads \[bytes\], without the process itself: that of the steps, or of the
     /// fit before them.
-    pub(crate) fn memory_on(&self, threads: usize) -> f64 {
+    pub fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
         let fit = self.set_up_memory_on(threads);
         (fit + self.fit_memory_that_stays).max(steps + expected_fit::KEPT * fit)
@@ -234,9 +234,9 @@ impl Amounts {
         self.hold("cells of a piece of road", 8.0 * piece * lattice.along as f64 * across);
         let cells = rows * lattice.cells() as f64;
         match plan.decisions.slices {
-            Slices::Pressed if lattice.cells() > 1 => self.pressed(plan, lattice, rows),
-            Slices::HalfSpace => self.add(Stage::Slices, Unit::HalfSpacePair, cells * across, Place::Behind),
-            Slices::Winkler | Slices::Pressed | Slices::None => {
+            Some(Slices::Pressed) if lattice.cells() > 1 => self.pressed(plan, lattice, rows),
+            Some(Slices::HalfSpace) => self.add(Stage::Slices, Unit::HalfSpacePair, cells * across, Place::Behind),
+            Some(Slices::Winkler | Slices::Pressed) | None => {
                 self.add(Stage::Slices, Unit::SpringCell, cells, Place::Behind);
             }
         }

@@ -59,16 +59,11 @@ impl Plan {
         let memory = amounts.memory_on(1);
         let hours = Forecast::new(amounts, self.steps, &UnitCosts::default(), 1, 0.0).core_seconds() / 3600.0;
         let (rule, has_cells) = (numerics.time_rule, self.decisions.zone == Zone::Cells);
-        let complaint = if has_cells && !rule.is_quadrature() {
-            let wrong = format!("\"{}\" is no convolution quadrature, which cells carry their past by", rule.name());
-            loaded.complain("numerics.time_rule", wrong, "a quadrature such as \"sdirk2\"")
-        } else if numerics.history == History::Direct && !rule.is_multistep() && !has_cells {
-            let why = if rule.runge_kutta().is_some() {
-                "couples the stages of a step: its weights are matrices, which the direct sum does not keep"
-            } else {
-                "is no convolution quadrature: it needs the tyre's modes"
-            };
-            let wrong = format!("\"{}\" {why}", rule.name());
+        let complaint = if numerics.history == History::Direct && !rule.is_multistep() && !has_cells {
+            let wrong = format!(
+                "\"{}\" couples the stages of a step: its weights are matrices, which the direct sum does not keep",
+                rule.name()
+            );
             loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
         } else if memory / 1e9 > numerics.memory_limit {
             // Without a given size, cells are as wide as elements are long.

@@ -36,9 +36,10 @@ mod unit;
 pub(crate) mod unit_record;
 
 pub(crate) use amounts::{Amounts, Place};
-pub(crate) use decisions::Decisions;
+pub use decisions::Decisions;
 pub(crate) use forecast::{Forecast, process_memory};
-pub(crate) use unit::{Unit, UnitCosts};
+pub use unit::Unit;
+pub(crate) use unit::UnitCosts;
 
 use std::sync::OnceLock;
 

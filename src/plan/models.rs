@@ -3,12 +3,14 @@
 use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 
+use serde::Serialize;
 use thiserror::Error;
 
 use super::Plan;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::scene::{LoadedScene, SceneError, Tyre};
-use crate::storage::Cache;
+use crate::storage::cache::key;
+use crate::storage::{Cache, Cached};
 use crate::tyre::influence::{CellGrid, CellSums, WaveBand};
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
@@ -74,6 +76,32 @@ pub(crate) fn planned_model(
     let evaluations = if fetched.warm { 0 } else { fetched.model.evaluations() };
     count_evaluations(plan, evaluations, meter);
     Ok(fetched.model)
+}
+
+/// The model of the waves on cells that a planned run needs, from the user's cache or fitted; `evaluations` are those
+/// that a fit took.
+///
+/// # Errors
+/// A fit that was [`refused`]; [`ModelError::Stopped`].
+pub(crate) fn planned_cell_model<M: Cached>(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    content: &impl Serialize,
+    fit: impl Fn() -> Result<M, FitError>,
+    evaluations: fn(&M) -> u64,
+    meter: &mut Meter,
+    warnings: &mut Vec<String>,
+) -> Result<M, ModelError> {
+    let mut fitted = || -> Result<M, ModelError> {
+        let right = "another tolerance, or history = \"direct\"";
+        let model = meter.time(Stage::Fit, &fit).map_err(|error| refused(loaded, error, right))?;
+        count_evaluations(plan, evaluations(&model), meter);
+        Ok(model)
+    };
+    match (Cache::open(), key::<M>(content)) {
+        (Ok(cache), Ok(key)) => cache.fetch(&key, warnings, fitted),
+        _ => fitted(),
+    }
 }
 
 /// Sums over the waves of a tyre on the cells of a planned scene.

@@ -12,7 +12,7 @@ use crate::scene::{
 
 /// A setting that the scene left open or that has another source than the scene, and its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Choice {
+pub struct Choice {
     /// Key in the scene.
     pub key: &'static str,
     /// Chosen value, as text.

@@ -124,9 +124,9 @@ impl Plan {
         let lattice = surface.lattice();
         let springs_have_a_limit = surface.is_made() || lattice.cell().min(lattice.dy) >= SHORTEST_CELL;
         let by_class = match decisions.slices {
-            Slices::Winkler if springs_have_a_limit => [&SPRINGS_ON_ASPHALT, &SPRINGS_ON_CHIP_SEAL],
-            Slices::Pressed => [&PRESSED_ON_ASPHALT, &PRESSED_ON_CHIP_SEAL],
-            Slices::None | Slices::Winkler | Slices::HalfSpace => return None,
+            Some(Slices::Winkler) if springs_have_a_limit => [&SPRINGS_ON_ASPHALT, &SPRINGS_ON_CHIP_SEAL],
+            Some(Slices::Pressed) => [&PRESSED_ON_ASPHALT, &PRESSED_ON_CHIP_SEAL],
+            Some(Slices::Winkler | Slices::HalfSpace) | None => return None,
         };
         let measured = decisions.zone == Zone::Slices
             && lattice.columns > 1

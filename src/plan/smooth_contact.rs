@@ -16,7 +16,7 @@ const PEAKS: f64 = 1e-2;
 
 /// Expected contact on a smooth road.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Expected {
+pub struct Expected {
     /// Number of points in contact.
     pub points: f64,
     /// Number of columns of the window.

@@ -12,7 +12,7 @@ const ROUNDED: f64 = 1.1;
 
 /// Reasons why the numerical error of a scene's levels is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Unstated {
+pub enum Unstated {
     /// Neither `preset` nor `accuracy` is given.
     NoPreset,
     /// A key given by the scene is coarser than that of its preset.

@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::counters::Stage;
 
+/// Unit of a figure of the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Unit {
+pub enum Unit {
     /// Fit of the influence functions, in fits of 512 elements to 1e-5.
     Fit,
     /// A pole: read, checked, and its coefficients computed.

@@ -8,7 +8,7 @@ use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, feasible, infl
 use crate::scene::{LoadedScene, Scene, SceneError};
 
 /// Rows of the plan's table, in the order of the computation.
-pub(crate) fn rows() -> impl Iterator<Item = &'static Row> {
+pub fn rows() -> impl Iterator<Item = &'static Row> {
     PHYSICS.iter().chain(EFFECTS.into_iter().flat_map(|effect| effect.rows())).chain(&LATE)
 }
 
@@ -30,7 +30,8 @@ fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
 }
 
 impl Decisions {
-    pub(crate) fn new(scene: &Scene) -> Self {
+    /// The plan of a scene, without its files.
+    pub fn new(scene: &Scene) -> Self {
         Self::by(rows(), scene, EFFECTS.iter().any(|effect| effect.takes_models(scene)))
     }
 }
@@ -78,7 +79,7 @@ impl Plan {
     }
 
     /// Work of each stage in units, and memory by what holds it.
-    pub(crate) fn amounts(&self) -> Amounts {
+    pub fn amounts(&self) -> Amounts {
         let mut amounts = Amounts::of_physics(self);
         EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
         amounts.add_results(self);

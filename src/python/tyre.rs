@@ -15,10 +15,10 @@ use crate::plan::models::{fetch, refused};
 use crate::plan::{Decisions, fit_options};
 use crate::run::RunError;
 use crate::scene::LoadedScene;
+use crate::tyre::impulse_response::impulse_responses;
 use crate::tyre::influence::Field;
 use crate::tyre::influence::mobility::driving_point;
 use crate::tyre::poles::{Direction, RationalModel};
-use crate::tyre::views::impulse_responses;
 use crate::tyre::wave_compliance;
 
 /// Highest frequency that is accepted \[Hz\]: far above the audible range.

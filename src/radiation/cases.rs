@@ -28,7 +28,7 @@ use super::solve::{Drive, Problem};
 
 /// Errors of a file of cases.
 #[derive(Debug, Error)]
-pub(crate) enum CasesError {
+pub enum CasesError {
     /// Not JSON, or not this format.
     #[error("not a file of radiation cases: {0}")]
     Format(#[from] serde_json::Error),
@@ -119,7 +119,7 @@ impl From<RadiationError> for Fault {
 ///
 /// # Errors
 /// The first case that is wrong, by its name; [`RadiationError::Interrupted`] in the case where it was.
-pub(crate) fn evaluate(text: &str, memory_limit: u64, interrupted: &dyn Fn() -> bool) -> Result<Value, CasesError> {
+pub fn evaluate(text: &str, memory_limit: u64, interrupted: &dyn Fn() -> bool) -> Result<Value, CasesError> {
     let document: Document = serde_json::from_str(text)?;
     let positive = |value: f64| value > 0.0 && value.is_finite();
     let numbers = [document.density, document.sound_speed, document.nodes_per_wavelength];

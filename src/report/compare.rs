@@ -15,7 +15,7 @@ use crate::sound::{Compared, CoveredBands};
 
 /// A setting whose values differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct SettingDifference {
+pub struct SettingDifference {
     /// Key, such as `numerics.elements`.
     pub key: String,
     /// Values by result, in the form of a scene; empty where a scene has none.
@@ -24,7 +24,7 @@ pub(crate) struct SettingDifference {
 
 /// A figure of every result.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct FigureComparison {
+pub struct FigureComparison {
     /// Name of the figure.
     pub name: String,
     /// Its unit.
@@ -35,7 +35,7 @@ pub(crate) struct FigureComparison {
 
 /// A figure of one result.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct FoundFigure {
+pub struct FoundFigure {
     /// Value, and bands and error of a level.
     pub figure: Figure,
     /// Passages of a maximum.
@@ -150,7 +150,7 @@ impl Serialize for FigureComparison {
 
 /// Third octaves of one signal in every result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct SpectrumComparison {
+pub struct SpectrumComparison {
     /// Quantity of the levels, with its reference.
     pub quantity: &'static str,
     /// Name of the signal; empty if the quantity has only one.
@@ -161,7 +161,7 @@ pub(crate) struct SpectrumComparison {
 
 /// A third octave in every result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct BandComparison {
+pub struct BandComparison {
     /// Nominal mid-frequency \[Hz\].
     pub nominal_hz: f64,
     /// Levels by result \[dB\]; `None` where a result has no such band, or silence in it.
@@ -172,7 +172,7 @@ pub(crate) struct BandComparison {
 
 /// Results side by side.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Comparison {
+pub struct Comparison {
     /// Names of the results' folders; the others are compared with the first.
     pub names: Vec<String>,
     /// Settings that differ between results.
@@ -187,7 +187,7 @@ pub(crate) struct Comparison {
 
 impl Comparison {
     /// Compares results with the first of them.
-    pub(crate) fn of(all: &[Stored]) -> Self {
+    pub fn of(all: &[Stored]) -> Self {
         Self {
             names: all.iter().map(Stored::name).collect(),
             settings: settings(all),

@@ -13,8 +13,7 @@ use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
 use crate::study::trial::level_changes;
 
 /// Begin of every page, by which an earlier page is recognised.
-pub(crate) const PAGE_HEAD: &str =
-    "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
+pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
 
 /// HTML page of some results; several are compared with the first one.
 ///
@@ -155,7 +154,7 @@ pub(super) fn curves(
             y: Axis::linear_around("Difference [dB]", points().map(|point| point.1).chain([-0.5, 0.5])),
             series: series.clone(),
         };
-        pictures.push((plot.to_svg_vouched(|curve, point| vouched[curve][point])?, format!("{title}. {GREY}")));
+        pictures.push((plot.to_svg_vouched(|curve, point| vouched[curve][point]), format!("{title}. {GREY}")));
     }
     Ok(pictures)
 }

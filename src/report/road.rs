@@ -3,7 +3,7 @@
 use ndarray::ArrayView2;
 
 use crate::results::PlotError;
-use crate::results::plots::{Axis, LinePlot, Series, four_digits, road_map};
+use crate::results::plots::{Axis, LinePlot, Series, SurfaceMap, four_digits};
 use crate::results::table::{Report, aligned, words};
 use crate::road::texture::OverallLevel;
 use crate::road::{RoadDescription, TextureLevel};
@@ -17,19 +17,25 @@ pub(crate) fn map(title: &str, road: &RoadDescription) -> Result<String, PlotErr
     let heights = ArrayView2::from_shape((sample.rows, sample.columns), &sample.heights);
     let (picture, quantity, got) = ("a road", "heights", sample.heights.len());
     let expected = sample.rows * sample.columns;
-    let heights = heights.map_err(|_| PlotError::Shape { picture, quantity, expected, got })?;
-    road_map(title, heights, sample.start, [sample.dx, sample.dy])
+    let heights = heights.map_err(|_| PlotError { picture, quantity, expected, got })?;
+    let millimetres = heights.mapv(|height| 1e3 * height);
+    SurfaceMap {
+        title,
+        along: "Along the road",
+        quantity: "Height [mm]",
+        values: millimetres.view(),
+        first_position: sample.start,
+        size: [sample.dx, sample.dy],
+    }
+    .to_svg()
 }
 
 /// Picture of the third-octave levels of a road's texture over the wavelength, grey where the road is too short for
 /// them; `None` for a plane.
-///
-/// # Errors
-/// [`PlotError`].
-pub(crate) fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Option<String>, PlotError> {
+pub(crate) fn texture_spectrum(title: &str, road: &RoadDescription) -> Option<String> {
     let points: Vec<(f64, f64)> = road.levels.iter().map(|at| (1e3 * at.wavelength, at.level)).collect();
     if points.len() < 2 {
-        return Ok(None);
+        return None;
     }
     let plot = LinePlot {
         title,
@@ -37,7 +43,7 @@ pub(crate) fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Op
         y: Axis::linear_around("Texture level [dB re 1e-6 m]", points.iter().map(|point| point.1)),
         series: vec![Series { name: "", points }],
     };
-    plot.to_svg_vouched(|_, point| road.levels[point].valid).map(Some)
+    Some(plot.to_svg_vouched(|_, point| road.levels[point].valid))
 }
 
 /// A road in words and numbers.

@@ -136,7 +136,7 @@ pub(super) fn road(stored: &Stored) -> Result<Markup, ReportError> {
         Err(error) => return Ok(html! { p.warning { "The road cannot be shown: " (error) "." } }),
     };
     let heights = (!road.sample.heights.is_empty()).then(|| map("Heights of the road", &road)).transpose()?;
-    let spectrum = texture_spectrum("Texture of the road, third octaves", &road)?;
+    let spectrum = texture_spectrum("Texture of the road, third octaves", &road);
     Ok(html! {
         @if let Some(heights) = heights { (figure(&heights, "The first metre of the road under the tyre.")) }
         @if let Some(spectrum) = spectrum {

@@ -1,6 +1,5 @@
 //! A slice of the road in pictures: its profile, the pressure on it, its displacement and stiffness.
 
-use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::study::slices::{LAWS, SliceView};
 
@@ -9,10 +8,7 @@ const POINTS: usize = 200;
 
 /// Pictures of the profile with the indentation levels, the pressure at these, displacement S(y) and stiffness s(y) by
 /// both laws, each with the name of its file.
-///
-/// # Errors
-/// [`PlotError`].
-pub(crate) fn pictures(title: &str, view: &SliceView) -> Result<Vec<(&'static str, String)>, PlotError> {
+pub(crate) fn pictures(title: &str, view: &SliceView) -> Vec<(&'static str, String)> {
     let across: Vec<f64> = view.across.iter().map(|y| 1e3 * y).collect();
     let ends = across[0]..across[across.len() - 1];
     let x = || Axis::linear("Across the tyre [mm]", ends.clone());
@@ -37,7 +33,7 @@ pub(crate) fn pictures(title: &str, view: &SliceView) -> Result<Vec<(&'static st
     let heading = format!("Pressure across the tyre: {title}");
     let pressure = LinePlot { title: &heading, x: x(), y, series };
 
-    let mut pictures = vec![("slice_profile.svg", profile.to_svg()?), ("slice_pressure.svg", pressure.to_svg()?)];
+    let mut pictures = vec![("slice_profile.svg", profile.to_svg()), ("slice_pressure.svg", pressure.to_svg())];
     let deepest = 1.25 * view.levels[view.levels.len() - 1];
     let curve = |value: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         (0..=POINTS).map(|i| deepest * i as f64 / POINTS as f64).map(|y| (1e3 * y, value(y))).collect()
@@ -52,7 +48,7 @@ pub(crate) fn pictures(title: &str, view: &SliceView) -> Result<Vec<(&'static st
         let x = Axis::linear("Penetration y past the highest point [mm]", 0.0..1e3 * deepest);
         let heading = format!("A slice by both laws: {title}");
         let plot = LinePlot { title: &heading, x, y: Axis::linear(quantity, 0.0..1.05 * highest), series };
-        pictures.push((file, plot.to_svg()?));
+        pictures.push((file, plot.to_svg()));
     }
-    Ok(pictures)
+    pictures
 }

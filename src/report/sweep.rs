@@ -38,11 +38,11 @@ impl StoredSweep {
         let runs: Vec<(Label, Option<Done>)> =
             self.variants.iter().map(|(label, stored)| (label.clone(), stored.as_ref().map(found))).collect();
         let (blocks, means) = (blocks(&runs), RepeatedTable::of(&runs));
-        let mut against = means.curves(&self.title)?;
+        let mut against = means.curves(&self.title);
         if against.is_empty() {
-            against = means.plots(&self.title)?.into_iter().map(|(_, svg)| svg).collect();
+            against = means.plots(&self.title).into_iter().map(|(_, svg)| svg).collect();
         }
-        let growth = if blocks.len() > MOST_SPECTRA { None } else { growth_plot(&blocks, "Growth with the speed")? };
+        let growth = if blocks.len() > MOST_SPECTRA { None } else { growth_plot(&blocks, "Growth with the speed") };
         let tables = RepeatedTable::new(&runs).map_or_else(|| side_by_side(&blocks), |means| means.report());
         let (names, shown, of_all) = self.shown();
         let third_octaves = third_octaves(&names, &shown)?;

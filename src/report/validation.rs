@@ -5,7 +5,6 @@ use serde_json::{Value, json};
 
 use super::html::{article, document, figure, table};
 use crate::response::ThirdOctaveBand;
-use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series, four_digits};
 use crate::results::table::{Report, Table, words};
 use crate::scene::NamedTexture;
@@ -15,7 +14,7 @@ use crate::study::validation::{
 };
 
 /// Lines of a Markdown file between which the section is placed.
-pub(crate) const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
+pub const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
 
 /// Explanation of the columns.
 const LEGEND: &str = "outside: distance from the published range; 0 inside. could explain: physics that the model \
@@ -143,7 +142,7 @@ pub(crate) fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
 }
 
 /// Section of a Markdown file, between its markers: the groups, and the third octaves at 80 km/h.
-pub(crate) fn markdown(rows: &[Row]) -> String {
+pub fn markdown(rows: &[Row]) -> String {
     let mut lines = vec![MARKERS[0].to_owned()];
     lines.push("| | inside the published range | farthest outside |".to_owned());
     lines.push("|---|---|---|".to_owned());
@@ -167,28 +166,25 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
 }
 
 /// Pictures of a validation: name of the file, SVG, caption.
-///
-/// # Errors
-/// [`PlotError`].
-pub(crate) fn pictures(rows: &[Row], measured: &Measured) -> Result<Vec<(&'static str, String, String)>, PlotError> {
+pub(crate) fn pictures(rows: &[Row], measured: &Measured) -> Vec<(&'static str, String, String)> {
     let shapes =
         [(Group::Shape50, "shape_50.svg"), (Group::Shape80, "shape_80.svg"), (Group::Shape110, "shape_110.svg")];
     let mut pictures = Vec::new();
     for (group, file) in shapes {
         let title = format!("{}, A-weighted, less the sum of 200 to 2000 Hz", sentence(group.title()));
-        if let Some(svg) = bands(rows, group, &title, "Relative level [dB]")? {
+        if let Some(svg) = bands(rows, group, &title, "Relative level [dB]") {
             pictures.push((file, svg, format!("{title}: the published range, and what was computed on dac-11.")));
         }
     }
     let title = sentence(Group::Growth.title());
-    if let Some(svg) = bands(rows, Group::Growth, &title, "Growth [dB a decade]")? {
+    if let Some(svg) = bands(rows, Group::Growth, &title, "Growth [dB a decade]") {
         pictures.push(("growth.svg", svg, format!("{title}: the published range, and what was computed on dac-11.")));
     }
-    if let Some(svg) = roads(measured)? {
+    if let Some(svg) = roads(measured) {
         pictures.push(("roads.svg", svg, "Coast-by on the named roads at 80 km/h, A-weighted third octaves.".into()));
     }
-    pictures.push(("textures.svg", textures()?, "Third-octave texture levels of the named roads.".into()));
-    Ok(pictures)
+    pictures.push(("textures.svg", textures(), "Third-octave texture levels of the named roads.".into()));
+    pictures
 }
 
 fn sentence(text: &str) -> String {
@@ -197,25 +193,25 @@ fn sentence(text: &str) -> String {
 }
 
 /// Picture of the range and values of a group of bands; `None` if none was computed.
-fn bands(rows: &[Row], group: Group, title: &str, quantity: &str) -> Result<Option<String>, PlotError> {
+fn bands(rows: &[Row], group: Group, title: &str, quantity: &str) -> Option<String> {
     let rows: Vec<&Row> = rows.iter().filter(|row| row.group == group).collect();
     // The bands of a group follow each other from 200 Hz on.
     let at = |place: usize| ThirdOctaveBand(place as i32 - 7).mid_frequency();
     let found: Vec<(f64, f64)> =
         rows.iter().enumerate().filter_map(|(place, row)| Some((at(place), row.computed?))).collect();
     if found.is_empty() {
-        return Ok(None);
+        return None;
     }
     let range: Vec<(f64, [f64; 2])> = rows.iter().enumerate().map(|(place, row)| (at(place), row.range)).collect();
     let levels = found.iter().map(|point| point.1).chain(range.iter().flat_map(|point| point.1));
     let y = Axis::linear_around(quantity, levels);
     let x = Axis::logarithmic_around("Frequency [Hz]", range.iter().map(|point| point.0), [0.9, 1.1]);
     let series = vec![Series { name: "computed", points: found }];
-    LinePlot { title, x, y, series }.to_svg_over("published range", &range).map(Some)
+    Some(LinePlot { title, x, y, series }.to_svg_over("published range", &range))
 }
 
 /// Picture of the coast-by levels on all roads at 80 km/h; `None` without such a run.
-fn roads(measured: &Measured) -> Result<Option<String>, PlotError> {
+fn roads(measured: &Measured) -> Option<String> {
     let of_speed = measured.runs.iter().filter(|run| (run.speed_kmh - PUBLISHED_SPEEDS[1]).abs() < 1e-9);
     let series: Vec<Series<'_>> = of_speed
         .map(|run| {
@@ -225,12 +221,12 @@ fn roads(measured: &Measured) -> Result<Option<String>, PlotError> {
         })
         .collect();
     if series.iter().all(|series| series.points.is_empty()) {
-        return Ok(None);
+        return None;
     }
-    plot("Coast-by on the named roads, 80 km/h", "Level [dB(A)]", "Frequency [Hz]", series).map(Some)
+    Some(plot("Coast-by on the named roads, 80 km/h", "Level [dB(A)]", "Frequency [Hz]", series))
 }
 
-fn textures() -> Result<String, PlotError> {
+fn textures() -> String {
     let series = NamedTexture::ALL.map(|texture| {
         let points = texture.levels().map(|(band, level)| (1e3 * 10.0_f64.powf(0.1 * f64::from(band)), level));
         Series { name: texture.name(), points: points.collect() }
@@ -238,7 +234,7 @@ fn textures() -> Result<String, PlotError> {
     plot("Textures by name", "Texture level [dB re 1e-6 m]", "Texture wavelength [mm]", series.into())
 }
 
-fn plot(title: &str, quantity: &str, across: &str, series: Vec<Series<'_>>) -> Result<String, PlotError> {
+fn plot(title: &str, quantity: &str, across: &str, series: Vec<Series<'_>>) -> String {
     let points = || series.iter().flat_map(|series| &series.points);
     let (x, y) = (points().map(|point| point.0).collect::<Vec<_>>(), points().map(|point| point.1).collect::<Vec<_>>());
     let x = Axis::logarithmic_around(across, x, [0.9, 1.1]);
@@ -298,7 +294,7 @@ mod tests {
         let record = record("A tyre", &rows, &measured);
         assert_eq!(record["rows"].as_array().unwrap().len(), rows.len());
         assert!(record["rows"][0]["computed"].is_null() && record["rows"][0]["outside"].is_null());
-        let pictures = pictures(&rows, &measured).unwrap();
+        let pictures = pictures(&rows, &measured);
         // Without runs only the textures have a picture.
         assert_eq!(pictures.iter().map(|picture| picture.0).collect::<Vec<_>>(), ["textures.svg"]);
         let page = page("A tyre", &rows, &pictures);

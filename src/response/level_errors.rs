@@ -6,7 +6,7 @@ use super::third_octave::ThirdOctaveBand;
 
 /// Errors of levels, as far as they are known.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct LevelErrors {
+pub struct LevelErrors {
     /// Frequency \[Hz\] from which on the numerical error of valid levels is known, and that error \[dB\].
     pub numerical: Option<(f64, f64)>,
     /// Errors by slices \[dB\].
@@ -14,7 +14,7 @@ pub(crate) struct LevelErrors {
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) enum BySlices {
+pub enum BySlices {
     /// There are none: contact over cells, or a road without texture across.
     #[default]
     None,
@@ -39,12 +39,7 @@ const UNKNOWN_PART: f64 = 0.0115;
 impl LevelErrors {
     /// Errors with the numerical one, and with one by slices if the run has any (`by_slices`); `part` selects force or
     /// sound.
-    pub(crate) fn new(
-        numerical: Option<(f64, f64)>,
-        by_slices: bool,
-        slices: Option<&SliceErrors>,
-        part: Part,
-    ) -> Self {
+    pub fn new(numerical: Option<(f64, f64)>, by_slices: bool, slices: Option<&SliceErrors>, part: Part) -> Self {
         let known = || BySlices::Known(SliceErrors::by_band(slices, part));
         Self { numerical, slices: if by_slices { known() } else { BySlices::None } }
     }

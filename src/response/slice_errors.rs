@@ -10,7 +10,7 @@ pub(crate) type Part = fn(&SliceErrors, ThirdOctaveBand) -> Option<f64>;
 
 /// Errors of a run's levels, as far as they are known.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub(crate) struct SliceErrors {
+pub struct SliceErrors {
     /// Root-mean-square height of the road's macrotexture \[m\].
     pub macrotexture: f64,
     /// Largest error of a valid level \[dB\].
@@ -24,7 +24,7 @@ pub(crate) struct SliceErrors {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-pub(crate) struct SliceError {
+pub struct SliceError {
     /// Nominal mid-frequency of the band \[Hz\].
     pub nominal_hz: f64,
     /// Error of force and vibration \[dB\].
@@ -57,7 +57,7 @@ impl SliceErrors {
     }
 
     /// Error of levels of force and vibration in a band \[dB\], where it is known.
-    pub(crate) fn force(&self, band: ThirdOctaveBand) -> Option<f64> {
+    pub fn force(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.of(band).map(|error| error.force_db)
     }
 

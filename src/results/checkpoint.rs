@@ -144,7 +144,7 @@ pub(crate) fn write(folder: &Path, value: &impl Serialize) -> Result<(), Results
 ///
 /// # Errors
 /// [`CheckpointError::NoCheckpoint`], [`CheckpointError::Io`], [`CheckpointError::Unusable`].
-pub(crate) fn read(folder: &Path) -> Result<Body, CheckpointError> {
+pub fn read(folder: &Path) -> Result<Body, CheckpointError> {
     let path = folder.join(CHECKPOINT_FILE);
     let body = FORMAT.read(&path).map_err(|source| match source.kind() {
         ErrorKind::NotFound => CheckpointError::NoCheckpoint { path: folder.to_owned() },

@@ -20,7 +20,7 @@ const WANTED: f64 = 0.5;
 
 /// Result of a tyre or a vehicle passing a microphone.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub(crate) struct PassBySummary {
+pub struct PassBySummary {
     /// Name of its table, level over time.
     #[serde(default)]
     pub file: String,

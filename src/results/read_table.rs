@@ -7,15 +7,16 @@ const NAMES: [&str; 3] = ["receiver", "field", "frame"];
 
 /// Cells of a column.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Column {
+pub enum Column {
     /// Numbers; an empty cell is NaN.
     Numbers(Vec<f64>),
     /// Words.
     Words(Vec<String>),
 }
 
+/// Columns of a CSV file, by name.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Table {
+pub struct Table {
     /// Names and cells of the columns, from the left.
     pub columns: Vec<(String, Column)>,
 }
@@ -25,7 +26,7 @@ impl Table {
     ///
     /// # Errors
     /// Rows of different lengths.
-    pub(crate) fn parse(text: &str) -> Result<Self, csv::Error> {
+    pub fn parse(text: &str) -> Result<Self, csv::Error> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         let mut cells = vec![Vec::new(); names.len()];
@@ -47,7 +48,7 @@ impl Table {
     }
 
     /// A column of numbers; `None` if there is none of that name.
-    pub(crate) fn numbers(&self, wanted: &str) -> Option<&[f64]> {
+    pub fn numbers(&self, wanted: &str) -> Option<&[f64]> {
         self.columns.iter().find_map(|(name, column)| match column {
             Column::Numbers(numbers) if name == wanted => Some(&numbers[..]),
             _ => None,

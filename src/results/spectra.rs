@@ -32,7 +32,7 @@ pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> St
 }
 
 /// Levels in such a text, with the same bits; `None` if it is another text.
-pub(crate) fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
+pub fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
     #[derive(Deserialize)]
     struct Line {
         mid_frequency_hz: f64,

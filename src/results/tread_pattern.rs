@@ -40,11 +40,11 @@ pub(crate) fn pattern_csv(map: &TreadMap, speed: f64) -> String {
 ///
 /// # Errors
 /// Errors of the picture.
-pub(crate) fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotError> {
+pub fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotError> {
     let [dx, dy] = map.size;
     let (length, half) = (dx * map.columns as f64, 0.5 * dy * map.across as f64);
     let mm: Vec<f64> = map.depths.iter().map(|depth| 1e3 * depth).collect();
-    let values = ArrayView2::from_shape((map.columns, map.across), &mm).map_err(|_| PlotError::Shape {
+    let values = ArrayView2::from_shape((map.columns, map.across), &mm).map_err(|_| PlotError {
         picture: "the tread",
         quantity: "depths",
         expected: map.columns,
@@ -69,10 +69,7 @@ pub(crate) fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotE
 }
 
 /// Draws the spectrum of one unit pulse for each pitch, at a speed \[m/s\].
-///
-/// # Errors
-/// Errors of the picture.
-pub(crate) fn pitch_spectrum(train: &PitchTrain, speed: f64, title: &str) -> Result<String, PlotError> {
+pub fn pitch_spectrum(train: &PitchTrain, speed: f64, title: &str) -> String {
     let rate = speed / train.circumference;
     let last = ORDERS * train.count();
     // Each order is a separate vertical line.

@@ -71,7 +71,7 @@ impl VelocitySpectrum {
 /// Table of third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1
 /// m/s\], 1 for valid levels and 0 for others, the error by slices where that is known \[dB\], of all bands from
 /// `lowest` \[Hz\] on.
-pub(crate) fn vibration_levels_csv(spectra: &[VelocitySpectrum], lowest: f64, errors: &LevelErrors) -> String {
+pub fn vibration_levels_csv(spectra: &[VelocitySpectrum], lowest: f64, errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,mean_square_m2_s2,level_db_re_1m_s,valid,slice_error_db";
     let rows = spectra.iter().flat_map(|named| {
         named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level, valid }| {
@@ -127,7 +127,7 @@ pub(crate) struct FieldSummary {
     /// Root mean square of the mean pattern, which stands still over the road and passes the material \[m/s\].
     pub rms_mean_pattern: f64,
     /// 20 lg of the vibration, which has the time rule's transfer, over that with the exact transfer of the tyre under
-    /// the same forces \[dB\]; `None` for the first-order hold, whose transfer is exact, and for cells.
+    /// the same forces \[dB\]; `None` for cells.
     pub rule_difference: Option<f64>,
     /// The same at its largest among the third octaves below 1 kHz.
     pub rule_difference_below_1k: Option<f64>,

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::contact::ContactError;
 use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::gaps::{GapMap, PLACES, StandingCells};
 use crate::contact::cells::past::{RingParts, WavePast, first_influences};
@@ -16,17 +15,16 @@ use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::effects::TyreModels;
 use crate::plan::Plan;
-use crate::plan::models::{band_sums, cell_sums, count_evaluations, refused};
+use crate::plan::models::{band_sums, cell_sums, planned_cell_model};
 use crate::radiation::gap::patch::REACH;
 use crate::response::vibration::CarriedWaves;
 use crate::road::maker::SliceForm;
 use crate::run::friction::FrictionContact;
 use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
-use crate::scene::{Axle, History, LoadedScene, SceneError, Tyre};
-use crate::storage::Cache;
-use crate::storage::cache::key;
-use crate::tyre::influence::{CellGrid, CellInfluence, CellRow, CellSums, WaveBand, WaveValues};
-use crate::tyre::poles::cells::{CellModel, fit_cells};
+use crate::scene::{Axle, History, LoadedScene, SceneError};
+use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, WaveBand, WaveValues};
+use crate::tyre::poles::cells::fit_cells;
+use crate::tyre::poles::pole_model::PoleModel;
 use crate::tyre::tread_pattern::blocks::Blocks;
 
 pub(super) struct CellContact<'a> {
@@ -93,7 +91,7 @@ impl ZoneMaker for CellContact<'_> {
                 models: TyreModels::default(),
             });
         }
-        let instant = self.instant(columns, meter)?;
+        let instant = self.instant(columns, meter);
         let followed = plan.decisions.takes_models;
         let waves = match numerics.history {
             History::Direct if !followed => Vec::new(),
@@ -102,7 +100,7 @@ impl ZoneMaker for CellContact<'_> {
         let zone = self.zone(instant.clone(), &waves, margin, meter);
         let mut models = TyreModels::default();
         if followed {
-            let beyond = meter.time(Stage::Influence, || self.beyond(instant, &waves))?;
+            let beyond = meter.time(Stage::Influence, || self.beyond(instant, &waves));
             models.waves = Some((waves, beyond));
         }
         Ok(Made {
@@ -129,24 +127,21 @@ impl<'a> CellContact<'a> {
         Self { loaded, plan, sums, tread, blocks, resting, stop }
     }
 
-    /// Influence between the cells of a window of `columns` columns within an instant. Fails for a rule without a first
-    /// rate.
-    fn instant(&self, columns: usize, meter: &mut Meter) -> Result<CellInfluence, ContactError> {
+    /// Influence between the cells of a window of `columns` columns within an instant.
+    fn instant(&self, columns: usize, meter: &mut Meter) -> CellInfluence {
         let Plan { scene, time_step, .. } = self.plan;
-        let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
-        Ok(meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns)))
+        let rate = scene.numerics.time_rule.first_rate(*time_step);
+        meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns))
     }
 
     /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the past
     /// is that of the `carried` waves, or of direct sums.
     fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
         let numerics = &self.plan.scene.numerics;
-        let past = match numerics.history {
-            History::Direct => CellPast::Direct(Box::new(self.direct(instant.columns, meter))),
-            History::Modal if self.plan.is_single() => {
-                CellPast::Single(Box::new(self.rings(instant.columns, carried, meter)))
-            }
-            History::Modal => CellPast::Modal(Box::new(self.rings(instant.columns, carried, meter))),
+        let past: Box<dyn CellPast<1>> = match numerics.history {
+            History::Direct => Box::new(self.direct(instant.columns, meter)),
+            History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(instant.columns, carried, meter)),
+            History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, meter)),
         };
         let tolerance = self.plan.cell_tolerance();
         let instant = InstantCells::on_blocks(instant, self.sums.grid(), self.blocks.as_ref());
@@ -171,24 +166,26 @@ impl<'a> CellContact<'a> {
         let carried = |band: WaveBand| -> Result<CarriedWaves, RunError> {
             let sums = band_sums(self.plan, band, &self.sums);
             let rows = sums.waves(band);
-            let model = self.model(&sums, &self.plan.tyre_of(band), &rows, meter, warnings)?;
+            let options = self.plan.cell_fit();
+            let fit = || fit_cells(&sums, &rows, &options, self.stop);
+            let (content, count) = ((self.plan.tyre_of(band).levelled(), &rows, options), PoleModel::evaluations);
+            let model = planned_cell_model(self.loaded, self.plan, &content, fit, count, meter, warnings)?;
             Ok(CarriedWaves { part: band.part, rows, model })
         };
         self.bands(columns).into_iter().map(carried).collect()
     }
 
-    /// Influence between cells within an instant, less that of the waves that carry the past. Fails for a rule without
-    /// a first rate.
-    fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
+    /// Influence between cells within an instant, less that of the waves that carry the past.
+    fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> CellInfluence {
         let Plan { scene, time_step, .. } = self.plan;
-        let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+        let rate = scene.numerics.time_rule.first_rate(*time_step);
         let values: Vec<WaveValues> = carried.iter().map(|waves| waves.model.values(rate)).collect();
         let known = carried.iter().zip(&values).map(|(waves, values)| (waves.part, waves.rows.as_slice(), values));
         all -= &CellInfluence::of_waves(self.sums.grid(), all.columns, known);
-        Ok(all)
+        all
     }
 
-    fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast {
+    fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast<1> {
         let rows = self.sums.waves(WaveBand::WHOLE);
         let transform = WaveTransform::new(self.sums.grid(), self.sums.grid().elements(), columns, &rows);
         let rule = self.plan.scene.numerics.time_rule;
@@ -213,28 +210,5 @@ impl<'a> CellContact<'a> {
             RingParts { model, transform, next_instant, forgotten_after, substeps: numerics.substeps, fewer_poles }
         });
         WavePast::new(rings, numerics.time_rule, self.plan.time_step)
-    }
-
-    /// Model of a band, from the user's cache or fitted.
-    fn model(
-        &self,
-        sums: &CellSums,
-        tyre: &Tyre,
-        rows: &[CellRow],
-        meter: &mut Meter,
-        warnings: &mut Vec<String>,
-    ) -> Result<CellModel, RunError> {
-        let options = self.plan.cell_fit();
-        let mut fit = || -> Result<CellModel, RunError> {
-            let fitted = meter.time(Stage::Fit, || fit_cells(sums, rows, &options, self.stop));
-            let right = "another tolerance, or history = \"direct\"";
-            let model = fitted.map_err(|error| refused(self.loaded, error, right))?;
-            count_evaluations(self.plan, model.evaluations(), meter);
-            Ok(model)
-        };
-        match (Cache::open(), key::<CellModel>(&(tyre.levelled(), rows, options))) {
-            (Ok(cache), Ok(key)) => cache.fetch(&key, warnings, fit),
-            _ => fit(),
-        }
     }
 }

@@ -2,15 +2,14 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::contact::ContactError;
+use crate::contact::cells::CellPast;
+use crate::contact::cells::component_transforms::ComponentTransforms;
+use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::contact::friction::free_creep::FreeCreep;
-use crate::contact::friction::history::TractionHistory;
 use crate::contact::friction::law::CellLaw;
 use crate::contact::friction::modal::{TractionRing, TractionWaves};
-use crate::contact::friction::past::TractionPast;
 use crate::contact::friction::search::FrictionSearch;
-use crate::contact::friction::transform::TractionTransform;
 use crate::contact::friction::wave_group::Stepping;
 use crate::contact::friction::zone::{FrictionZone, Rolling};
 use crate::contact::geometry::Geometry;
@@ -20,16 +19,11 @@ use crate::contact::tread::TreadSurface;
 use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::plan::Plan;
-use crate::plan::models::{band_sums, count_evaluations, refused};
-use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep, Tyre};
-use crate::storage::Cache;
-use crate::storage::cache::key;
-use crate::tyre::influence::{CellGrid, CellRow, CellSums, WaveBand};
+use crate::plan::models::{band_sums, planned_cell_model};
+use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep};
+use crate::tyre::influence::{COMPONENTS, CellGrid, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::traction_model::TractionModel;
 use crate::tyre::poles::tractions::fit_tractions;
-
-/// Remedy if a fit is refused.
-const RIGHT: &str = "another tolerance, or history = \"direct\"";
 
 /// Waves of a band, with their poles.
 struct Carried {
@@ -70,7 +64,7 @@ impl FrictionContact<'_> {
         let Self { plan, sums, tread, friction, .. } = *self;
         let Plan { scene, time_step, .. } = plan;
         let (grid, rule) = (sums.grid(), scene.numerics.time_rule);
-        let rate = rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+        let rate = rule.first_rate(*time_step);
         let revolution = scene.numerics.elements * scene.numerics.substeps;
         let (given, free) = match friction.creep.longitudinal {
             LongitudinalCreep::Given(creep) => (creep, None),
@@ -102,29 +96,37 @@ impl FrictionContact<'_> {
     }
 
     /// Past of a window of `columns` columns.
-    fn past(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<TractionHistory, RunError> {
+    fn past(
+        &self,
+        columns: usize,
+        meter: &mut Meter,
+        warnings: &mut Vec<String>,
+    ) -> Result<Box<dyn CellPast<COMPONENTS>>, RunError> {
         let Self { plan, sums, .. } = *self;
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
         if plan.scene.numerics.history == History::Direct {
             let rows = sums.traction_rows(WaveBand::WHOLE);
-            let transform = TractionTransform::new(grid, [grid.elements(), columns], &rows);
-            let past =
-                meter.time(Stage::Influence, || TractionPast::new(sums, &rows, transform, rule, time_step, plan.lags));
-            return Ok(TractionHistory::Direct(Box::new(past)));
+            let transforms = ComponentTransforms::of_tractions(grid, [grid.elements(), columns], &rows);
+            let past = || DirectPast::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
+            return Ok(Box::new(meter.time(Stage::Influence, past)));
         }
         let carried = |band: WaveBand| -> Result<Carried, RunError> {
             let sums = band_sums(plan, band, sums);
             let rows = sums.traction_rows(band);
-            let model = self.model(&sums, &plan.tyre_of(band), &rows, meter, warnings)?;
+            let options = plan.cell_fit();
+            let fit = || fit_tractions(&sums, &rows, &options, self.stop);
+            let content = (plan.tyre_of(band).levelled(), &rows, options, plan.scene.numerics.influence_tolerance);
+            let count = TractionModel::evaluations;
+            let model = planned_cell_model(self.loaded, plan, &content, fit, count, meter, warnings)?;
             meter.count(Counter::Poles, model.order() as u64);
             Ok(Carried { band, grid: sums.grid().clone(), rows, model })
         };
         let carried = plan.wave_bands(columns).into_iter().map(carried).collect::<Result<Vec<_>, _>>()?;
-        Ok(meter.time(Stage::Influence, || {
+        Ok(meter.time(Stage::Influence, || -> Box<dyn CellPast<COMPONENTS>> {
             if plan.is_single() {
-                TractionHistory::Single(Box::new(self.waves(columns, &carried)))
+                Box::new(self.waves::<f32>(columns, &carried))
             } else {
-                TractionHistory::Modal(Box::new(self.waves(columns, &carried)))
+                Box::new(self.waves::<f64>(columns, &carried))
             }
         }))
     }
@@ -141,32 +143,8 @@ impl FrictionContact<'_> {
                 tolerance: fit.tolerance,
                 forgotten_after: self.plan.forgotten_after(*band, columns),
             };
-            let transform = TractionTransform::new(grid, [grid.elements() / band.part, columns], rows);
+            let transform = ComponentTransforms::of_tractions(grid, [grid.elements() / band.part, columns], rows);
             TractionRing { model, transform, seen: (band.part > 1).then_some(grid.across), stepping }
         }))
-    }
-
-    /// Poles of a band, from the user's cache or fitted.
-    fn model(
-        &self,
-        sums: &CellSums,
-        tyre: &Tyre,
-        rows: &[CellRow],
-        meter: &mut Meter,
-        warnings: &mut Vec<String>,
-    ) -> Result<TractionModel, RunError> {
-        let Self { loaded, plan, stop, .. } = *self;
-        let options = plan.cell_fit();
-        let mut fit = || -> Result<TractionModel, RunError> {
-            let fitted = meter.time(Stage::Fit, || fit_tractions(sums, rows, &options, stop));
-            let model = fitted.map_err(|error| refused(loaded, error, RIGHT))?;
-            count_evaluations(plan, model.evaluations(), meter);
-            Ok(model)
-        };
-        let tolerance = plan.scene.numerics.influence_tolerance;
-        match (Cache::open(), key::<TractionModel>(&(tyre.levelled(), rows, options, tolerance))) {
-            (Ok(cache), Ok(key)) => cache.fetch(&key, warnings, fit),
-            _ => fit(),
-        }
     }
 }

@@ -5,12 +5,12 @@ use std::sync::atomic::AtomicBool;
 use crate::contact::ContactError;
 use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces};
 use crate::contact::kernel::{ContactKernel, EqualBedding};
-use crate::contact::stability::Stability;
+use crate::contact::stability::unstable_zero;
 use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::plan::Plan;
 use crate::plan::models::{count_evaluations, planned_model};
-use crate::scene::{LoadedScene, SceneError, TimeRule};
+use crate::scene::{LoadedScene, SceneError};
 use crate::tyre::influence::InfluenceSum;
 use crate::tyre::influence::convolution_quadrature::Weights;
 use crate::tyre::poles::RationalModel;
@@ -31,16 +31,6 @@ pub(crate) struct Past<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// Warning of a marginal rule.
-fn ringing(rule: TimeRule, time_step: f64) -> String {
-    format!(
-        "time_rule = \"{}\" is marginal: the force rings at half the sampling frequency ({:.0} Hz) without decay; \
-         \"bdf2\" does not",
-        rule.name(),
-        0.5 / time_step
-    )
-}
-
 /// Influence between the points in contact within an instant, and the past; and the model that both were made from, if
 /// there is one.
 pub(crate) type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
@@ -52,9 +42,6 @@ impl Past<'_> {
     /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
     pub(crate) fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let numerics = &self.plan.scene.numerics;
-        if numerics.time_rule.is_marginal() {
-            warnings.push(ringing(numerics.time_rule, self.plan.time_step));
-        }
         let weights = meter.time(Stage::Influence, || {
             let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
             Weights::unless_stopped(self.sum, self.plan.field, rule, time_step, self.plan.lags, self.stop)
@@ -89,7 +76,7 @@ impl Past<'_> {
         let right = "another tolerance, or history = \"direct\"";
         let model = planned_model(self.loaded, self.plan, right, self.stop, meter, warnings)?;
         meter.count(Counter::Poles, model.order() as u64);
-        meter.time(Stage::Influence, || self.check_rule(&model, warnings))?;
+        meter.time(Stage::Influence, || self.check_stability(&model))?;
         let field = self.plan.field;
         let history = ModalHistory::new(&model, field, rule, time_step, self.columns);
         let (first, odd) = ModalHistory::first_weights(&model, field, rule, time_step)
@@ -99,14 +86,12 @@ impl Past<'_> {
         Ok((kernel, Box::new(history.ok_or(ContactError::NoSuchField)?), Some(model)))
     }
 
-    /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of a marginal one.
-    fn check_rule(&self, model: &RationalModel, warnings: &mut Vec<String>) -> Result<(), RunError> {
+    /// Refuses a model whose inverse is unstable under this rule and time step.
+    fn check_stability(&self, model: &RationalModel) -> Result<(), RunError> {
         let (rule, time_step) = (self.plan.scene.numerics.time_rule, self.plan.time_step);
         // The zeros of scale w + spring are those of w + spring/scale.
         let spring = self.bedding.spring / self.bedding.scale;
-        let stability =
-            Stability::of(model, self.plan.field, rule, time_step, spring).ok_or(ContactError::NoSuchField)?;
-        if let Some(zero) = stability.unstable {
+        if let Some(zero) = unstable_zero(model, self.plan.field, rule, time_step, spring)? {
             let wrong = format!(
                 "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at \
                  wavenumber {} (and {} others) a force at {:.0} Hz grows \
@@ -117,11 +102,8 @@ impl Past<'_> {
                 zero.frequency,
                 1.0 / zero.zeta.norm()
             );
-            let right = "time_rule = \"bdf2\", or another A-stable rule";
-            return Err(SceneError::from(self.loaded.complain("numerics.time_rule", wrong, right)).into());
-        }
-        if stability.rings() {
-            warnings.push(ringing(rule, time_step));
+            let right = "a smaller tolerance: its poles generate energy";
+            return Err(SceneError::from(self.loaded.complain("numerics.pole_tolerance", wrong, right)).into());
         }
         Ok(())
     }

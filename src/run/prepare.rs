@@ -166,7 +166,7 @@ fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
 ///
 /// # Errors
 /// Every error that can be detected without running.
-pub(crate) fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
+pub fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     loaded.check_time_domain()?;
     let mut plan = Plan::of(loaded)?.with_kept_model();
     plan.check(loaded)?;

@@ -46,7 +46,7 @@ impl ZoneMaker for SliceContact<'_> {
     }
 
     fn doubt(&self, surface: &RoadSurface) -> Option<String> {
-        let asked = self.plan.decisions.slices != Slices::None;
+        let asked = self.plan.decisions.slices.is_some();
         // A smooth road has no texture to resolve, and without a slice law none is asked for.
         let single = surface.lattice().cells() == 1 && !surface.is_smooth() && asked;
         single.then(|| "an element is a single cell of the road: the slice law makes no difference".into())
@@ -73,7 +73,7 @@ impl ZoneMaker for SliceContact<'_> {
         let local_compliance = match plan.decisions.slice_coupling {
             SliceCoupling::Local if spring.is_some() => None,
             SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, surface)),
-            SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+            SliceCoupling::Explicit => None,
         };
         let past = Past { loaded, plan, sum, columns, bedding: *bedding, stop };
         let (mut kernel, history, model) = match numerics.history {
@@ -100,7 +100,7 @@ impl ZoneMaker for SliceContact<'_> {
 
 /// Curves of a pressed road, if the plan's slices have these; a single cell presses flat by every law.
 fn pressed_road(plan: &Plan, lattice: Lattice) -> Option<PressedRoad> {
-    if plan.decisions.slices != Slices::Pressed || lattice.cells() == 1 {
+    if plan.decisions.slices != Some(Slices::Pressed) || lattice.cells() == 1 {
         return None;
     }
     let crown = (0..lattice.columns).map(|column| plan.crown(lattice.y(column))).collect();
@@ -113,22 +113,21 @@ fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
         (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * plan.scene.tyre.contact_width)),
         // Without texture every slice is level and the same by every law, and the explicit form can keep its factors.
         (SliceCoupling::Local, None) | (SliceCoupling::Explicit, _) => SliceLaw::Explicit,
-        (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
     }
 }
 
-/// Builder of a law's stiffness curves on a lattice.
+/// Builder of a law's stiffness curves on a lattice, of flat ones without a law.
 ///
 /// # Errors
 /// As [`SliceBuilder`]'s constructors; [`SliceError::Together`] for the law of a pressed road.
-pub(crate) fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
+pub(crate) fn slice_builder(law: Option<Slices>, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
     match law {
         // A single cell presses flat by every law.
         _ if lattice.cells() == 1 => SliceBuilder::flat(1),
-        Slices::None => SliceBuilder::flat(lattice.columns),
-        Slices::Winkler => SliceBuilder::winkler(lattice.columns),
-        Slices::HalfSpace => SliceBuilder::half_space(lattice.columns, CELL_LENGTH, lattice.dy),
-        Slices::Pressed => return Err(SliceError::Together),
+        None => SliceBuilder::flat(lattice.columns),
+        Some(Slices::Winkler) => SliceBuilder::winkler(lattice.columns),
+        Some(Slices::HalfSpace) => SliceBuilder::half_space(lattice.columns, CELL_LENGTH, lattice.dy),
+        Some(Slices::Pressed) => return Err(SliceError::Together),
     }?
     .with_lines(lattice.along)
 }
@@ -173,9 +172,8 @@ pub(crate) fn check_axle(loaded: &LoadedScene, plan: &Plan) -> Result<(), RunErr
     let (at_rest, EqualBedding { scale, spring }) = static_contact(plan, &sum)?;
     // Uncoupled points of an equal stiffness have a spring in series, which is found later.
     let is_known = !scene.contact.equal_stiffness;
-    let rate = scene.numerics.time_rule.first_rate(*time_step);
-    let Some((sprung, rate)) = sprung.zip(rate).filter(|_| is_known) else { return Ok(()) };
-    let mut row = sum.row_at(rate, *field);
+    let Some(sprung) = sprung.filter(|_| is_known) else { return Ok(()) };
+    let mut row = sum.row_at(scene.numerics.time_rule.first_rate(*time_step), *field);
     row.iter_mut().for_each(|influence| *influence *= scale);
     row[0] += spring;
     if plan.decisions.tread == Tread::Uncoupled {

@@ -473,11 +473,20 @@ where
 
 /// One of the words that serde accepts as the variants of `T`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct OneOf<T>(PhantomData<T>);
+pub(super) struct OneOf<T> {
+    /// Former words, each with what to write instead.
+    former: &'static [[&'static str; 2]],
+    words: PhantomData<T>,
+}
 
 impl<T: DeserializeOwned> OneOf<T> {
     pub(super) const fn new() -> Self {
-        Self(PhantomData)
+        Self::instead_of(&[])
+    }
+
+    /// As [`Self::new`]; `former` words are refused with what to write instead of each.
+    pub(super) const fn instead_of(former: &'static [[&'static str; 2]]) -> Self {
+        Self { former, words: PhantomData }
     }
 
     fn parse(word: &str) -> Result<T, UnknownVariant> {
@@ -507,8 +516,16 @@ impl<T: DeserializeOwned + Serialize> Kind for OneOf<T> {
 
     fn read(&self, value: &Value<'_>) -> Option<T> {
         let Some(word) = value.get().as_str() else { return value.wrong_type(self) };
-        Self::parse(word)
-            .map_or_else(|UnknownVariant(accepted)| value.complain(Problem::not_a_choice(word, accepted)), Some)
+        Self::parse(word).map_or_else(
+            |UnknownVariant(accepted)| {
+                let former = self.former.iter().find(|[former, _]| *former == word);
+                value.complain(former.map_or_else(
+                    || Problem::not_a_choice(word, accepted),
+                    |[_, instead]| Problem::former_choice(word, instead),
+                ))
+            },
+            Some,
+        )
     }
 
     fn schema(&self) -> Json {

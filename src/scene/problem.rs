@@ -90,6 +90,11 @@ impl Problem {
         Self::new(format!("\"{given}\" is not known here"), right)
     }
 
+    /// A word that was in the list once.
+    pub(super) fn former_choice(given: &str, instead: &str) -> Self {
+        Self::new(format!("\"{given}\" is no longer a choice"), instead)
+    }
+
     /// An array of another length than the one that it belongs to.
     pub(super) fn length_mismatch(length: usize, other: &str, other_length: usize) -> Self {
         let wrong = format!("this has {length} values, `{other}` has {other_length}");

@@ -7,7 +7,7 @@ use super::table::Kind;
 
 /// One table of a schema.
 #[derive(Clone, Debug)]
-pub(crate) struct Section<'a> {
+pub struct Section<'a> {
     /// Path of the table, such as `tyre.layers`; empty for the scene itself.
     pub path: String,
     /// True if there may be several of it.
@@ -17,7 +17,7 @@ pub(crate) struct Section<'a> {
 }
 
 /// All tables of a schema, each before those within it; a table whose keys depend on a word in it once for each word.
-pub(crate) fn sections(schema: &Value) -> Vec<Section<'_>> {
+pub fn sections(schema: &Value) -> Vec<Section<'_>> {
     let mut sections = Vec::new();
     collect(String::new(), false, schema, &mut sections);
     sections

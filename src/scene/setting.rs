@@ -247,9 +247,9 @@ mod tests {
         let cells = set(&["contact.cells_across=30", "contact.zone=cells"]).unwrap();
         assert_eq!((cells.scene.contact.zone, cells.scene.contact.cells_across), (Zone::Cells, Some(30)));
         assert!(!cells.gives("contact.slices"));
-        let slices = set(&["contact.slices=none", "contact.zone=slices"]).unwrap();
-        assert_eq!(slices.scene.contact.slices, Slices::None);
-        let error = set(&["contact.zone=cells", "contact.slices=none"]).unwrap_err().render(false);
+        let slices = set(&["contact.slices=half-space", "contact.zone=slices"]).unwrap();
+        assert_eq!(slices.scene.contact.slices, Slices::HalfSpace);
+        let error = set(&["contact.zone=cells", "contact.slices=half-space"]).unwrap_err().render(false);
         assert!(error.contains("contact.slices"), "{error}");
     }
 

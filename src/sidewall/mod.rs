@@ -17,7 +17,7 @@ mod swept;
 pub(crate) mod table;
 
 pub use arc::Arc;
-pub(crate) use edge::EdgeImpedance;
+pub use edge::EdgeImpedance;
 pub(crate) use meridian::Meridian;
 pub use relaxation::Relaxation;
 pub(crate) use table::{BothWays, Flow, Pieces, Sidewall, SidewallAt, table_bytes};

@@ -145,7 +145,7 @@ impl Cache {
     ///
     /// # Errors
     /// If the file exists and cannot be read.
-    pub(crate) fn load<T: Cached>(&self, key: &[u8; 32]) -> Result<Option<Result<T, Unusable>>, CacheError> {
+    pub fn load<T: Cached>(&self, key: &[u8; 32]) -> Result<Option<Result<T, Unusable>>, CacheError> {
         let path = self.path::<T>(key);
         let body = match T::KIND.format.read(&path) {
             Ok(body) => body,

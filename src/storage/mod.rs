@@ -20,8 +20,10 @@ pub(crate) mod sealed_file;
 pub(crate) mod separated;
 pub(crate) mod state;
 
-pub(crate) use cache::{Cache, CacheError, Cached, Kind};
+pub use cache::Cached;
+pub(crate) use cache::{Cache, CacheError, Kind};
 pub(crate) use input::InputError;
 pub(crate) use pending_file::PendingFile;
-pub(crate) use sealed_file::{Format, Unusable};
+pub(crate) use sealed_file::Format;
+pub use sealed_file::Unusable;
 pub(crate) use state::StateError;

@@ -29,7 +29,7 @@ const LARGEST: u64 = 16_000_000_000;
 
 /// Reason why a sealed file is not used.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub(crate) enum Unusable {
+pub enum Unusable {
     /// Shorter than its header states.
     #[error("it is truncated")]
     Truncated,
@@ -118,7 +118,7 @@ impl Format {
 
 /// Content of a checked file.
 #[derive(Clone, Debug)]
-pub(crate) struct Body {
+pub struct Body {
     bytes: Vec<u8>,
     /// Position of the next value.
     next: usize,

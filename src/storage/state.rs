@@ -39,14 +39,14 @@ pub trait Evolving {
 
 /// Bytes of a saved state.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-pub(crate) struct SavedState(Vec<u8>);
+pub struct SavedState(Vec<u8>);
 
 impl SavedState {
     /// Saves what evolves of an object.
     ///
     /// # Errors
     /// [`StateError::Value`] if it cannot be encoded.
-    pub(crate) fn of(object: &mut (impl Evolving + ?Sized)) -> Result<Self, StateError> {
+    pub fn of(object: &mut (impl Evolving + ?Sized)) -> Result<Self, StateError> {
         let mut state = StateStream(Direction::Save(Vec::new()));
         object.state(&mut state)?;
         Ok(Self(if let StateStream(Direction::Save(bytes)) = state { bytes } else { Vec::new() }))
@@ -56,7 +56,7 @@ impl SavedState {
     ///
     /// # Errors
     /// [`StateError`], also if not all bytes are read.
-    pub(crate) fn restore(&self, object: &mut (impl Evolving + ?Sized)) -> Result<(), StateError> {
+    pub fn restore(&self, object: &mut (impl Evolving + ?Sized)) -> Result<(), StateError> {
         let mut state = StateStream(Direction::Restore(&self.0));
         object.state(&mut state)?;
         ensure(matches!(state, StateStream(Direction::Restore([]))))

@@ -165,7 +165,7 @@ pub(crate) fn compare(
     let kappa = match complete.contact.slice_coupling {
         _ if complete.contact.zone == Zone::Cells || complete.contact.slices == Slices::Pressed => None,
         SliceCoupling::Local => complete.contact.local_compliance.or_else(|| formula_for(&complete)),
-        SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+        SliceCoupling::Explicit => None,
     };
     let airs = AIRS.into_iter().filter(|(air, _)| !complete.receivers.is_empty() && *air != complete.radiation.air);
     let doubted: Vec<(String, Scene)> = {

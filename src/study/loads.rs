@@ -21,8 +21,9 @@ const AVERAGED: f64 = 0.1;
 /// Largest indentation of a curve over that under the load.
 const BEYOND: f64 = 1.2;
 
+/// A tyre that stands on a flat road.
 #[derive(Clone, Debug)]
-pub(crate) struct Standing {
+pub struct Standing {
     /// Static influence at an element j further on \[m/N\].
     row: Vec<f64>,
     circumference: f64,
@@ -30,7 +31,7 @@ pub(crate) struct Standing {
 
 impl Standing {
     /// The standing tyre of a scene, with its elements; no setting of the scene may be left open.
-    pub(crate) fn new(scene: &Scene) -> Self {
+    pub fn new(scene: &Scene) -> Self {
         let Scene { tyre, rolling, numerics, .. } = scene;
         let time_step = tyre.circumference / (numerics.elements as f64 * numerics.substeps as f64 * rolling.speed());
         let sum = InfluenceSum::new(tyre, numerics, numerics.time_rule.resolved_symbol() / time_step);
@@ -45,7 +46,7 @@ impl Standing {
     ///
     /// # Errors
     /// [`ContactError::LoadNotReached`], or of the search.
-    pub(crate) fn under(&self, load: f64) -> Result<StaticContact, ContactError> {
+    pub fn under(&self, load: f64) -> Result<StaticContact, ContactError> {
         self.held_by(&Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE })
     }
 
@@ -61,7 +62,7 @@ impl Standing {
     ///
     /// # Errors
     /// As [`Self::under`].
-    pub(crate) fn curve(&self, load: f64, points: usize) -> Result<Vec<StaticContact>, ContactError> {
+    pub fn curve(&self, load: f64, points: usize) -> Result<Vec<StaticContact>, ContactError> {
         let deepest = BEYOND * self.under(load)?.indentation;
         (1..=points).map(|k| self.tyre().at(deepest * k as f64 / points as f64)).collect()
     }

@@ -1,7 +1,7 @@
 //! Many runs: what a single one cannot say.
 //!
 //! - [`accuracy`]: accuracy against time of every knob, and whether the presets keep what they state;
-//! - [`effects`]: contribution of each effect; [`rules`]: time rules side by side;
+//! - [`effects`]: contribution of each effect;
 //! - [`emission`]: a sweep's sound as models of traffic noise take it;
 //! - [`fit_tyre`]: a tyre identified from measured mobilities;
 //! - [`sweep`]: a scene at many speeds, loads and roads;
@@ -22,7 +22,6 @@ pub(crate) mod fit_tyre;
 pub(crate) mod loads;
 pub(crate) mod radiation;
 pub(crate) mod rolling_waves;
-pub(crate) mod rules;
 pub(crate) mod slices;
 pub(crate) mod sweep;
 pub(crate) mod trial;

@@ -33,6 +33,25 @@ pub(crate) struct Spread {
     pub quantiles: [Option<LevelStatistics>; 2],
 }
 
+/// One slice pressed to given penetrations.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct PressedSlice {
+    /// Heights of its cells \[m\], lines along the road after each other.
+    pub heights: Vec<f64>,
+    /// Penetrations past the highest point \[m\].
+    pub penetration: Vec<f64>,
+    pub laws: [PressedByLaw; 2],
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct PressedByLaw {
+    pub law: &'static str,
+    /// S \[m\] at each penetration.
+    pub displacement: Vec<f64>,
+    /// Pressure on each cell over E/(1 - nu^2), penetration by penetration.
+    pub pressure: Vec<Vec<f64>>,
+}
+
 /// Heights of consecutive slices of a road.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample {
@@ -87,7 +106,7 @@ impl Sample {
     /// # Errors
     /// [`SliceError`].
     pub(crate) fn curves(&self, tolerance: f64) -> Result<[Vec<StiffnessCurve>; 2], SliceError> {
-        let build = |law| slice_builder(law, self.lattice)?.with_tolerance(tolerance)?.build_rows(&self.heights);
+        let build = |law| slice_builder(Some(law), self.lattice)?.with_tolerance(tolerance)?.build_rows(&self.heights);
         Ok([build(LAWS[0].0)?, build(LAWS[1].0)?])
     }
 
@@ -100,6 +119,28 @@ impl Sample {
                 row.iter().map(move |height| peak - height)
             })
             .collect()
+    }
+
+    /// The first slice pressed by both laws at penetrations past its highest point \[m\].
+    ///
+    /// # Errors
+    /// [`SliceError`].
+    pub(crate) fn pressed(&self, penetrations: &[f64]) -> Result<PressedSlice, SliceError> {
+        let lattice = self.lattice;
+        let heights = &self.heights[..lattice.cells()];
+        let by_law = |(law, name): (Slices, &'static str)| -> Result<PressedByLaw, SliceError> {
+            let mut scratch = SliceScratch::default();
+            let builder = slice_builder(Some(law), lattice)?;
+            let (curve, pressure) =
+                builder.build_with_pressures(heights, CELL_LENGTH, lattice.dy, penetrations, &mut scratch)?;
+            let displacement = penetrations.iter().map(|&y| curve.displacement_at(y)).collect();
+            Ok(PressedByLaw { law: name, displacement, pressure })
+        };
+        Ok(PressedSlice {
+            heights: heights.to_vec(),
+            penetration: penetrations.to_vec(),
+            laws: [by_law(LAWS[0])?, by_law(LAWS[1])?],
+        })
     }
 
     /// View of the first slice, given its curves; `None` if it is flat across.
@@ -119,7 +160,7 @@ impl Sample {
             return Ok(None);
         }
         let levels = LEVELS.map(|share| share * depth);
-        let builder = slice_builder(Slices::HalfSpace, lattice)?;
+        let builder = slice_builder(Some(Slices::HalfSpace), lattice)?;
         let (_, pressures) =
             builder.build_with_pressures(slice, CELL_LENGTH, lattice.dy, &levels, &mut SliceScratch::default())?;
         Ok(Some(SliceView {
@@ -164,4 +205,27 @@ pub(crate) fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<S
         }
     };
     [0.25, 0.5, 1.0, 2.0].map(at).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_models::{scene, scene_text};
+
+    #[test]
+    fn pressures_by_both_laws_add_up_to_their_displacements() {
+        let rolling = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.01 }";
+        let cells = "[contact]\ncells_across = 12\ncells_along = 2";
+        let loaded = scene(&scene_text(64, "kind = \"made\"", rolling, "", cells));
+        let sample = Sample::of(&loaded, 0.5, 1).unwrap();
+        let flat = Sample { heights: vec![0.0; sample.lattice.cells()], ..sample.clone() };
+        let stiffness: f64 = flat.pressed(&[1.0]).unwrap().laws[1].pressure[0].iter().sum();
+        for found in sample.pressed(&[-1e-3, 0.0, 2e-4, 1e-3, 5e-3]).unwrap().laws {
+            assert!((found.displacement[0] + 1e-3).abs() < 1e-18, "a gap stays a gap");
+            for (pressure, displacement) in found.pressure.iter().zip(&found.displacement).skip(1) {
+                let force: f64 = pressure.iter().sum();
+                assert!((force / stiffness - displacement).abs() < 1e-14, "{}: {displacement}", found.law);
+            }
+        }
+    }
 }

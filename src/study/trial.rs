@@ -164,16 +164,6 @@ impl<'a> Trials<'a> {
         Self { heard: true, ..self }
     }
 
-    /// Flag that ends a run.
-    pub(crate) fn stop(&self) -> &'a AtomicBool {
-        self.stop
-    }
-
-    /// Fails once the flag is set: [`RunError::Interrupted`].
-    pub(crate) fn look(&self) -> Result<(), RunError> {
-        if self.stop.load(Ordering::Relaxed) { Err(RunError::Interrupted { kept: None }) } else { Ok(()) }
-    }
-
     /// Rolls a variant to its end. The road is made on another thread where there is one; the march has its thread to
     /// itself either way.
     ///
@@ -230,7 +220,9 @@ impl<'a> Trials<'a> {
             if run.next_step().is_multiple_of(LOOK_EVERY) {
                 let steps = run.next_step() as f64;
                 self.tell(steps / plan.steps as f64, steps * plan.time_step);
-                self.look()?;
+                if self.stop.load(Ordering::Relaxed) {
+                    return Err(RunError::Interrupted { kept: None });
+                }
             }
         }
         let seconds = begin.elapsed().as_secs_f64();
@@ -316,7 +308,7 @@ pub(crate) struct Common {
 
 /// Difference of a run from another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct Difference {
+pub struct Difference {
     /// Largest magnitude of the difference of a third-octave level \[dB\].
     pub worst: f64,
     /// Nominal mid-frequency of its band \[Hz\].
@@ -336,11 +328,6 @@ pub(crate) struct Difference {
 /// Band that contains a frequency \[Hz\].
 fn band(frequency: f64) -> ThirdOctaveBand {
     ThirdOctaveBand::containing(frequency).unwrap_or(ThirdOctaveBand(0))
-}
-
-/// Upper edge of the band that contains a frequency \[Hz\].
-pub(crate) fn upper_edge(highest: f64) -> f64 {
-    band(highest).upper_edge()
 }
 
 /// Lowest sampling frequency that contains all that is compared up to the band of `highest` \[Hz\], in Hz.

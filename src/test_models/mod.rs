@@ -5,10 +5,8 @@
 //! changes.
 
 pub(crate) mod cells;
-#[cfg(test)]
-pub(crate) mod transforms;
+pub mod transforms;
 
-#[cfg(test)]
 use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
@@ -18,19 +16,15 @@ use crate::scene::{LoadedScene, PLATE, Scene, Tyre};
 /// The flat tyre's circumference \[m\].
 pub const CIRCUMFERENCE: f64 = 1.95;
 /// The flat tyre's contact width \[m\].
-#[cfg(test)]
-pub(crate) const CONTACT_WIDTH: f64 = 0.12;
+pub const CONTACT_WIDTH: f64 = 0.12;
 
 /// A measured road of chip seal, a CAPTIF profile, among the [`reference`] files.
-#[cfg(test)]
-pub(crate) const CHIP_SEAL: &str = "roads/captif_aylesbury_station_10.dat";
+pub const CHIP_SEAL: &str = "roads/captif_aylesbury_station_10.dat";
 /// A measured strip of cobbles, OpenCRG, among the [`reference`] files.
-#[cfg(test)]
-pub(crate) const COBBLES: &str = "roads/belgian_block.crg";
+pub const COBBLES: &str = "roads/belgian_block.crg";
 
 /// Path of a file of `tests/reference`: published values and measured roads.
-#[cfg(test)]
-pub(crate) fn reference(name: &str) -> PathBuf {
+pub fn reference(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name)
 }
 
@@ -78,14 +72,12 @@ pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, mo
 }
 
 /// Allows implausible numbers in a scene's text.
-#[cfg(test)]
-pub(crate) fn implausible(text: &str) -> String {
+pub fn implausible(text: &str) -> String {
     format!("allow_implausible = true\n{text}")
 }
 
 /// Restores the default number of terms of the sums in a text of [`scene_text`].
-#[cfg(test)]
-pub(crate) fn with_all_terms(text: &str) -> String {
+pub fn with_all_terms(text: &str) -> String {
     without(text, &["numerics.lateral_terms", "numerics.wavenumber_aliases"])
 }
 
@@ -97,8 +89,7 @@ fn tyre_tables() -> String {
 }
 
 /// Keys of a road from a grid whose lattice is that of the run, so that it is used without resampling.
-#[cfg(test)]
-pub(crate) fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
+pub fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
     format!(
         "kind = \"grid\"\nfile = '{}'\ndx = {:?}\ndy = {:?}\nlevel = \"off\"",
         path.display(),
@@ -128,8 +119,7 @@ pub fn edit(text: &str, changes: &[(&str, &str)]) -> String {
 /// # Panics
 ///
 /// If a key or table is not there.
-#[cfg(test)]
-pub(crate) fn without(text: &str, paths: &[&str]) -> String {
+pub fn without(text: &str, paths: &[&str]) -> String {
     paths.iter().fold(text.to_owned(), |text, path| changed(&text, path, |inside, key| inside.remove(key).is_some()))
 }
 
@@ -150,8 +140,7 @@ pub fn add(text: &str, name: &str, keys: &str) -> String {
 /// # Panics
 ///
 /// If the text has no road.
-#[cfg(test)]
-pub(crate) fn with_road(text: &str, keys: &str) -> String {
+pub fn with_road(text: &str, keys: &str) -> String {
     changed(text, "road", |inside, road| inside.insert(road.to_owned(), table(keys).into()).is_some())
 }
 
@@ -161,8 +150,7 @@ pub(crate) fn with_road(text: &str, keys: &str) -> String {
 /// # Panics
 ///
 /// If the text has no tyre.
-#[cfg(test)]
-pub(crate) fn on_springs(text: &str) -> String {
+pub fn on_springs(text: &str) -> String {
     let springs = table(include_str!("../../scenes/tyres/spring_sides.toml"));
     changed(text, "tyre", |inside, tyre| inside.insert(tyre.to_owned(), springs.into()).is_some())
 }
@@ -172,8 +160,7 @@ pub(crate) fn on_springs(text: &str) -> String {
 /// # Panics
 ///
 /// If a passage is not there.
-#[cfg(test)]
-pub(crate) fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
+pub fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
     changes.iter().fold(text.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "no {from:?} in\n{text}");
         text.replace(from, to)

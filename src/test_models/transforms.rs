@@ -6,21 +6,21 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
 /// Plans the transform of x_k into sum_k x_k exp(-2 pi i j k/n).
-pub(crate) fn forward(length: usize) -> Arc<dyn Fft<f64>> {
+pub fn forward(length: usize) -> Arc<dyn Fft<f64>> {
     FftPlanner::new().plan_fft_forward(length)
 }
 
 /// Plans the transform of x_k into sum_k x_k exp(2 pi i j k/n).
-pub(crate) fn inverse(length: usize) -> Arc<dyn Fft<f64>> {
+pub fn inverse(length: usize) -> Arc<dyn Fft<f64>> {
     FftPlanner::new().plan_fft_inverse(length)
 }
 
 /// Plans a transform as [`forward`], to the first half of a real sequence's.
-pub(crate) fn real_forward(length: usize) -> Arc<dyn RealToComplex<f64>> {
+pub fn real_forward(length: usize) -> Arc<dyn RealToComplex<f64>> {
     RealFftPlanner::new().plan_fft_forward(length)
 }
 
 /// Plans a transform as [`inverse`], from the first half to a real sequence.
-pub(crate) fn real_inverse(length: usize) -> Arc<dyn ComplexToReal<f64>> {
+pub fn real_inverse(length: usize) -> Arc<dyn ComplexToReal<f64>> {
     RealFftPlanner::new().plan_fft_inverse(length)
 }

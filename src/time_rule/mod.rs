@@ -11,10 +11,8 @@
 //! - this file: the rules, their times, weights, symbols and errors;
 //! - `runge_kutta`: the tableaux;
 //! - `rates`: the rates of a rule at one zeta;
-//! - `hold`: the step of the first-order hold;
 //! - `recursion`: one pole under a rule, step by step.
 
-pub(crate) mod hold;
 mod rates;
 pub(crate) mod recursion;
 mod runge_kutta;
@@ -36,13 +34,11 @@ use runge_kutta::{SDIRK2, SDIRK3};
 /// |---|---|---|---|---|---|
 /// | `bdf1` | 1 | x/2 | x^2/6 | H(1/dt) | stable |
 /// | `bdf2` | 2 | x^3/4 | x^2/3 | H(1.5/dt) | stable |
-/// | `trapezoidal` | 2 | 0 | x^2/12 | H(2/dt) | marginal: the force rings at half the sampling frequency |
 /// | `sdirk2` | 2 | 0.0037 x^3 | 0.040 x^2 | H(3.41/dt) | stable; 2 stages |
 /// | `sdirk3` | 3 | 0.026 x^3 | 0.015 x^4 | H(2.29/dt) | stable; 3 stages, one with a negative weight |
-/// | `first-order-hold` | 2 in the force | 0 | 0 | mean of g | unstable where the tyre is inertia-like: refused |
 ///
 /// Constants of the Runge-Kutta rules are measured; so is the order of all, with a smooth force on the tyre
-/// (tests/suite/time_rules.rs: 0.95, 1.99, 2.00, 2.00, 2.99, 2.00).
+/// (tests/suite/time_rules.rs: 0.95, 1.99, 2.00, 2.99).
 ///
 /// The Runge-Kutta rules are singly diagonally implicit: every stage is one linear complementarity problem with the
 /// same symmetric positive definite G0, and one cached factor serves all stages. Fully implicit ones (Radau IIA) couple
@@ -53,6 +49,9 @@ use runge_kutta::{SDIRK2, SDIRK3};
 /// `sdirk2` is the default: with a contact law that has a limit it is of second order on rough roads, too, with an
 /// error two to ten times smaller than that of `bdf2` at the same step, the more the shorter it is
 /// (tests/suite/convergence.rs).
+///
+/// Not offered: the trapezoidal rule, whose force rings at half the sampling frequency without decay, and exact modes
+/// under a piecewise linear force, whose inverse is unstable wherever the tyre is inertia-like.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeRule {
@@ -60,16 +59,12 @@ pub enum TimeRule {
     Bdf1,
     /// Second-order backward differences.
     Bdf2,
-    /// Trapezoidal rule.
-    Trapezoidal,
     /// Singly diagonally implicit Runge-Kutta rule of two stages, order 2 (Alexander 1977).
     #[default]
     Sdirk2,
     /// Singly diagonally implicit Runge-Kutta rule of three stages, order 3 (Alexander 1977, *SIAM J. Numer. Anal.*
     /// 14, 1006).
     Sdirk3,
-    /// Exact modes under a force that is linear between the steps.
-    FirstOrderHold,
 }
 
 /// Nodes of multistep rules: the end of the step.
@@ -77,26 +72,24 @@ const END: &[f64] = &[1.0];
 
 impl TimeRule {
     /// All rules, in the order of the variants.
-    pub const ALL: [Self; 6] =
-        [Self::Bdf1, Self::Bdf2, Self::Trapezoidal, Self::Sdirk2, Self::Sdirk3, Self::FirstOrderHold];
+    pub const ALL: [Self; 4] = [Self::Bdf1, Self::Bdf2, Self::Sdirk2, Self::Sdirk3];
 
     /// Name in a scene.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Bdf1 => "bdf1",
             Self::Bdf2 => "bdf2",
-            Self::Trapezoidal => "trapezoidal",
             Self::Sdirk2 => "sdirk2",
             Self::Sdirk3 => "sdirk3",
-            Self::FirstOrderHold => "first-order-hold",
         }
     }
 
-    pub(crate) const fn runge_kutta(self) -> Option<RungeKutta> {
+    /// The stages of a Runge-Kutta rule.
+    pub const fn runge_kutta(self) -> Option<RungeKutta> {
         match self {
             Self::Sdirk2 => Some(SDIRK2),
             Self::Sdirk3 => Some(SDIRK3),
-            Self::Bdf1 | Self::Bdf2 | Self::Trapezoidal | Self::FirstOrderHold => None,
+            Self::Bdf1 | Self::Bdf2 => None,
         }
     }
 
@@ -136,30 +129,17 @@ impl TimeRule {
 
     /// True for quadratures whose weights serve one real sum over past steps.
     pub(crate) const fn is_multistep(self) -> bool {
-        matches!(self, Self::Bdf1 | Self::Bdf2 | Self::Trapezoidal)
+        matches!(self, Self::Bdf1 | Self::Bdf2)
     }
 
-    /// True for convolution quadratures. The first-order hold is none: its modes are exact, and its inverse is
-    /// unstable for a tyre.
-    pub(crate) const fn is_quadrature(self) -> bool {
-        !matches!(self, Self::FirstOrderHold)
-    }
-
-    /// True for rules whose force rings at half the sampling frequency without decay, whatever the tyre.
-    pub(crate) const fn is_marginal(self) -> bool {
-        matches!(self, Self::Trapezoidal)
-    }
-
-    /// mu(zeta) of the quadrature: the values at which H(mu/dt) is taken. `None` for the first-order hold.
-    pub(crate) fn rates(self, zeta: Complex64) -> Option<Rates> {
-        let one = |value| Some(Rates { values: [value, Complex64::ZERO, Complex64::ZERO], count: 1 });
+    /// mu(zeta) of the quadrature: the values at which H(mu/dt) is taken.
+    pub fn rates(self, zeta: Complex64) -> Rates {
+        let one = |value| Rates { values: [value, Complex64::ZERO, Complex64::ZERO], count: 1 };
         match self {
             Self::Bdf1 => one(1.0 - zeta),
             Self::Bdf2 => one(zeta * zeta * 0.5 - zeta * 2.0 + 1.5),
-            Self::Trapezoidal => one((1.0 - zeta) / (zeta + 1.0) * 2.0),
-            Self::Sdirk2 => Some(SDIRK2.rates(zeta)),
-            Self::Sdirk3 => Some(SDIRK3.rates(zeta)),
-            Self::FirstOrderHold => None,
+            Self::Sdirk2 => SDIRK2.rates(zeta),
+            Self::Sdirk3 => SDIRK3.rates(zeta),
         }
     }
 
@@ -176,21 +156,18 @@ impl TimeRule {
         }
     }
 
-    /// delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the `Self::rates`, of the first-order hold
-    /// the exact -ln zeta.
+    /// delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the `Self::rates`.
     pub fn symbol(self, zeta: Complex64) -> Complex64 {
-        self.rates(zeta).map_or_else(|| -zeta.ln(), |rates| rates.all()[0])
+        self.rates(zeta).all()[0]
     }
 
     /// Largest |delta| for which the rule should be resolved: the value at half the sampling frequency for the
-    /// backward differences; the trapezoidal symbol is unbounded and is resolved to four times as much; largest rate
-    /// on the unit circle for the Runge-Kutta rules.
+    /// backward differences, the largest rate on the unit circle for the Runge-Kutta rules.
     pub(crate) const fn resolved_symbol(self) -> f64 {
         match self {
             Self::Bdf1 => 2.0,
             Self::Bdf2 => 4.0,
             Self::Sdirk2 | Self::Sdirk3 => 8.0,
-            Self::Trapezoidal | Self::FirstOrderHold => 16.0,
         }
     }
 
@@ -209,22 +186,11 @@ impl TimeRule {
         }
     }
 
-    /// s = delta(0)/dt \[1/s\] at which a tyre's response to a force is that within the force's step (or stage);
-    /// `None` for the first-order hold.
-    pub(crate) fn first_rate(self, time_step: f64) -> Option<f64> {
+    /// s = delta(0)/dt \[1/s\] at which a tyre's response to a force is that within the force's step (or stage).
+    pub(crate) fn first_rate(self, time_step: f64) -> f64 {
         match self.runge_kutta() {
-            Some(rule) => Some(1.0 / (rule.gamma * time_step)),
-            None => self.rates(Complex64::ZERO).map(|rates| rates.all()[0].re / time_step),
-        }
-    }
-
-    /// Work \[J\] of a force \[N\] in a step of a rule of one stage, by the rate of the rule: forces now and a step
-    /// ago, displacements \[m\] now and one and two steps ago.
-    pub(crate) fn work_of_step(self, [force, old_force]: [f64; 2], [now, one, two]: [f64; 3]) -> f64 {
-        match self {
-            Self::Bdf1 => force * (now - one),
-            Self::Bdf2 => force * (1.5 * now - 2.0 * one + 0.5 * two),
-            _ => 0.5 * (force + old_force) * (now - one),
+            Some(rule) => 1.0 / (rule.gamma * time_step),
+            None => self.symbol(Complex64::ZERO).re / time_step,
         }
     }
 
@@ -232,7 +198,7 @@ impl TimeRule {
     /// error p in phase (frequency) and the damping d. Of several rates the one nearest to i w dt.
     pub fn relative_rate(self, angle: f64) -> Complex64 {
         let exact = Complex64::new(0.0, angle);
-        let Some(rates) = self.rates((-exact).exp()) else { return Complex64::ONE };
+        let rates = self.rates((-exact).exp());
         let nearest = rates.all().iter().copied().min_by(|a, b| (a - exact).norm().total_cmp(&(b - exact).norm()));
         nearest.map_or(Complex64::ONE, |rate| rate / exact)
     }
@@ -252,20 +218,14 @@ mod tests {
 
     #[test]
     fn phase_and_damping_shrink_with_the_order_and_no_rule_gains_energy() {
-        for (rule, order) in [
-            (TimeRule::Bdf1, 1),
-            (TimeRule::Bdf2, 2),
-            (TimeRule::Trapezoidal, 2),
-            (TimeRule::Sdirk2, 2),
-            (TimeRule::Sdirk3, 3),
-        ] {
+        for (rule, order) in [(TimeRule::Bdf1, 1), (TimeRule::Bdf2, 2), (TimeRule::Sdirk2, 2), (TimeRule::Sdirk3, 3)] {
             let error = |angle: f64| (rule.relative_rate(angle) - 1.0).norm();
             let observed = (error(0.02) / error(0.01)).log2();
             assert!((observed - f64::from(order)).abs() < 0.1, "{rule:?}: {observed}");
             for k in 1..400 {
                 let zeta = Complex64::from_polar(0.9999, -PI * f64::from(k) / 400.0);
                 // A-stability: the open unit disk goes to the right half-plane.
-                let rates = rule.rates(zeta).unwrap();
+                let rates = rule.rates(zeta);
                 assert!(rates.all().iter().all(|rate| rate.re > 0.0), "{rule:?} {k}: {rates:?}");
             }
         }

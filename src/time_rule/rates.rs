@@ -4,14 +4,14 @@ use num_complex::Complex64;
 
 /// The rates mu of a rule at one zeta.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rates {
+pub struct Rates {
     pub(super) values: [Complex64; 3],
     pub(super) count: usize,
 }
 
 impl Rates {
     /// mu, one per stage.
-    pub(crate) fn all(&self) -> &[Complex64] {
+    pub fn all(&self) -> &[Complex64] {
         &self.values[..self.count]
     }
 }

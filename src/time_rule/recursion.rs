@@ -6,13 +6,10 @@
 //! |---|---|---|---|
 //! | bdf1 | g b_(l-1) + w F_l | 1/(1 - lambda dt) | R dt/(1 - lambda dt) |
 //! | bdf2 | g (b_(l-1) - b_(l-2)/4) + w F_l | 2/(3/2 - lambda dt) | R dt/(3/2 - lambda dt) |
-//! | trapezoidal | g b_(l-1) + w (F_l + F_(l-1)) | (2 + lambda dt)/(2 - lambda dt) | R dt/(2 - lambda dt) |
 //! | sdirk2, sdirk3, stage i | g base_i + w F_i | 1/(1 - gamma lambda dt) | g R gamma dt |
-//! | first-order-hold | g b_(l-1) + v F_(l-1) + w F_l | exp(lambda dt) | see [`FirstOrderHold`] |
 //!
 //! base_i is a fixed sum of b at the step's beginning and of the earlier stages ([`super::RungeKutta::bases`]);
-//! the last stage is the step's end. The first-order hold steps as bdf1 with last step's force weighted w + v/g instead
-//! of w.
+//! the last stage is the step's end.
 //!
 //! A step is one linear map of b, whatever its stages: b at its end is R b + sum of W_i F_i, and u_old at the instant
 //! of stage i, as if the step had no forces, Re(A_i b). R, W_i and A_i follow from g and w; [`Recursion`] goes through
@@ -33,7 +30,6 @@ use num_complex::Complex64;
 use pulp::{Scalar, Simd};
 
 use super::TimeRule;
-use super::hold::FirstOrderHold;
 use crate::numeric::Element;
 
 /// Most stages of any rule.
@@ -56,7 +52,7 @@ pub(crate) struct Poles<E: Element, S: Simd, const PARTS: usize> {
 /// State of vectors of poles driven by one real force.
 #[derive(Clone, Copy)]
 pub(crate) struct State<E: Element, S: Simd, const PARTS: usize> {
-    /// b at the end of the last step; of the trapezoidal rule see [`Trapezoidal`].
+    /// b at the end of the last step.
     pub end: Number<E, S, PARTS>,
     /// b at its beginning, for a rule that [looks back](Recursion::LOOKS_BACK).
     pub before: Number<E, S, PARTS>,
@@ -222,47 +218,6 @@ impl Recursion for Bdf2 {
     }
 }
 
-/// b_l = g b_(l-1) + w (F_l + F_(l-1)). Its state is b at the coming instant without the force of that instant.
-#[derive(Clone, Copy)]
-pub(crate) struct Trapezoidal;
-
-impl Recursion for Trapezoidal {
-    const STAGES: usize = 1;
-
-    /// The state is g b_l + w F_l: a force adds (g + 1) w F to it.
-    #[inline(always)]
-    fn maps<E: Element, S: Simd, const P: usize>(
-        self,
-        simd: S,
-        Poles { g, mut w }: Poles<E, S, P>,
-    ) -> StepMaps<E, S, P> {
-        add::<E, _, _>(simd, E::splat(simd, E::rounded(1.0)), times::<E, _, _>(simd, g, w), &mut w);
-        StepMaps::of_one(Poles { g, w })
-    }
-
-    #[inline(always)]
-    fn foretell<E: Element, S: Simd, const P: usize>(
-        simd: S,
-        maps: &StepMaps<E, S, P>,
-        state: &mut State<E, S, P>,
-    ) -> Instants<E, S> {
-        let now = state.end[0];
-        state.end = times::<E, _, _>(simd, maps.whole, state.end);
-        [now; MOST_STAGES]
-    }
-
-    #[inline(always)]
-    fn foretell_both<E: Element, S: Simd, const P: usize>(
-        simd: S,
-        maps: &StepMaps<E, S, P>,
-        odd: &[Number<E, S, P>; MOST_STAGES],
-        state: &mut State<E, S, P>,
-    ) -> [Instants<E, S>; 2] {
-        let now = real_part::<E, _, _>(simd, odd[0], state.end);
-        [Self::foretell(simd, maps, state), [now; MOST_STAGES]]
-    }
-}
-
 /// b_i = g base_i + w F_i, base_i a sum of b at the step's beginning and of the stages before; with one stage b_l = g
 /// b_(l-1) + w F_l. Holds the coefficients of the bases.
 #[derive(Clone, Copy)]
@@ -414,25 +369,17 @@ impl TimeRule {
                 let (inverse, w) = implicit(1.5);
                 (2.0 * inverse, w)
             }
-            Self::Trapezoidal => {
-                let (inverse, w) = implicit(2.0);
-                (inverse * (2.0 + z), w)
-            }
             Self::Sdirk2 | Self::Sdirk3 => {
                 let gamma = self.runge_kutta().map_or(1.0, |rule| rule.gamma);
                 let g = (1.0 - gamma * z).inv();
                 (g, g * residue * time_step * gamma)
-            }
-            Self::FirstOrderHold => {
-                let hold = FirstOrderHold::new(z);
-                (hold.decay, residue * time_step * (hold.today + hold.yesterday / hold.decay))
             }
         }
     }
 
     /// Maps of a pole of unit residue over a step; `None` for a rule whose state is not b at the step's end.
     pub(crate) fn step_map(self, pole: Complex64, time_step: f64) -> Option<StepMap> {
-        if matches!(self, Self::Bdf2 | Self::Trapezoidal) {
+        if self.looks_back() {
             return None;
         }
         let (g, w) = self.coefficients(pole, Complex64::ONE, time_step);
@@ -445,8 +392,7 @@ impl TimeRule {
             Self::Sdirk2 => work.with(Stages::<2>(self.bases())),
             Self::Sdirk3 => work.with(Stages::<3>(self.bases())),
             Self::Bdf2 => work.with(Bdf2),
-            Self::Trapezoidal => work.with(Trapezoidal),
-            Self::Bdf1 | Self::FirstOrderHold => work.with(Stages::<1>(self.bases())),
+            Self::Bdf1 => work.with(Stages::<1>(self.bases())),
         }
     }
 
@@ -468,7 +414,7 @@ impl TimeRule {
     /// Number of products for passing over so many steps, for two states: step by step, or by squares of R.
     pub(crate) fn products_of_skip(self, steps: usize) -> usize {
         match self {
-            Self::Bdf2 | Self::Trapezoidal => 2 * steps,
+            Self::Bdf2 => 2 * steps,
             _ => steps.checked_ilog2().map_or(0, |squares| squares as usize + 2 * steps.count_ones() as usize),
         }
     }
@@ -483,7 +429,7 @@ impl TimeRule {
         of_step[stage + 1] = w;
         let mut now = stage;
         let mut before = Complex64::ZERO;
-        for (lag, value) in response.iter_mut().enumerate() {
+        for value in response {
             let last = of_step[now + 1];
             now += 1;
             if now == stages {
@@ -492,7 +438,6 @@ impl TimeRule {
             let base: Complex64 = bases[now].iter().zip(&of_step).map(|(part, b)| b * part).sum();
             let next = match self {
                 Self::Bdf2 => g * (last - BEFORE_LAST * before),
-                Self::Trapezoidal if lag == 0 => g * last + w,
                 _ => g * base,
             };
             before = last;

@@ -8,7 +8,7 @@ use super::rates::Rates;
 
 /// A singly diagonally implicit, stiffly accurate Runge-Kutta rule of two or three stages.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct RungeKutta {
+pub struct RungeKutta {
     /// Diagonal of A.
     pub gamma: f64,
     /// Stage times c, in steps after the step's beginning; the last one is 1.
@@ -38,7 +38,7 @@ pub(super) const SDIRK3: RungeKutta = RungeKutta {
 
 impl RungeKutta {
     /// b, the last row of A: the rule is stiffly accurate.
-    pub(crate) const fn weights(&self) -> [f64; 3] {
+    pub const fn weights(&self) -> [f64; 3] {
         let [a21, a31, a32] = self.below;
         if self.nodes.len() == 2 { [a21, self.gamma, 0.0] } else { [a31, a32, self.gamma] }
     }

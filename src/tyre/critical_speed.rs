@@ -51,7 +51,7 @@ pub(crate) fn limit_below(tyre: &Tyre, speed: f64) -> Option<f64> {
 }
 
 /// Highest speed of stable rolling \[m/s\], if it is below 1000 m/s.
-pub(crate) fn limit(tyre: &Tyre) -> Option<f64> {
+pub fn limit(tyre: &Tyre) -> Option<f64> {
     limit_below(tyre, HIGHEST)
 }
 

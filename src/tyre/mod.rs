@@ -6,19 +6,20 @@
 //! - `influence`: from compliances to influence functions H_n(s), sums over all waves that look like the wavenumber n
 //!   on the elements;
 //! - `poles`: from influence functions to rational models, poles and residues for each n: the input of a run;
-//! - `views`: tables and figures of both;
+//! - `impulse_response`: influence over distance and time, for Python;
 //! - `tread_pattern`: depths of the tread's cells, and the blocks between its cuts;
 //! - `modes`: resonances of single waves, poles of C; `slowest_wave`: up to which speed a tyre rolls steadily;
 //!   `critical_speed`: up to which it is stable, and the speed of its tread's waves.
 
 pub(crate) mod critical_speed;
+#[cfg(any(feature = "python", test))]
+pub(crate) mod impulse_response;
 pub(crate) mod influence;
 pub(crate) mod layers;
 pub(crate) mod modes;
 pub(crate) mod poles;
 pub(crate) mod slowest_wave;
 pub(crate) mod tread_pattern;
-pub(crate) mod views;
 
 pub use influence::lane_sum::FaceValues;
 pub use influence::wave_compliance::wave_compliance;

@@ -67,7 +67,7 @@ const SAME: f64 = 1e-7;
 /// Prevailing motion of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Motion {
+pub enum Motion {
     /// Along the radius, at least by a quarter: excited by roads, and radiating.
     Radial,
     /// Hardly along the radius, and most round the tyre: torsion for n = 0.
@@ -77,7 +77,8 @@ pub(crate) enum Motion {
 }
 
 impl Motion {
-    pub(crate) const fn name(self) -> &'static str {
+    /// Name as in tables.
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Radial => "radial",
             Self::Circumferential => "circumferential",
@@ -88,11 +89,11 @@ impl Motion {
 
 /// A mode of a wave.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Mode {
+pub struct Mode {
     /// Periods round the tyre.
     pub n: usize,
     /// Direction of the wave, of a tyre that turns; `None` at rest and for n = 0, where both are the same.
-    pub(crate) direction: Option<Direction>,
+    pub direction: Option<Direction>,
     /// Lateral number.
     pub m: usize,
     /// Prevailing motion of the tread's surface.
@@ -114,12 +115,12 @@ impl Mode {
     }
 
     /// |Im s|/2 pi \[Hz\].
-    pub(crate) fn frequency(&self) -> f64 {
+    pub fn frequency(&self) -> f64 {
         frequency(self.pole)
     }
 
     /// Damping ratio -Re s/|s|.
-    pub(crate) fn damping(&self) -> f64 {
+    pub fn damping(&self) -> f64 {
         damping(self.pole)
     }
 }
@@ -134,7 +135,7 @@ fn damping(pole: Complex64) -> f64 {
 
 /// Modes of a tyre.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Modes {
+pub struct Modes {
     /// By n, of a tyre that turns by direction, then m, then frequency.
     pub confirmed: Vec<Mode>,
     /// Poles of an approximation, as (n, m, pole), that were not found in C itself.
@@ -146,7 +147,7 @@ pub(crate) struct Modes {
 /// A wave whose modes cannot be found.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("modes of the wave n = {n}, m = {m}: {source}")]
-pub(crate) struct ModesError {
+pub struct ModesError {
     /// Periods round the tyre.
     pub n: usize,
     /// Lateral number.
@@ -158,7 +159,7 @@ pub(crate) struct ModesError {
 /// Modes up to the frequency `highest` \[Hz\] of a tyre's waves n = 0..=`largest_n`, each with so many lateral
 /// numbers,
 /// the lowest that a centred load excites. An error for a compliance that is not finite, of the first such wave.
-pub(crate) fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
+pub fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
     let kernel = Kernel::new(tyre, BEYOND * TAU * highest, TOLERANCE);
     let lateral = Waves::new(tyre).lateral_numbers().take(lateral_count);
     let turns = tyre.turns();
@@ -194,8 +195,7 @@ fn signed(n: usize, direction: Option<Direction>) -> i64 {
 
 /// Modes up to the frequency `highest` \[Hz\] of waves (n, m) with a compliance C(n, m, s): displacement per traction,
 /// order circumferential, lateral, radial, C(conj s) = conj C(s).
-#[cfg(test)]
-pub(crate) fn modes_of(
+pub fn modes_of(
     waves: &[(usize, usize)],
     highest: f64,
     compliance: impl Fn(usize, usize, Complex64) -> Matrix3 + Sync,
@@ -226,7 +226,7 @@ fn found(
 
 /// Lateral number of the lowest wave, and |C_zz| \[m/Pa\] of the waves n = 0..=`largest_n` with it: one row per
 /// frequency \[Hz\], one column per n.
-pub(crate) fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
+pub fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
     let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
     let kernel = Kernel::new(tyre, TAU * top, TOLERANCE);
     let m = Waves::new(tyre).first_lateral_number();

@@ -30,7 +30,7 @@ const HALVINGS: usize = 10;
 
 /// A free wave round the tyre.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SlowestWave {
+pub struct SlowestWave {
     /// Periods round the tyre.
     pub n: usize,
     /// Phase speed \[m/s\].
@@ -39,7 +39,7 @@ pub(crate) struct SlowestWave {
 
 /// The slowest wave of a tyre as it rolls, where it is slower than `speed` \[m/s\]; its speed is bisected to 1e-3 of
 /// that.
-pub(crate) fn slowest_wave_below(tyre: &Tyre, speed: f64) -> Option<SlowestWave> {
+pub fn slowest_wave_below(tyre: &Tyre, speed: f64) -> Option<SlowestWave> {
     let highest = (HIGHEST * tyre.radius() / tyre.thickness()).clamp(1.0, 1000.0) as usize;
     let waves: Vec<usize> = (1..=highest).collect();
     let m = Waves::new(tyre).first_lateral_number();

@@ -3,14 +3,13 @@
 use std::fs;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use tyrewave::Plan;
 use tyrewave::counters::{Progress, Watch};
-use tyrewave::plan::Plan;
-use tyrewave::planning::rows;
+use tyrewave::internals::{decisions, edit, plan_rows as rows, scene, scene_text};
 use tyrewave::run::{RunOptions, Simulation, Unwatched, resume};
 use tyrewave::scene::{LoadedScene, Scene};
-use tyrewave::test_models::{edit, scene, scene_text};
 
-use crate::suite::common::{Results, run};
+use crate::common::{Results, run};
 
 const ELEMENTS: usize = 128;
 const SPEED: f64 = 80.0 / 3.6;
@@ -222,7 +221,7 @@ fn squeezed_blocks_beside_voids_have_parts_of_all_places() {
 fn what_the_squeeze_needs_takes_it_with_it_where_it_is_switched_off() {
     let loaded = scene(&rolled(8.0, CELLS, &format!("{GROOVE}{HEARD}{OPEN}{SQUEEZED}")));
     let squeezes = |plan: &Plan| {
-        let row = plan.decisions.rows.iter().find(|row| row.effect == "squeeze of blocks").unwrap();
+        let row = decisions(plan).rows.iter().find(|row| row.effect == "squeeze of blocks").unwrap();
         println!("{}: {} ({})", row.on, row.form, row.reason);
         row.on
     };

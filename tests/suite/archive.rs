@@ -9,8 +9,8 @@ use clap::error::ErrorKind::{InvalidSubcommand, UnknownArgument};
 use clap::{CommandFactory, Parser};
 use tempfile::TempDir;
 
-use crate::cli::CommandLine;
-use crate::suite::common::tyrewave;
+use crate::common::tyrewave;
+use tyrewave::internals::CommandLine;
 
 const LISTED: &str = include_str!("../../.ci/archive.txt");
 

@@ -1,9 +1,8 @@
 //! Arrays of a run: each is a channel of an effect, and holds what it says.
 
-use tyrewave::effects::{channel, channels};
-use tyrewave::test_models::{CIRCUMFERENCE, scene_text};
+use tyrewave::internals::{CIRCUMFERENCE, channel, channels, scene_text};
 
-use crate::suite::common::run;
+use crate::common::run;
 
 /// Elements round the tyre.
 const ELEMENTS: usize = 128;

@@ -1,8 +1,8 @@
 //! The axle: held by a load or by a height; and the tread laws on the same axle.
 
-use tyrewave::test_models::{edit, scene_text};
+use tyrewave::internals::{edit, scene_text};
 
-use crate::suite::common::{mean_and_deviation, run};
+use crate::common::{mean_and_deviation, run};
 
 #[test]
 fn a_load_is_carried_on_smooth_and_rough_roads() {

@@ -5,18 +5,17 @@ use std::sync::atomic::AtomicBool;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tyrewave::contact::axle::{AxleHeight, LoadControl, MovingAxle, SprungMass};
-use tyrewave::contact::static_contact::StaticContact;
+use tyrewave::Plan;
 use tyrewave::counters::Meter;
-use tyrewave::plan::Plan;
-use tyrewave::road::slices::StiffnessCurve;
-use tyrewave::road::strip::RoadStrip;
+use tyrewave::internals::{
+    AxleHeight, CIRCUMFERENCE, LoadControl, MovingAxle, Prepared, RoadStrip, SprungMass, StaticContact, grid_road,
+    implausible, prepare, scene, scene_text,
+};
+use tyrewave::road::StiffnessCurve;
 use tyrewave::run::RunError;
-use tyrewave::run::prepare::{Prepared, prepare};
 use tyrewave::scene::LoadedScene;
-use tyrewave::test_models::{CIRCUMFERENCE, grid_road, implausible, scene, scene_text};
 
-use crate::suite::common::{Results, mean_and_deviation, run, try_run, write_grid};
+use crate::common::{Results, mean_and_deviation, run, try_run, write_grid};
 
 const SMOOTH: &str = "kind = \"smooth\"";
 

@@ -6,9 +6,9 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use tyrewave::test_models::{COBBLES, edit, reference, scene_text, with_all_terms, without};
+use tyrewave::internals::{COBBLES, edit, reference, scene_text, with_all_terms, without};
 
-use crate::suite::common::{folder_with, names, program, read_array, read_summary, skipped, tyrewave};
+use crate::common::{folder_with, names, program, read_array, read_summary, skipped, tyrewave};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;

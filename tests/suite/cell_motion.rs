@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use std::fs;
 
 use serde_json::Value;
+use tyrewave::Plan;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::plan::Plan;
+use tyrewave::internals::{edit, scene, scene_text, with_all_terms, without};
 use tyrewave::response::ThirdOctaveBand;
 use tyrewave::scene::Scene;
-use tyrewave::test_models::{edit, scene, scene_text, with_all_terms, without};
 
-use crate::suite::common::{Results, run};
+use crate::common::{Results, run};
 
 const ROUGH: &str = "kind = \"made\"\nseed = 4";
 const SMOOTH: &str = "kind = \"smooth\"";
@@ -89,7 +89,7 @@ fn one_row_of_cells_moves_the_tyre_as_a_slice_does() {
         let one = cells(96, 1, ROUGH, 1.2, &numerics, &vibration(&format!("{keys}lateral_tolerance = 1e-3")));
         let one = run(&with_all_terms(&one));
         // A single row of cells is a slice that is level across and has the road's height at an element's middle.
-        let slices = "[contact]\ncells_across = 1\ncells_along = 1\nslices = \"none\"\n";
+        let slices = "[contact]\ncells_across = 1\ncells_along = 1\n";
         let numerics = format!("pole_tolerance = 1e-4\n{numerics}");
         let other = scene_text(96, ROUGH, &rolling(1.2), &numerics, &format!("{slices}{}", vibration(keys)));
         let other = run(&with_all_terms(&other));

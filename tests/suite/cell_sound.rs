@@ -4,11 +4,11 @@ use std::fs;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use tyrewave::Plan;
 use tyrewave::counters::Counter;
-use tyrewave::plan::Plan;
-use tyrewave::test_models::{edit, grid_road, scene, scene_text, with_all_terms};
+use tyrewave::internals::{choices, edit, grid_road, scene, scene_text, with_all_terms};
 
-use crate::suite::common::{Results, run, write_grid};
+use crate::common::{Results, run, write_grid};
 
 const ACROSS: usize = 4;
 const ELEMENTS: usize = 96;
@@ -77,7 +77,7 @@ fn one_row_of_cells_sounds_as_a_slice_does() {
     let made = "kind = \"made\"\nseed = 4";
     let more = format!("{BOTH_SIDES}{DRAFT}");
     let one = run(&with_all_terms(&cells(1, made, 0.8, &more)));
-    let slices = "[contact]\ncells_across = 1\ncells_along = 1\nslices = \"none\"\n[outputs]\nplots = false\n";
+    let slices = "[contact]\ncells_across = 1\ncells_along = 1\n[outputs]\nplots = false\n";
     let text = scene_text(ELEMENTS, made, &rolling(0.8), "pole_tolerance = 1e-4", &format!("{slices}{more}"));
     let other = run(&with_all_terms(&text));
     let (one, other) = (levels(&one), levels(&other));
@@ -121,6 +121,6 @@ fn plans_count_odd_waves_and_both_sides() {
     // Four symmetries to be solved for instead of two.
     let kernels = [&plan, &slices].map(|plan| counted(plan, Counter::RadiationSolves));
     assert!(kernels[0] > 0.0 && (kernels[0] - kernels[1]).abs() < 1e-9, "{kernels:?}");
-    let choice = plan.choices.iter().find(|choice| choice.key == "radiation.lateral_waves").unwrap();
+    let choice = choices(&plan).iter().find(|choice| choice.key == "radiation.lateral_waves").unwrap();
     assert!(choice.reason.contains("11"), "{choice:?}");
 }

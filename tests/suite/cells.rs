@@ -3,20 +3,19 @@
 use std::fs;
 use std::time::Instant;
 
-use tyrewave::contact::cells::{CellSearch, InstantCells};
-use tyrewave::half_space::love;
-use tyrewave::half_space::rough::{Extent, HeightMap, IndentationControl, IndentationLimits, indent};
-use tyrewave::plan::Plan;
-use tyrewave::road::{self, Lattice, RoadSurface};
+use tyrewave::half_space::{Extent, HeightMap, IndentationControl, IndentationLimits, indent};
+use tyrewave::internals::{
+    CIRCUMFERENCE, CellSearch, InstantCells, RoughRoad, add, edit, grid_road, love_displacement, scene, scene_text,
+};
+use tyrewave::road::{Lattice, RoadSurface};
 use tyrewave::run::Simulation;
 use tyrewave::scene::LoadedScene;
-use tyrewave::test_models::cells::RoughRoad;
-use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene, scene_text};
+use tyrewave::{Plan, road};
 
-use tyrewave::tyre::influence::CellInfluence;
+use tyrewave::internals::CellInfluence;
 
-use crate::suite::common::hard_case::measured;
-use crate::suite::common::{Results, mean_and_deviation, read_array, run, write_grid};
+use crate::common::hard_case::measured;
+use crate::common::{Results, mean_and_deviation, read_array, run, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.1\naxle = { load = 3400.0, tolerance = 0.05 }";
 const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.01, ramp = 0.03 }";
@@ -221,8 +220,6 @@ fn plans_refuse_what_cells_cannot_do_and_nothing_else() {
     // Sums over the stages of a step are kept as matrices.
     let direct = "history = \"direct\"\nmemory = 0.02\ntime_rule = \"sdirk2\"";
     check(&cells(64, 4, MADE, INDENTED, direct)).unwrap();
-    let hold = check(&cells(64, 4, MADE, INDENTED, "time_rule = \"first-order-hold\"")).unwrap_err();
-    assert!(hold.contains("numerics.time_rule") && hold.contains("sdirk2"), "{hold}");
     let many = check(&cells(64, 10_000, MADE, INDENTED, "memory_limit = 0.1")).unwrap_err();
     assert!(many.contains("contact.cells_across") && many.contains("fewer cells"), "{many}");
 }
@@ -247,7 +244,7 @@ fn patch_on_a_half_space(n: usize, elements: usize) -> (f64, [f64; 2]) {
     const MODULUS: f64 = 1.25e7;
     let (dx, dy) = (CIRCUMFERENCE / elements as f64, 0.111 / n as f64);
     let required = RoughRoad::new(3).required(n, n, elements, 0);
-    let unit = |i: usize, j: usize| love::displacement(i as f64 * dx, j as f64 * dy, dx, dy) / (MODULUS * dx * dy);
+    let unit = |i: usize, j: usize| love_displacement(i as f64 * dx, j as f64 * dy, dx, dy) / (MODULUS * dx * dy);
     let toeplitz = (0..n * n).map(|place| unit(place / n, place % n)).collect();
     let hankel = vec![0.0; n * (2 * n - 1)];
     let influence = CellInfluence { columns: n, across: n, toeplitz, hankel, odd: None };

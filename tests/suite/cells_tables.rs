@@ -2,9 +2,9 @@
 //! slices give instead. Both hold the axle where it carries 3400 N at rest on cells of 4 mm.
 
 use toml::{Table, Value};
-use tyrewave::test_models::{CHIP_SEAL, reference, scene_text, with_all_terms};
+use tyrewave::internals::{CHIP_SEAL, reference, scene_text, with_all_terms};
 
-use crate::suite::common::run;
+use crate::common::run;
 
 /// Elements of 2 mm, and steps on each.
 const FINE: [usize; 2] = [1024, 1];

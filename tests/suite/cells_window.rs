@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, scene_text, with_all_terms};
+use tyrewave::internals::{CIRCUMFERENCE, edit, grid_road, scene_text, with_all_terms};
 
-use crate::suite::common::{Results, run, write_grid};
+use crate::common::{Results, run, write_grid};
 
 /// Elements per circumference, and of the first part of a road before anything happens.
 const ELEMENTS: usize = 256;

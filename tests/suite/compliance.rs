@@ -2,11 +2,11 @@
 
 use num_complex::Complex64;
 use serde_json::Value;
+use tyrewave::internals::{cases, plate_tyre, reference};
 use tyrewave::scene::{Law, Layer, Material, Tyre};
-use tyrewave::test_models::{plate_tyre, reference};
-use tyrewave::tyre::layers::{Stack, cases};
+use tyrewave::tyre::Stack;
 
-use crate::suite::common::hard_case::measured;
+use crate::common::hard_case::measured;
 
 const BOUND: f64 = 1e-10;
 

@@ -8,15 +8,11 @@ use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
+use tyrewave::internals::{CurvedStack, Cylinder, FINE_STEP, Matrix3, Rotation, STEP, cases, material, reference};
 use tyrewave::scene::{Cavity, Cords, Foundation, Layer, Material, Orthotropic};
-use tyrewave::test_models::reference;
-use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
-use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP};
-use tyrewave::tyre::layers::cylinder::Cylinder;
-use tyrewave::tyre::layers::rotation::Rotation;
-use tyrewave::tyre::layers::{cases, material};
+use tyrewave::tyre::Stack;
 
-use crate::suite::common::rubber;
+use crate::common::rubber;
 
 /// Relative accuracy that waves are prepared for, as influence functions ask for.
 const TOLERANCE: f64 = 1e-7;

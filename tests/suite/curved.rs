@@ -5,19 +5,16 @@ use std::f64::consts::PI;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex64;
-use tyrewave::contact::static_contact::StaticTyre;
+use tyrewave::internals::{
+    CurvedStack, Cylinder, FINE_STEP, Matrix3, Mode, Motion, Rotation, STEP, StaticTyre, air_stiffness, cases,
+    material, modes, modes_of,
+};
 use tyrewave::scene::{Axle, Cavity, DEFAULT, Foundation, Layer, Material, Scene, Tyre};
-use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
-use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP, air_stiffness};
-use tyrewave::tyre::layers::cylinder::Cylinder;
-use tyrewave::tyre::layers::rotation::Rotation;
-use tyrewave::tyre::layers::{cases, material};
-use tyrewave::tyre::modes::{Mode, Motion, modes, modes_of};
+use tyrewave::tyre::{Field, InfluenceSum, Projection, Stack, Truncation};
 
-use tyrewave::test_models::on_springs;
+use tyrewave::internals::on_springs;
 
-use crate::suite::common::rubber;
+use crate::common::rubber;
 
 /// The car tyre, its patch and its modes fitted to measurements.
 fn car() -> CurvedStack {

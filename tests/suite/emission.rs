@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use tyrewave::test_models::scene_text;
+use tyrewave::internals::scene_text;
 
-use crate::suite::common::command;
+use crate::common::command;
 
 const MODAL: &str = "history = \"modal\"\npole_tolerance = 1e-4";
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.3\nduration = 2.6\naxle = { load = 3000.0, tolerance = 0.9 }";

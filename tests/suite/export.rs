@@ -8,11 +8,9 @@ use std::sync::LazyLock;
 
 use serde_json::Value;
 use tempfile::TempDir;
-use tyrewave::report::export::{MAT_HEAD, PYTHON, UFF_HEAD, VTK_HEAD};
-use tyrewave::results::spectra::read_force_levels;
-use tyrewave::test_models::{edit, scene_text};
+use tyrewave::internals::{MAT_HEAD, PYTHON, UFF_HEAD, VTK_HEAD, edit, read_force_levels, scene_text};
 
-use crate::suite::common::{names, read_array, read_summary, skipped, tyrewave};
+use crate::common::{names, read_array, read_summary, skipped, tyrewave};
 
 /// A run of slices that vibrates and is heard, and one of cells. Made once for all tests.
 static RESULTS: LazyLock<TempDir> = LazyLock::new(|| {

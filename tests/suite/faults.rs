@@ -8,9 +8,9 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-use tyrewave::test_models::{edit, scene_text};
+use tyrewave::internals::{edit, scene_text};
 
-use crate::suite::common::{command, names, program, read_summary, skipped, tyrewave, write_grid};
+use crate::common::{command, names, program, read_summary, skipped, tyrewave, write_grid};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;

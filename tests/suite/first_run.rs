@@ -4,9 +4,9 @@ use std::fs;
 use std::process::Output;
 
 use serde_json::Value;
-use tyrewave::test_models::scene_text;
+use tyrewave::internals::scene_text;
 
-use crate::suite::common::{names, tyrewave};
+use crate::common::{names, tyrewave};
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
@@ -70,8 +70,21 @@ fn a_setting_is_as_if_the_scene_said_so() {
     done(tyrewave(folder.path(), &["run", "b.toml", "--out", "said", "-q"]));
     let force = |name: &str| fs::read(folder.path().join(name).join("total_force.npy")).unwrap();
     assert_eq!(force("set"), force("said"));
-    let summary = |name: &str| crate::suite::common::read_summary(&folder.path().join(name));
+    let summary = |name: &str| crate::common::read_summary(&folder.path().join(name));
     assert_eq!(summary("set")["scene_sha256"], summary("said")["scene_sha256"]);
+}
+
+#[test]
+fn former_commands_are_answered_with_what_replaces_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let replaced =
+        [("influence", "tyrewave mobility"), ("rules", "docs/theory.md"), ("slice", "tyrewave slices SCENE")];
+    for (former, instead) in replaced {
+        let answer = tyrewave(folder.path(), &[former, "a.toml"]);
+        assert_eq!(answer.status.code(), Some(2), "{former}");
+        let told = String::from_utf8_lossy(&answer.stderr);
+        assert!(told.contains("is gone") && told.contains(instead), "{told}");
+    }
 }
 
 #[test]

@@ -9,13 +9,13 @@ use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
+use tyrewave::internals::{
+    Estimate, FIT_TYRE_BOUND as BOUND, Fit, FitTyreError, MeasuredPoint as Point, Parameter, Uncertainty,
+    driving_point, fit_tyre as fit, plate_tyre, replaced,
+};
 use tyrewave::scene::{PLATE, Scene, Tyre};
-use tyrewave::study::fit_tyre::measured::Point;
-use tyrewave::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, Parameter, Uncertainty, fit};
-use tyrewave::test_models::{plate_tyre, replaced};
-use tyrewave::tyre::influence::mobility::driving_point;
 
-use crate::suite::common::{names, tyrewave};
+use crate::common::{names, tyrewave};
 
 const PATCHES: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 const UNCERTAINTY: Uncertainty = Uncertainty { level: 0.5, phase: 3.0 };

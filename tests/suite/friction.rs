@@ -3,15 +3,13 @@
 use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
-use tyrewave::contact::footprint::TangentialPart;
-use tyrewave::plan::Plan;
+use tyrewave::Plan;
+use tyrewave::internals::{SavedState, TangentialPart, add, choices, edit, march, march_mut, scene, scene_text};
 use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Tyre};
-use tyrewave::storage::state::SavedState;
-use tyrewave::test_models::{add, edit, scene, scene_text};
-use tyrewave::tyre::layers::Stack;
+use tyrewave::tyre::Stack;
 
-use crate::suite::common::run;
+use crate::common::run;
 
 const ELEMENTS: usize = 64;
 const ACROSS: usize = 3;
@@ -55,7 +53,7 @@ pub(super) fn totals(loaded: &LoadedScene) -> Vec<[f64; 5]> {
     let mut run = Simulation::begin(loaded, &plan, &Default::default()).unwrap();
     let mut all = Vec::new();
     while let Some(step) = run.step().unwrap() {
-        let part = run.prepared.march.footprint().tangential().cloned().unwrap_or_default();
+        let part = march(&run).footprint().tangential().cloned().unwrap_or_default();
         all.push([step.total_force, part.total[0], part.total[1], part.aligning_moment, part.slip_power]);
     }
     all
@@ -328,7 +326,7 @@ fn what_friction_cannot_be_with_is_refused_with_its_place() {
     let cells = finite("[friction]\nmu = 0.9", SMOOTH);
     for (text, key, wrong) in [
         (edit(&cells, &[("numerics.time_rule", "\"sdirk2\"")]), "numerics.time_rule", "not stable with friction"),
-        (edit(&cells, &[("numerics.time_rule", "\"trapezoidal\"")]), "numerics.time_rule", "not stable"),
+        (edit(&cells, &[("numerics.time_rule", "\"sdirk3\"")]), "numerics.time_rule", "not stable"),
         (edit(&cells, &[("friction.mu", "-0.1")]), "friction.mu", "-0.1"),
         (add(&cells, "friction", "mu_slow = 1.0"), "friction.mu_slow", "constant coefficient"),
         (finite("[friction]\nlaw = \"falling\"\nmu_slow = 1.0", SMOOTH), "friction.memory_length", "missing"),
@@ -362,13 +360,13 @@ pub(super) fn gone_on_from_state(loaded: &LoadedScene) -> Vec<TangentialPart> {
     for _ in 0..60 {
         whole.step().unwrap().unwrap();
     }
-    let state = SavedState::of(&mut whole.prepared.march).unwrap();
+    let state = SavedState::of(march_mut(&mut whole)).unwrap();
     let mut other = begin();
-    state.restore(&mut other.prepared.march).unwrap();
+    state.restore(march_mut(&mut other)).unwrap();
     let step = |_| {
         let [own, restored] = [&mut whole, &mut other].map(|run| {
             let total = run.step().unwrap().unwrap().total_force;
-            (total.to_bits(), run.prepared.march.footprint().tangential().cloned().unwrap())
+            (total.to_bits(), march(&run).footprint().tangential().cloned().unwrap())
         });
         assert_eq!(own, restored);
         own.1
@@ -409,7 +407,7 @@ fn presets_take_friction() {
     let kept: Vec<&str> = text.lines().filter(|line| !line.starts_with("elements")).collect();
     let text = kept.join("\n");
     let plan = Plan::of(&scene(&text)).unwrap();
-    let choice = |key: &str| plan.choices.iter().find(|choice| choice.key == key).map(|choice| choice.value.clone());
+    let choice = |key: &str| choices(&plan).iter().find(|choice| choice.key == key).map(|choice| choice.value.clone());
     assert_eq!(choice("numerics.time_rule").as_deref(), Some("bdf2"));
     assert_eq!(choice("numerics.history").as_deref(), Some("modal"));
 }
@@ -432,7 +430,7 @@ fn rolled(road: &str, mu: f64, [longitudinal, lateral]: [f64; 2], steps: usize) 
     let mut run = Simulation::begin(&loaded, &plan, &Default::default()).unwrap();
     let (mut least, mut sums, mut count) = (0.0_f64, [0.0; 3], 0.0);
     while let Some(step) = run.step().unwrap() {
-        let part = run.prepared.march.footprint().tangential().unwrap();
+        let part = march(&run).footprint().tangential().unwrap();
         least = least.min(part.slip_power);
         let own = [step.total_force, part.total[0], part.total[1]];
         sums.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);

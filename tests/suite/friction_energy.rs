@@ -3,13 +3,12 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
-use tyrewave::plan::Plan;
+use tyrewave::Plan;
+use tyrewave::internals::{add, edit, march, scene};
 use tyrewave::run::Simulation;
-use tyrewave::test_models::{add, edit, scene};
 
 use super::friction::{SMOOTH, finite};
-use crate::time_rule::TimeRule;
-use crate::tyre::influence::{COMPONENTS, CellGrid, CellSums, CellTruncation, WaveBand, traction_shape};
+use tyrewave::internals::{COMPONENTS, CellGrid, CellSums, CellTruncation, TimeRule, WaveBand, traction_shape};
 
 const ELEMENTS: usize = 64;
 const ACROSS: usize = 3;
@@ -94,10 +93,10 @@ fn powers(substeps: usize) -> Powers {
     let mut run = Simulation::begin(&loaded, &plan, &Default::default()).unwrap();
     let (mut forces, mut slip, mut by_tangential, mut by_creep) = (Vec::new(), 0.0, 0.0, 0.0);
     while let Some(step) = run.step().unwrap() {
-        if run.prepared.march.next_step() - 1 < plan.warm_up_steps {
+        if march(&run).next_step() - 1 < plan.warm_up_steps {
             continue;
         }
-        let footprint = run.prepared.march.footprint();
+        let footprint = march(&run).footprint();
         let part = footprint.tangential().unwrap();
         slip += part.slip_power;
         by_tangential += part.power;

@@ -1,10 +1,10 @@
 //! Motion and sound under friction, and wheels that roll freely: whole runs.
 
+use tyrewave::internals::{add, edit, scene};
 use tyrewave::scene::Scene;
-use tyrewave::test_models::{add, edit, scene};
 
 use super::friction::{SMOOTH, finite, gone_on_from_state};
-use crate::suite::common::run;
+use crate::common::run;
 
 const MADE: &str = "kind = \"made\"\nseed = 3";
 const BRAKED: &str = "[friction]\nmu = 0.9\n[friction.creep]\nlongitudinal = 0.05\nlateral = 0.02";

@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use tyrewave::test_models::{CHIP_SEAL, reference};
+use tyrewave::internals::{CHIP_SEAL, reference};
 
-use crate::suite::archive::copy;
-use crate::suite::common::{read_summary, tyrewave};
+use crate::archive::copy;
+use crate::common::{read_summary, tyrewave};
 
 const GALLERY: &str = include_str!("../../profiles/GALLERY.md");
 

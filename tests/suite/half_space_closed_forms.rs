@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-use tyrewave::half_space::rough::{
-    Convolution, Extent, HeightMap, Indentation, IndentationControl, IndentationLimits, indent,
+use tyrewave::half_space::{
+    Extent, HalfSpaceError, HeightMap, Indentation, IndentationControl, IndentationLimits, indent,
 };
-use tyrewave::half_space::{GrowingContact, HalfSpaceError, LineInfluence, love};
+use tyrewave::internals::{Convolution, GrowingContact, LineInfluence, love_displacement};
 
 /// A square map of n x n cells over `side`, from the height at (x, y) relative to its middle.
 fn map(n: usize, side: f64, height: impl Fn(f64, f64) -> f64) -> HeightMap {
@@ -172,7 +172,7 @@ fn the_contact_conditions_hold_on_awkward_surfaces() {
         for control in [IndentationControl::Penetration(1.3e-3), IndentationControl::Load(20.0)] {
             let contact = solve(&surface, control);
             let kernel = |i: usize, j: usize| {
-                love::displacement(i as f64 * surface.dx, j as f64 * surface.dy, surface.dx, surface.dy) / 1e7
+                love_displacement(i as f64 * surface.dx, j as f64 * surface.dy, surface.dx, surface.dy) / 1e7
             };
             let mut displacement = vec![0.0; nx * ny];
             Convolution::<f64>::from_kernel(surface.extent, kernel)

@@ -5,14 +5,13 @@ use std::f64::consts::PI;
 use std::fs;
 
 use num_complex::Complex64;
-use tyrewave::contact::ContactError;
+use tyrewave::internals::{CIRCUMFERENCE, ContactError, edit, grid_road, implausible, scene, scene_text, transforms};
 use tyrewave::run::RunError;
 use tyrewave::scene::{Law, LoadedScene, TimeRule};
-use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, implausible, scene, scene_text, transforms};
-use tyrewave::tyre::influence::{Field, InfluenceSum};
+use tyrewave::tyre::{Field, InfluenceSum};
 
-use crate::suite::common::hard_case::{TABLE, measured, number};
-use crate::suite::common::{Results, mean_and_deviation, run, try_run, write_grid};
+use crate::common::hard_case::{TABLE, measured, number};
+use crate::common::{Results, mean_and_deviation, run, try_run, write_grid};
 
 const SPEED: f64 = 80.0 / 3.6;
 const SMOOTH: &str = "kind = \"smooth\"";

@@ -8,9 +8,9 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use tyrewave::test_models::{edit, implausible, scene_text, without};
+use tyrewave::internals::{edit, implausible, scene_text, without};
 
-use crate::suite::common::{command, folder_with, names, skipped};
+use crate::common::{command, folder_with, names, skipped};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.02\nduration = 0.05\naxle = { indentation = 0.01, ramp = 0.02 }";
 const USAGE: i32 = 2;
@@ -216,7 +216,7 @@ fn answers_that_are_no_numbers_are_errors() {
     refused(folder.path(), &["compliance", "cases.json"], &["case 0", "not finite"]);
     let mut heights = vec![0.0; 64];
     heights[27] = 1e30;
-    crate::suite::common::write_grid(&folder.path().join("z.npy"), 8, &heights);
+    crate::common::write_grid(&folder.path().join("z.npy"), 8, &heights);
     let indent =
         ["indent", "--heights", "z.npy", "--dx", "1e-3", "--dy", "1e-3", "--modulus", "1e7", "--poisson", "0.4"];
     for pressed in [["--penetration", "1e-3"], ["--load", "100"]] {

@@ -6,13 +6,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use num_complex::Complex64;
+use tyrewave::internals::{
+    Cache, Cached, FitError, FitOptions, RationalModel, Unusable, Weights, fetch_from as fetch, fit,
+    fit_unless_stopped, pole_key as key, wide_tyre,
+};
 use tyrewave::scene::{Law, Layer, Material, TimeRule, Tyre};
-use tyrewave::storage::{Cache, Cached, Unusable};
-use tyrewave::test_models::wide_tyre;
-use tyrewave::tyre::influence::convolution_quadrature::Weights;
-use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use tyrewave::tyre::poles::cache::{fetch, key};
-use tyrewave::tyre::poles::{FitError, FitOptions, RationalModel, fit, fit_unless_stopped};
+use tyrewave::tyre::{Field, InfluenceSum, Projection, Truncation};
 
 /// Flag that never stops a test.
 static NEVER: AtomicBool = AtomicBool::new(false);

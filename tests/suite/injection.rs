@@ -13,9 +13,9 @@ use std::process::{Command, Output};
 
 use tempfile::TempDir;
 
-use tyrewave::test_models::{edit, scene_text};
+use tyrewave::internals::{edit, scene_text};
 
-use crate::suite::common::{self, names, read_summary, skipped};
+use crate::common::{self, names, read_summary, skipped};
 
 const KILLED: i32 = 9;
 

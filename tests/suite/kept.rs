@@ -8,10 +8,10 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
+use tyrewave::internals::scene_text;
 use tyrewave::scene::{DEFAULT, Scene};
-use tyrewave::test_models::scene_text;
 
-use crate::suite::common::{command, names, read_summary, tyrewave, write_grid};
+use crate::common::{command, names, read_summary, tyrewave, write_grid};
 
 /// The names.
 const KEPT: &str = include_str!("kept.txt");

@@ -4,7 +4,7 @@ mod line_search;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tyrewave::half_space::{GrowingContact, LineInfluence};
+use tyrewave::internals::{GrowingContact, LineInfluence};
 
 /// Random depths of a rough profile: half of them white, half of them correlated; some with ties.
 fn profile(rng: &mut ChaCha8Rng, cells: usize, case: usize) -> Vec<f64> {

@@ -1,7 +1,4 @@
-//! Tests of the whole: a module of the library, since they look at parts that are not public. Some run the program,
-//! which `cargo test` builds beside.
-//!
-//! Tests that count allocations have programs of their own: whatever ran with them would be counted.
+//! Tests of the whole, against the library as its users see it, the program, and `internals`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 #![allow(clippy::print_stdout, reason = "what was measured, and what was skipped, is printed")]
 
@@ -58,7 +55,6 @@ mod rollout;
 mod rotation_layers;
 mod sidewall;
 mod sidewall_tyre;
-mod slice_coupling;
 mod slice_errors;
 mod slice_laws;
 mod smooth;

@@ -6,9 +6,9 @@
 use std::fmt::Write;
 use std::fs;
 
-use tyrewave::test_models::replaced;
+use tyrewave::internals::replaced;
 
-use crate::suite::common::{folder_with, names, tyrewave};
+use crate::common::{folder_with, names, tyrewave};
 
 /// Answers of the program.
 const ANSWERS: &str = include_str!("twenty_mistakes.txt");

@@ -1,7 +1,6 @@
 //! Driving-point mobility of the default tyre against an independent calculation.
 
-use tyrewave::test_models::plate_tyre;
-use tyrewave::tyre::influence::mobility::driving_point;
+use tyrewave::internals::{driving_point, plate_tyre};
 
 #[test]
 fn default_tyre_has_the_mobility_of_the_independent_calculation() {

@@ -3,12 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use tyrewave::report::PAGE_HEAD;
-use tyrewave::results::plots::four_digits;
-use tyrewave::test_models::scene_text;
+use tyrewave::internals::{PAGE_HEAD, four_digits, scene_text};
 
-use crate::suite::common::tyrewave;
-use crate::suite::report::assert_drawn;
+use crate::common::tyrewave;
+use crate::report::assert_drawn;
 
 const HEARD: &str = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 500.0";
 

@@ -7,16 +7,15 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
-use tyrewave::counters::machine::instruction_set;
-use tyrewave::performance::changes::{AcceptedChanges, differences};
-use tyrewave::performance::measure::value;
-use tyrewave::performance::record::RecordedWorkload;
-use tyrewave::performance::{Record, Workload, measure};
-use tyrewave::plan::Plan;
+use tyrewave::Plan;
+use tyrewave::internals::{
+    PerformanceRecord as Record, Workload, differences, instruction_set, measure_performance as measure,
+    performance_value as value, read_accepted,
+};
 use tyrewave::run::Simulation;
 use tyrewave::scene::History;
 
-use crate::suite::common::{program, skipped};
+use crate::common::{program, skipped};
 
 fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -36,24 +35,19 @@ fn every_workload_is_right_and_takes_what_the_record_says() {
     let records = committed();
     let known = records.iter().flat_map(|record| record.workloads.keys());
     known.for_each(|name| assert!(Workload::ALL.iter().any(|workload| workload.name() == name), "{name}"));
-    let accepted = AcceptedChanges::read(&folder().join("profiles/accepted.toml")).unwrap();
+    let accepted = read_accepted(&folder().join("profiles/accepted.toml")).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let mut unexplained = Vec::new();
     for workload in Workload::ALL {
         let measurement = pool.install(|| measure(workload, &AtomicBool::new(false))).unwrap();
         let name = workload.name();
-        println!(
-            "{name}: {} = {}, off by {:.1e}",
-            measurement.found.what,
-            measurement.found.value,
-            measurement.found.error()
-        );
-        assert!(measurement.found.is_right(), "{name}: {:?}", measurement.found);
+        println!("{name}: {:?}", measurement.found);
+        assert_eq!(measurement.found.complaint(), None, "{name}");
         assert!(!measurement.counters.is_empty() && !measurement.blocks.is_empty(), "{measurement:?}");
         let record = records.iter().find(|record| record.workloads.contains_key(name)).expect("a record");
-        let other = record.stamp.instruction_set != measurement.instruction_set;
-        let found = RecordedWorkload::new(&[measurement], None);
-        for difference in differences(name, &record.workloads[name], &found, &accepted, other) {
+        let other = record.stamp["instruction_set"] != measurement.instruction_set;
+        let recorded = &record.workloads[name].counters;
+        for difference in differences(name, recorded, &measurement.counters, &accepted, other) {
             println!("{name}: {difference:?}");
             if difference.explained.is_none() {
                 unexplained
@@ -99,11 +93,11 @@ fn the_workloads_must_find_what_the_other_history_finds() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// Compares two programs with the defaults, and with more arguments; exit code and verdict.
-fn compared(first: &Path, second: &Path, more: &[&str], place: &Path) -> (i32, Value, String) {
+/// Compares two programs with the defaults; exit code and verdict.
+fn compared(first: &Path, second: &Path, place: &Path) -> (i32, Value, String) {
     let json = place.join("verdict.json");
     let mut command = Command::new(program());
-    command.args(["profile", "compare", "--quiet", "--accepted", "profiles/accepted.toml"]).args(more);
+    command.args(["profile", "compare", "--quiet", "--accepted", "profiles/accepted.toml"]);
     let output = command.arg(first).arg(second).arg("--json-file").arg(&json).current_dir(folder()).output().unwrap();
     let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let verdict =
@@ -138,25 +132,25 @@ fn comparisons_end_with_the_right_exit_code() {
         skipped(&format!("no record for {}", instruction_set()));
         return;
     }
-    let (code, text) = run(&["--workload", "compliance"]);
+    let (code, text) = run(&["--workload", "influence"]);
     assert_eq!(code, 0, "{text}");
     // More work than recorded, and a wrong result.
     let mut other = Record::read(&record).unwrap();
-    let compliance = other.workloads.get_mut("compliance").unwrap();
-    *compliance.counters.get_mut("compliance_evaluations").unwrap() -= 1;
+    let influence = other.workloads.get_mut("influence").unwrap();
+    *influence.counters.get_mut("compliance_evaluations").unwrap() -= 1;
     let path = place.path().join("other.json");
     other.write(&path).unwrap();
-    let (code, text) = run(&[path.to_str().unwrap(), "--workload", "compliance"]);
+    let (code, text) = run(&[path.to_str().unwrap(), record.to_str().unwrap(), "--workload", "influence"]);
     assert!(code == 1 && text.contains("compliance_evaluations") && text.contains("no accepted change"), "{text}");
-    other.workloads.get_mut("compliance").unwrap().found.value = 2.0;
+    other.workloads.get_mut("influence").unwrap().found.value = 2.0;
     other.write(&path).unwrap();
-    let (code, text) = run(&[record.to_str().unwrap(), path.to_str().unwrap(), "--workload", "compliance"]);
+    let (code, text) = run(&[record.to_str().unwrap(), path.to_str().unwrap(), "--workload", "influence"]);
     assert!(code == 1 && text.contains("wrong result"), "{text}");
     // Out of time, a verdict says what it rests on.
     let itself = program();
     let itself = itself.to_str().unwrap();
-    let (code, text) = run(&[itself, itself, "--workload", "compliance", "--budget", "1"]);
-    assert!(code == 5 && text.contains("(too few to judge by)") && text.contains("0 of 1 workloads"), "{text}");
+    let (code, text) = run(&[itself, itself, "--workload", "influence", "--budget", "1"]);
+    assert!(code == 5 && text.contains("times undecided") && text.contains(" pairs of runs"), "{text}");
     // A scene of one's own: between programs alone.
     let scene = place.path().join("mine.toml");
     let text = fs::read_to_string(folder().join("scenes/plate.toml")).unwrap();
@@ -167,13 +161,20 @@ fn comparisons_end_with_the_right_exit_code() {
     ];
     fs::write(&scene, short.iter().fold(text, |text, (from, to)| text.replace(from, to))).unwrap();
     let scene = scene.to_str().unwrap();
-    let (code, text) = run(&[itself, itself, "--scene", scene, "--pairs", "12", "--no-instructions"]);
-    assert!(code == 0 && text.contains("mine.toml") && text.contains("1 workloads: results right"), "{text}");
+    // Other tests disturb the times of so few pairs: undecided is no fault of the program.
+    let (code, text) = run(&[itself, itself, "--scene", scene, "--pairs", "12"]);
+    assert!(matches!(code, 0 | 5) && text.contains("mine.toml"), "{text}");
+    assert!(text.contains("1 workloads: results right") && text.contains("in 12 pairs of runs"), "{text}");
     let (code, text) = run(&[record.to_str().unwrap(), itself, "--scene", scene]);
     assert!(code == 2 && text.contains("a record knows no scenes"), "{text}");
     // A program that does not measure is told apart from one that is worse.
-    let (code, text) = run(&[if cfg!(windows) { "cmd" } else { "/bin/false" }, "--workload", "compliance"]);
+    let (code, text) = run(&[if cfg!(windows) { "cmd" } else { "/bin/false" }, "--workload", "influence"]);
     assert!(code == 1 && text.contains("profile measure"), "{text}");
+    // Options and workloads of earlier versions.
+    let (code, text) = run(&["--no-instructions"]);
+    assert!(code == 2 && text.contains("cargo bench --features count-instructions"), "{text}");
+    let (code, text) = run(&["--workload", "compliance"]);
+    assert!(code == 2 && text.contains("`influence`"), "{text}");
 }
 
 /// Stages that a verdict calls changed: workload, stage, change, ratio.
@@ -197,11 +198,10 @@ fn an_unchanged_program_passes_twenty_comparisons() {
     let copy = place.path().join("copy");
     fs::copy(program(), &copy).unwrap();
     for comparison in 1..=20 {
-        // Instructions are exact: once is enough.
-        let more: &[&str] = if comparison == 1 { &[] } else { &["--no-instructions"] };
-        let (code, verdict, text) = compared(&program(), &copy, more, place.path());
+        let (code, verdict, text) = compared(&program(), &copy, place.path());
         println!("comparison {comparison}:\n{text}");
-        assert_eq!((code, changed(&verdict)), (0, Vec::new()), "{text}");
+        // On a busy machine some of them may remain undecided, but none may find a change.
+        assert!(matches!(code, 0 | 5) && changed(&verdict).is_empty(), "{text}");
     }
 }
 
@@ -250,7 +250,7 @@ fn a_stage_that_takes_five_percent_longer_is_found_and_named() {
     ];
     for (stage, file, text, planted) in plants {
         let slower = with(file, text, planted);
-        let (code, verdict, text) = compared(&program(), &slower, &[], place.path());
+        let (code, verdict, text) = compared(&program(), &slower, place.path());
         println!("5 % longer: {stage}\n{text}");
         assert_eq!(code, 1, "{text}");
         let found = changed(&verdict);
@@ -261,7 +261,8 @@ fn a_stage_that_takes_five_percent_longer_is_found_and_named() {
             "{text}"
         );
         // Another build may lay other stages out otherwise, but nothing else is as much slower everywhere.
-        let others: Vec<_> = found.iter().filter(|(_, name, change, _)| name != stage && change == "slower").collect();
+        let is_other = |name: &str| name != stage && name != "all";
+        let others: Vec<_> = found.iter().filter(|(_, name, change, _)| is_other(name) && change == "slower").collect();
         assert!(others.is_empty(), "{others:?}");
     }
 }

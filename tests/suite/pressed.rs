@@ -4,19 +4,14 @@ use std::f64::consts::{PI, TAU};
 use std::fs;
 
 use tyrewave::Plan;
-use tyrewave::contact::cells::{CellSearch, InstantCells};
-use tyrewave::contact::local_compliance::formula::tread_modulus;
-use tyrewave::contact::local_compliance::local_compliance;
-use tyrewave::contact::pressed::PressedRoad;
-use tyrewave::contact::pressed::flat_tread::line_influence;
-use tyrewave::road::maker::StripCurves;
-use tyrewave::road::slices::{SliceBuilder, StiffnessCurve};
-use tyrewave::road::{Limits, RoadSurface};
+use tyrewave::internals::{
+    CHIP_SEAL, CellGrid, CellSearch, CellSums, CellTruncation, InstantCells, PressedRoad, StripCurves, decisions,
+    line_influence, local_compliance, reference, scene, scene_text, tread_modulus, with_road,
+};
+use tyrewave::road::{Limits, RoadSurface, SliceBuilder, StiffnessCurve};
 use tyrewave::scene::{DEFAULT, Law, LoadedScene, Scene, Tyre};
-use tyrewave::test_models::{CHIP_SEAL, reference, scene, scene_text, with_road};
-use tyrewave::tyre::influence::{CellGrid, CellSums, CellTruncation};
 
-use crate::suite::common::run;
+use crate::common::run;
 
 const MADE: &str = "kind = \"made\"\nseed = 3";
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.1\naxle = { load = 3400.0 }";
@@ -71,7 +66,7 @@ fn measured_roads_have_cells_of_two_millimetres_by_the_local_law_unless_asked_ot
     let of = |contact: &str| {
         let text = scene_text(256, &road, ROLLING, NUMERICS, &format!("[contact]\n{contact}"));
         let plan = Plan::of(&scene(&text)).unwrap();
-        (plan.decisions.cells_across.unwrap_or(0), plan.decisions.cells_along.unwrap_or(0), plan)
+        (decisions(&plan).cells_across.unwrap_or(0), decisions(&plan).cells_along.unwrap_or(0), plan)
     };
     let (across, along, plan) = of("slices = \"pressed\"");
     let width = plan.scene.tyre.contact_width;
@@ -89,7 +84,7 @@ fn measured_roads_have_cells_of_two_millimetres_by_the_local_law_unless_asked_ot
 #[test]
 fn plans_of_a_pressed_road_know_its_work() {
     let plan = Plan::of(&scene(&scene_text(128, MADE, ROLLING, NUMERICS, PRESSED))).unwrap();
-    let texture = plan.decisions.rows.iter().find(|row| row.form.contains("pressed")).unwrap();
+    let texture = decisions(&plan).rows.iter().find(|row| row.form.contains("pressed")).unwrap();
     assert!(texture.on, "{texture:?}");
     assert!(plan.notes().any(|note| note.contains("pressed")));
 }
@@ -153,7 +148,7 @@ fn at_rest(tyre: &Tyre) -> Tyre {
 /// forces, and of third octaves from 200 to 25 mm \[dB\].
 fn compared(name: &str, loaded: &LoadedScene, indentation: f64, crowned: bool, metres: f64) -> [[f64; 2]; 2] {
     let plan = Plan::new(&loaded.scene);
-    let (lattice, tyre) = (plan.lattice().unwrap(), &plan.decisions.tyre);
+    let (lattice, tyre) = (plan.lattice().unwrap(), &decisions(&plan).tyre);
     assert_eq!((lattice.along, lattice.columns), (ALONG, ACROSS));
     let mut surface = RoadSurface::open(&loaded.scene.road, lattice, Limits::default()).unwrap();
     let (first, elements) = (100, (metres / lattice.dx) as usize);

@@ -7,14 +7,13 @@ use std::process::Output;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
-use tyrewave::counters::process::cpu_time;
+use tyrewave::Plan;
 use tyrewave::counters::{Stage, Timing};
-use tyrewave::plan::Plan;
+use tyrewave::internals::{cpu_time, edit, scene_text};
 use tyrewave::run::Simulation;
 use tyrewave::scene::{PLATE, Road, Scene};
-use tyrewave::test_models::{edit, scene_text};
 
-use crate::suite::common::{command, read_summary};
+use crate::common::{command, read_summary};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.6\naxle = { load = 3400 }";
 

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tempfile::TempDir;
-use tyrewave::report::{Comparison, PAGE_HEAD, Stored, page};
+use tyrewave::internals::{Comparison, PAGE_HEAD, scene_text, stored_spectra};
+use tyrewave::report::{Stored, page};
 use tyrewave::response::BandLevel;
-use tyrewave::test_models::scene_text;
 
-use crate::suite::common::{names, read_summary, skipped, tyrewave};
+use crate::common::{names, read_summary, skipped, tyrewave};
 
 /// Two runs that differ in their speed, with vibration; a draft's sound in the first. Made once for all tests.
 fn results() -> &'static (TempDir, [PathBuf; 2]) {
@@ -189,7 +189,7 @@ fn levels_that_a_run_does_not_vouch_for_are_grey_beside_those_of_another_run() {
         let figures = both.split("<figure>").filter(|figure| figure.contains(&format!("<figcaption>{caption}")));
         figures.last().unwrap_or_else(|| panic!("{caption}"))
     };
-    let force: Vec<_> = all.iter().map(|stored| &stored.spectra[0].levels).collect();
+    let force: Vec<_> = all.iter().map(|stored| &stored_spectra(stored)[0].levels).collect();
     let valid = |levels: &[BandLevel]| levels.iter().filter(|level| level.valid).count();
     let [slow, fast] = [valid(force[0]), valid(force[1])];
     assert!(slow < force[0].len() && fast < force[1].len() && slow > 3, "both have bands of either kind");

@@ -12,11 +12,9 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use tyrewave::test_models::{add, edit, scene_text};
+use tyrewave::internals::{add, edit, scene_text};
 
-use crate::suite::common::{
-    TREAD_MAP, command, names, program, read_summary, skipped, tyrewave, write_grid, write_tread_map,
-};
+use crate::common::{TREAD_MAP, command, names, program, read_summary, skipped, tyrewave, write_grid, write_tread_map};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -169,8 +167,8 @@ fn killed_at_random_moments_the_direct_history_ends_in_the_same_bytes() {
 }
 
 #[test]
-fn the_implicit_coupling_goes_on_in_the_same_bytes() {
-    let scene = scene_of("modal", &road("refuse"), 20.0, 0.004) + "[contact]\nslice_coupling = \"implicit\"\n";
+fn the_papers_coupling_goes_on_in_the_same_bytes() {
+    let scene = scene_of("modal", &road("refuse"), 20.0, 0.004) + "[contact]\nslice_coupling = \"explicit\"\n";
     killed_at_random(&scene, 21.0 * SPEED, 3, 4);
 }
 

@@ -8,9 +8,9 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use tyrewave::test_models::{scene_text, with_all_terms};
+use tyrewave::internals::{scene_text, with_all_terms};
 
-use crate::suite::common::{mean_and_deviation, program, read_array, read_summary};
+use crate::common::{mean_and_deviation, program, read_array, read_summary};
 
 /// Resident memory of a process now, and its peak so far \[bytes\]; `None` once it has ended.
 fn memory(process: u32) -> Option<[f64; 2]> {
@@ -88,7 +88,7 @@ fn force(out: &Path) -> Vec<f64> {
 
 /// A smooth road at 80 km/h and N = 64 by poles, for a number of steps.
 fn smooth(steps: u64) -> (String, u64) {
-    let time_step = tyrewave::test_models::CIRCUMFERENCE / 64.0 / (80.0 / 3.6);
+    let time_step = tyrewave::internals::CIRCUMFERENCE / 64.0 / (80.0 / 3.6);
     let warm_up = 1000;
     let rolling = format!(
         "speed_kmh = 80.0\nwarm_up = {:?}\nduration = {:?}\naxle = {{ indentation = 0.012, ramp = 0.1 }}",

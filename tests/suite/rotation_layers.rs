@@ -4,13 +4,8 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 use serde_json::Value;
+use tyrewave::internals::{CurvedStack, Cylinder, Matrix3, Rotation, STEP, cases, growth, reference};
 use tyrewave::scene::{DEFAULT, Foundation, Law, Layer, Material, Scene};
-use tyrewave::test_models::reference;
-use tyrewave::tyre::layers::cases;
-use tyrewave::tyre::layers::compliance::Matrix3;
-use tyrewave::tyre::layers::curved::{CurvedStack, STEP, growth};
-use tyrewave::tyre::layers::cylinder::Cylinder;
-use tyrewave::tyre::layers::rotation::Rotation;
 
 /// Relative accuracy that waves are prepared for, as influence functions ask for.
 const TOLERANCE: f64 = 1e-7;

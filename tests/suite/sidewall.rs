@@ -7,9 +7,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex64;
 use serde_json::{Value, json};
-use tyrewave::sidewall::{Arc, EdgeImpedance, Relaxation, Sidewall};
-use tyrewave::test_models::reference;
-use tyrewave::tyre::layers::cases;
+use tyrewave::internals::{Arc, EdgeImpedance, Relaxation, Sidewall, cases, reference};
 
 /// Radius of an edge whose circumference hardly changes along the arc \[m\].
 const FLAT: f64 = 1e6;

@@ -1,11 +1,8 @@
 //! Tyres on sidewalls: their compliance at rest and turning, its limits, and their statics.
 
 use num_complex::Complex64;
+use tyrewave::internals::{CurvedStack, Cylinder, FINE_STEP, Matrix3, critical_speed_limit};
 use tyrewave::scene::{DEFAULT, Foundation, Inflation, Scene, Sidewall, Tyre};
-use tyrewave::tyre::critical_speed;
-use tyrewave::tyre::layers::compliance::Matrix3;
-use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP};
-use tyrewave::tyre::layers::cylinder::Cylinder;
 
 const LARGEST_S: f64 = 1.3e5;
 const SPEED: f64 = 110.0 / 3.6;
@@ -128,7 +125,7 @@ fn a_tyre_that_turns_grows_by_its_layers_load_and_by_what_the_sidewalls_pull_les
         ..tyre.clone()
     };
     assert!(CurvedStack::new(&bed).rotation.growth < growth);
-    let limit = critical_speed::limit(&tyre).unwrap();
+    let limit = critical_speed_limit(&tyre).unwrap();
     println!("growth {growth:e} m, stable up to {limit} m/s");
     assert!(limit > 80.0 && limit < 130.0, "{limit} m/s");
 }

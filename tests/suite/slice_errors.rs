@@ -2,13 +2,11 @@
 
 use std::fs;
 
-use tyrewave::response::{BandLevel, SliceErrors, ThirdOctaveBand};
-use tyrewave::results::read_table::Table;
-use tyrewave::run::prepare::checked;
+use tyrewave::internals::{SliceErrors, Table, checked, reported_slice_errors, scene, scene_text, slice_errors};
+use tyrewave::response::{BandLevel, ThirdOctaveBand};
 use tyrewave::scene::{DEFAULT, Scene, Setting};
-use tyrewave::test_models::{scene, scene_text};
 
-use crate::suite::common::{Results, folder_with, run, try_run, tyrewave};
+use crate::common::{Results, folder_with, run, try_run, tyrewave};
 
 const SEAL: &str = "kind = \"made\"\nseed = 3\ntexture = \"chip-seal\"";
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.2\naxle = { load = 3400.0, tolerance = 0.5 }";
@@ -51,13 +49,12 @@ fn every_band_by_slices_tells_its_error_and_is_valid_up_to_the_largest_one_that_
 
 #[test]
 fn cells_and_laws_that_were_not_measured_state_no_error() {
-    for contact in ["zone = \"cells\"", "slices = \"none\"", "slices = \"half-space\"", "slice_coupling = \"explicit\""]
-    {
+    for contact in ["zone = \"cells\"", "slices = \"half-space\"", "slice_coupling = \"explicit\""] {
         let text = scene_text(64, SEAL, ROLLING, NUMERICS, &format!("[contact]\n{contact}"));
-        assert_eq!(checked(&scene(&text)).unwrap().slice_errors, None, "{contact}");
+        assert_eq!(slice_errors(&checked(&scene(&text)).unwrap()), None, "{contact}");
     }
     let smooth = scene_text(64, "kind = \"smooth\"", ROLLING, NUMERICS, "");
-    assert_eq!(checked(&scene(&smooth)).unwrap().slice_errors, None);
+    assert_eq!(slice_errors(&checked(&scene(&smooth)).unwrap()), None);
     let folder = folder_with(&scene_text(
         64,
         SEAL,
@@ -101,7 +98,7 @@ fn excess(road: &str, speed: f64, law: &str, elements: [usize; 2], duration: f64
         let all = own.iter().map(String::as_str).chain(fixed).chain(more.iter().copied());
         let settings: Vec<Setting> = all.map(|text| Setting::parse(text).unwrap()).collect();
         let results = try_run(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap();
-        (results.force_levels(), results.report.summary.contact.slices.clone())
+        (results.force_levels(), reported_slice_errors(&results.report.summary.contact).cloned())
     };
     let (slices, errors) = run(elements[0], &[&format!("contact.slices={law}")]);
     let (cells, _) = run(elements[1], &["contact.zone=cells", "numerics.contact_tolerance=1e-5"]);

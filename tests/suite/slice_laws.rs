@@ -1,17 +1,17 @@
 //! The paper: "no significant difference" between slices as independent springs and as an elastic half-space. Shown
 //! with numbers: third-octave levels of the contact force at equal load on dense asphalt, chip seal and cobbles.
 //!
-//! `cargo test --release suite::slice_laws -- --ignored --nocapture`
+//! `cargo test --release --test suite slice_laws -- --ignored --nocapture`
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use tyrewave::counters::Watch;
+use tyrewave::internals::{CHIP_SEAL, COBBLES, edit, plate_scene, reference, scene, with_road};
 use tyrewave::run::{RunOptions, Unwatched, run};
 use tyrewave::scene::PLATE;
-use tyrewave::test_models::{CHIP_SEAL, COBBLES, edit, plate_scene, reference, scene, with_road};
 
-use crate::suite::common::write_grid;
+use crate::common::write_grid;
 
 /// Third-octave levels by nominal frequency, the mean force and the contact length.
 fn levels(road: &str, law: &str, folder: &Path) -> (Vec<(String, f64)>, f64, f64) {
@@ -69,8 +69,7 @@ fn both_slice_laws_on_three_roads() {
 
 #[test]
 fn resolution_along_and_across_changes_s_less_and_less() {
-    use tyrewave::road::slices::SliceBuilder;
-    use tyrewave::road::{Lattice, Limits, RoadSurface};
+    use tyrewave::road::{Lattice, Limits, RoadSurface, SliceBuilder};
     let road = plate_scene().road;
     let width = 0.12;
     let penetration = 1e-3;

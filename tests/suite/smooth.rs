@@ -3,13 +3,12 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex64;
-use tyrewave::plan::Decisions;
+use tyrewave::internals::{Decisions, edit, scene, scene_text, with_all_terms, with_road};
 use tyrewave::scene::{DEFAULT, PLATE, Tyre};
-use tyrewave::test_models::{edit, scene, scene_text, with_all_terms, with_road};
-use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use tyrewave::tyre::{Field, InfluenceSum, Projection, Truncation};
 
-use crate::suite::common::hard_case::measured;
-use crate::suite::common::{Results, mean_and_deviation, run};
+use crate::common::hard_case::measured;
+use crate::common::{Results, mean_and_deviation, run};
 
 /// Fails unless the force of the last quarter stands still within `bound` of its mean, and returns that ratio.
 fn assert_settled(results: &Results, bound: f64) -> f64 {
@@ -149,8 +148,8 @@ fn refining_the_elements_converges() {
         let text = with_all_terms(&scene_text(elements, "kind = \"smooth\"", rolling, "memory = 0.4", ""));
         let results = run(&text);
         let profile = last_profile(&results);
-        let element = tyrewave::test_models::CIRCUMFERENCE / elements as f64;
-        let peak = profile.iter().fold(0.0_f64, |a, &b| a.max(b)) / (element * tyrewave::test_models::CONTACT_WIDTH);
+        let element = tyrewave::internals::CIRCUMFERENCE / elements as f64;
+        let peak = profile.iter().fold(0.0_f64, |a, &b| a.max(b)) / (element * tyrewave::internals::CONTACT_WIDTH);
         let mean = results.report.summary.outcome.mean_force.unwrap();
         println!("| {elements} | {mean:.2} | {:.2} | {:.2} |", 1e3 * contact_length(&profile, element), 1e-3 * peak);
         forces.push(mean);

@@ -6,10 +6,9 @@ use std::path::Path;
 use std::process::Output;
 
 use serde_json::Value;
-use tyrewave::sound::wav::full_scale_of;
-use tyrewave::test_models::{edit, implausible, scene, scene_text, with_all_terms, without};
+use tyrewave::internals::{edit, full_scale_of, implausible, scene, scene_text, with_all_terms, without};
 
-use crate::suite::common::{command, read_summary, run};
+use crate::common::{command, read_summary, run};
 
 const MODAL: &str = "history = \"modal\"\npole_tolerance = 1e-4";
 /// Low frequencies alone: boundary elements of a second.

@@ -2,9 +2,9 @@
 
 use num_complex::Complex64;
 
-use tyrewave::test_models::{scene_text, transforms};
+use tyrewave::internals::{scene_text, transforms};
 
-use crate::suite::common::{Results, run};
+use crate::common::{Results, run};
 
 /// Rows of spectra.csv: lower edge, upper edge, mean square.
 fn bands(results: &Results) -> Vec<[f64; 3]> {

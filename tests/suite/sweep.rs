@@ -7,9 +7,9 @@ use std::process::{Command, Output};
 use std::thread::sleep;
 use std::time::Duration;
 
-use tyrewave::test_models::{add, edit, implausible, replaced, scene_text, without};
+use tyrewave::internals::{add, edit, implausible, replaced, scene_text, without};
 
-use crate::suite::common::{TREAD_MAP, command, read_summary, write_tread_map};
+use crate::common::{TREAD_MAP, command, read_summary, write_tread_map};
 
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
     levels = [46.0, 46.0, 46.0, 46.0, 46.0]";

@@ -7,9 +7,9 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use tempfile::TempDir;
-use tyrewave::test_models::{implausible, scene_text};
+use tyrewave::internals::{implausible, scene_text};
 
-use crate::suite::common::{TREAD_MAP, command, folder_with, names, tyrewave, write_tread_map};
+use crate::common::{TREAD_MAP, command, folder_with, names, tyrewave, write_tread_map};
 
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
     levels = [46.0, 46.0, 46.0, 46.0, 46.0]";

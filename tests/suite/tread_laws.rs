@@ -1,17 +1,16 @@
 //! The paper's figure 6: the tread laws at equal static contact stiffness on a rough road at 80 km/h, as levels of the
 //! contact force.
 //!
-//! `cargo test --release suite::tread_laws -- --ignored --nocapture`; with `TYREWAVE_PICTURE` set to a file, the
+//! `cargo test --release --test suite tread_laws -- --ignored --nocapture`; with `TYREWAVE_PICTURE` set to a file, the
 //! default tread is drawn there.
 
 use std::fs;
 
-use tyrewave::response::{BandLevel, LevelErrors};
-use tyrewave::results::plots::ThirdOctavePlot;
+use tyrewave::internals::{LevelErrors, ThirdOctavePlot, add, edit, implausible, scene_text, without};
+use tyrewave::response::BandLevel;
 use tyrewave::scene::PLATE;
-use tyrewave::test_models::{add, edit, implausible, scene_text, without};
 
-use crate::suite::common::{Results, run};
+use crate::common::{Results, run};
 
 /// The laws and their tables `[contact]`, the reference first.
 const LAWS: [(&str, &str); 3] = [

@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use tyrewave::Plan;
 use tyrewave::counters::Counter;
-use tyrewave::plan::Plan;
+use tyrewave::internals::{decisions, march};
 use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Scene};
 
@@ -32,7 +33,7 @@ fn a_pattern_costs_at_most_a_third_more_than_a_slick() {
             steps += 1;
         }
         let time = begin.elapsed().as_secs_f64() / f64::from(steps);
-        let counts = run.prepared.march.search_counts();
+        let counts = march(&run).search_counts();
         let [solves, search] = [counts.solves, counts.work.multiply_adds].map(|count| count as f64 / f64::from(steps));
         let history = run.finish().meter.counted(Counter::HistoryMultiplyAdds) as f64 / f64::from(steps);
         println!(
@@ -62,14 +63,14 @@ fn pictures_of_patterns() {
     for name in ["summer", "winter"] {
         let loaded = over_cells(name, "kind = \"smooth\"", 0.1, "");
         let plan = Plan::of(&loaded).unwrap();
-        for row in &plan.decisions.rows {
+        for row in &decisions(&plan).rows {
             println!("{name}: {} {} {} ({})", row.effect, row.on, row.form, row.reason);
         }
         let map = plan.tread_map().unwrap();
         let save = |file: &str, svg: String| std::fs::write(folder.join(format!("{name}_{file}.svg")), svg).unwrap();
-        save("tread", tyrewave::results::tread_pattern::tread_picture(&map, name).unwrap());
+        save("tread", tyrewave::internals::tread_picture(&map, name).unwrap());
         let train = map.train.as_ref().unwrap();
-        save("pitches", tyrewave::results::tread_pattern::pitch_spectrum(train, plan.speed, name).unwrap());
+        save("pitches", tyrewave::internals::pitch_spectrum(train, plan.speed, name));
     }
 }
 

@@ -2,16 +2,15 @@
 
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
-use tyrewave::contact::cells::blocks::BlockTerm;
-use tyrewave::contact::cells::{CellSearch, InstantCells};
-use tyrewave::plan::Plan;
+use tyrewave::Plan;
+use tyrewave::internals::{
+    BlockTerm, Blocks, CellGrid, CellInfluence, CellSearch, CellSums, CellTruncation, InstantCells, NO_BLOCK,
+    TreadBlock as Block, edit, scene, scene_text,
+};
 use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Scene};
-use tyrewave::test_models::{edit, scene, scene_text};
-use tyrewave::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation};
-use tyrewave::tyre::tread_pattern::blocks::{Block, Blocks, NO_BLOCK};
 
-use crate::suite::common::run;
+use crate::common::run;
 
 const ELEMENTS: usize = 128;
 const ACROSS: usize = 4;

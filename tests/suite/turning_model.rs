@@ -3,13 +3,11 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
+use tyrewave::internals::{
+    Direction, FitOptions, Motion, RationalModel, fit, modes, on_springs, pole_key as key, slowest_wave_below,
+};
 use tyrewave::scene::{DEFAULT, Scene, Tyre};
-use tyrewave::test_models::on_springs;
-use tyrewave::tyre::influence::{FaceValues, Field, InfluenceSum, Projection, Truncation};
-use tyrewave::tyre::modes::{Motion, modes};
-use tyrewave::tyre::poles::cache::key;
-use tyrewave::tyre::poles::{Direction, FitOptions, RationalModel, fit};
-use tyrewave::tyre::slowest_wave::slowest_wave_below;
+use tyrewave::tyre::{FaceValues, Field, InfluenceSum, Projection, Truncation};
 
 /// The car tyre on springs, whose waves are known, at a speed \[km/h\], elements counted against its rotation.
 fn turning(speed: f64) -> Tyre {

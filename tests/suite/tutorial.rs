@@ -4,8 +4,8 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
-use crate::suite::archive::{unpacked, words};
-use crate::suite::common::tyrewave;
+use crate::archive::{unpacked, words};
+use crate::common::tyrewave;
 
 const TUTORIAL: &str = include_str!("../../docs/tutorial.md");
 

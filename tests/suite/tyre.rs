@@ -3,13 +3,10 @@
 use std::fs;
 
 use serde_json::Value;
-use tyrewave::contact::static_contact::StaticTyre;
-use tyrewave::study::loads::Standing;
-use tyrewave::test_models::{plate_tyre, scene, scene_text};
-use tyrewave::tyre::influence::{Field, InfluenceSum};
-use tyrewave::tyre::modes::{Motion, modes, radial_compliance};
+use tyrewave::internals::{Motion, Standing, StaticTyre, modes, plate_tyre, radial_compliance, scene, scene_text};
+use tyrewave::tyre::{Field, InfluenceSum};
 
-use crate::suite::common::{names, run, tyrewave};
+use crate::common::{names, run, tyrewave};
 
 /// Resonances by an independent calculation of the surface compliance for n = 0..=6, m = 1 \[Hz\].
 const RESONANCES: [f64; 7] = [91.5, 95.8, 107.8, 125.5, 147.5, 172.5, 200.0];
@@ -39,7 +36,7 @@ fn modes_of_the_plate_tyre_lie_at_its_resonances() {
 
 #[test]
 fn the_file_of_a_tyre_is_checked_and_described_and_no_scene_to_be_run() {
-    let folder = crate::suite::common::folder_with(&small_scene());
+    let folder = crate::common::folder_with(&small_scene());
     fs::write(folder.path().join("plate.toml"), toml::to_string(&plate_tyre()).unwrap()).unwrap();
     let text = |output: &[u8]| String::from_utf8_lossy(output).into_owned();
     let checked = tyrewave(folder.path(), &["check", "scene.toml", "plate.toml"]);

@@ -3,11 +3,12 @@
 use std::fs;
 
 use serde_json::Value;
-use tyrewave::report::validation::{MARKERS, markdown};
-use tyrewave::study::validation::{Lacks, Measured, Published, StandingTyre, rows};
-use tyrewave::test_models::scene_text;
+use tyrewave::internals::{
+    Lacks, StandingTyre, VALIDATION_MARKERS as MARKERS, ValidationMeasured as Measured,
+    ValidationPublished as Published, scene_text, validation_markdown as markdown, validation_rows as rows,
+};
 
-use crate::suite::common::tyrewave;
+use crate::common::tyrewave;
 
 const README: &str = include_str!("../../README.md");
 

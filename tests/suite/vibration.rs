@@ -8,25 +8,21 @@ use std::sync::atomic::AtomicBool;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
-use tyrewave::contact::history::{ModalHistory, PastForces};
+use tyrewave::Plan;
 use tyrewave::counters::{Counter, Meter, Stage};
-use tyrewave::plan::models::fetch;
-use tyrewave::plan::{Plan, fit_options};
-use tyrewave::response::vibration::{
-    Across, SegmentLayout, SpectraRequest, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator,
-    VibrationField, field_spectra, point_spectrum,
+use tyrewave::internals::{
+    Across, LevelErrors, ModalHistory, PastForces, RoadStrip, SegmentLayout, SliceErrors, SpectraRequest, TransferKind,
+    TyreResponse, VelocityTable, VibrationAccumulator, VibrationField, checked, edit, fetch_model as fetch,
+    field_spectra, fit_options, point_spectrum, prepare, scene, scene_text, slice_errors, transforms,
+    vibration_levels_csv, vibration_summary, with_all_terms,
 };
-use tyrewave::response::{LevelErrors, PowerSpectrum, SliceErrors, ThirdOctaveBand};
-use tyrewave::results::vibration::vibration_levels_csv;
-use tyrewave::road::slices::StiffnessCurve;
-use tyrewave::road::strip::RoadStrip;
+use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
+use tyrewave::road::StiffnessCurve;
 use tyrewave::run::Simulation;
-use tyrewave::run::prepare::{checked, prepare};
 use tyrewave::scene::TimeRule;
-use tyrewave::test_models::{edit, scene, scene_text, transforms, with_all_terms};
-use tyrewave::tyre::influence::Field;
+use tyrewave::tyre::Field;
 
-use crate::suite::common::{Results, read_array, run};
+use crate::common::{Results, read_array, run};
 
 const SPEED: f64 = 80.0 / 3.6;
 
@@ -88,11 +84,11 @@ fn largest_difference(segment: f64) -> f64 {
     let loaded = scene(&text);
     let options = fit_options(&loaded.scene, Field::Surface);
     let model = fetch(&loaded.scene.tyre, &options, &AtomicBool::new(false)).unwrap().model;
-    let step = tyrewave::test_models::CIRCUMFERENCE / (elements * substeps) as f64 / SPEED;
+    let step = tyrewave::internals::CIRCUMFERENCE / (elements * substeps) as f64 / SPEED;
     let rule = TimeRule::Bdf2;
     let mut history = ModalHistory::new(&model, Field::Surface, rule, step, model.elements).unwrap();
     let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
-    let instant = tyrewave::numeric::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
+    let instant = tyrewave::internals::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
     let (rows, columns, forces) = results.patch();
     let first = results.elements();
     let mut tracks = vec![Vec::with_capacity(rows); elements];
@@ -287,11 +283,13 @@ fn a_run_in_memory_has_the_velocities_of_one_in_a_folder() {
     let heard = in_memory.vibration().unwrap();
     let results = run(&text);
     let table = fs::read_to_string(results.path("vibration.csv")).unwrap();
-    let slices = checked(&loaded).unwrap().slice_errors;
-    let errors = LevelErrors::new(None, true, slices.as_ref(), SliceErrors::force);
+    let plan = checked(&loaded).unwrap();
+    let slices = slice_errors(&plan);
+    let errors = LevelErrors::new(None, true, slices, SliceErrors::force);
     assert_eq!(vibration_levels_csv(&heard.spectra, 20.0, &errors), table);
     // Both numbers read from text: the reader may be a unit in the last place off.
-    let told: serde_json::Value = serde_json::from_str(&serde_json::to_string(&heard.summary).unwrap()).unwrap();
+    let told: serde_json::Value =
+        serde_json::from_str(&serde_json::to_string(vibration_summary(&heard)).unwrap()).unwrap();
     assert_eq!(told, results.summary()["vibration"]);
 }
 
@@ -373,7 +371,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
         time_step: step,
         phase: geometry.substep(settled),
         first_position: geometry.position(first, 0),
-        circumference: tyrewave::test_models::CIRCUMFERENCE,
+        circumference: tyrewave::internals::CIRCUMFERENCE,
     };
     // Before the patch and behind it. Within it the road holds the tread: velocities are some 26 dB less, what the
     // forces' shares leave of each other, and blurred forces leave more.
@@ -385,7 +383,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
     accumulator.add_points(&table, &positions);
     let mut history = ModalHistory::new(&model, Field::Surface, rule, step, model.elements).unwrap();
     let first_weights = ModalHistory::first_weights(&model, Field::Surface, rule, step).unwrap();
-    let instant = tyrewave::numeric::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
+    let instant = tyrewave::internals::Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
     let mut tracks = vec![Vec::with_capacity(plan.steps as usize); elements];
     let mut all = vec![0.0; elements];
     for l in 0..plan.steps {

@@ -7,9 +7,10 @@
 mod load_control;
 mod moving;
 
-pub(crate) use load_control::LoadControl;
+pub use load_control::LoadControl;
 pub(crate) use moving::LARGEST_RATE;
-pub(crate) use moving::{MovingAxle, SprungMass};
+pub use moving::MovingAxle;
+pub use moving::SprungMass;
 
 use std::mem::discriminant;
 

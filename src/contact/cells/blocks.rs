@@ -34,7 +34,7 @@ pub struct BlockTerm {
 
 impl BlockTerm {
     /// Term of cells with an area `face` \[m^2\], `across` to a column, in a window of `window` cells.
-    pub(crate) fn new(blocks: &Blocks, face: f64, across: usize, window: usize) -> Self {
+    pub fn new(blocks: &Blocks, face: f64, across: usize, window: usize) -> Self {
         let share = |block: &Block| {
             let share = block.compliance / (f64::from(block.length) * face);
             std::iter::repeat_n(share, block.places() as usize)

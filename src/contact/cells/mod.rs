@@ -4,7 +4,7 @@
 //! - [`blocks`]: how blocks of the tread yield by themselves;
 //! - [`search`]: which cells touch, and with which forces.
 //!
-//! - [`wave_transform`]: between cells and waves;
+//! - [`wave_transform`]: between cells and waves; [`component_transforms`]: of tractions;
 //! - [`past`]: displacements by past forces, by poles, most of it found behind the march (`waves`, `short_ring`);
 //!   [`direct`]: as sums, the reference;
 //! - [`resting`]: contact at rest; [`gaps`]: gaps under a tyre that stands on a road;
@@ -14,12 +14,13 @@
 //!
 //! A void in the tread is a cell that lies deeper than the others, and has all that they have. Tangential tractions
 //! stand beside the normal ones as arrays of the same shape: waves are lists of (n, m) and weight whatever component
-//! of C is asked for, a [`WavePast`](past::WavePast) belongs to one component, and poles shared by several have one
-//! more list of residues, as those of slices have.
+//! of C is asked for. A [`WavePast`](past::WavePast) belongs to one component, a [`DirectPast`](direct::DirectPast) to
+//! any number of them.
 
 mod along_ring;
 mod block_shares;
 pub(crate) mod blocks;
+pub(crate) mod component_transforms;
 pub(crate) mod direct;
 mod fewer_poles;
 pub(in crate::contact) mod filter;

@@ -19,12 +19,13 @@ use super::ring_waves::{RingWaves, first_responses};
 use super::short_ring::{NextInstant, ShortRing};
 use super::wave_transform::{WaveNumber, WaveTransform};
 use super::waves::Waves;
+use super::zone::CellPast;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::background::Background;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellInfluence, CellRow};
-use crate::tyre::poles::cells::CellModel;
+use crate::tyre::poles::pole_model::PoleModel;
 
 /// Steps of a block.
 pub(crate) const STEPS: usize = 4;
@@ -61,7 +62,7 @@ pub fn first_influences(
     grid: &CellGrid,
     [part, columns]: [usize; 2],
     rows: &[CellRow],
-    model: &CellModel,
+    model: &PoleModel,
     rule: TimeRule,
     time_step: f64,
 ) -> Vec<CellInfluence> {
@@ -132,7 +133,7 @@ impl<N: WaveNumber> WavePast<N> {
                 waves.finish(self.instant);
                 waves.displacement(displacement);
             } else if let (Some(short), Some(next)) = (short, &self.next) {
-                short.field.add_to(first_element, next.across(), out);
+                short.field.add_to(first_element, out);
                 short.last.copy_from(&next.last);
             }
         }
@@ -151,7 +152,7 @@ impl<N: WaveNumber> WavePast<N> {
         for Ring { transform, forces: of_waves, .. } in self.rings.iter_mut().flatten() {
             transform.forward(first_element, forces, of_waves);
         }
-        let has_room = self.next.as_mut().is_none_or(|next| next.push(first_element, forces));
+        let has_room = self.next.as_mut().is_none_or(|next| next.last.take(first_element, forces));
         self.instant = (self.instant + 1) % self.instants;
         self.begun = true;
         has_room
@@ -168,5 +169,15 @@ impl<N: WaveNumber> Evolving for WavePast<N> {
         }
         rings.iter_mut().flatten().try_for_each(|ring| ring.forces.state(state))?;
         background.with(|waves| waves.rings.state(state))
+    }
+}
+
+impl<N: WaveNumber> CellPast<1> for WavePast<N> {
+    fn add_displacement(&mut self, _: usize, first_element: i64, out: &mut [[f64; 1]], meter: &mut Meter) {
+        self.add_displacement(first_element, out.as_flattened_mut(), meter);
+    }
+
+    fn push(&mut self, _: usize, first_element: i64, forces: &[[f64; 1]]) -> bool {
+        self.push(first_element, forces.as_flattened())
     }
 }

@@ -21,7 +21,7 @@ use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::Recursion;
 use crate::tyre::influence::{CellInfluence, WaveValues};
 use crate::tyre::poles::Modes;
-use crate::tyre::poles::cells::CellModel;
+use crate::tyre::poles::pole_model::PoleModel;
 
 /// Widest vectors of a tile: its rows are long enough for the processor to read ahead, and some fit into its nearest
 /// memory together. Odd: rows a power of two apart would take each other's places there.
@@ -30,7 +30,7 @@ const TOGETHER: usize = 31;
 /// One ring: the waves that it carries.
 pub struct RingParts<'m, N: WaveNumber = f64> {
     /// Their poles.
-    pub model: &'m CellModel,
+    pub model: &'m PoleModel,
     /// From cells to waves and back.
     pub transform: WaveTransform<N>,
     /// Influence of each stage's forces at the next instant between the cells that the transform covers, a part of the
@@ -85,30 +85,17 @@ impl<N: WaveNumber> RingWaves<N> {
         let RingParts { model, transform, substeps, fewer_poles: fewer, .. } = parts;
         let (waves, stages) = (model.len(), rule.stages());
         let (instants, tiles) = (steps * stages, waves.div_ceil(tile::<N>()));
-        let reduced = |wave: usize| fewer_poles(&model.modes(wave), rule, time_step, steps, (*fewer)?);
+        let reduced = |wave: usize| fewer_poles(&model.wave(wave), rule, time_step, steps, (*fewer)?);
         let reduced: Vec<Option<FewerPoles>> = (0..waves).into_par_iter().map(reduced).collect();
-        let modes = |wave: usize| reduced[wave].as_ref().map_or(model.modes(wave), FewerPoles::modes);
-        let group_of = |first: usize, count: usize| {
-            // The coming block is passed over: it is under way while the next is foretold.
-            (first..waves.min(first + count)).map(modes)
-        };
-        let allowed = allowed_rounding(*fewer);
-        let angles = transform.angles();
-        let (mut groups, mut precise) = (Vec::new(), Vec::new());
-        for first in (0..waves).step_by(N::MOST_LANES) {
-            let modes = group_of(first, N::MOST_LANES);
-            // A deformation at rest on the road moves through the tyre with the window.
-            let rates = angles[first..].iter().map(|angle| angle / (*substeps as f64 * time_step));
-            let mut of_waves = modes.clone().zip(rates);
-            if N::EPSILON > f64::EPSILON && of_waves.any(|(modes, rate)| is_slow(&modes, time_step, rate, allowed)) {
-                for first in (first..waves.min(first + N::MOST_LANES)).step_by(f64::MOST_LANES) {
-                    let modes = group_of(first, f64::MOST_LANES);
-                    precise.push(WavenumberGroup::new(modes, rule, time_step, first, instants, 1));
-                }
-            } else {
-                groups.push(WavenumberGroup::new(modes, rule, time_step, first, instants, 1));
-            }
-        }
+        let modes = |wave: usize| reduced[wave].as_ref().map_or(model.wave(wave), FewerPoles::modes);
+        let (allowed, angles) = (allowed_rounding(*fewer), transform.angles());
+        // A deformation at rest on the road moves through the tyre with the window.
+        let rate = |wave: usize| angles[wave] / (*substeps as f64 * time_step);
+        let [fast, slow] = by_precision::<N>(waves, |wave| is_slow(&modes(wave), time_step, rate(wave), allowed));
+        let group = |own: Range<usize>| WavenumberGroup::new(own.start, own.map(modes), rule, time_step, instants);
+        let mut groups: Vec<WavenumberGroup<N>> = fast.into_iter().map(group).collect();
+        let group = |own: Range<usize>| WavenumberGroup::new(own.start, own.map(modes), rule, time_step, instants);
+        let mut precise: Vec<WavenumberGroup<f64>> = slow.into_iter().map(group).collect();
         let mut remembered = Vec::new();
         if let Some(after) = parts.forgotten_after {
             let blocks = (after / steps).max(1);
@@ -116,7 +103,7 @@ impl<N: WaveNumber> RingWaves<N> {
             precise.par_iter_mut().for_each(|group| group.forget(rule, blocks * steps));
             remembered = vec![vec![0.0; tiles * 2 * instants * tile::<N>()]; blocks];
         }
-        let turns = |tile: usize| waves_of::<N>(tile, waves).any(|wave| !model.modes(wave).odd.is_empty());
+        let turns = |tile: usize| waves_of::<N>(tile, waves).any(|wave| !model.wave(wave).odd.is_empty());
         let turning: Vec<bool> = (0..tiles).map(turns).collect();
         let within = responses(model, rule, time_step, instants, &turning);
         let mut work = Work::default();
@@ -330,6 +317,21 @@ pub(in crate::contact) fn allowed_rounding(tolerance: Option<f64>) -> f64 {
     tolerance.map_or(ROUNDED, |tolerance| ROUNDED.max(ROUNDED_OF_TOLERANCE * tolerance))
 }
 
+/// Waves of neighbours that are a group: those that are fast enough for the precision of `N`, and the others, in groups
+/// of double precision.
+pub(in crate::contact) fn by_precision<N: Element>(
+    waves: usize,
+    is_slow: impl Fn(usize) -> bool + Sync,
+) -> [Vec<Range<usize>>; 2] {
+    let groups_of = |waves: Range<usize>, most: usize| {
+        waves.clone().step_by(most).map(move |first| first..waves.end.min(first + most))
+    };
+    let needs_double = |group: &Range<usize>| N::EPSILON > f64::EPSILON && group.clone().any(&is_slow);
+    let all: Vec<Range<usize>> = groups_of(0..waves, N::MOST_LANES).collect();
+    let (slow, fast): (Vec<_>, Vec<_>) = all.into_par_iter().partition(needs_double);
+    [fast, slow.into_iter().flat_map(|group| groups_of(group, f64::MOST_LANES)).collect()]
+}
+
 /// True if single precision would move a wave's poles too far: for a pole that decays by d a step it changes the
 /// displacement by its rounding over |d + i phi|, phi the phase by which a force at rest on the road moves on in a
 /// step; `rate` is that phase over the time step \[rad/s\].
@@ -352,10 +354,10 @@ const fn kinds(turns: bool) -> usize {
 }
 
 /// Response of all waves an instant after a force, stage by stage \[m/N\].
-pub(super) fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64) -> Vec<WaveValues> {
+pub(super) fn first_responses(model: &PoleModel, rule: TimeRule, time_step: f64) -> Vec<WaveValues> {
     let mut all = vec![WaveValues { even: Vec::new(), odd: Vec::new() }; rule.stages()];
     let mut responses = vec![0.0; rule.stages()];
-    for modes in (0..model.len()).map(|wave| model.modes(wave)) {
+    for modes in (0..model.len()).map(|wave| model.wave(wave)) {
         for (kind, residues) in [modes.residues, modes.odd].into_iter().enumerate().take(kinds(model.turns())) {
             responses.fill(0.0);
             add_responses(&modes, residues, rule, time_step, 1, &mut responses);
@@ -371,7 +373,7 @@ pub(super) fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64)
 /// Response of all waves one, two, ... instants after a force at a stage \[m/N\], in the order in which it is summed;
 /// see [`RingWaves`].
 fn responses<N: Element>(
-    model: &CellModel,
+    model: &PoleModel,
     rule: TimeRule,
     time_step: f64,
     instants: usize,
@@ -386,7 +388,7 @@ fn responses<N: Element>(
         let (own, others) = rest.split_at_mut(of_tile(turns));
         rest = others;
         for wave in waves_of::<N>(tile, model.len()) {
-            let modes = model.modes(wave);
+            let modes = model.wave(wave);
             for (kind, residues) in [modes.residues, modes.odd].into_iter().enumerate().take(kinds(*turns)) {
                 responses.fill(0.0);
                 add_responses(&modes, residues, rule, time_step, lags, &mut responses);

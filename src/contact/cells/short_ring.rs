@@ -14,8 +14,10 @@ use crate::numeric::Element;
 use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::tyre::influence::CellInfluence;
 
-/// Values of cells from an element on.
-pub(super) struct Seen {
+/// Values on the cells of a part of a window, which goes with the contact.
+pub(crate) struct Seen {
+    /// Numbers of a column: cells across times components.
+    column: usize,
     /// Element that they begin with.
     pub first: i64,
     /// Column by column.
@@ -23,8 +25,9 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    pub(super) fn new(cells: usize) -> Self {
-        Self { first: 0, cells: vec![0.0; cells] }
+    /// Zeros in columns of `column` numbers.
+    pub(crate) fn new(column: usize, numbers: usize) -> Self {
+        Self { column, first: 0, cells: vec![0.0; numbers] }
     }
 
     /// Takes over another of the same length.
@@ -33,9 +36,36 @@ impl Seen {
         self.cells.copy_from_slice(&other.cells);
     }
 
-    /// Adds the values to the cells of a window that begins with `first_element`.
-    pub(super) fn add_to(&self, first_element: i64, across: usize, out: &mut [f64]) {
-        add_moved(&self.cells, first_element.saturating_sub(self.first).saturating_mul(across as i64), out);
+    /// Takes the forces \[N\] of the window that begins with `first_element`, contact in the middle of the part; returns
+    /// whether there is room for all of them.
+    pub(crate) fn take(&mut self, first_element: i64, forces: &[f64]) -> bool {
+        let [columns, seen] = [forces.len(), self.cells.len()].map(|numbers| numbers / self.column);
+        let most = columns.saturating_sub(seen);
+        let is_touched = |force: &f64| force.abs() > 0.0;
+        let ends = forces.iter().position(is_touched).zip(forces.iter().rposition(is_touched));
+        let (first, has_room) = match ends.map(|(start, end)| (start / self.column, end / self.column)) {
+            None => (most / 2, true),
+            Some((start, end)) => {
+                let free = seen.checked_sub(end - start + 1);
+                (start.saturating_sub(free.unwrap_or(0) / 2).min(most), free.is_some())
+            }
+        };
+        self.first = first_element + first as i64;
+        self.cells.iter_mut().zip(&forces[first * self.column..]).for_each(|(own, force)| *own = *force);
+        has_room
+    }
+
+    /// Adds values on these cells to the window that begins with `first_element`.
+    fn add_moved<N: Element>(&self, values: &[N], first_element: i64, out: &mut [f64]) {
+        let later = first_element.saturating_sub(self.first).saturating_mul(self.column as i64);
+        let skipped = |places: i64, of: usize| usize::try_from(places).unwrap_or(0).min(of);
+        let (first, skipped) = (skipped(later.saturating_neg(), out.len()), skipped(later, values.len()));
+        out[first..].iter_mut().zip(&values[skipped..]).for_each(|(out, value)| *out += value.double());
+    }
+
+    /// Adds the values to the window that begins with `first_element`.
+    pub(crate) fn add_to(&self, first_element: i64, out: &mut [f64]) {
+        self.add_moved(&self.cells, first_element, out);
     }
 }
 
@@ -45,47 +75,8 @@ impl Evolving for Seen {
     }
 }
 
-/// Overlap of a row and another one that begins `later` places later: both from the same place on.
-pub(crate) fn aligned<'a, N, M>(row: &'a [N], later: i64, other: &'a mut [M]) -> (&'a [N], &'a mut [M]) {
-    let skipped = |places: i64, of: usize| usize::try_from(places).unwrap_or(0).min(of);
-    let (first, skipped) = (skipped(later.saturating_neg(), other.len()), skipped(later, row.len()));
-    (&row[skipped..], &mut other[first..])
-}
-
-/// Adds numbers to others that begin `later` places later.
-fn add_moved<N: Element>(numbers: &[N], later: i64, out: &mut [f64]) {
-    let (numbers, out) = aligned(numbers, later, out);
-    out.iter_mut().zip(numbers).for_each(|(out, number)| *out += number.double());
-}
-
-/// Part of a window that goes with the contact.
-pub(crate) struct Placed {
-    /// Column of the window that it begins with.
-    pub first: usize,
-    /// True if there is room for all of the contact.
-    pub has_room: bool,
-}
-
-impl Placed {
-    /// Places the `seen` columns about those that are touched, in the middle if none is.
-    pub(crate) fn about<F>(
-        forces: &[F],
-        across: usize,
-        [columns, seen]: [usize; 2],
-        is_touched: impl Fn(&F) -> bool,
-    ) -> Self {
-        let most = columns.saturating_sub(seen);
-        let (start, end) = (forces.iter().position(&is_touched), forces.iter().rposition(&is_touched));
-        let Some((start, end)) = start.zip(end) else { return Self { first: most / 2, has_room: true } };
-        let free = seen.checked_sub(end / across - start / across + 1);
-        let first = (start / across).saturating_sub(free.unwrap_or(0) / 2).min(most);
-        Self { first, has_room: free.is_some() }
-    }
-}
-
 /// Displacements by the forces of an instant at the next one, in a part of the window that goes with the contact.
 pub(super) struct NextInstant<N> {
-    across: usize,
     /// By stage of the forces.
     products: Vec<CellProduct<N>>,
     forces: Vec<N>,
@@ -100,11 +91,7 @@ impl<N: WaveNumber> NextInstant<N> {
         let (columns, across) = influences.first().map_or((0, 0), |first| (first.columns, first.across));
         let products = influences.iter().map(|influence| CellProduct::whole(columns, influence)).collect();
         let zeros = || vec![N::default(); columns * across];
-        Self { across, products, forces: zeros(), displacement: zeros(), last: Seen::new(columns * across) }
-    }
-
-    pub(super) fn across(&self) -> usize {
-        self.across
+        Self { products, forces: zeros(), displacement: zeros(), last: Seen::new(across, columns * across) }
     }
 
     /// Work of a step.
@@ -114,24 +101,13 @@ impl<N: WaveNumber> NextInstant<N> {
         work
     }
 
-    /// Takes the forces of the window that begins with `first_element`, contact in the middle of the part; returns
-    /// whether there is room for all of them.
-    pub(super) fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
-        let Self { across, last, .. } = self;
-        let [columns, seen] = [forces.len(), last.cells.len()].map(|cells| cells / *across);
-        let about = Placed::about(forces, *across, [columns, seen], |force| *force > 0.0);
-        last.first = first_element + about.first as i64;
-        last.cells.iter_mut().zip(&forces[about.first * *across..]).for_each(|(own, force)| *own = *force);
-        about.has_room
-    }
-
     /// Adds the displacements by the forces of a stage at the next instant to the window that begins with
     /// `first_element`.
     pub(super) fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
-        let Self { across, products, forces, displacement, last } = self;
+        let Self { products, forces, displacement, last } = self;
         forces.iter_mut().zip(&last.cells).for_each(|(own, force)| *own = N::rounded(*force));
         products[stage].displacement(forces, displacement);
-        add_moved(displacement, first_element.saturating_sub(last.first).saturating_mul(*across as i64), out);
+        last.add_moved(displacement, first_element, out);
     }
 }
 
@@ -154,7 +130,7 @@ impl<N: WaveNumber> Evolving for ShortRing<N> {
 
 impl<N: WaveNumber> ShortRing<N> {
     pub(super) fn new(transform: WaveTransform<N>) -> Self {
-        let seen = || Seen::new(transform.cells());
+        let seen = || Seen::new(transform.across(), transform.cells());
         let spectrum = vec![Complex::new(N::default(), N::default()); transform.waves()];
         Self { last: seen(), field: seen(), spectrum, transform }
     }

@@ -4,16 +4,17 @@ use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::CellProduct;
 use super::direct::DirectPast;
 use super::past::{RingParts, WavePast, first_influences};
 use super::resting::RestingCells;
 use super::wave_transform::{WaveNumber, WaveTransform};
+use super::{CellPast, CellProduct};
 use crate::counters::Meter;
 use crate::scene::{DEFAULT, Law, PLATE, Scene, Sides, Tyre};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
-use crate::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
+use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
+use crate::tyre::poles::pole_model::PoleModel;
 
 const COLUMNS: usize = 9;
 const ACROSS: usize = 5;
@@ -120,12 +121,12 @@ fn both_pasts_are_the_convolution_with_the_definition() {
             let first = step / 3;
             for stage in 0..stages {
                 let mut both = [vec![0.0; COLUMNS * ACROSS], vec![0.0; COLUMNS * ACROSS]];
-                direct.add_displacement(stage, first, &mut both[0]);
+                direct.add_displacement(stage, first, both[0].as_chunks_mut().0, &mut meter);
                 poles.add_displacement(first, &mut both[1], &mut meter);
                 let instant = step as usize * stages + stage;
                 let cells = (0..COLUMNS as i64).flat_map(|c| (0..ACROSS).map(move |j| force(instant, first + c, j)));
                 let forces: Vec<f64> = cells.collect();
-                direct.push(stage, first, &forces);
+                direct.push(stage, first, forces.as_chunks().0);
                 poles.push(first, &forces);
                 for (a, b) in both[0].iter().zip(&both[1]) {
                     (worst, largest) = (worst.max((a - b).abs()), largest.max(a.abs()));
@@ -219,7 +220,7 @@ fn the_past_in_single_precision_and_by_fewer_poles_is_the_past() {
     );
     let rows = sums.waves(WaveBand::WHOLE);
     let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
-    fn past<N: WaveNumber>(model: &CellModel, transform: WaveTransform<N>, fewer_poles: Option<f64>) -> WavePast<N> {
+    fn past<N: WaveNumber>(model: &PoleModel, transform: WaveTransform<N>, fewer_poles: Option<f64>) -> WavePast<N> {
         let ring = RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles };
         WavePast::new([ring], TimeRule::Sdirk2, 1.7e-4)
     }
@@ -328,7 +329,7 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
     let largest = weights.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     for (lag, weight) in weights.iter().enumerate() {
         let mut out = vec![0.0; COLUMNS * ACROSS];
-        direct.add_displacement(0, 0, &mut out);
+        direct.add_displacement(0, 0, out.as_chunks_mut().0, &mut Meter::default());
         let mut forces = vec![0.0; COLUMNS * ACROSS];
         if lag == 0 {
             forces[own.0 as usize * ACROSS + own.1] = 1.0;
@@ -336,7 +337,7 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
             let found = out[other.0 as usize * ACROSS + other.1];
             assert!((found - weight).abs() < 1e-9 * largest, "{lag}: {found:e} {weight:e}");
         }
-        direct.push(0, 0, &forces);
+        direct.push(0, 0, forces.as_chunks().0);
     }
 }
 

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
+use super::CellPast;
 use super::direct::DirectPast;
 use super::past::{RingParts, WavePast};
 use super::wave_transform::WaveTransform;
@@ -12,7 +13,8 @@ use crate::scene::{DEFAULT, Scene, Tyre};
 use crate::storage::state::SavedState;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, CellWave, FaceValues, WaveBand};
-use crate::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
+use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
+use crate::tyre::poles::pole_model::PoleModel;
 
 const COLUMNS: usize = 9;
 const ACROSS: usize = 4;
@@ -31,7 +33,7 @@ fn sums(tyre: &Tyre, rule: TimeRule) -> CellSums {
     CellSums::new(tyre, CellGrid::new(tyre, ELEMENTS, ACROSS), FINITE, 1e-8, largest)
 }
 
-fn fitted(sums: &CellSums) -> CellModel {
+fn fitted(sums: &CellSums) -> PoleModel {
     let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: 1e-6, most_poles: 160 };
     fit_cells(sums, &sums.waves(WaveBand::WHOLE), &options, &Default::default()).unwrap()
 }
@@ -79,11 +81,11 @@ fn both_pasts_of_a_turning_tyre_are_the_same() {
             let first = step / 3;
             for stage in 0..stages {
                 let mut all = [(); 3].map(|()| vec![0.0; COLUMNS * ACROSS]);
-                direct.add_displacement(stage, first, &mut all[0]);
+                direct.add_displacement(stage, first, all[0].as_chunks_mut().0, &mut meter);
                 poles.add_displacement(first, &mut all[1], &mut meter);
                 at_rest.add_displacement(first, &mut all[2], &mut meter);
                 let forces = forces(step as usize * stages + stage, first);
-                direct.push(stage, first, &forces);
+                direct.push(stage, first, forces.as_chunks().0);
                 poles.push(first, &forces);
                 at_rest.push(first, &forces);
                 let [direct, poles, at_rest] = &all;
@@ -144,7 +146,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
     let mut differ = 0.0_f64;
     for (lag, weights) in expected.iter().enumerate() {
         let mut out = vec![0.0; COLUMNS * ACROSS];
-        direct.add_displacement(0, 0, &mut out);
+        direct.add_displacement(0, 0, out.as_chunks_mut().0, &mut Meter::default());
         let mut forces = vec![0.0; COLUMNS * ACROSS];
         if lag == 0 {
             forces[own.0 as usize * ACROSS + own.1] = 1.0;
@@ -155,7 +157,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
             }
             differ = differ.max((weights[0] - weights[1]).abs() / largest);
         }
-        direct.push(0, 0, &forces);
+        direct.push(0, 0, forces.as_chunks().0);
     }
     assert!(differ > 1e-3, "before and behind it {differ:e}");
 }

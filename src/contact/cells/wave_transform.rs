@@ -152,6 +152,10 @@ impl<R: WaveNumber> WaveTransform<R> {
         Self { ring, columns, across, waves: start, even, odd, along }
     }
 
+    pub(super) fn across(&self) -> usize {
+        self.across
+    }
+
     /// Cells of the window.
     pub fn cells(&self) -> usize {
         self.columns * self.across

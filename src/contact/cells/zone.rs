@@ -2,9 +2,7 @@
 
 use std::ops::Range;
 
-use super::direct::DirectPast;
 use super::instant::InstantCells;
-use super::past::WavePast;
 use super::search::{CellCounts, CellSearch};
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
@@ -16,52 +14,14 @@ use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
 use crate::storage::state::{Evolving, StateError, StateStream};
 
-/// How cells carry the past.
-pub enum CellPast {
-    /// By poles, in double precision.
-    Modal(Box<WavePast>),
-    /// By poles in single precision.
-    Single(Box<WavePast<f32>>),
-    /// As convolution sums.
-    Direct(Box<DirectPast>),
-}
-
-impl CellPast {
-    /// Adds the displacements by past forces at a stage of the step \[m\].
-    pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64], meter: &mut Meter) {
-        match self {
-            Self::Modal(past) => past.add_displacement(first_element, out, meter),
-            Self::Single(past) => past.add_displacement(first_element, out, meter),
-            Self::Direct(past) => {
-                if stage == 0 {
-                    meter.add_work(Stage::History, past.work());
-                }
-                past.add_displacement(stage, first_element, out);
-            }
-        }
-    }
+/// A method to carry the past of cells under forces in `C` components: 1, normal forces, or 3, tractions.
+pub trait CellPast<const C: usize>: Evolving + Send {
+    /// Adds the displacements by past forces at a stage of the coming step \[m\]. Stages are taken in their order, the
+    /// forces of each pushed before the next.
+    fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [[f64; C]], meter: &mut Meter);
 
     /// Takes the forces of a stage \[N\]; false if they are too far apart to be remembered.
-    pub fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) -> bool {
-        match self {
-            Self::Modal(past) => past.push(first_element, forces),
-            Self::Single(past) => past.push(first_element, forces),
-            Self::Direct(past) => {
-                past.push(stage, first_element, forces);
-                true
-            }
-        }
-    }
-}
-
-impl Evolving for CellPast {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        match self {
-            Self::Modal(past) => past.state(state),
-            Self::Single(past) => past.state(state),
-            Self::Direct(past) => past.state(state),
-        }
-    }
+    fn push(&mut self, stage: usize, first_element: i64, forces: &[[f64; C]]) -> bool;
 }
 
 /// The cells of a window, column by column. The window may be longer than the one whose forces are reported: what is
@@ -72,7 +32,7 @@ pub struct CellZone {
     margin: usize,
     /// The undeformed tread.
     tread: TreadSurface,
-    past: CellPast,
+    past: Box<dyn CellPast<1>>,
     search: CellSearch,
     /// Forces of the last instant, then of this one \[N\], and the element that they begin with.
     forces: Vec<f64>,
@@ -89,7 +49,7 @@ impl CellZone {
     pub(crate) fn new(
         instant: InstantCells,
         tread: TreadSurface,
-        past: CellPast,
+        past: Box<dyn CellPast<1>>,
         tolerance: f64,
         margin: usize,
     ) -> Self {
@@ -130,7 +90,7 @@ impl Zone for CellZone {
         let old = &mut self.old;
         let mut laps = meter.laps();
         old.fill(0.0);
-        self.past.add_displacement(stage, first_element, old, meter);
+        self.past.add_displacement(stage, first_element, old.as_chunks_mut().0, meter);
         meter.lap(&mut laps, Stage::History);
         let required = self.required.chunks_exact_mut(self.across).zip(old.chunks_exact(self.across));
         for ((element, (required, old)), rise) in (first_element..).zip(required).zip(rises) {
@@ -166,7 +126,7 @@ impl Zone for CellZone {
         let largest_displacement = largest_or_zero(&self.required);
         let largest_force = largest_or_zero(&self.forces);
         meter.lap(&mut laps, Stage::ActiveSet);
-        let is_seen = self.past.push(stage, first_element, &self.forces);
+        let is_seen = self.past.push(stage, first_element, self.forces.as_chunks().0);
         meter.lap(&mut laps, Stage::History);
         let (old, u) = (&self.old, self.search.displacement());
         told.write(self.told(), self.across, &self.forces, &self.required, |cell| old[cell] + u[cell]);

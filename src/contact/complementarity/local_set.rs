@@ -1,9 +1,8 @@
 //! Forces where each slice yields by a compliance in series with the coupled tread: the local law.
 //!
 //! A slice that takes up the force f is pressed into the tread by p_i(f) = S_i^-1(c f) - c f more than the element as
-//! a whole yields. The compliance c belongs to the tread under the stones: for the local law it is kappa/(dx b), the
-//! same whatever the time step; for the paper's implicit coupling it is G0_ii, which falls with the time step and
-//! takes the texture's yielding with it.
+//! a whole yields. The compliance c belongs to the tread under the stones: it is kappa/(dx b), the same whatever the
+//! time step.
 //!
 //! ```text
 //! G0 F + p(F) = y on the set, F >= 0, G0 F >= y off it;    with v = y - G0 F + c F:    c F = S(v).

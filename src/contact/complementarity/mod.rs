@@ -29,6 +29,7 @@ pub(crate) use active_set::{ActiveSet, Residuals};
 pub(crate) use factors::largest_memory;
 pub use factors::{FactorCache, FactorCounts};
 pub(crate) use local_set::{LocalSet, SlicesUnder};
-pub(crate) use search::{Search, SliceLaw};
+pub(crate) use search::Search;
+pub use search::SliceLaw;
 pub(crate) use sweeps::SearchCounts;
 pub use tiles::{LINE, add_to_diagonal, room};

@@ -15,8 +15,6 @@ use crate::storage::state::{Evolving, StateError, StateStream};
 pub enum SliceLaw {
     /// As the paper's equation 4 has it: the curve is read at the penetration without the forces of the step.
     Explicit,
-    /// In series with the coupled tread, with the compliance G0_ii, which belongs to the time step.
-    Implicit,
     /// In series with the coupled tread, with a compliance \[m/N\] that belongs to tread and texture.
     Local(f64),
 }
@@ -41,16 +39,16 @@ pub(crate) enum Search {
 impl Search {
     /// The search that tread and slice law require; `influence` is that of a force within its step by distance
     /// \[m/N\], over all points, and `odd` its skew part, empty at rest. Points that are not `coupled` have no
-    /// neighbours: the paper's two couplings are the same for them.
+    /// neighbours: by the paper's coupling, each yields with the compliance G0_ii.
     pub(crate) fn new(influence: Vec<f64>, odd: &[f64], coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
         let columns = influence.len();
         let (own, tolerance) = (influence[0], numerics.contact_tolerance);
-        let compliance = match law {
-            SliceLaw::Local(compliance) => compliance,
-            SliceLaw::Explicit | SliceLaw::Implicit => own,
-        };
         match (coupled, law) {
-            (false, _) => {
+            (false, law) => {
+                let compliance = match law {
+                    SliceLaw::Local(compliance) => compliance,
+                    SliceLaw::Explicit => own,
+                };
                 let pieces = vec![HeldPiece::default(); columns];
                 Self::Alone { own, slice: LocalSlice::new(own, compliance), pieces }
             }
@@ -58,7 +56,7 @@ impl Search {
                 let search = ActiveSet::new(influence, columns, tolerance, numerics.cached_factors);
                 Self::Explicit(Box::new(search.with_skew(odd)))
             }
-            (true, _) => {
+            (true, SliceLaw::Local(compliance)) => {
                 let search = LocalSet::new(influence, compliance, columns, tolerance);
                 Self::Local(Box::new(search.with_skew(odd)))
             }

@@ -7,26 +7,21 @@
 //! - [`linear`]: solution of the linear equations of all cells;
 //! - [`sweeps`]: cell after cell, which converges where linear equations do not;
 //! - [`search`]: the forces of an instant;
-//! - `transform`: between cells and waves;
-//! - [`history`]: displacements by past forces: [`past`], as sums, [`modal`], by poles, its `wave_group` and `late`
-//!   channels;
+//! - [`modal`]: displacements by past forces, by poles, its `wave_group` and `late` channels;
 //! - [`free_creep`]: creep of a wheel that rolls freely;
 //! - [`law`]: coefficients of friction and bonds from step to step;
 //! - [`zone`]: one step, from the past to the forces.
 
 pub(crate) mod conditions;
 pub(crate) mod free_creep;
-pub(crate) mod history;
 mod late;
 pub(crate) mod law;
 mod linear;
 pub(crate) mod modal;
 mod nearby;
-pub(crate) mod past;
 pub(crate) mod product;
 pub(crate) mod search;
 mod sweeps;
-pub(crate) mod transform;
 pub(crate) mod wave_group;
 pub(crate) mod zone;
 

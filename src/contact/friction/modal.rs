@@ -7,12 +7,13 @@ use pulp::Arch;
 use rayon::prelude::*;
 
 use super::product::Vector;
-use super::transform::TractionTransform;
 use super::wave_group::{STEPS, Stepping, WaveGroup};
-use crate::contact::cells::ring_waves::{allowed_rounding, is_slow};
-use crate::contact::cells::short_ring::{Placed, aligned};
+use crate::contact::cells::CellPast;
+use crate::contact::cells::component_transforms::ComponentTransforms;
+use crate::contact::cells::ring_waves::{allowed_rounding, by_precision, is_slow};
+use crate::contact::cells::short_ring::Seen;
 use crate::contact::cells::wave_transform::WaveNumber;
-use crate::counters::Work;
+use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Element;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::tyre::influence::COMPONENTS;
@@ -22,22 +23,13 @@ use crate::tyre::poles::traction_model::TractionModel;
 /// Least number of groups that a thread takes at a time.
 const TOGETHER: usize = 16;
 
-/// The part of a window that a short ring sees: it goes with the contact.
-struct Seen {
-    across: usize,
-    /// Element that it begins with.
-    first: i64,
-    /// Forces, then displacements, column by column.
-    cells: Vec<Vector>,
-}
-
 /// Waves of one ring.
 struct Ring<R: WaveNumber> {
-    transform: TractionTransform<R>,
+    transform: ComponentTransforms<R, COMPONENTS>,
     groups: Vec<WaveGroup<R>>,
     /// Those whose poles are too slow for single precision.
     precise: Vec<WaveGroup<f64>>,
-    /// `None`: all of the window.
+    /// Forces, then displacements, on the part of the window that a short ring sees; `None`: all of the window.
     seen: Option<Seen>,
     /// Blocks that are remembered, and the earliest of them, which is forgotten next.
     blocks: usize,
@@ -58,7 +50,7 @@ pub(crate) struct TractionRing<'m, R: WaveNumber> {
     /// Their poles and channels.
     pub model: &'m TractionModel,
     /// From cells to waves and back.
-    pub transform: TractionTransform<R>,
+    pub transform: ComponentTransforms<R, COMPONENTS>,
     /// Cells across, if the transform sees a part of the window.
     pub seen: Option<usize>,
     /// Rule and time step of this ring.
@@ -69,7 +61,6 @@ impl<R: WaveNumber> Ring<R> {
     fn new(parts: TractionRing<'_, R>) -> Self {
         let TractionRing { model, transform, seen, stepping } = parts;
         let Stepping { time_step, substeps, tolerance, .. } = stepping;
-        let (waves, lanes) = (model.len(), R::MOST_LANES);
         let angles = transform.angles();
         let allowed = allowed_rounding(Some(tolerance));
         let is_slow_wave = |wave: usize| {
@@ -81,20 +72,10 @@ impl<R: WaveNumber> Ring<R> {
                 even.iter().any(|residue| residue.norm() > 0.0) && is_slow(&modes, time_step, rate, allowed)
             })
         };
-        let starts: Vec<usize> = (0..waves).step_by(lanes).collect();
-        let end_of = |first: usize| waves.min(first + lanes);
-        let needs_double = |first: &usize| R::EPSILON > f64::EPSILON && (*first..end_of(*first)).any(is_slow_wave);
-        let (slow, fast): (Vec<usize>, Vec<usize>) = starts.into_par_iter().partition(needs_double);
-        let group = |first: usize| WaveGroup::new(model, [first, end_of(first) - first], stepping);
-        let groups: Vec<WaveGroup<R>> = fast.into_par_iter().map(group).collect();
-        let own = f64::MOST_LANES;
-        let slow: Vec<usize> = slow.into_iter().flat_map(|first| (first..end_of(first)).step_by(own)).collect();
-        let group = |first: usize| {
-            let end = waves.min((first / lanes + 1) * lanes);
-            WaveGroup::new(model, [first, own.min(end - first)], stepping)
-        };
-        let precise: Vec<WaveGroup<f64>> = slow.into_par_iter().map(group).collect();
-        let seen = seen.map(|across| Seen { across, first: 0, cells: vec![[0.0; COMPONENTS]; transform.cells()] });
+        let [fast, slow] = by_precision::<R>(model.len(), is_slow_wave);
+        let groups = fast.into_par_iter().map(|waves| WaveGroup::new(model, waves, stepping)).collect();
+        let precise = slow.into_par_iter().map(|waves| WaveGroup::new(model, waves, stepping)).collect();
+        let seen = seen.map(|across| Seen::new(COMPONENTS * across, COMPONENTS * transform.cells()));
         Self { transform, groups, precise, seen, blocks: stepping.remembered_blocks(), earliest: 0 }
     }
 
@@ -115,20 +96,16 @@ impl<R: WaveNumber> Ring<R> {
         if step == 0 && *blocks > 0 {
             *earliest = (*earliest + 1) % *blocks;
         }
-        for (component, spectrum) in transform.spectra_mut().enumerate() {
+        for (component, spectrum) in transform.spectra_mut().into_iter().enumerate() {
             groups.iter().for_each(|group| give(group, component, spectrum));
             precise.iter().for_each(|group| give(group, component, spectrum));
         }
         match seen {
             None => transform.add_inverse(first_element, out),
-            Some(Seen { across, first, cells }) => {
-                cells.fill([0.0; COMPONENTS]);
-                transform.add_inverse(*first, cells);
-                let later = first_element.saturating_sub(*first).saturating_mul(*across as i64);
-                let (cells, out) = aligned(cells, later, out);
-                for (out, cell) in out.iter_mut().zip(cells) {
-                    out.iter_mut().zip(cell).for_each(|(out, value)| *out += value);
-                }
+            Some(seen) => {
+                seen.cells.fill(0.0);
+                transform.add_inverse(seen.first, seen.cells.as_chunks_mut().0);
+                seen.add_to(first_element, out.as_flattened_mut());
             }
         }
     }
@@ -139,14 +116,9 @@ impl<R: WaveNumber> Ring<R> {
         let mut has_room = true;
         match seen {
             None => transform.forward(first_element, forces),
-            Some(Seen { across, first, cells }) => {
-                let is_there = |force: &Vector| force.iter().any(|value| value.abs() > 0.0);
-                let columns = [forces.len(), cells.len()].map(|cells| cells / *across);
-                let about = Placed::about(forces, *across, columns, is_there);
-                *first = first_element + about.first as i64;
-                cells.iter_mut().zip(&forces[about.first * *across..]).for_each(|(own, force)| *own = *force);
-                transform.forward(*first, cells);
-                has_room = about.has_room;
+            Some(seen) => {
+                has_room = seen.take(first_element, forces.as_flattened());
+                transform.forward(seen.first, seen.cells.as_chunks().0);
             }
         }
         for (component, spectrum) in transform.spectra().into_iter().enumerate() {
@@ -174,20 +146,16 @@ impl<R: WaveNumber> TractionWaves<R> {
         rings.iter().for_each(|ring| work += ring.work());
         Self { rings, step: 0, work, arch: Arch::new() }
     }
+}
 
-    /// Work of a step.
-    pub(crate) fn work(&self) -> Work {
-        self.work
-    }
-
-    /// Adds the displacements by past forces at the coming step \[m\].
-    pub(crate) fn add_displacement(&mut self, first_element: i64, out: &mut [Vector]) {
-        let Self { rings, step, arch, .. } = self;
+impl<R: WaveNumber> CellPast<COMPONENTS> for TractionWaves<R> {
+    fn add_displacement(&mut self, _: usize, first_element: i64, out: &mut [Vector], meter: &mut Meter) {
+        let Self { rings, step, arch, work } = self;
+        meter.add_work(Stage::History, *work);
         rings.iter_mut().for_each(|ring| ring.add_displacement(*arch, *step, first_element, out));
     }
 
-    /// Takes the forces of the step \[N\]; returns whether there is room for all of them.
-    pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) -> bool {
+    fn push(&mut self, _: usize, first_element: i64, forces: &[Vector]) -> bool {
         let step = self.step;
         self.step = (step + 1) % STEPS;
         let mut has_room = true;
@@ -207,7 +175,7 @@ impl<R: WaveNumber> Evolving for TractionWaves<R> {
 /// `tyre::poles::tractions`.
 fn give<E: Element, R: WaveNumber>(group: &WaveGroup<E>, component: usize, spectrum: &mut [Complex<R>]) {
     let [re, im] = group.displacement(component);
-    let own = spectrum[group.first..group.first + group.count].iter_mut();
+    let own = spectrum[group.waves.clone()].iter_mut();
     for (value, (re, im)) in own.zip(re.iter().zip(im)) {
         let (re, im) = (R::rounded(re.double()), R::rounded(im.double()));
         *value = if component == 0 { Complex::new(re, im) } else { Complex::new(im, -re) };
@@ -216,7 +184,7 @@ fn give<E: Element, R: WaveNumber>(group: &WaveGroup<E>, component: usize, spect
 
 /// Reads the forces of a group from their spectrum; those across and normal times i likewise.
 fn take<E: Element, R: WaveNumber>(group: &mut WaveGroup<E>, step: usize, component: usize, spectrum: &[Complex<R>]) {
-    let range = group.first..group.first + group.count;
+    let range = group.waves.clone();
     let [re, im] = group.force_mut(step, component);
     for ((re, im), value) in re.iter_mut().zip(im).zip(&spectrum[range]) {
         let value = Complex64::new(value.re.double(), value.im.double());

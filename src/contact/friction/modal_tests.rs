@@ -3,11 +3,13 @@
 use std::sync::atomic::AtomicBool;
 
 use super::modal::{TractionRing, TractionWaves};
-use super::past::TractionPast;
 use super::product::Vector;
-use super::transform::TractionTransform;
 use super::wave_group::Stepping;
+use crate::contact::cells::CellPast;
+use crate::contact::cells::component_transforms::ComponentTransforms;
+use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::wave_transform::WaveNumber;
+use crate::counters::Meter;
 use crate::scene::{DEFAULT, Sides, Tyre};
 use crate::storage::state::SavedState;
 use crate::test_models::tyre;
@@ -52,15 +54,20 @@ fn roll(mut step: impl FnMut(i64, &[Vector], &mut [Vector])) -> Vec<Vector> {
     all
 }
 
+/// Restores a past from its own state: a part that is missing in it would not be noticed by another.
+fn resume(past: &mut impl CellPast<3>) {
+    SavedState::of(past).unwrap().restore(past).unwrap();
+}
+
 fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRule) -> Vec<Vector> {
-    let transform = TractionTransform::new(sums.grid(), [ELEMENTS, COLUMNS], &sums.traction_rows(WaveBand::WHOLE));
+    let transform =
+        ComponentTransforms::of_tractions(sums.grid(), [ELEMENTS, COLUMNS], &sums.traction_rows(WaveBand::WHOLE));
     let stepping = Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after: None };
     let mut past = TractionWaves::<R>::new([TractionRing { model, transform, seen: None, stepping }]);
     roll(|first, forces, out| {
-        past.add_displacement(first, out);
-        past.push(first, forces);
-        // The state is complete.
-        SavedState::of(&mut past).unwrap().restore(&mut past).unwrap();
+        past.add_displacement(0, first, out, &mut Meter::default());
+        past.push(0, first, forces);
+        resume(&mut past);
     })
 }
 
@@ -77,11 +84,11 @@ fn hold(name: &str, tyre: &Tyre) {
     println!("{name}: {waves} waves, {} channels, error {:.1e}", model.order(), model.error());
     assert!(model.error() <= TOLERANCE, "{name}: {:e}", model.error());
     for rule in [TimeRule::Bdf2, TimeRule::Bdf1] {
-        let transform = TractionTransform::new(sums.grid(), [ELEMENTS, COLUMNS], &rows);
-        let mut direct = TractionPast::new(&sums, &rows, transform, rule, TIME_STEP, STEPS + 2);
+        let transform = ComponentTransforms::of_tractions(sums.grid(), [ELEMENTS, COLUMNS], &rows);
+        let mut direct = DirectPast::of_tractions(&sums, &rows, transform, rule, TIME_STEP, STEPS + 2);
         let exact = roll(|first, forces, out| {
-            direct.add_displacement(first, out);
-            direct.push(first, forces);
+            direct.add_displacement(0, first, out, &mut Meter::default());
+            direct.push(0, first, forces);
         });
         let double = by_poles::<f64>(&sums, &model, rule);
         let single = by_poles::<f32>(&sums, &model, rule);
@@ -109,7 +116,8 @@ fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usiz
     let ring = |(band, model): (&WaveBand, _)| {
         let is_short = band.part > 1;
         let columns = if is_short { seen } else { columns };
-        let transform = TractionTransform::new(&grid, [elements / band.part, columns], &sums.traction_rows(*band));
+        let transform =
+            ComponentTransforms::of_tractions(&grid, [elements / band.part, columns], &sums.traction_rows(*band));
         let forgotten_after = forgotten_after.filter(|_| is_short);
         let stepping =
             Stepping { rule: TimeRule::Bdf2, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after };
@@ -120,15 +128,15 @@ fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usiz
     for number in 0..2 * elements {
         let first = (number / 2) as i64;
         let mut out = vec![[0.0; 3]; columns * ACROSS];
-        past.add_displacement(first, &mut out);
+        past.add_displacement(0, first, &mut out, &mut Meter::default());
         let force = |cell: usize| {
             let place = (first as usize * ACROSS + cell) as f64;
             let is_touched = (18..28).contains(&(cell / ACROSS));
             if is_touched { [0.7, 1.3, 2.9].map(|rate| 1.0 + (rate * place).sin()) } else { [0.0; 3] }
         };
         let forces: Vec<Vector> = (0..columns * ACROSS).map(force).collect();
-        assert!(past.push(first, &forces), "no room");
-        SavedState::of(&mut past).unwrap().restore(&mut past).unwrap();
+        assert!(past.push(0, first, &forces), "no room");
+        resume(&mut past);
         // About the contact.
         all.extend_from_slice(&out[14 * ACROSS..32 * ACROSS]);
     }

@@ -12,11 +12,14 @@
 //! On a ring shorter than the tyre a force is forgotten some blocks after it was taken in: the remainder of its effect
 //! is subtracted from the states, r_l F and r_(l-1) F with the response r = 1, g, ... of a channel.
 
+use std::ops::Range;
+
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::late::late_channels;
 use crate::contact::history::add_responses;
+use crate::contact::history::wavenumber_group::put_parts;
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::storage::state::{Evolving, StateError, StateStream};
@@ -98,9 +101,8 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
         let mut left = vec![E::default(); forgetting * 2 * PARTS * E::MOST_LANES];
         for (number, record) in left.chunks_exact_mut(2 * PARTS * E::MOST_LANES).enumerate() {
             for (lane, channels) in waves.iter().enumerate() {
-                let values = channels.get(number).into_iter().flat_map(|channel| channel.left);
-                let parts = values.flat_map(|value| [value.re, value.im].into_iter().take(PARTS));
-                parts.enumerate().for_each(|(slot, part)| record[slot * E::MOST_LANES + lane] = E::rounded(part));
+                let Some(channel) = channels.get(number) else { continue };
+                put_parts::<E, PARTS>(record, 0, lane, &channel.left);
             }
         }
         let [input, output, odd, _, length] = Self::places(turns);
@@ -108,12 +110,7 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
         for (number, record) in numbers.chunks_exact_mut(length * E::MOST_LANES).enumerate() {
             for (lane, channels) in waves.iter().enumerate() {
                 let Some(channel) = channels.get(number) else { continue };
-                let mut put = |place: usize, values: &[Complex64]| {
-                    let parts = values.iter().flat_map(|value| [value.re, value.im].into_iter().take(PARTS));
-                    for (slot, value) in parts.enumerate() {
-                        record[(place + slot) * E::MOST_LANES + lane] = E::rounded(value);
-                    }
-                };
+                let mut put = |place, values: &[Complex64]| put_parts::<E, PARTS>(record, place, lane, values);
                 put(0, &[channel.g]);
                 put(input, &channel.input);
                 put(output, &channel.output);
@@ -134,8 +131,7 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
 
 /// Neighbouring waves, as many as the widest vector has numbers.
 pub(super) struct WaveGroup<E> {
-    pub(super) first: usize,
-    pub(super) count: usize,
+    pub(super) waves: Range<usize>,
     pairs: Channels<E, 2>,
     reals: Channels<E, 1>,
     /// c.
@@ -154,12 +150,12 @@ pub(super) struct WaveGroup<E> {
 }
 
 impl<E: Element> WaveGroup<E> {
-    /// Group of `count` waves of a model from `first` on, at rest.
-    pub(super) fn new(model: &TractionModel, [first, count]: [usize; 2], stepping: Stepping) -> Self {
+    /// Group of waves of a model, at rest.
+    pub(super) fn new(model: &TractionModel, waves: Range<usize>, stepping: Stepping) -> Self {
         let Stepping { rule, time_step, tolerance, .. } = stepping;
         let blocks = stepping.remembered_blocks();
         let (mut pairs, mut reals) = (Vec::new(), Vec::new());
-        for wave in first..first + count {
+        for wave in waves.clone() {
             let (poles, of_pairs, channels) = model.wave(wave);
             let channel = |(index, (&pole, &Channel { input, output, odd })): (usize, (&Complex64, &Channel))| {
                 let times = if index < of_pairs { 2.0 } else { 1.0 };
@@ -179,8 +175,7 @@ impl<E: Element> WaveGroup<E> {
         }
         let turns = model.turns();
         let mut this = Self {
-            first,
-            count,
+            waves,
             pairs: Channels::new(pairs, turns),
             reals: Channels::new(reals, turns),
             before: rule.before_last(),
@@ -204,10 +199,10 @@ impl<E: Element> WaveGroup<E> {
     fn first_weights(&self, model: &TractionModel, rule: TimeRule, time_step: f64) -> Vec<E> {
         let parts = self.parts();
         let mut within = vec![E::default(); LAGS * PAIRS * parts * E::MOST_LANES];
-        for lane in 0..self.count {
-            let (poles, pairs, _) = model.wave(self.first + lane);
+        for (lane, wave) in self.waves.clone().enumerate() {
+            let (poles, pairs, _) = model.wave(wave);
             for pair in 0..PAIRS {
-                let of_pair = model.residues(self.first + lane, pair / COMPONENTS, pair % COMPONENTS);
+                let of_pair = model.residues(wave, pair / COMPONENTS, pair % COMPONENTS);
                 for (part, residues) in of_pair.iter().enumerate().take(parts) {
                     let modes = Modes { poles, residues, odd: &[], pairs, constant: 0.0 };
                     let mut response = [0.0; LAGS];

@@ -14,10 +14,10 @@ use std::ops::Range;
 
 use super::conditions::Conditions;
 use super::free_creep::FreeCreep;
-use super::history::TractionHistory;
 use super::law::CellLaw;
 use super::product::Vector;
 use super::search::{FrictionCounts, FrictionSearch};
+use crate::contact::cells::CellPast;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
 use crate::contact::footprint::{StageMut, TangentialPart};
@@ -30,6 +30,7 @@ use crate::road::strip::RoadStrip;
 use crate::scene::Creep;
 use crate::storage::state::{Evolving, StateError, StateStream, Value};
 use crate::time_rule::TimeRule;
+use crate::tyre::influence::COMPONENTS;
 
 /// Columns ahead of the window whose displacements are carried along.
 pub(crate) const AHEAD: usize = 2;
@@ -81,7 +82,7 @@ impl Rolling {
 /// Cells of a window with friction, column by column, and of [`AHEAD`] columns before it.
 pub(crate) struct FrictionZone {
     rolling: Rolling,
-    past: TractionHistory,
+    past: Box<dyn CellPast<COMPONENTS>>,
     search: FrictionSearch,
     law: CellLaw,
     /// Forces of the last step, then of this one \[N\], and the element that they begin with; without the pull.
@@ -102,7 +103,12 @@ pub(crate) struct FrictionZone {
 }
 
 impl FrictionZone {
-    pub(crate) fn new(rolling: Rolling, past: TractionHistory, search: FrictionSearch, law: CellLaw) -> Self {
+    pub(crate) fn new(
+        rolling: Rolling,
+        past: Box<dyn CellPast<COMPONENTS>>,
+        search: FrictionSearch,
+        law: CellLaw,
+    ) -> Self {
         let cells = search.influence().cells();
         let round = rolling.geometry.elements * rolling.lateral.len();
         let zeros = || vec![[0.0; 3]; cells];
@@ -269,15 +275,14 @@ impl Zone for FrictionZone {
         mut told: StageMut<'_>,
         meter: &mut Meter,
     ) -> Result<Solved, ContactError> {
-        let Instant { step, first_element, .. } = at;
+        let Instant { step, stage, first_element, .. } = at;
         if !road.has_heights() {
             return Err(ContactError::RoadForm);
         }
         let mut laps = meter.laps();
         self.go_on(first_element);
         self.old.fill([0.0; 3]);
-        meter.add_work(Stage::History, self.past.work());
-        self.past.add_displacement(first_element, &mut self.old);
+        self.past.add_displacement(stage, first_element, &mut self.old, meter);
         meter.lap(&mut laps, Stage::History);
         self.pull();
         self.set_up(&at, road);
@@ -299,7 +304,7 @@ impl Zone for FrictionZone {
             *all = [force[0], force[1], force[2] + all[2]];
         }
         self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);
-        let is_seen = self.past.push(first_element, &self.all);
+        let is_seen = self.past.push(stage, first_element, &self.all);
         meter.lap(&mut laps, Stage::History);
         self.follow(step, told.tangential.as_deref_mut());
         let (window, across) = (self.window(), self.across());

@@ -52,8 +52,7 @@ impl Far {
         let elements = model.elements;
         let group = |first: usize| {
             let modes = (first..=elements / 2).take(f64::MOST_LANES).map(|n| model.modes(n, field));
-            // The coming block is passed over: it is under way while the next is foretold.
-            Some(WavenumberGroup::new(modes.collect::<Option<Vec<_>>>()?, rule, time_step, first, instants, 1))
+            Some(WavenumberGroup::new(first, modes.collect::<Option<Vec<_>>>()?, rule, time_step, instants))
         };
         let groups: Option<Vec<_>> = (0..=elements / 2).step_by(f64::MOST_LANES).map(group).collect();
         let groups = groups?;

@@ -172,7 +172,7 @@ fn forces_on_a_ring_that_turns_and_in_the_roads_frame_move_it_as_its_equations_o
             let exact = moved(angular_velocity, bump, PARTS);
             let resting = moved(0.0, bump, PARTS);
             println!("{speed} km/h, {bump:?}: at rest {:.1e} from it", difference(&resting, &exact));
-            for rule in [TimeRule::Bdf2, TimeRule::Trapezoidal, TimeRule::Sdirk2] {
+            for rule in [TimeRule::Bdf2, TimeRule::Sdirk2] {
                 let errors = [60, 120, 240].map(|steps| {
                     let time_step = DURATION / (PARTS * steps) as f64;
                     // An element is passed in a whole number of steps; the window moves less, and never more.
@@ -203,7 +203,7 @@ fn first_weights_of_a_passive_ring_that_turns_are_less_odd_than_its_rotation_is_
     let model = turning_ring::model(ELEMENTS, angular_velocity);
     for rule in [TimeRule::Bdf1, TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
         let time_step = 1e-4;
-        let rate = rule.first_rate(time_step).unwrap();
+        let rate = rule.first_rate(time_step);
         let even = ModalHistory::first_weights(&model, Field::Surface, rule, time_step).unwrap();
         let odd = ModalHistory::odd_first_weights(&model, Field::Surface, rule, time_step).unwrap();
         for (n, (even, odd)) in even.iter().zip(&odd).enumerate() {
@@ -228,7 +228,7 @@ fn work_of_a_pass_is_counted_with_its_odd_parts() {
                 let modes = model.modes(n, Field::Surface).unwrap();
                 if odd { modes } else { crate::tyre::poles::Modes { odd: &[], ..modes } }
             });
-            WavenumberGroup::<f64>::new(modes, rule, 1e-4, 1, steps * rule.stages(), 1).work()
+            WavenumberGroup::<f64>::new(1, modes, rule, 1e-4, steps * rule.stages()).work()
         };
         // Two pairs to a wavenumber, or one and one to fill up; outputs of two systems at all stages of all steps.
         let (even, both) = (work(&turning, false), work(&turning, true));

@@ -94,15 +94,12 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         let mut this = Self { numbers: Vec::new(), turns, looks_back, left: 0, forgets: vec![false; poles] };
         let lengths = this.lengths();
         this.numbers = vec![E::default(); poles * lengths.iter().sum::<usize>() * E::MOST_LANES];
-        let parts = |number: Complex64| [number.re, number.im].into_iter().take(PARTS);
         for (first, record) in (0..).step_by(TOGETHER).zip(Self::records(lengths, &mut this.numbers, E::MOST_LANES)) {
             for (lane, own) in wavenumbers.iter().enumerate() {
                 for (index, &[g, w, q]) in own.iter().skip(first).take(TOGETHER).enumerate() {
-                    for (slot, value) in parts(g).chain(parts(w)).enumerate() {
-                        record.coefficients[(index * Self::FIXED + slot) * E::MOST_LANES + lane] = E::rounded(value);
-                    }
-                    for (slot, value) in parts(q).enumerate().take(record.odd.len()) {
-                        record.odd[(index * PARTS + slot) * E::MOST_LANES + lane] = E::rounded(value);
+                    put_parts::<E, PARTS>(record.coefficients, index * Self::FIXED, lane, &[g, w]);
+                    if turns {
+                        put_parts::<E, PARTS>(record.odd, index * PARTS, lane, &[q]);
                     }
                 }
             }
@@ -215,6 +212,17 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     }
 }
 
+/// Writes numbers, of real ones (PARTS = 1) only the real parts, to a lane of a group's, part by part from `place` on.
+pub(in crate::contact) fn put_parts<E: Element, const PARTS: usize>(
+    group: &mut [E],
+    place: usize,
+    lane: usize,
+    numbers: &[Complex64],
+) {
+    let parts = numbers.iter().flat_map(|number| [number.re, number.im].into_iter().take(PARTS));
+    parts.zip(place..).for_each(|(part, place)| group[place * E::MOST_LANES + lane] = E::rounded(part));
+}
+
 /// Multiply-adds for each step that `poles` poles, conjugates counted, are expected to take in blocks of `steps`
 /// steps: as if all were pairs. Real ones take less, and those that fill up a group take as much more (within 5 % of
 /// the counts in runs). Of a tyre that `turns` odd parts come on top.
@@ -259,15 +267,14 @@ pub(crate) struct WavenumberGroup<E> {
 }
 
 impl<E: Element> WavenumberGroup<E> {
-    /// Group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of `instants` instants,
-    /// of which a pass foretells the one `ahead` blocks after those whose forces it takes in.
+    /// Group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of `instants` instants. A
+    /// pass leaves out the coming block, which is under way while the next is foretold.
     pub(crate) fn new<'m>(
+        first: usize,
         modes: impl IntoIterator<Item = Modes<'m>>,
         rule: TimeRule,
         time_step: f64,
-        first: usize,
         instants: usize,
-        ahead: usize,
     ) -> Self {
         let (mut pairs, mut reals, mut count, mut turns) = (Vec::new(), Vec::new(), 0, false);
         for modes in modes {
@@ -282,7 +289,7 @@ impl<E: Element> WavenumberGroup<E> {
             reals.push(poles.collect());
         }
         let looks_back = rule.looks_back();
-        let skipped = ahead * (instants / rule.stages());
+        let skipped = instants / rule.stages();
         Self {
             first,
             count,

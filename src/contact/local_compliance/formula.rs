@@ -28,7 +28,7 @@ pub(crate) const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
 
 /// kappa \[m/Pa\] by formula; `None` for a road without texture (a smooth one, an exactly level one) and a tyre
 /// without layers.
-pub(crate) fn local_compliance(tyre: &Tyre, road: &RoadSurface) -> Option<f64> {
+pub fn local_compliance(tyre: &Tyre, road: &RoadSurface) -> Option<f64> {
     Some(compliance(tread_modulus(tyre)?, road.mean_wavenumber()?))
 }
 
@@ -45,7 +45,7 @@ pub(crate) fn formula_for(scene: &Scene) -> Option<f64> {
 }
 
 /// E* \[Pa\] of the tyre's top layer at the formula's frequency; `None` for a tyre without layers.
-pub(crate) fn tread_modulus(tyre: &Tyre) -> Option<f64> {
+pub fn tread_modulus(tyre: &Tyre) -> Option<f64> {
     let tread = tyre.layers.last()?;
     Some(material::effective_modulus(&tread.material, MODULUS_FREQUENCY))
 }

@@ -9,4 +9,5 @@ pub(crate) mod line_law;
 pub(crate) mod patch;
 
 pub(crate) use calibrate::{Calibration, CalibrationError, calibrate};
-pub(crate) use formula::{DOUBTS, formula_for, local_compliance};
+pub use formula::local_compliance;
+pub(crate) use formula::{DOUBTS, formula_for};

@@ -98,7 +98,7 @@ impl FlatTread {
 
 /// Influence of a force that is spread evenly over an element on the mean displacement of the element j further on
 /// \[m/N\], by the influence between the cells under them: as long waves are the same in both, they cancel.
-pub(crate) fn line_influence(cells: &CellInfluence, lattice: Lattice) -> Vec<f64> {
+pub fn line_influence(cells: &CellInfluence, lattice: Lattice) -> Vec<f64> {
     let Lattice { along, columns, .. } = lattice;
     let pairs = |distance: usize| if distance == 0 { columns } else { 2 * (columns - distance) };
     let across: Vec<f64> = (0..columns).map(|j| pairs(j) as f64 / (columns * columns) as f64).collect();

@@ -7,7 +7,7 @@ use super::planned::{Heard, Sound};
 use crate::effects::error::RunError;
 use crate::response::{BandLevel, LevelErrors};
 use crate::results::files::ResultFiles;
-use crate::results::plots::{Axis, LinePlot, PatchMap, PolarPlot, Series, ThirdOctavePlot};
+use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, SurfaceMap, ThirdOctavePlot};
 use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::scene::LoadedScene;
@@ -61,8 +61,9 @@ pub(super) fn draw_under_patch(
     });
     let dx = loaded.scene.tyre.circumference / Sound::GRID.around as f64;
     let title = format!("Field under the patch for {receiver}, {frequency:.0} Hz: {}", loaded.title());
-    let map = PatchMap {
+    let map = SurfaceMap {
         title: &title,
+        along: "Along, from the axle",
         quantity: "|G| [dB re 1/m]",
         values: values.view(),
         first_position: (0.5 - 0.5 * along as f64) * dx,
@@ -88,7 +89,7 @@ pub(super) fn draw_pass_by(
         y: Axis::linear_around("A-weighted level, F [dB(A)]", points.iter().map(|point| point.1)),
         series: vec![Series { name: "", points }],
     };
-    folder.write_text(&format!("pass_by_{}.svg", heard.file), &plot.to_svg()?)?;
+    folder.write_text(&format!("pass_by_{}.svg", heard.file), &plot.to_svg())?;
     Ok(())
 }
 
@@ -110,6 +111,6 @@ pub(super) fn draw_directivity(
         quantity: "A-weighted level [dB(A)]",
         series: vec![Series { name: "", points }],
     };
-    folder.write_text(&format!("directivity_{}.svg", heard.file), &plot.to_svg()?)?;
+    folder.write_text(&format!("directivity_{}.svg", heard.file), &plot.to_svg())?;
     Ok(())
 }

@@ -40,7 +40,8 @@ const BELOW_NYQUIST: f64 = 0.9;
 /// resampling.
 const EXCERPT_ENDS: f64 = 70.0;
 /// Error of a third octave at the default nodes per wavelength \[dB\]: the worst of single waves (9 against 14 nodes).
-/// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave study SCENE` measures all three.
+/// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave sweep` over `nodes_per_wavelength`,
+/// `frequency_tolerance` and `lateral_waves` measures all three.
 const ELEMENTS_ERROR: f64 = 0.1;
 /// Error of a third octave by interpolation, as a part of the frequencies' tolerance, which is met with intervals of
 /// twice the length: 0.009 dB found at 0.2 dB against 0.02 dB (default tyre, coast-by and cpx, to 2.5 kHz).
@@ -58,7 +59,7 @@ const PATCH_STEP: f64 = 0.01;
 
 /// A `[[receiver]]` with its points.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Heard {
+pub struct Heard {
     /// Name in the scene, or that of its standard; unique.
     pub name: String,
     /// Name as part of file names; unique.
@@ -111,7 +112,7 @@ impl Heard {
 
 /// Sound of a run, as planned.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Sound {
+pub struct Sound {
     /// Settings, with a highest frequency that the time step can represent.
     pub radiation: Radiation,
     /// Receivers.
@@ -393,7 +394,7 @@ impl Plan {
     }
 
     /// Sound of the run; `None` without receivers.
-    pub(crate) fn sound(&self) -> Option<Sound> {
+    pub fn sound(&self) -> Option<Sound> {
         let Scene { tyre, receivers, radiation, .. } = &self.scene;
         if receivers.is_empty() {
             return None;

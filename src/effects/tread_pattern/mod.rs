@@ -112,10 +112,10 @@ impl EffectObserver for PatternObserver {
         let title = end.loaded.title();
         files.write_text("tread_pattern.svg", &tread_picture(&map, &title)?)?;
         if let Some(train) = &map.train {
-            files.write_text("pitch_spectrum.svg", &pitch_spectrum(train, *speed, &title)?)?;
+            files.write_text("pitch_spectrum.svg", &pitch_spectrum(train, *speed, &title))?;
         }
         if let Some(by_order) = &by_order {
-            files.write_text("orders.svg", &orders::picture(by_order, &title)?)?;
+            files.write_text("orders.svg", &orders::picture(by_order, &title))?;
         }
         Ok(())
     }

@@ -2,7 +2,6 @@
 
 use crate::effects::ReceiverOrders;
 use crate::response::Order;
-use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::table::csv;
 
@@ -22,10 +21,7 @@ pub(super) fn to_csv(orders: &[Order], heard: &[ReceiverOrders]) -> String {
 }
 
 /// Picture of the forces over the order.
-///
-/// # Errors
-/// Errors of the picture.
-pub(super) fn picture(orders: &[Order], title: &str) -> Result<String, PlotError> {
+pub(super) fn picture(orders: &[Order], title: &str) -> String {
     // Orders above a kilohertz or two are in the table alone.
     let shown = &orders[1..orders.len().min(1 + orders.len() / 2)];
     let level = |force: f64| 20.0 * force.max(f64::MIN_POSITIVE).log10();

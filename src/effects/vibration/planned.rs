@@ -26,7 +26,7 @@ const WAVE_FIT: f64 = 0.25;
 
 /// Segments of a run's vibration; phase and first position are set by the run.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct VibrationSegments {
+pub struct VibrationSegments {
     /// Segments of the velocities.
     pub velocities: SegmentLayout,
     /// Further segments of contact over cells.
@@ -35,7 +35,7 @@ pub(crate) struct VibrationSegments {
 
 /// Vibration of contact over cells.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct CellSegments {
+pub struct CellSegments {
     /// Lateral numbers that contribute to the velocities, which are means across the strip.
     pub heard: Vec<usize>,
     /// Number of lateral waves that the run carries: there may be more than a machine can list.
@@ -58,7 +58,7 @@ impl Plan {
     }
 
     /// Segments for a window of so many columns; `None` where the run is shorter than a revolution.
-    pub(crate) fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
+    pub fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
         let Numerics { elements, substeps, .. } = self.scene.numerics;
         let steps = self.steps - self.warm_up_steps;
         let revolution = (elements * substeps) as u64;

@@ -16,7 +16,7 @@ use crate::results::vibration::{
     FieldSummary, PowerSummary, VELOCITY_LEVEL, VIBRATION_FILE, VIBRATION_NARROW_FILE, VelocityPlace, VelocitySpectrum,
     VibrationSummary, vibration_levels_csv, vibration_narrow_csv,
 };
-use crate::scene::{LoadedScene, TimeRule, Vibration};
+use crate::scene::{LoadedScene, Vibration};
 
 /// Names of the frames in results.
 const MATERIAL: &str = "material";
@@ -83,7 +83,6 @@ impl VibrationObserver {
         // The power balance is that of the tread.
         let mut fields = vec![VibrationField::Tread];
         fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
-        let rule = self.accumulator.layout().rule;
         let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule, maps };
         let Heard { spectra, of_tyre, balance } = self.heard(&patch, &request, meter)?;
 
@@ -108,7 +107,7 @@ impl VibrationObserver {
             resolution: layout.resolution(),
             seconds_left_out: self.steps.saturating_sub(taken) as f64 * layout.time_step,
             waves_across: self.heard.as_ref().map(LateralForces::count),
-            fields: spectra.iter().map(|field| summary_of(field, &of_tyre, rule)).collect(),
+            fields: spectra.iter().map(|field| summary_of(field, &of_tyre)).collect(),
             power,
             tangential_error: self.tyre.tangential_error(),
         };
@@ -226,9 +225,9 @@ impl VibrationObserver {
 }
 
 /// Summary of the velocities of a field, and their difference from those with the exact transfer.
-fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) -> FieldSummary {
+fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra]) -> FieldSummary {
     let decibel = |ratio: f64| 10.0 * ratio.log10();
-    let same = of_tyre.iter().find(|other| other.field == field.field && rule.is_quadrature());
+    let same = of_tyre.iter().find(|other| other.field == field.field);
     let total = |spectrum: &PowerSpectrum| spectrum.mean_square();
     let bands = same.map(|other| {
         let [one, two] = [field, other].map(|field| field.non_rotating.third_octaves(LOWEST_FREQUENCY, 1.0));

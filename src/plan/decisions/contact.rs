@@ -74,10 +74,6 @@ pub(super) const TREAD_COUPLING: Row = Row {
         }
         // Independent springs do not conserve volume: the air under them has no paths.
         scene.air_pumping = None;
-        if without == Tread::Uncoupled && scene.contact.slice_coupling == SliceCoupling::Implicit {
-            // For points without neighbours within a step the paper's two couplings are the same.
-            scene.contact.slice_coupling = SliceCoupling::Explicit;
-        }
     }),
     of_cells: false,
 };
@@ -111,7 +107,7 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
     let switch = scene.effects.texture;
     if scene.contact.zone == Zone::Cells {
         let reason = "contact.zone = \"cells\"".to_owned();
-        (decisions.slices, decisions.cells_across) = (Slices::None, Some(cells_across(scene)));
+        (decisions.slices, decisions.cells_across) = (None, Some(cells_across(scene)));
         return Decided { on: true, form: "heights of cells".to_owned(), reason };
     }
     if let Some(pattern) = taken_pattern(scene) {
@@ -121,7 +117,7 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
             let square = TreadCells { columns: elements * along, across: square_cells(&scene.tyre, elements) };
             TreadMap::fewest_across(pattern, scene, square)
         });
-        (decisions.slices, decisions.cells_across) = (Slices::Winkler, Some(across));
+        (decisions.slices, decisions.cells_across) = (Some(Slices::Winkler), Some(across));
         decisions.cells_along = Some(along);
         let reason = "the tread has a pattern".to_owned();
         return Decided { on: true, form: "springs all over each slice".to_owned(), reason };
@@ -129,7 +125,7 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
     let varies = scene.road.varies_across();
     // A road that is level across is not flat along an element, unless that is one cell.
     let flat = matches!(scene.road, Road::Smooth) || scene.contact.cells_along == Some(1);
-    let law = if flat { Slices::None } else { scene.contact.slices };
+    let law = (!flat).then_some(scene.contact.slices);
     let mut level = |form: &str, reason: String| {
         (decisions.slices, decisions.cells_across) = (law, Some(1));
         Decided { on: false, form: form.to_owned(), reason }
@@ -147,14 +143,13 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         return level("", "contact.cells_across = 1".to_owned());
     }
     let law = match scene.contact.slices {
-        Slices::None => "highest point of each slice",
         Slices::Winkler => "springs all over each slice",
         Slices::HalfSpace => "each line across on an elastic half-space",
         Slices::Pressed => "the road pressed in three dimensions by the flat tread",
     };
     let reason =
         given(switch, "texture").unwrap_or_else(|| "auto: the road varies across the contact width".to_owned());
-    (decisions.slices, decisions.cells_across) = (scene.contact.slices, scene.contact.cells_across);
+    (decisions.slices, decisions.cells_across) = (Some(scene.contact.slices), scene.contact.cells_across);
     if scene.contact.slices == Slices::Pressed {
         let note =
             "the road is pressed as the tyre comes near, half a second for each metre on a slow core, and kept on disk";
@@ -176,39 +171,29 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
     if scene.contact.zone == Zone::Cells {
         return explicit("", "cells have no law of their own".to_owned());
     }
-    let coupling = scene.contact.slice_coupling;
     // The explicit form can keep its factors.
-    if decisions.slices == Slices::None {
+    if decisions.slices.is_none() {
         return explicit("", "slices that are level are the same by every form".to_owned());
     }
-    let given = |name: &str| format!("contact.slice_coupling = \"{name}\"");
-    if coupling != SliceCoupling::Local {
-        decisions.notes.push(
-            "the paper's slice coupling takes the element's influence of one time step for the slice's spring: \
-             levels have no limit as the time step falls; \
-             contact.slice_coupling = \"local\" has one"
-                .to_owned(),
-        );
-    }
-    match coupling {
+    match scene.contact.slice_coupling {
         SliceCoupling::Local => {
             let reason = match scene.contact.local_compliance {
-                _ if decisions.slices == Slices::Pressed => "what pressing the road has shown".to_owned(),
+                _ if decisions.slices == Some(Slices::Pressed) => "what pressing the road has shown".to_owned(),
                 Some(kappa) => format!("contact.local_compliance = {kappa:e} m/Pa"),
                 None => "its compliance from the tread's modulus and the road's texture".to_owned(),
             };
-            decisions.slice_coupling = coupling;
+            decisions.slice_coupling = SliceCoupling::Local;
             row(true, "each slice yields by a compliance of its own", reason)
         }
-        SliceCoupling::Implicit if scene.contact.tread == Tread::Uncoupled => {
-            explicit("", "points of an uncoupled tread have no neighbours within a step".to_owned())
-        }
         SliceCoupling::Explicit => {
-            explicit("curves read without the neighbours' forces of the step", given("explicit"))
-        }
-        SliceCoupling::Implicit => {
-            decisions.slice_coupling = coupling;
-            row(true, "each slice yields by G0 of its element", given("implicit"))
+            decisions.notes.push(
+                "the paper's slice coupling takes the element's influence of one time step for the slice's spring: \
+                 levels have no limit as the time step falls; \
+                 contact.slice_coupling = \"local\" has one"
+                    .to_owned(),
+            );
+            let reason = "contact.slice_coupling = \"explicit\"".to_owned();
+            explicit("curves read without the neighbours' forces of the step", reason)
         }
     }
 }

@@ -15,7 +15,8 @@ use crate::scene::{History, Road, Scene, Zone};
 pub(crate) use contact::{cells_across, square_cells};
 pub(crate) use row::{Decided, Row, given};
 pub(crate) use tread_pattern::{taken_pattern, takes_depths, tread_blocks, tread_map};
-pub(crate) use values::{Decision, Decisions};
+pub(crate) use values::Decision;
+pub use values::Decisions;
 
 /// Choices of the physics, in the order of the computation.
 pub(crate) static PHYSICS: [Row; 7] = [
@@ -37,7 +38,7 @@ impl Decisions {
         let single = matches!(scene.road, Road::Smooth) || scene.contact.zone == Zone::Cells;
         let mut decisions = Self {
             zone: scene.contact.zone,
-            slices: scene.contact.slices,
+            slices: Some(scene.contact.slices),
             cells_across: scene.contact.cells_across,
             cells_along: if single { Some(1) } else { scene.contact.cells_along },
             tread: scene.contact.tread,
@@ -97,12 +98,12 @@ mod tests {
 
     #[test]
     fn texture_follows_the_road() {
-        assert_eq!(of(|_| ()).slices, Slices::Winkler);
+        assert_eq!(of(|_| ()).slices, Some(Slices::Winkler));
         let smooth = of(|scene| scene.road = Road::Smooth);
-        assert_eq!((smooth.slices, smooth.cells_across), (Slices::None, Some(1)));
+        assert_eq!((smooth.slices, smooth.cells_across), (None, Some(1)));
         let off = of(|scene| scene.effects.texture = Switch::Off);
-        assert_eq!((off.slices, off.cells_across), (Slices::Winkler, Some(1)));
+        assert_eq!((off.slices, off.cells_across), (Some(Slices::Winkler), Some(1)));
         let line = of(|scene| (scene.effects.texture, scene.contact.cells_along) = (Switch::Off, Some(1)));
-        assert_eq!((line.slices, line.cells_across, line.cells_along), (Slices::None, Some(1), Some(1)));
+        assert_eq!((line.slices, line.cells_across, line.cells_along), (None, Some(1), Some(1)));
     }
 }

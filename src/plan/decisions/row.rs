@@ -4,7 +4,7 @@ use super::values::Decisions;
 use crate::scene::{Scene, Switch};
 
 /// One effect, or one choice of the physics.
-pub(crate) struct Row {
+pub struct Row {
     /// Name of the effect, in words.
     pub title: &'static str,
     /// Name of the effect, in a single word.
@@ -17,7 +17,7 @@ pub(crate) struct Row {
     pub of_cells: bool,
 }
 
-pub(crate) struct Decided {
+pub struct Decided {
     /// True if it is simulated.
     pub on: bool,
     /// How it is simulated, in words.

@@ -6,11 +6,11 @@ use crate::scene::{Axle, SliceCoupling, Slices, Tread, Tyre, Zone};
 
 /// Decisions on everything that a run simulates.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Decisions {
+pub struct Decisions {
     /// Zone of the contact: slices or cells.
     pub zone: Zone,
-    /// Slice law; [`Slices::None`] if slices have no texture.
-    pub slices: Slices,
+    /// Slice law; `None` if slices are flat.
+    pub slices: Option<Slices>,
     /// Cells across the contact width, if decided; 1: the road's middle line, level across.
     pub cells_across: Option<usize>,
     /// Cells along an element, if decided.
@@ -35,7 +35,7 @@ pub(crate) struct Decisions {
 
 /// Decision on one effect, in words.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Decision {
+pub struct Decision {
     /// Name of the effect.
     pub effect: &'static str,
     /// True if it is simulated.

@@ -37,7 +37,7 @@ const SIDE_CORRECTION: f64 = 0.85;
 
 /// Channel through the patch: a circumferential groove.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Channel {
+pub struct Channel {
     /// Distance of its middle from mid-width, positive to the left \[m\].
     pub position: f64,
     /// Width \[m\].

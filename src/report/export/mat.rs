@@ -12,7 +12,7 @@ use crate::results::read_table::Column;
 use crate::sound::wav;
 
 /// Begin of every exported file, by which an earlier export is recognised.
-pub(crate) const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
+pub const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
 
 /// Content of the file.
 ///

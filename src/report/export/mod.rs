@@ -20,9 +20,12 @@ pub(crate) mod uff;
 pub(crate) mod vtk;
 
 pub(crate) use error::ExportError;
-pub(crate) use mat::{MAT_HEAD, mat};
-pub(crate) use uff::{UFF_HEAD, uff};
-pub(crate) use vtk::{Patch, VTK_HEAD};
+pub use mat::MAT_HEAD;
+pub(crate) use mat::mat;
+pub use uff::UFF_HEAD;
+pub(crate) use uff::uff;
+pub(crate) use vtk::Patch;
+pub use vtk::VTK_HEAD;
 
 /// Ten lines of Python that read a results folder.
-pub(crate) const PYTHON: &str = include_str!("read_results.py");
+pub const PYTHON: &str = include_str!("read_results.py");

@@ -16,7 +16,7 @@ use crate::sound::levels::mean_square;
 use crate::sound::wav::recording;
 
 /// Begin of every exported file, by which an earlier export is recognised.
-pub(crate) const UFF_HEAD: &str = "    -1\n   151\ntyrewave results";
+pub const UFF_HEAD: &str = "    -1\n   151\ntyrewave results";
 
 /// Smaller magnitudes are written as zero: their exponents would not fit.
 const SMALLEST: f64 = 1e-99;

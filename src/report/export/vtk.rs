@@ -13,7 +13,7 @@ use super::error::ExportError;
 use crate::effects::stored::{Stored, StoredArray};
 
 /// Begin of every exported file, by which an earlier export is recognised.
-pub(crate) const VTK_HEAD: &str = "<?xml version=\"1.0\"?>\n<!-- A contact patch of tyrewave. -->\n";
+pub const VTK_HEAD: &str = "<?xml version=\"1.0\"?>\n<!-- A contact patch of tyrewave. -->\n";
 
 /// Most instants of an export.
 const MOST_FRAMES: usize = 400;

@@ -4,15 +4,13 @@
 //! itself, so that in the mean P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. A Runge-Kutta rule has
 //! its own quadrature, P_l = sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages,
 //! v_i = (u_i - base_i)/(gamma dt), base_i made of the displacements at the step's beginning and of the stages before
-//! (`RungeKutta::bases`): the same holds exactly with the rule's matrices (`stage_transfer`). For the trapezoidal rule
-//! and the first-order hold the work of a step is (F_l + F_(l-1))/2 (u_l - u_(l-1)), which is of second order.
+//! (`RungeKutta::bases`): the same holds exactly with the rule's matrices (`stage_transfer`).
 //!
-//! Limits of the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, the tyre
-//! stores what it has not yet dissipated when the record ends, and with the trapezoidal rule and the hold both sides
-//! differ by the rule's error. The power is averaged with the square of the segments' window, so that the mean pattern,
-//! which has most of it, is balanced without any of that. Measured, N = 128, 2.5 s: smooth road 2e-7, rough road 2e-5
-//! (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's displacements are not those of the tyre under its
-//! forces, and nothing is balanced.
+//! Limits of the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, and the
+//! tyre stores what it has not yet dissipated when the record ends. The power is averaged with the square of the
+//! segments' window, so that the mean pattern, which has most of it, is balanced without any of that. Measured, N =
+//! 128, 2.5 s: smooth road 2e-7, rough road 2e-5 (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's
+//! displacements are not those of the tyre under its forces, and nothing is balanced.
 
 use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::{RungeKutta, TimeRule};
@@ -23,35 +21,34 @@ pub(crate) struct ContactPower {
     rule: TimeRule,
     time_step: f64,
     columns: usize,
-    /// The last two steps, the latest first: forces and displacements at their ends.
+    /// Displacements at the ends of the last two steps, the latest first.
     earlier: [Window; 2],
 }
 
-/// Values of the elements in the window of a step, from `first` on.
+/// Displacements of the elements in the window of a step, from `first` on.
 #[derive(Clone, Debug)]
 struct Window {
     first: i64,
     displacement: Vec<f64>,
-    force: Vec<f64>,
 }
 
 impl Window {
-    /// Value of an element; `None` outside the window.
-    fn at(&self, values: &[f64], element: i64) -> Option<f64> {
-        usize::try_from(element - self.first).ok().and_then(|column| values.get(column)).copied()
+    /// Displacement of an element; `None` outside the window.
+    fn at(&self, element: i64) -> Option<f64> {
+        usize::try_from(element - self.first).ok().and_then(|column| self.displacement.get(column)).copied()
     }
 }
 
 impl Evolving for Window {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.first, &mut self.displacement, &mut self.force])
+        state.all([&mut self.first, &mut self.displacement])
     }
 }
 
 impl ContactPower {
     /// Everything at rest before the first step; windows of `columns` elements.
     pub(crate) fn new(rule: TimeRule, time_step: f64, columns: usize) -> Self {
-        let window = Window { first: 0, displacement: vec![0.0; columns], force: vec![0.0; columns] };
+        let window = Window { first: 0, displacement: vec![0.0; columns] };
         Self { rule, time_step, columns, earlier: [window.clone(), window] }
     }
 
@@ -68,7 +65,6 @@ impl ContactPower {
         let latest = &mut self.earlier[0];
         latest.first = first;
         latest.displacement.copy_from_slice(&displacement[end..]);
-        latest.force.copy_from_slice(&forces[end..]);
         work / self.time_step
     }
 
@@ -79,7 +75,7 @@ impl ContactPower {
         let mut work = 0.0;
         for (stage, forces) in forces.chunks_exact(columns).enumerate() {
             for (column, &force) in forces.iter().enumerate().filter(|(_, force)| **force != 0.0) {
-                let Some(begin) = last.at(&last.displacement, first + column as i64) else { continue };
+                let Some(begin) = last.at(first + column as i64) else { continue };
                 let at = |stage: usize| displacement[stage * columns + column];
                 let [of_begin, of_stages @ ..] = bases[stage];
                 let before = of_stages[..stage].iter().enumerate();
@@ -93,15 +89,13 @@ impl ContactPower {
     /// Work in a step of a rule of one stage \[J\].
     fn work(&self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let [last, before] = &self.earlier;
+        let [of_now, of_one, of_two] = self.rule.backward_difference();
         let mut work = 0.0;
-        for (column, (&force, &now)) in forces.iter().zip(displacement).enumerate() {
-            let element = first + column as i64;
-            let old_force = last.at(&last.force, element).unwrap_or(0.0);
-            if force == 0.0 && old_force == 0.0 {
-                continue;
-            }
-            let [one, two] = [last, before].map(|window| window.at(&window.displacement, element).unwrap_or(now));
-            work += self.rule.work_of_step([force, old_force], [now, one, two]);
+        for (column, (&force, &now)) in
+            forces.iter().zip(displacement).enumerate().filter(|(_, (force, _))| **force != 0.0)
+        {
+            let [one, two] = [last, before].map(|window| window.at(first + column as i64).unwrap_or(now));
+            work += force * (of_now * now + of_one * one + of_two * two);
         }
         work
     }

@@ -33,7 +33,7 @@ use super::transfer::{TransferKind, Transfers, VibrationField};
 use super::velocity_table::VelocityTable;
 use crate::numeric::{double, single};
 use crate::tyre::influence::CellRow;
-use crate::tyre::poles::cells::CellModel;
+use crate::tyre::poles::pole_model::PoleModel;
 
 /// Quantities that are kept for each wavenumber at a bin.
 pub enum Heard {
@@ -58,7 +58,7 @@ pub struct CarriedWaves {
     /// Waves by lateral number.
     pub rows: Vec<CellRow>,
     /// Poles and residues of the waves, in their order.
-    pub model: CellModel,
+    pub model: PoleModel,
 }
 
 /// Quadratic forms of the power of all carried waves, by n = 0..=N/2.
@@ -133,7 +133,7 @@ impl HeardPower {
             for CellRow { m, first, waves: of_row, .. } in rows {
                 let component = numbers.iter().position(|number| number == m);
                 for ((place, _), wave) in of_row.iter().enumerate().zip(known.by_ref()) {
-                    let modes = ScaledModes { modes: model.modes(wave), scale: 1.0, own: 0.0, odd_constant: 0.0 };
+                    let modes = ScaledModes { modes: model.wave(wave), scale: 1.0, own: 0.0, odd_constant: 0.0 };
                     let n = part * (first + place);
                     waves[n].extend(component.map(|component| (component, modes)));
                 }

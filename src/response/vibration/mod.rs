@@ -64,13 +64,15 @@ pub(crate) use dispersion::{DispersionBranch, dispersion_branches};
 pub(crate) use elements::ElementVelocities;
 pub(crate) use heard::{CarriedWaves, Heard, HeardPower, HeardVelocity};
 pub use layout::{Across, SegmentLayout};
+pub use spectra::SpectraRequest;
+pub use spectra::field_spectra;
+pub use spectra::point_spectrum;
 pub(crate) use spectra::{
-    Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, element_spectrum, field_spectra, heard_dissipation,
-    heard_spectra, point_spectrum,
+    Dissipation, FieldSpectra, WavenumberMap, element_spectrum, heard_dissipation, heard_spectra,
 };
 pub(crate) use tangential_forces::TangentialForces;
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
-pub(crate) use velocity_table::VelocityTable;
+pub use velocity_table::VelocityTable;
 
 /// Memory \[bytes\] of the sums over the forces with the points and elements of so many fields; `turns` for a tyre that
 /// turns.

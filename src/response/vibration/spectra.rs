@@ -26,8 +26,9 @@ const MOST_ROWS: usize = 1024;
 /// Number of wavenumbers whose transfers are in memory at once.
 const BLOCK: usize = 32;
 
+/// What [`field_spectra`] and [`point_spectrum`] form spectra of.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct SpectraRequest<'a> {
+pub struct SpectraRequest<'a> {
     /// Fields whose spectra are computed.
     pub fields: &'a [VibrationField],
     /// Transfer: that of the time rule or the exact one.
@@ -38,7 +39,7 @@ pub(crate) struct SpectraRequest<'a> {
 
 /// Spectra of a field, means over the circumference \[m^2/s^2\]; the maps by frequency and wavenumber.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct FieldSpectra {
+pub struct FieldSpectra {
     /// Field of the velocities.
     pub field: VibrationField,
     /// In the material frame, the mean pattern's lines included.
@@ -54,7 +55,7 @@ pub(crate) struct FieldSpectra {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct WavenumberMap {
+pub struct WavenumberMap {
     /// Wavenumbers -N/2..=N/2 of a row; n > 0 goes towards -x, against the rolling direction.
     pub wavenumbers: usize,
     /// Width of a row \[Hz\]; row i reaches from i to i + 1 of it.
@@ -65,7 +66,7 @@ pub(crate) struct WavenumberMap {
 
 /// Power that the tyre dissipates \[W\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Dissipation {
+pub struct Dissipation {
     /// Power of the mean pattern: the loss of rolling on a smooth road \[W\].
     pub mean_pattern: f64,
     /// Power of the vibration \[W\].
@@ -80,7 +81,7 @@ impl Dissipation {
 }
 
 /// Spectra of all fields, and the dissipated power; `None` where the response does not have a field.
-pub(crate) fn field_spectra(
+pub fn field_spectra(
     patch: &PatchSpectra,
     response: &TyreResponse<'_>,
     request: &SpectraRequest<'_>,
@@ -257,7 +258,7 @@ fn one_sided(layout: &SegmentLayout, powers: &[f64]) -> PowerSpectrum {
 }
 
 /// Spectrum at a point of the non-rotating frame.
-pub(crate) fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
+pub fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
     one_sided(&patch.layout, &patch.points[point])
 }
 

@@ -9,7 +9,7 @@
 //! at 200, +5 at 630. The difference of the two is a measure of the rule's error.
 //!
 //! The forces of a Runge-Kutta rule's stages each have their own transfer, again that of the run's recursion:
-//! `stage_transfer`. The first-order hold has i w.
+//! `stage_transfer`.
 
 use num_complex::Complex64;
 use pulp::Arch;
@@ -49,7 +49,7 @@ impl VibrationField {
 pub enum TransferKind {
     /// i w; the forces of a step's stages act at their own times.
     Exact,
-    /// mu(zeta)/dt of the run's rule; i w for the first-order hold. A Runge-Kutta rule has matrices instead.
+    /// mu(zeta)/dt of the run's rule. A Runge-Kutta rule has matrices instead.
     Rule,
 }
 

@@ -8,16 +8,14 @@ pub(crate) struct Axis {
     title: String,
     scale: Scale,
     range: Range<f64>,
-    ticks: Vec<(f64, String)>,
-    minor: Vec<f64>,
+    /// Values, and labels of those that have one.
+    ticks: Vec<(f64, Option<String>)>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scale {
     Linear,
     Logarithmic,
-    /// Square root of the absolute value with its sign, zero in the middle.
-    SignedRoot,
     /// Words at 0, 1, 2, ...
     Words,
 }
@@ -34,15 +32,15 @@ impl Axis {
         let range = sound(range, 0.0..1.0);
         let step = round_step((range.end - range.start) / TICKS);
         let largest = range.start.abs().max(range.end.abs());
-        let ticks =
-            multiples(&range, step).map(|value| (value, with_minus(multiple(value + 0.0, step, largest)))).collect();
-        Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
+        let label = |value: f64| Some(with_minus(multiple(value + 0.0, step, largest)));
+        let ticks = multiples(&range, step).map(|value| (value, label(value))).collect();
+        Self { title: title.into(), scale: Scale::Linear, range, ticks }
     }
 
     /// Linear axis that holds all of `values` with a margin, ends on round numbers and does not magnify the rounding of
     /// a constant.
     pub(crate) fn linear_around(title: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
-        let (low, high) = extent(values);
+        let Range { start: low, end: high } = extent(values);
         let margin = 0.05 * (high - low).max(1e-6 * high.abs().max(low.abs())).max(f64::MIN_POSITIVE);
         let step = round_step((high - low + 2.0 * margin) / TICKS);
         let range = ((low - margin) / step).floor() * step..((high + margin) / step).ceil() * step;
@@ -53,30 +51,20 @@ impl Axis {
     pub(crate) fn logarithmic(title: impl Into<String>, range: Range<f64>) -> Self {
         let range = sound(range, 1.0..10.0);
         let range = if range.start > 0.0 { range } else { 1.0..10.0 };
-        let decades = range.end.log10().floor() as i32 - range.start.log10().floor() as i32;
-        let labelled: &[f64] = if decades <= 1 {
-            &[1.0, 2.0, 3.0, 5.0]
-        } else if decades <= 3 {
-            &[1.0, 2.0, 5.0]
-        } else {
-            &[1.0]
+        let [first, last] = [range.start, range.end].map(|end| end.log10().floor() as i32);
+        let labelled: &[i32] = match last - first {
+            ..=1 => &[1, 2, 3, 5],
+            2..=3 => &[1, 2, 5],
+            _ => &[1],
         };
-        let mut ticks = Vec::new();
-        let mut minor = Vec::new();
-        for exponent in range.start.log10().floor() as i32..=range.end.log10().floor() as i32 {
-            for digit in 1..10 {
-                let value = f64::from(digit) * 10.0_f64.powi(exponent);
-                if value < range.start * (1.0 - 1e-12) || value > range.end * (1.0 + 1e-12) {
-                    continue;
-                }
-                if labelled.iter().any(|label| (label - f64::from(digit)).abs() < 0.1) {
-                    ticks.push((value, power_label(value)));
-                } else {
-                    minor.push(value);
-                }
-            }
-        }
-        Self { title: title.into(), scale: Scale::Logarithmic, range, ticks, minor }
+        let inside = range.start * (1.0 - 1e-12)..=range.end * (1.0 + 1e-12);
+        let tick = |exponent: i32, digit: i32| {
+            let value = f64::from(digit) * 10.0_f64.powi(exponent);
+            (value, labelled.contains(&digit).then(|| power_label(value)))
+        };
+        let ticks = (first..=last).flat_map(|exponent| (1..10).map(move |digit| tick(exponent, digit)));
+        let ticks = ticks.filter(|(value, _)| inside.contains(value)).collect();
+        Self { title: title.into(), scale: Scale::Logarithmic, range, ticks }
     }
 
     /// Logarithmic axis from `below` times the smallest to `above` times the largest of `values`.
@@ -85,32 +73,22 @@ impl Axis {
         values: impl IntoIterator<Item = f64>,
         [below, above]: [f64; 2],
     ) -> Self {
-        let (low, high) = extent(values);
+        let Range { start: low, end: high } = extent(values);
         Self::logarithmic(title, below * low..above * high)
     }
 
-    /// Axis from minus to plus `largest` that follows the square root of the value: small values remain visible beside
-    /// large ones.
-    pub(crate) fn signed_root(title: impl Into<String>, largest: f64) -> Self {
-        let largest = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
-        // Labels of two digits: they are beside a colour bar, and must leave room for the axis' title.
-        let two_digits = |value: f64| {
-            let scale = 10.0_f64.powi(1 - value.abs().max(f64::MIN_POSITIVE).log10().floor() as i32);
-            four_digits(if value == 0.0 { 0.0 } else { (value * scale).round() / scale })
-        };
-        let tick = |share: f64| (share * largest, two_digits(share * largest));
-        let ticks = [-1.0, -0.25, -0.04, 0.0, 0.04, 0.25, 1.0].map(tick).into();
-        Self { title: title.into(), scale: Scale::SignedRoot, range: -largest..largest, ticks, minor: Vec::new() }
-    }
-
-    /// Linear axis with given ticks: values and labels.
-    pub(super) fn with_ticks(title: impl Into<String>, range: Range<f64>, ticks: Vec<(f64, String)>) -> Self {
-        Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
+    /// Linear axis with given ticks: values, and labels of those that have one.
+    pub(super) fn with_ticks(
+        title: impl Into<String>,
+        range: Range<f64>,
+        ticks: impl IntoIterator<Item = (f64, Option<String>)>,
+    ) -> Self {
+        Self { title: title.into(), scale: Scale::Linear, range, ticks: ticks.into_iter().collect() }
     }
 
     /// Axis of words, at 0, 1, 2, ...
     pub(crate) fn of_words(title: impl Into<String>, words: &[&str]) -> Self {
-        let ticks = words.iter().enumerate().map(|(place, word)| (place as f64, (*word).to_owned())).collect();
+        let ticks = words.iter().enumerate().map(|(place, word)| (place as f64, Some((*word).to_owned())));
         Self { scale: Scale::Words, ..Self::with_ticks(title, -0.5..words.len() as f64 - 0.5, ticks) }
     }
 
@@ -121,7 +99,7 @@ impl Axis {
     /// Label of a value: that of its tick, else the number.
     pub(super) fn label(&self, value: f64) -> String {
         let tick = self.ticks.iter().find(|(tick, _)| tick.total_cmp(&value).is_eq());
-        tick.map_or_else(|| four_digits(value), |(_, label)| label.clone())
+        tick.and_then(|(_, label)| label.clone()).unwrap_or_else(|| four_digits(value))
     }
 
     /// Title of the axis, unit included.
@@ -142,7 +120,6 @@ impl Axis {
                 (value / self.range.start).ln() / (self.range.end / self.range.start).ln()
             }
             Scale::Logarithmic => f64::NAN,
-            Scale::SignedRoot => 0.5 + 0.5 * (value.abs() / self.range.end).sqrt().copysign(value),
         }
     }
 
@@ -152,23 +129,22 @@ impl Axis {
         match self.scale {
             Scale::Linear | Scale::Words => start + place * (end - start),
             Scale::Logarithmic => start * (end / start).powf(place),
-            Scale::SignedRoot => end * (2.0 * place - 1.0).powi(2).copysign(place - 0.5),
         }
     }
 
     /// Positions and labels of the labelled ticks.
     pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, &str)> {
-        self.ticks.iter().map(|(value, label)| (self.place(*value), label.as_str()))
+        self.ticks.iter().filter_map(|(value, label)| Some((self.place(*value), label.as_deref()?)))
     }
 
     /// Positions of ticks without a label.
     pub(super) fn minor_ticks(&self) -> impl Iterator<Item = f64> + '_ {
-        self.minor.iter().map(|value| self.place(*value))
+        self.ticks.iter().filter(|(_, label)| label.is_none()).map(|(value, _)| self.place(*value))
     }
 }
 
 /// A value with four digits.
-pub(crate) fn four_digits(value: f64) -> String {
+pub fn four_digits(value: f64) -> String {
     let size = value.abs();
     if (1e-3..1e6).contains(&size) {
         let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
@@ -181,12 +157,12 @@ pub(crate) fn four_digits(value: f64) -> String {
 }
 
 /// Smallest and largest finite value; 0 and 1 if there is none.
-pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Range<f64> {
     let (low, high) = values
         .into_iter()
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    if low <= high { (low, high) } else { (0.0, 1.0) }
+    if low <= high { low..high } else { 0.0..1.0 }
 }
 
 fn sound(range: Range<f64>, otherwise: Range<f64>) -> Range<f64> {
@@ -301,18 +277,17 @@ mod tests {
             assert_eq!(Axis::logarithmic("", range).range(), 1.0..10.0);
         }
         assert_eq!(Axis::logarithmic("", -1.0..1.0).range(), 1.0..10.0);
-        assert_eq!(extent([f64::NAN]), (0.0, 1.0));
-        assert_eq!(extent([f64::NAN, 3.0, f64::NEG_INFINITY]), (3.0, 3.0));
+        assert_eq!(extent([f64::NAN]), 0.0..1.0);
+        assert_eq!(extent([f64::NAN, 3.0, f64::NEG_INFINITY]), 3.0..3.0);
     }
 
     #[test]
     fn places_and_values_are_each_others_inverse() {
-        for axis in [Axis::linear("", -2.0..6.0), Axis::logarithmic("", 0.5..50.0), Axis::signed_root("", 4.0)] {
+        for axis in [Axis::linear("", -2.0..6.0), Axis::logarithmic("", 0.5..50.0)] {
             for place in [0.0, 0.1, 0.5, 0.73, 1.0] {
                 assert!((axis.place(axis.value(place)) - place).abs() < 1e-12, "{axis:?} {place}");
             }
         }
-        assert!((Axis::signed_root("", 4.0).place(-1.0) - 0.25).abs() < 1e-12);
     }
 
     proptest! {

@@ -1,15 +1,14 @@
 //! Measured points and computed curves over a common horizontal axis, in panels above each other, with a legend.
 
-use plotters::style::WHITE;
-
 use super::axis::Axis;
-use super::canvas::{Form, Grid, INK, MARK, PlotError, draw};
-use super::colour;
-use super::layout::{EDGE, Layout, Legend, WIDTH};
-use super::lines::cut;
+use super::colour::{self, INK, WHITE};
+use super::curve::has_position;
+use super::layout::{EDGE, Key};
+use super::lines::STROKE;
+use super::sheet::{Form, MARK, Sheet};
 
 /// Height of a panel's frame in shown pixels.
-const HEIGHT: i32 = 240;
+const HEIGHT: f64 = 240.0;
 
 #[derive(Clone, Debug)]
 pub(crate) struct ComparisonPanel {
@@ -36,44 +35,26 @@ pub(crate) struct ComparisonPlot<'a> {
 
 impl ComparisonPlot<'_> {
     /// The picture as SVG.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`].
-    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
-        let (mut frames, mut top) = (Vec::new(), 0);
+    pub(crate) fn to_svg(&self) -> String {
+        let mut sheet = Sheet::default();
         for (number, panel) in self.panels.iter().enumerate() {
             let title = if number == 0 { self.title } else { "" };
-            let Layout { frame, bottom } = Layout::new(title, [&self.x, &panel.y], [top, HEIGHT], EDGE);
-            frames.push(frame);
-            top = bottom;
+            let axes = sheet.axes(title, [&self.x, &panel.y], HEIGHT, EDGE);
+            sheet.curve(&axes, &[(self.x.range().start, 0.0), (self.x.range().end, 0.0)], INK, 0.75);
+            for (index, points) in panel.points.iter().enumerate() {
+                for &point in points.iter().filter(|&&point| has_position(axes.at(point))) {
+                    sheet.mark(axes.within(point), Form::of_curve(index), 0.6 * MARK, colour::line(index), WHITE);
+                }
+            }
+            for (index, curve) in panel.curves.iter().enumerate() {
+                sheet.curve(&axes, curve, colour::line(index), STROKE);
+            }
+            sheet.outline(axes.frame);
         }
-        let legend = Legend::below(top, self.names.iter().copied());
-        draw("a comparison", (WIDTH, legend.bottom), "", |sheet| {
-            for (number, (panel, frame)) in self.panels.iter().zip(&frames).enumerate() {
-                sheet.axes(if number == 0 { self.title } else { "" }, frame, &self.x, &panel.y, Grid::Both);
-                let zero = panel.y.place(0.0);
-                if (0.0..=1.0).contains(&zero) {
-                    sheet.line(vec![(frame.x.start, frame.up(zero)), (frame.x.end, frame.up(zero))], INK, 0.75);
-                }
-                let place = |&(x, y): &(f64, f64)| (self.x.place(x), panel.y.place(y));
-                for (index, points) in panel.points.iter().enumerate() {
-                    for (x, y) in points.iter().map(place).filter(|(x, y)| x.is_finite() && y.is_finite()) {
-                        let at = (frame.across(x.clamp(0.0, 1.0)), frame.up(y.clamp(0.0, 1.0)));
-                        sheet.mark(at, Form::of_curve(index), 0.6 * MARK, colour::line(index), WHITE);
-                    }
-                }
-                for (index, curve) in panel.curves.iter().enumerate() {
-                    for piece in cut(&curve.iter().map(place).collect::<Vec<_>>()) {
-                        let points = piece.into_iter().map(|(x, y)| (frame.across(x), frame.up(y))).collect();
-                        sheet.line(points, colour::line(index), 1.75);
-                    }
-                }
-                sheet.frame(frame);
-            }
-            for (index, entry) in legend.entries.iter().enumerate() {
-                sheet.legend_entry(entry, colour::line(index), Some((Form::of_curve(index), WHITE)));
-            }
-        })
+        let key = |index| Key::Mark(Form::of_curve(index), WHITE);
+        let names = self.names.iter().enumerate();
+        sheet.legend(names.map(|(index, name)| (*name, colour::line(index), key(index))));
+        sheet.into_svg()
     }
 }
 
@@ -94,11 +75,11 @@ mod tests {
             names: vec!["50 mm", "20 mm"],
             panels: vec![panel("Level", vec![vec![(10.0, 0.4), (100.0, 0.6)]]), panel("Phase", vec![])],
         };
-        let svg = plot.to_svg().unwrap();
+        let svg = plot.to_svg();
         for text in ["50 mm", "20 mm", "Level", "Phase", "Frequency"] {
             assert!(svg.contains(text), "{text}");
         }
-        // Two disks with an inside and an outline in each panel, and one in the legend: NaN has no position.
-        assert_eq!(svg.matches("<circle").count(), 2 * 2 * 2 + 2, "{svg}");
+        // Two disks in each panel, and one in the legend: NaN has no position.
+        assert_eq!(svg.matches("<circle").count(), 2 * 2 + 1, "{svg}");
     }
 }

@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use ndarray::{Array2, ArrayView2};
 
+use super::PlotError;
 use super::axis::Axis;
-use super::canvas::PlotError;
 use super::heat_map::{Colours, HeatMap, MOST_ROWS};
 
 /// Arrays as in a results folder, and what is needed to position them.
@@ -33,19 +33,19 @@ impl ForceMap<'_> {
     /// The picture as SVG: position in the patch (the axle at 0, rolling to the right) horizontally, time upwards.
     ///
     /// # Errors
-    /// [`PlotError::Shape`] if the arrays differ in length or no step lies in the time shown, [`PlotError::Draw`].
+    /// [`PlotError`] if the arrays differ in length or no step lies in the time shown.
     pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let picture = "the forces over patch and time";
         let steps = self.force.nrows();
         for (quantity, got) in [("time", self.time.len()), ("first elements", self.first_element.len())] {
             if got != steps {
-                return Err(PlotError::Shape { picture, quantity, expected: steps, got });
+                return Err(PlotError { picture, quantity, expected: steps, got });
             }
         }
         let from = self.time.partition_point(|&t| t < self.shown.start);
         let to = self.time.partition_point(|&t| t < self.shown.end);
         if from >= to {
-            return Err(PlotError::Shape { picture, quantity: "time steps in the part shown", expected: 1, got: 0 });
+            return Err(PlotError { picture, quantity: "time steps in the part shown", expected: 1, got: 0 });
         }
         let steps = from..to;
         let columns = self.columns(&steps);
@@ -142,7 +142,7 @@ mod tests {
         let svg = map.to_svg().unwrap();
         assert!(svg.len() < 100_000, "a smooth patch is a small picture: {}", svg.len());
         let short = ForceMap { time: &time[1..], ..map.clone() };
-        assert!(matches!(short.to_svg(), Err(PlotError::Shape { quantity: "time", .. })));
+        assert!(matches!(short.to_svg(), Err(PlotError { quantity: "time", .. })));
         assert!(ForceMap { shown: 5.0..6.0, ..map }.to_svg().is_err());
     }
 }

@@ -7,28 +7,24 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use ndarray::{Array2, ArrayView2};
-use plotters::style::RGBColor;
 
+use super::PlotError;
 use super::axis::{Axis, extent, four_digits};
-use super::canvas::{Grid, PlotError, Sheet, draw, told};
-use super::colour::{diverging, viridis};
-use super::layout::{EDGE, FINE, Frame, Layout, WIDTH, side};
-use super::lines::cut;
+use super::colour::{NO_VALUE, WHITE, viridis};
+use super::layout::{WIDTH, room_beside};
+use super::sheet::{Frame, Sheet, title};
 
 /// Most cells along x that are drawn.
 pub(crate) const MOST_COLUMNS: usize = 400;
 /// Most cells along y that are drawn.
 pub(crate) const MOST_ROWS: usize = 300;
 /// Width of the colour bar, its distance from the frame, and the smallest and largest height of both in shown pixels.
-const BAR: i32 = 16;
-const BAR_GAP: i32 = 14;
-const LEAST_HEIGHT: i32 = 80;
-const MOST_HEIGHT: i32 = 420;
+const BAR: f64 = 16.0;
+const BAR_GAP: f64 = 14.0;
+const LEAST_HEIGHT: f64 = 80.0;
+const MOST_HEIGHT: f64 = 420.0;
 /// Number of colours.
 const LEVELS: usize = 64;
-const NO_VALUE: RGBColor = RGBColor(200, 200, 200);
-/// Colour of curves over a map: lighter than all but its very peaks.
-const CURVE: RGBColor = RGBColor(255, 255, 255);
 
 /// Assignment of colours to values.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,9 +33,6 @@ pub(crate) enum Colours {
     Extent,
     /// Viridis between two given values.
     Between(Range<f64>),
-    /// Diverging colours about zero that follow the square root of the value, so that a hundredth of the largest value
-    /// is visible beside it.
-    Diverging,
 }
 
 /// A field to be drawn in colours. Cells without a value (NaN) are grey.
@@ -65,7 +58,7 @@ impl HeatMap<'_> {
     /// The picture as SVG.
     ///
     /// # Errors
-    /// [`PlotError::Shape`] without cells, [`PlotError::Draw`].
+    /// [`PlotError`] without cells.
     pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         self.to_svg_under(&[])
     }
@@ -75,41 +68,39 @@ impl HeatMap<'_> {
     /// # Errors
     /// As [`Self::to_svg`].
     pub(crate) fn to_svg_under(&self, curves: &[Vec<(f64, f64)>]) -> Result<String, PlotError> {
-        let picture = "a colour map";
         if self.values.is_empty() {
-            return Err(PlotError::Shape { picture, quantity: "the field", expected: 1, got: 0 });
+            return Err(PlotError { picture: "a colour map", quantity: "the field", expected: 1, got: 0 });
         }
         let cells = averaged(self.values, MOST_ROWS, MOST_COLUMNS);
-        let (low, high) = extent(cells.iter().copied());
-        let (bar, colour): (_, fn(f64) -> RGBColor) = match &self.colours {
-            Colours::Extent => (Axis::linear(self.quantity, low..high), viridis),
-            Colours::Between(range) => (Axis::linear(self.quantity, range.clone()), viridis),
-            Colours::Diverging => (Axis::signed_root(self.quantity, high.max(-low)), diverging),
+        let range = match &self.colours {
+            Colours::Extent => extent(cells.iter().copied()),
+            Colours::Between(range) => range.clone(),
         };
-        let aspect = self.aspect.unwrap_or(0.68);
-        // The width beside the frame depends on its height, and the height on the frame's width: laid out twice.
-        let laid_out = |height: i32| {
-            let beside = BAR_GAP + BAR + side(&bar, height) + EDGE / 2;
-            Layout::new(self.title, [&self.x, &self.y], [0, height], beside)
-        };
-        let width = f64::from(laid_out(MOST_HEIGHT).frame.width());
-        let Layout { frame, bottom } = laid_out(((width * aspect) as i32).clamp(LEAST_HEIGHT, MOST_HEIGHT));
-        let left = frame.x.end + BAR_GAP * FINE;
-        let bar_frame = Frame { x: left..left + BAR * FINE, y: frame.y.clone() };
-        let beneath = cells_as_paths(&cells, &frame, &bar, colour);
-        draw(picture, (WIDTH, bottom), &beneath, |sheet: &mut Sheet<'_>| {
-            sheet.axes(self.title, &frame, &self.x, &self.y, Grid::None);
-            for curve in curves {
-                let placed: Vec<_> = curve.iter().map(|&(x, y)| (self.x.place(x), self.y.place(y))).collect();
-                for piece in cut(&placed) {
-                    let points = piece.into_iter().map(|(x, y)| (frame.across(x), frame.up(y))).collect();
-                    sheet.line(points, CURVE, 0.8);
-                }
-            }
-            sheet.frame(&frame);
-            sheet.colour_bar(&bar_frame, &bar, colour, LEVELS);
-        })
+        let bar = Axis::linear(self.quantity, range);
+        // The rooms beside the frame depend on its height, which is known with its width: estimated for the largest.
+        let right = |height: f64| BAR_GAP + BAR + room_beside(&bar, height);
+        let width = WIDTH - room_beside(&self.y, MOST_HEIGHT) - right(MOST_HEIGHT);
+        let height = (width * self.aspect.unwrap_or(0.68)).clamp(LEAST_HEIGHT, MOST_HEIGHT);
+        let mut sheet = Sheet::default();
+        let axes = sheet.axes(self.title, [&self.x, &self.y], height, right(height));
+        draw_cells(&mut sheet, &cells, axes.frame, &bar);
+        for curve in curves {
+            // White is lighter than all but the very peaks of a map.
+            sheet.curve(&axes, curve, WHITE, 0.8);
+        }
+        let beside = Frame { left: axes.frame.across(1.0) + BAR_GAP, width: BAR, ..axes.frame };
+        let scale = Array2::from_shape_fn((LEVELS, 1), |(level, _)| middle_of(level, &bar));
+        draw_cells(&mut sheet, &scale, beside, &bar);
+        sheet.ticks_beside(beside, &bar, 1.0);
+        sheet.outline(axes.frame);
+        sheet.outline(beside);
+        Ok(sheet.into_svg())
     }
+}
+
+/// Value in the middle of a colour's range.
+fn middle_of(level: usize, bar: &Axis) -> f64 {
+    bar.value((level as f64 + 0.5) / LEVELS as f64)
 }
 
 /// Averages blocks of cells until there are few enough; NaN cells do not count.
@@ -126,9 +117,9 @@ fn averaged(values: ArrayView2<'_, f64>, most_rows: usize, most_columns: usize) 
     })
 }
 
-/// SVG of all cells: units of one cell, one path per colour, one stroke per run. Strokes are a tenth of a cell wider
+/// Draws all cells: units of one cell, one path per colour, one stroke per run. Strokes are a tenth of a cell wider
 /// and longer than their cells: viewers that smooth every edge would show seams.
-fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis, colours: fn(f64) -> RGBColor) -> String {
+fn draw_cells(sheet: &mut Sheet, cells: &Array2<f64>, frame: Frame, bar: &Axis) {
     let (rows, columns) = cells.dim();
     let level = |value: f64| {
         let place = bar.place(value);
@@ -145,24 +136,22 @@ fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis, colours: fn(f6
             start += length;
         }
     }
-    let (width, height) = (f64::from(frame.x.end - frame.x.start), f64::from(frame.y.end - frame.y.start));
-    let (cell_width, cell_height) = (width / columns as f64, height / rows as f64);
-    let mut svg = format!(
-        "<g transform=\"translate({} {:.3}) scale({cell_width:.6} {cell_height:.6})\" fill=\"none\" \
-         stroke-width=\"1.1\" shape-rendering=\"crispEdges\">\n",
-        frame.x.start,
-        f64::from(frame.y.start) + 0.5 * cell_height,
-    );
-    for (colour, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
-        let RGBColor(r, g, b) =
-            if colour == LEVELS { NO_VALUE } else { colours((colour as f64 + 0.5) / LEVELS as f64) };
-        let middle = bar.value((colour as f64 + 0.5) / LEVELS as f64);
-        let value = if colour == LEVELS { "no value".to_owned() } else { four_digits(middle) };
-        let value = told(&format!("{}: {value}", bar.title()));
-        let _ = writeln!(svg, "<path stroke=\"#{r:02X}{g:02X}{b:02X}\" d=\"{path}\">{value}</path>");
+    let (width, height) = (frame.width / columns as f64, frame.height / rows as f64);
+    sheet.put(format_args!(
+        "<g transform=\"translate({:.2} {:.3}) scale({width:.6} {height:.6})\" fill=\"none\" stroke-width=\"1.1\" \
+         shape-rendering=\"crispEdges\">",
+        frame.left,
+        frame.top + 0.5 * height,
+    ));
+    for (level, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+        let (colour, value) = match level {
+            LEVELS => (NO_VALUE, "no value".to_owned()),
+            _ => (viridis((level as f64 + 0.5) / LEVELS as f64), four_digits(middle_of(level, bar))),
+        };
+        let value = title(&format!("{}: {value}", bar.title()));
+        sheet.put(format_args!(r#"<path stroke="{colour}" d="{path}">{value}</path>"#));
     }
-    svg.push_str("</g>\n");
-    svg
+    sheet.put(format_args!("</g>"));
 }
 
 #[cfg(test)]
@@ -185,7 +174,10 @@ mod tests {
     #[test]
     fn runs_are_merged_and_the_first_row_is_at_the_bottom() {
         let cells = array![[0.0, 0.0, 0.0, 1.0], [1.0, f64::NAN, 1.0, 1.0]];
-        let svg = cells_as_paths(&cells, &Frame::of(0..4, 0..2), &Axis::linear("z", 0.0..1.0), viridis);
+        let frame = Frame { left: 0.0, top: 0.0, width: 4.0, height: 2.0 };
+        let mut sheet = Sheet::default();
+        draw_cells(&mut sheet, &cells, frame, &Axis::linear("z", 0.0..1.0));
+        let svg = sheet.into_svg();
         assert_eq!(svg.matches("<path").count(), 3, "two colours and grey");
         assert!(svg.contains("d=\"M0 1h3.1\""), "{svg}");
         assert!(svg.contains("d=\"M3 1h1.1M0 0h1.1M2 0h2.1\""), "{svg}");
@@ -212,6 +204,6 @@ mod tests {
         let svg = map.to_svg().unwrap();
         assert!(svg.len() < 1_600_000, "{} bytes", svg.len());
         let empty = HeatMap { values: ArrayView2::from_shape((0, 0), &[]).unwrap(), ..map };
-        assert!(matches!(empty.to_svg(), Err(PlotError::Shape { .. })));
+        assert!(matches!(empty.to_svg(), Err(PlotError { quantity: "the field", .. })));
     }
 }

@@ -1,44 +1,158 @@
-//! Positions of a picture's parts: frame, titles and legend, on a sheet whose text stays legible on a telephone.
+//! Titles, axes and legend, on a sheet whose text stays legible on a telephone.
 //!
 //! All sheets have one width. A page of 390 px shows it at three quarters, its smallest text at 10 px; a wide page
-//! shows two beside each other at their full size. So titles are broken into lines, and the legend is below.
-
-use std::ops::Range;
+//! shows two beside each other at their full size. So titles are broken into lines, and the legend is below. Lengths
+//! are in shown pixels.
 
 use super::axis::Axis;
+use super::colour::{Colour, FAINT_GRID, GRID, INK};
+use super::sheet::{Anchor, Form, Frame, MARK, Point, Sheet};
 
-/// Drawn units per shown pixel.
-pub(super) const FINE: i32 = 4;
-/// Text sizes in shown pixels.
-pub(super) const TITLE: i32 = 16;
-pub(super) const TEXT: i32 = 15;
-pub(super) const TICK_LABEL: i32 = 14;
-/// Width of a sheet in shown pixels.
-pub(super) const WIDTH: i32 = 480;
-/// Space at the edges of the sheet, in shown pixels.
-pub(super) const EDGE: i32 = 12;
-/// Distance of tick labels from the frame, and of an axis' title from them, in shown pixels.
-pub(super) const TICK: i32 = 9;
+/// Text sizes.
+pub(super) const TITLE: f64 = 16.0;
+pub(super) const TEXT: f64 = 15.0;
+pub(super) const TICK_LABEL: f64 = 14.0;
+pub(super) const WIDTH: f64 = 480.0;
+/// Space at the edges of the sheet.
+pub(super) const EDGE: f64 = 12.0;
+/// Distance of tick labels from the frame, and of an axis' title from them.
+const TICK: f64 = 9.0;
 /// Line spacing over the size of the text.
 const LINE: f64 = 1.25;
 /// Width of a letter over the size of the text, somewhat more than the mean of most fonts.
 const LETTER: f64 = 0.56;
-/// Length of a line or mark in the legend, with its distance from the name, in shown pixels.
-pub(super) const KEY: i32 = 30;
+/// Length of a line or mark in the legend, without and with its distance from the name.
+const KEY: f64 = 22.0;
+const KEY_ROOM: f64 = 30.0;
 
-/// Line spacing for a size of text, in shown pixels.
-pub(super) fn line_height(size: i32) -> i32 {
-    (LINE * f64::from(size)) as i32
+/// A frame with the axes that position values in it.
+#[derive(Clone, Copy)]
+pub(super) struct Axes<'a> {
+    pub frame: Frame,
+    pub x: &'a Axis,
+    pub y: &'a Axis,
 }
 
-/// Estimated width of a text, in shown pixels.
-pub(super) fn width_of(text: &str, size: i32) -> i32 {
-    (LETTER * f64::from(size) * text.chars().count() as f64).ceil() as i32
+impl Axes<'_> {
+    /// Position of a point, outside the frame for values beyond the axes; NaN where an axis has none.
+    pub(super) fn at(&self, (x, y): (f64, f64)) -> Point {
+        (self.frame.across(self.x.place(x)), self.frame.up(self.y.place(y)))
+    }
+
+    /// Position of a point, at the frame's edge for values beyond the axes.
+    pub(super) fn within(&self, (x, y): (f64, f64)) -> Point {
+        (self.frame.across(self.x.place(x).clamp(0.0, 1.0)), self.frame.up(self.y.place(y).clamp(0.0, 1.0)))
+    }
 }
 
-/// Breaks a text of a size into lines no wider than `width` pixels: between words, and longer words within.
-pub(super) fn lines(text: &str, width: i32, size: i32) -> Vec<String> {
-    let most = (f64::from(width) / (LETTER * f64::from(size))).max(1.0) as usize;
+/// What stands before a name in the legend.
+pub(super) enum Key {
+    Line,
+    /// A line with a mark that is filled with a colour.
+    Mark(Form, Colour),
+    /// A range.
+    Band,
+}
+
+impl Sheet {
+    /// Draws title, grid, ticks and titles of axes of a height below all that is on the sheet, with some room on their
+    /// right. The outline is drawn last, by [`Sheet::outline`], so that nothing lies over it.
+    pub(super) fn axes<'a>(&mut self, title: &str, [x, y]: [&'a Axis; 2], height: f64, right: f64) -> Axes<'a> {
+        let title = lines(title, WIDTH - 2.0 * EDGE, TITLE);
+        self.texts(&title, (0.5 * WIDTH, self.bottom + 0.5 * EDGE), Anchor::Below, TITLE);
+        let (left, top) = (room_beside(y, height), self.bottom + EDGE + stacked(&title, TITLE));
+        let frame = Frame { left, top, width: WIDTH - right - left, height };
+        let ([left, right], [low, high]) =
+            ([0.0, 1.0].map(|part| frame.across(part)), [0.0, 1.0].map(|part| frame.up(part)));
+
+        for (axis, upright) in [(x, true), (y, false)] {
+            let minor = axis.minor_ticks().map(|place| (place, FAINT_GRID, 3.0));
+            for (place, colour, tick) in minor.chain(axis.ticks().map(|(place, _)| (place, GRID, 5.0))) {
+                let (at, up) = (frame.across(place), frame.up(place));
+                let ends = if upright { [(at, high), (at, low)] } else { [(left, up), (right, up)] };
+                self.line(&ends, colour, 1.0);
+                if upright {
+                    self.line(&[(at, low), (at, low + tick)], INK, 1.0);
+                }
+            }
+        }
+        let labels = labels_below(x, frame.width);
+        for (place, label) in &labels {
+            self.texts(label, (frame.across(*place), low + TICK), Anchor::Below, TICK_LABEL);
+        }
+        let labels = labels.iter().map(|(_, label)| stacked(label, TICK_LABEL)).fold(0.0, f64::max);
+        let title = lines(x.title(), frame.width + 2.0 * EDGE, TEXT);
+        self.texts(&title, (frame.across(0.5), low + TICK + labels + 2.0), Anchor::Below, TEXT);
+        self.bottom = low + TICK + labels + stacked(&title, TEXT) + EDGE;
+        self.ticks_beside(frame, y, -1.0);
+        Axes { frame, x, y }
+    }
+
+    /// Draws the ticks of an axis on the left (`side` -1) or right (1) of a frame, and its title beyond their labels.
+    pub(super) fn ticks_beside(&mut self, frame: Frame, axis: &Axis, side: f64) {
+        let (x, anchor) = if side < 0.0 { (frame.left, Anchor::Left) } else { (frame.across(1.0), Anchor::Right) };
+        for (place, _) in axis.ticks() {
+            let at = frame.up(place);
+            self.line(&[(x, at), (x + 5.0 * side, at)], INK, 1.0);
+        }
+        for (place, label) in apart(axis, |_| TICK_LABEL / frame.height) {
+            self.text(label, (x + TICK * side, frame.up(place)), anchor, TICK_LABEL);
+        }
+        // Rotated upwards, the first line is the leftmost.
+        let title = title_beside(axis, frame.height);
+        let first = if side < 0.0 { title.len() as f64 - 1.0 } else { 0.0 };
+        for (row, line) in title.iter().enumerate() {
+            let outwards = 0.5 + first + side * row as f64;
+            let away = labels_beside(axis) + 0.5 * TICK + outwards * line_height(TEXT);
+            self.text(line, (x + side * away, frame.up(0.5)), Anchor::Upwards, TEXT);
+        }
+    }
+
+    /// Draws a legend below all that is on the sheet, several names in a row if there is room. Entries without a name
+    /// are left out.
+    pub(super) fn legend<'a>(&mut self, entries: impl IntoIterator<Item = (&'a str, Colour, Key)>) {
+        let (mut x, mut below) = (EDGE, self.bottom);
+        for (name, colour, key) in entries.into_iter().filter(|(name, ..)| !name.is_empty()) {
+            let name = lines(name, WIDTH - 2.0 * EDGE - KEY_ROOM, TEXT);
+            let width = KEY_ROOM + name.iter().map(|line| width_of(line, TEXT)).fold(0.0, f64::max);
+            if x > EDGE && x + width > WIDTH - EDGE {
+                (x, self.bottom) = (EDGE, below);
+            }
+            let y = self.bottom + 0.5 * line_height(TEXT);
+            let ends = [(x, y), (x + KEY, y)];
+            match key {
+                Key::Line => self.line(&ends, colour, 2.5),
+                Key::Band => self.fill(Frame { left: x, top: y - 5.0, width: KEY, height: 10.0 }, colour),
+                Key::Mark(form, inside) => {
+                    self.line(&ends, colour, 1.5);
+                    self.mark((x + 0.5 * KEY, y), form, MARK, colour, inside);
+                }
+            }
+            self.texts(&name, (x + KEY_ROOM, y), Anchor::Right, TEXT);
+            below = below.max(self.bottom + stacked(&name, TEXT));
+            x += width + EDGE;
+        }
+        self.bottom = if below > self.bottom { below + 0.5 * EDGE } else { below };
+    }
+}
+
+pub(super) fn line_height(size: f64) -> f64 {
+    LINE * size
+}
+
+/// Height of lines of text beneath each other.
+pub(super) fn stacked(lines: &[String], size: f64) -> f64 {
+    lines.len() as f64 * line_height(size)
+}
+
+/// Estimated width of a text.
+pub(super) fn width_of(text: &str, size: f64) -> f64 {
+    LETTER * size * text.chars().count() as f64
+}
+
+/// Breaks a text of a size into lines no wider than `width`: between words, and longer words within.
+pub(super) fn lines(text: &str, width: f64, size: f64) -> Vec<String> {
+    let most = (width / (LETTER * size)).max(1.0) as usize;
     let (mut all, mut line) = (Vec::new(), String::new());
     for word in text.split_inclusive([' ', '-', '_', '/']) {
         if !line.is_empty() && line.chars().count() + word.trim_end().chars().count() > most {
@@ -54,108 +168,40 @@ pub(super) fn lines(text: &str, width: i32, size: i32) -> Vec<String> {
     all.iter().map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect()
 }
 
-/// Width that an axis' tick labels take beside a frame, in shown pixels.
-pub(super) fn beside(axis: &Axis) -> i32 {
-    TICK + axis.ticks().map(|(_, label)| width_of(label, TICK_LABEL)).max().unwrap_or(0)
+/// Distance from a frame to the end of an axis' tick labels beside it.
+fn labels_beside(axis: &Axis) -> f64 {
+    TICK + axis.ticks().map(|(_, label)| width_of(label, TICK_LABEL)).fold(0.0, f64::max)
 }
 
 /// Lines of the title of an axis beside a frame of a height.
-pub(super) fn side_title(axis: &Axis, height: i32) -> Vec<String> {
-    lines(axis.title(), height + 3 * EDGE, TEXT)
+fn title_beside(axis: &Axis, height: f64) -> Vec<String> {
+    lines(axis.title(), height + 3.0 * EDGE, TEXT)
 }
 
-/// Width that an axis takes beside a frame of a height, title included, in shown pixels.
-pub(super) fn side(axis: &Axis, height: i32) -> i32 {
-    beside(axis) + TICK + side_title(axis, height).len() as i32 * line_height(TEXT)
+/// Room that an axis takes between a frame of a height and the sheet's edge.
+pub(super) fn room_beside(axis: &Axis, height: f64) -> f64 {
+    labels_beside(axis) + TICK + stacked(&title_beside(axis, height), TEXT) + 0.5 * EDGE
 }
 
-/// Labels of an axis of words below a frame of a width: position, and lines.
-pub(super) fn words_below(axis: &Axis, width: i32) -> Vec<(f64, Vec<String>)> {
-    let slot = width / axis.ticks().count().max(1) as i32 - 4;
-    axis.ticks().map(|(place, label)| (place, lines(label, slot, TICK_LABEL))).collect()
-}
-
-/// Height of the labels below a frame of a width, in shown pixels.
-pub(super) fn labels_below(axis: &Axis, width: i32) -> i32 {
-    let most = |words: Vec<(f64, Vec<String>)>| words.iter().map(|(_, lines)| lines.len()).max().unwrap_or(1) as i32;
-    TICK + line_height(TICK_LABEL) * if axis.is_of_words() { most(words_below(axis, width)) } else { 1 }
-}
-
-/// A rectangle on the sheet in drawn units.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Frame {
-    pub(super) x: Range<i32>,
-    pub(super) y: Range<i32>,
-}
-
-impl Frame {
-    /// From shown pixels.
-    pub(super) fn of(x: Range<i32>, y: Range<i32>) -> Self {
-        Self { x: x.start * FINE..x.end * FINE, y: y.start * FINE..y.end * FINE }
+/// Labels below a frame of a width, with their positions: words in lines, and as many numbers as do not touch.
+fn labels_below(axis: &Axis, width: f64) -> Vec<(f64, Vec<String>)> {
+    if axis.is_of_words() {
+        let slot = width / axis.ticks().count().max(1) as f64 - 4.0;
+        return axis.ticks().map(|(place, label)| (place, lines(label, slot, TICK_LABEL))).collect();
     }
-
-    /// Width in shown pixels.
-    pub(super) fn width(&self) -> i32 {
-        (self.x.end - self.x.start) / FINE
-    }
-
-    /// Horizontal position of a part of the width, in drawn units.
-    pub(super) fn across(&self, part: f64) -> i32 {
-        self.x.start + (part * f64::from(self.x.end - self.x.start)).round() as i32
-    }
-
-    /// Vertical position of a part of the height from the bottom, in drawn units.
-    pub(super) fn up(&self, part: f64) -> i32 {
-        self.y.end - (part * f64::from(self.y.end - self.y.start)).round() as i32
-    }
+    let labels = apart(axis, |label| width_of(label, TICK_LABEL) / width);
+    labels.map(|(place, label)| (place, vec![label.to_owned()])).collect()
 }
 
-/// A frame on its sheet, with room for its titles and labels.
-pub(super) struct Layout {
-    /// Frame of the axes.
-    pub frame: Frame,
-    /// Lower end of everything that belongs to it, in shown pixels.
-    pub bottom: i32,
-}
-
-impl Layout {
-    /// Lays out a frame of a height below `top`, with `right` pixels of room on its right.
-    pub(super) fn new(title: &str, [x, y]: [&Axis; 2], [top, height]: [i32; 2], right: i32) -> Self {
-        let left = EDGE / 2 + side(y, height);
-        let width = WIDTH - right - left;
-        let title = lines(title, WIDTH - 2 * EDGE, TITLE).len() as i32 * line_height(TITLE);
-        let above = top + EDGE + title;
-        let x_title = lines(x.title(), width + 2 * EDGE, TEXT).len() as i32 * line_height(TEXT);
-        let bottom = above + height + labels_below(x, width) + x_title + EDGE;
-        Self { frame: Frame::of(left..left + width, above..above + height), bottom }
-    }
-}
-
-/// Names below a picture, each beside its line or mark.
-pub(super) struct Legend {
-    /// Positions of the marks' left ends in shown pixels, and names in lines.
-    pub entries: Vec<((i32, i32), Vec<String>)>,
-    /// Lower end, in shown pixels.
-    pub bottom: i32,
-}
-
-impl Legend {
-    /// Lays names out below `top`, several in a row if there is room.
-    pub(super) fn below<'a>(top: i32, names: impl IntoIterator<Item = &'a str>) -> Self {
-        let (mut entries, mut x, mut y, mut rows) = (Vec::new(), EDGE, top, 0);
-        for name in names {
-            let name = lines(name, WIDTH - 2 * EDGE - KEY, TEXT);
-            let width = KEY + name.iter().map(|line| width_of(line, TEXT)).max().unwrap_or(0);
-            if x > EDGE && x + width > WIDTH - EDGE {
-                (x, y, rows) = (EDGE, y + rows * line_height(TEXT), 0);
-            }
-            rows = rows.max(name.len() as i32);
-            entries.push(((x, y + line_height(TEXT) / 2), name));
-            x += width + EDGE;
-        }
-        let bottom = y + rows * line_height(TEXT) + if entries.is_empty() { 0 } else { EDGE / 2 };
-        Self { entries, bottom }
-    }
+/// Labels that do not touch each other, with their positions; `size` is the part of the axis that one takes.
+fn apart(axis: &Axis, size: impl Fn(&str) -> f64) -> impl Iterator<Item = (f64, &str)> {
+    let mut free = f64::NEG_INFINITY;
+    axis.ticks().filter(move |(place, label)| {
+        let half = 0.5 * size(label);
+        let fits = place - half > free;
+        free = if fits { place + half } else { free };
+        fits
+    })
 }
 
 #[cfg(test)]
@@ -164,11 +210,11 @@ mod tests {
 
     #[test]
     fn texts_are_broken_between_words_and_long_words_within() {
-        let width = width_of("1234567890", 10);
-        assert_eq!(lines("a short one and more", width, 10), ["a short", "one and", "more"]);
-        assert_eq!(lines("scenes/roads/smooth.toml", width, 10), ["scenes/", "roads/", "smooth.tom", "l"]);
-        assert_eq!(lines("chip-seal", width, 10), ["chip-seal"]);
-        assert!(lines("", width, 10).is_empty());
+        let width = width_of("1234567890", 10.0);
+        assert_eq!(lines("a short one and more", width, 10.0), ["a short", "one and", "more"]);
+        assert_eq!(lines("scenes/roads/smooth.toml", width, 10.0), ["scenes/", "roads/", "smooth.tom", "l"]);
+        assert_eq!(lines("chip-seal", width, 10.0), ["chip-seal"]);
+        assert!(lines("", width, 10.0).is_empty());
     }
 
     #[test]
@@ -176,17 +222,33 @@ mod tests {
         let long = "Contact force, third octaves: a tyre with a long name on a road with an even longer one";
         let x = Axis::of_words("numerics.preset", &["scenes/roads/smooth.toml", "standard", "reference"]);
         let y = Axis::linear("Growth of the force level [dB per decade of speed]", -0.001..0.002);
-        let layout = Layout::new(long, [&x, &y], [0, 200], EDGE);
-        assert!(layout.frame.y.start >= 4 * 2 * line_height(TITLE), "two lines of title");
-        assert!(layout.frame.x.start >= 4 * side(&y, 200) && layout.frame.x.end <= 4 * WIDTH);
-        let legend = Legend::below(layout.bottom, ["one", "two", long, "three"]);
-        let row = |entry: usize| legend.entries[entry].0.1;
-        assert!(row(0) == row(1) && row(1) < row(2) && row(2) < row(3), "{:?}", legend.entries);
-        assert!(legend.bottom > row(3));
-        for (at, name) in &legend.entries {
-            assert!(name.iter().all(|line| at.0 + KEY + width_of(line, TEXT) <= WIDTH), "{name:?}");
+        let mut sheet = Sheet::default();
+        let frame = sheet.axes(long, [&x, &y], 200.0, EDGE).frame;
+        assert!(frame.top >= 2.0 * line_height(TITLE), "two lines of title");
+        assert!(frame.left >= room_beside(&y, 200.0) && frame.across(1.0) <= WIDTH);
+        let below = sheet.bottom;
+        assert!(below >= frame.up(0.0) + 3.0 * line_height(TICK_LABEL) + line_height(TEXT), "words in lines, title");
+        sheet.legend(["one", "two", long, "", "three"].map(|name| (name, INK, Key::Line)));
+        let (bottom, svg) = (sheet.bottom, sheet.into_svg());
+        let number = |line: &str, name: &str| -> f64 {
+            line.split(&format!(" {name}=\"")).nth(1).unwrap().split('"').next().unwrap().parse().unwrap()
+        };
+        let names: Vec<(f64, f64, &str)> = svg
+            .lines()
+            .filter(|line| line.starts_with("<text") && line.contains("\"start\""))
+            .map(|line| (number(line, "x"), number(line, "y"), line.split(['<', '>']).nth(2).unwrap()))
+            .collect();
+        let row = |first: &str| names.iter().find(|(.., name)| name.starts_with(first)).unwrap().1;
+        assert!(row("one") == row("two") && row("two") < row("Contact") && row("Contact") < row("three"), "{names:?}");
+        assert!(below < row("one") && row("three") < bottom, "{names:?}");
+        for (x, _, name) in names {
+            assert!(x + width_of(name, TEXT) <= WIDTH, "{name}");
         }
         // A page of 390 px has 358 px for a picture.
-        assert!(f64::from(TICK_LABEL) * 358.0 / f64::from(WIDTH) >= 10.0);
+        assert!(
+            svg.lines()
+                .filter(|line| line.starts_with("<text"))
+                .all(|line| number(line, "font-size") * 358.0 / WIDTH >= 10.0)
+        );
     }
 }

@@ -4,33 +4,48 @@
 //! text.
 
 pub(crate) mod axis;
-mod canvas;
 mod colour;
 pub(crate) mod comparison;
+mod curve;
 pub(crate) mod force_map;
 pub(crate) mod heat_map;
 mod layout;
 pub(crate) mod lines;
-pub(crate) mod patch_map;
 pub(crate) mod points;
 pub(crate) mod polar;
-mod road_map;
 pub(crate) mod share_map;
+mod sheet;
+pub(crate) mod surface_map;
 pub(crate) mod third_octaves;
 pub(crate) mod wavenumber_map;
 pub(crate) mod work_precision;
 
-pub(crate) use axis::{Axis, four_digits};
-pub use canvas::PlotError;
+use thiserror::Error;
+
+pub(crate) use axis::Axis;
+pub use axis::four_digits;
 pub(crate) use comparison::{ComparisonPanel, ComparisonPlot};
 pub(crate) use force_map::ForceMap;
 pub(crate) use heat_map::{Colours, HeatMap};
 pub(crate) use lines::{LinePlot, Series};
-pub(crate) use patch_map::PatchMap;
 pub(crate) use points::{PointPlot, PointSeries};
 pub(crate) use polar::PolarPlot;
-pub(crate) use road_map::road_map;
 pub(crate) use share_map::ShareMap;
-pub(crate) use third_octaves::ThirdOctavePlot;
+pub(crate) use surface_map::SurfaceMap;
+pub use third_octaves::ThirdOctavePlot;
 pub(crate) use wavenumber_map::WavenumberPlot;
 pub(crate) use work_precision::{WorkPrecisionPanel, WorkPrecisionPlot};
+
+/// Data of a picture whose lengths do not fit each other.
+#[derive(Debug, Error)]
+#[error("cannot draw {picture}: {got} values of {quantity} where {expected} are needed")]
+pub struct PlotError {
+    /// Kind of picture.
+    pub picture: &'static str,
+    /// Name of the data.
+    pub quantity: &'static str,
+    /// Length needed.
+    pub expected: usize,
+    /// Length given.
+    pub got: usize,
+}

@@ -1,17 +1,17 @@
 //! Points with intervals over common axes.
 
-use plotters::style::WHITE;
-
 use super::axis::{Axis, four_digits};
-use super::canvas::{Anchor, Form, Grid, MARK, PlotError, draw};
-use super::colour;
-use super::layout::{EDGE, Layout, Legend, WIDTH};
+use super::colour::{self, WHITE};
+use super::layout::{EDGE, Key, TICK_LABEL};
+use super::lines::STROKE;
+use super::sheet::{Anchor, Form, Frame, MARK, Sheet};
 
-/// Half the width of an interval's ends, and of the square that shows a point's value under a pointer, in drawn units.
-const SERIF: i32 = 14;
-const REACH: i32 = 20;
+/// Half the width of an interval's ends, and of the square that shows a point's value under a pointer, in shown
+/// pixels.
+const SERIF: f64 = 3.5;
+const REACH: f64 = 5.0;
 /// Height of the frame in shown pixels.
-const HEIGHT: i32 = 300;
+const HEIGHT: f64 = 300.0;
 /// Most points over an axis of words whose values are written beside them.
 const MOST_VALUES: usize = 12;
 
@@ -42,49 +42,43 @@ pub(crate) struct PointPlot<'a> {
 
 impl PointPlot<'_> {
     /// The picture as SVG.
-    ///
-    /// # Errors
-    /// [`PlotError::Draw`].
-    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
-        let listed: Vec<(usize, &str)> =
-            self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
-        let Layout { frame, bottom } = Layout::new(self.title, [&self.x, &self.y], [0, HEIGHT], EDGE);
-        let legend = Legend::below(bottom, listed.iter().map(|(_, name)| *name));
+    pub(crate) fn to_svg(&self) -> String {
         let words = self.x.is_of_words();
         let written = words && self.series.iter().map(|series| series.points.len()).sum::<usize>() <= MOST_VALUES;
-        let at = |x: f64, y: f64| (frame.across(self.x.place(x)), frame.up(self.y.place(y)));
-        draw("points", (WIDTH, legend.bottom), "", |sheet| {
-            sheet.axes(self.title, &frame, &self.x, &self.y, Grid::Both);
-            for (index, series) in self.series.iter().enumerate() {
-                let colour = colour::line(index);
-                let means = series.means();
-                if !words && (series.joined || means.len() < series.points.len()) && means.len() > 1 {
-                    sheet.line(means.iter().map(|&(x, y)| at(x, y)).collect(), colour, 1.75);
-                }
-                for &(x, y, half) in &series.points {
-                    let (place, low, high) = (at(x, y), at(x, y - half), at(x, y + half));
-                    if half > 0.0 {
-                        sheet.line(vec![low, high], colour, 1.0);
-                        for (end, up) in [low, high] {
-                            sheet.line(vec![(end - SERIF, up), (end + SERIF, up)], colour, 1.0);
-                        }
-                    }
-                    sheet.mark(place, Form::of_curve(index), MARK, colour, WHITE);
-                    let interval = if half > 0.0 { format!(" \u{b1} {}", four_digits(half)) } else { String::new() };
-                    let named = if series.name.is_empty() { self.y.title() } else { series.name };
-                    let text =
-                        format!("{}: {}\n{named}: {}{interval}", self.x.title(), self.x.label(x), four_digits(y));
-                    if written {
-                        sheet.note(&format!("{y:.1}"), (place.0 + REACH, place.1), Anchor::Right);
-                    }
-                    sheet.value(place.0 - REACH..place.0 + REACH, &(place.1 - REACH..place.1 + REACH), &text);
-                }
+        let mut sheet = Sheet::default();
+        let axes = sheet.axes(self.title, [&self.x, &self.y], HEIGHT, EDGE);
+        for (index, series) in self.series.iter().enumerate() {
+            let colour = colour::line(index);
+            let means = series.means();
+            if !words && (series.joined || means.len() < series.points.len()) {
+                sheet.curve(&axes, &means, colour, STROKE);
             }
-            sheet.frame(&frame);
-            for ((index, _), entry) in listed.iter().zip(&legend.entries) {
-                sheet.legend_entry(entry, colour::line(*index), Some((Form::of_curve(*index), WHITE)));
+            for &(x, y, half) in &series.points {
+                let mut interval = String::new();
+                if half > 0.0 {
+                    let ends = [y - half, y + half].map(|end| axes.within((x, end)));
+                    sheet.line(&ends, colour, 1.0);
+                    for (across, up) in ends {
+                        sheet.line(&[(across - SERIF, up), (across + SERIF, up)], colour, 1.0);
+                    }
+                    interval = format!(" \u{b1} {}", four_digits(half));
+                }
+                let at = axes.within((x, y));
+                sheet.mark(at, Form::of_curve(index), MARK, colour, WHITE);
+                if written {
+                    sheet.text(&format!("{y:.1}"), (at.0 + REACH, at.1), Anchor::Right, TICK_LABEL);
+                }
+                let named = if series.name.is_empty() { self.y.title() } else { series.name };
+                let (place, value) = (self.x.label(x), four_digits(y));
+                let text = format!("{}: {place}\n{named}: {value}{interval}", self.x.title());
+                sheet.value(Frame::around(at, 2.0 * REACH, 2.0 * REACH), &text);
             }
-        })
+        }
+        sheet.outline(axes.frame);
+        let key = |index| Key::Mark(Form::of_curve(index), WHITE);
+        let series = self.series.iter().enumerate();
+        sheet.legend(series.map(|(index, series)| (series.name, colour::line(index), key(index))));
+        sheet.into_svg()
     }
 }
 
@@ -114,17 +108,17 @@ mod tests {
         assert_eq!(series.means(), [(0.0, 2.0), (1.0, 4.5)], "one of two is missing at 2");
         series.points.truncate(3);
         let (x, y) = (Axis::of_words("tread", &["elastic", "bedding"]), Axis::linear("Level [dB]", 0.0..5.0));
-        let svg = PointPlot { title: "t", x, y, series: vec![series] }.to_svg().unwrap();
+        let svg = PointPlot { title: "t", x, y, series: vec![series] }.to_svg();
         for text in ["elastic", "bedding", "beside", "tread: elastic\nbeside: 1.000 \u{b1} 0.5000"] {
             assert!(svg.contains(text), "{text}: {svg}");
         }
         assert_eq!(svg.matches("<title>").count(), 3);
-        assert!(svg.contains("\n1.0\n") && svg.contains("\n4.0\n"), "values stand beside the points: {svg}");
+        assert!(svg.contains(">1.0</text>") && svg.contains(">4.0</text>"), "values stand beside the points: {svg}");
         let lines = |x: Axis| {
             let points = vec![(0.0, 1.0, 0.0), (1.0, 4.0, 0.0)];
             let series = vec![PointSeries { name: "", points, joined: true }];
             let plot = PointPlot { title: "t", x, y: Axis::linear("y", 0.0..5.0), series };
-            plot.to_svg().unwrap().lines().filter(|line| line.contains("<polyline") && line.contains("#0072B2")).count()
+            plot.to_svg().lines().filter(|line| line.contains("<polyline") && line.contains("#0072B2")).count()
         };
         let (words, numbers) = (Axis::of_words("tread", &["elastic", "bedding"]), Axis::linear("x", 0.0..1.0));
         assert_eq!((lines(words), lines(numbers)), (0, 1), "no line joins words");

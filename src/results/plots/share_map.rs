@@ -2,8 +2,8 @@
 
 use ndarray::Array2;
 
+use super::PlotError;
 use super::axis::Axis;
-use super::canvas::PlotError;
 use super::heat_map::{Colours, HeatMap};
 
 /// Rows of the picture, evenly spaced on the logarithmic axis, however the frequencies are.
@@ -34,16 +34,16 @@ impl ShareMap<'_> {
     /// The picture as SVG. Each row shows the nearest frequency.
     ///
     /// # Errors
-    /// [`PlotError::Shape`] for fewer than two frequencies or rows that are no shares, [`PlotError::Draw`].
+    /// [`PlotError`] for fewer than two frequencies or rows that are no shares.
     pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let picture = "a map of shares";
         let (expected, got) = (self.frequencies.len().max(2), self.so_far.len());
         if got != expected {
-            return Err(PlotError::Shape { picture, quantity: "the shares", expected, got });
+            return Err(PlotError { picture, quantity: "the shares", expected, got });
         }
         let columns = self.so_far[0].len();
         if let Some(row) = self.so_far.iter().find(|row| row.len() != columns) {
-            return Err(PlotError::Shape { picture, quantity: "a row", expected: columns, got: row.len() });
+            return Err(PlotError { picture, quantity: "a row", expected: columns, got: row.len() });
         }
         let (lowest, highest) = (self.frequencies[0], self.frequencies[got - 1]);
         let rows: Vec<usize> = (0..ROWS).map(|row| self.nearest(lowest, highest, row)).collect();

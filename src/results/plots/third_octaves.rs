@@ -1,20 +1,21 @@
 //! Third-octave spectra as steps over a logarithmic axis with the nominal frequencies (Larsson's figure 6).
 
+use super::PlotError;
 use super::axis::{Axis, four_digits};
-use super::canvas::{Grid, INK, PlotError, Sheet, draw};
-use super::colour;
-use super::layout::{EDGE, Layout, Legend, WIDTH};
+use super::colour::{self, INK};
+use super::layout::{EDGE, Key};
+use super::sheet::{Frame, Point, Sheet};
 use crate::response::third_octave::ThirdOctaveBand;
 use crate::response::{BandLevel, LevelErrors};
 
 /// Height of the frame in shown pixels.
-const HEIGHT: i32 = 280;
+const HEIGHT: f64 = 280.0;
 /// Levels further below the highest than this do not widen the axis \[dB\].
 const DEEPEST: f64 = 90.0;
 
 /// One or several spectra over common bands.
 #[derive(Clone, Debug)]
-pub(crate) struct ThirdOctavePlot<'a> {
+pub struct ThirdOctavePlot<'a> {
     /// Title of the picture.
     pub title: &'a str,
     /// Quantity of the levels, reference included: `Force level [dB re 1 N]`.
@@ -29,9 +30,9 @@ impl ThirdOctavePlot<'_> {
     /// The picture as SVG: one spectrum as bars, several as steps; grey for levels that are not valid.
     ///
     /// # Errors
-    /// [`PlotError::Shape`] without a band, [`PlotError::Draw`].
-    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
-        self.drawn(&vec![&self.errors; self.spectra.len()])
+    /// [`PlotError`] without a band.
+    pub fn to_svg(&self) -> Result<String, PlotError> {
+        self.to_svg_with(&vec![&self.errors; self.spectra.len()])
     }
 
     /// The same picture for spectra with separate errors, in their order.
@@ -39,81 +40,62 @@ impl ThirdOctavePlot<'_> {
     /// # Errors
     /// As [`Self::to_svg`].
     pub(crate) fn to_svg_with(&self, errors: &[&LevelErrors]) -> Result<String, PlotError> {
-        self.drawn(errors)
-    }
-
-    fn drawn(&self, errors: &[&LevelErrors]) -> Result<String, PlotError> {
-        let picture = "a third-octave spectrum";
-        let errors = |index: usize| errors.get(index).copied();
         let bands = || self.spectra.iter().flat_map(|(_, levels)| levels.iter()).map(|level| level.band.0);
         let (Some(first), Some(last)) = (bands().min(), bands().max()) else {
-            return Err(PlotError::Shape { picture, quantity: "levels", expected: 1, got: 0 });
+            return Err(PlotError { picture: "a third-octave spectrum", quantity: "levels", expected: 1, got: 0 });
         };
-        let x = frequency_axis(first, last);
-        let y = self.level_axis();
-        let Layout { frame, bottom } = Layout::new(self.title, [&x, &y], [0, HEIGHT], EDGE);
-        let listed = || self.spectra.iter().enumerate().filter(|(_, (name, _))| !name.is_empty());
-        let legend = Legend::below(bottom, listed().map(|(_, (name, _))| *name));
-        let error_bar = |sheet: &mut Sheet<'_>, level: &BandLevel, at: f64, errors: Option<&LevelErrors>, colour| {
-            let Some(error) = error_of(level, errors) else { return };
-            let [low, high] = [-error, error].map(|off| frame.up(y.place(level.level + off).clamp(0.0, 1.0)));
-            let at = frame.across(x.place(at));
-            sheet.line(vec![(at, low), (at, high)], colour, 1.25);
-        };
-        draw(picture, (WIDTH, legend.bottom), "", |sheet| {
-            sheet.axes(self.title, &frame, &x, &y, Grid::Horizontal);
-            sheet.small_ticks_below(&frame, (first..=last).map(|band| x.place(f64::from(band))));
-            for (index, (_, levels)) in self.spectra.iter().enumerate() {
-                let top = |level: &BandLevel| frame.up(y.place(level.level.max(y.range().start)).clamp(0.0, 1.0));
-                if self.spectra.len() == 1 {
-                    for level in *levels {
-                        let middle = f64::from(level.band.0);
-                        let (left, right) =
-                            (frame.across(x.place(middle - 0.42)), frame.across(x.place(middle + 0.42)));
-                        let colour = if level.valid { colour::line(0) } else { colour::UNVOUCHED };
-                        sheet.fill(left..right, top(level)..frame.y.end, colour);
-                        error_bar(sheet, level, middle, errors(0), INK);
-                    }
-                } else {
-                    let steps = |levels: &[BandLevel]| -> Vec<(i32, i32)> {
-                        let corners = levels.iter().flat_map(|level| {
-                            let middle = f64::from(level.band.0);
-                            [-0.5, 0.5].map(|side| (frame.across(x.place(middle + side)), top(level)))
-                        });
-                        corners.collect()
-                    };
-                    // All bands in grey where some are not valid; the valid ones lie over it.
-                    if levels.iter().any(|level| !level.valid) {
-                        sheet.line(steps(levels), colour::UNVOUCHED, 2.0);
-                    }
-                    for vouched in levels.chunk_by(|a, b| a.valid == b.valid).filter(|chunk| chunk[0].valid) {
-                        sheet.line(steps(vouched), colour::line(index), 2.0);
-                    }
-                    // Error bars of several spectra are beside each other within a band.
-                    let beside = (index as f64 + 1.0) / (self.spectra.len() as f64 + 1.0) - 0.5;
-                    for level in *levels {
-                        error_bar(sheet, level, f64::from(level.band.0) + beside, errors(index), colour::line(index));
-                    }
+        let (x, y) = (frequency_axis(first, last), self.level_axis());
+        let mut sheet = Sheet::default();
+        let axes = sheet.axes(self.title, [&x, &y], HEIGHT, EDGE);
+        let one = self.spectra.len() == 1;
+        for (index, (_, levels)) in self.spectra.iter().enumerate() {
+            let colour = colour::line(index);
+            // Levels of silence have no end.
+            let ends = |level: &BandLevel, half: f64| -> [Point; 2] {
+                let top = level.level.max(y.range().start);
+                [-half, half].map(|side| axes.within((f64::from(level.band.0) + side, top)))
+            };
+            let steps = |levels: &[BandLevel]| levels.iter().flat_map(|level| ends(level, 0.5)).collect::<Vec<_>>();
+            if one {
+                for level in *levels {
+                    let [(left, top), (right, _)] = ends(level, 0.42);
+                    let bar = Frame { left, top, width: right - left, height: axes.frame.up(0.0) - top };
+                    sheet.fill(bar, if level.valid { colour } else { colour::UNVOUCHED });
+                }
+            } else {
+                // All bands in grey where some are not valid; the valid ones lie over it.
+                if levels.iter().any(|level| !level.valid) {
+                    sheet.line(&steps(levels), colour::UNVOUCHED, 2.0);
+                }
+                for valid in levels.chunk_by(|a, b| a.valid == b.valid).filter(|chunk| chunk[0].valid) {
+                    sheet.line(&steps(valid), colour, 2.0);
                 }
             }
-            for ((index, _), entry) in listed().zip(&legend.entries) {
-                sheet.legend_entry(entry, colour::line(index), None);
+            // Error bars of several spectra are beside each other within a band.
+            let beside = (index as f64 + 1.0) / (self.spectra.len() as f64 + 1.0) - 0.5;
+            for level in *levels {
+                let Some(error) = error_of(level, errors.get(index)) else { continue };
+                let end = |off: f64| axes.within((f64::from(level.band.0) + beside, level.level + off));
+                sheet.line(&[end(-error), end(error)], if one { INK } else { colour }, 1.25);
             }
-            for band in first..=last {
-                let across = [-0.5, 0.5].map(|side| frame.across(x.place(f64::from(band) + side)));
-                sheet.value(across[0]..across[1], &frame.y, &self.value(band, &errors));
-            }
-            sheet.frame(&frame);
-        })
+        }
+        for band in first..=last {
+            let across = [-0.5, 0.5].map(|side| x.place(f64::from(band) + side));
+            sheet.value(axes.frame.strip(across), &self.value(band, errors));
+        }
+        sheet.outline(axes.frame);
+        let spectra = self.spectra.iter().enumerate();
+        sheet.legend(spectra.map(|(index, (name, _))| (*name, colour::line(index), Key::Line)));
+        Ok(sheet.into_svg())
     }
 
     /// Text with the values of the spectra in a band.
-    fn value<'e>(&self, band: i32, errors: &dyn Fn(usize) -> Option<&'e LevelErrors>) -> String {
+    fn value(&self, band: i32, errors: &[&LevelErrors]) -> String {
         let mut text = format!("{} Hz", ThirdOctaveBand(band).label());
         for (index, (name, levels)) in self.spectra.iter().enumerate() {
             if let Some(level) = levels.iter().find(|level| level.band.0 == band) {
                 let name = if name.is_empty() { self.quantity } else { name };
-                let error = error_of(level, errors(index)).map_or(String::new(), |error| format!(" ± {error:.1}"));
+                let error = error_of(level, errors.get(index)).map_or(String::new(), |error| format!(" ± {error:.1}"));
                 let doubt = if level.valid { "" } else { ", not vouched for" };
                 text.push_str(&format!("\n{name}: {}{error} dB{doubt}", four_digits(level.level)));
             }
@@ -129,7 +111,7 @@ impl ThirdOctavePlot<'_> {
 }
 
 /// Known error of a valid level \[dB\].
-fn error_of(level: &BandLevel, errors: Option<&LevelErrors>) -> Option<f64> {
+fn error_of(level: &BandLevel, errors: Option<&&LevelErrors>) -> Option<f64> {
     errors?.total(level.band).filter(|_| level.valid)
 }
 
@@ -137,11 +119,10 @@ fn error_of(level: &BandLevel, errors: Option<&LevelErrors>) -> Option<f64> {
 /// octaves are labelled, from 1 kHz.
 fn frequency_axis(first: i32, last: i32) -> Axis {
     let every = if last - first < 15 { 1 } else { 3 };
-    let ticks = (first..=last)
-        .filter(|band| band.rem_euclid(every) == 0)
-        .map(|band| (f64::from(band), ThirdOctaveBand(band).label()))
-        .collect();
-    Axis::with_ticks("Third-octave mid-frequency [Hz]", f64::from(first) - 0.5..f64::from(last) + 0.5, ticks)
+    let label = |band: i32| (band.rem_euclid(every) == 0).then(|| ThirdOctaveBand(band).label());
+    let range = f64::from(first) - 0.5..f64::from(last) + 0.5;
+    let ticks = (first..=last).map(|band| (f64::from(band), label(band)));
+    Axis::with_ticks("Third-octave mid-frequency [Hz]", range, ticks)
 }
 
 #[cfg(test)]
@@ -214,7 +195,7 @@ mod tests {
         assert!(plot.to_svg().unwrap().contains("31.5"));
         let empty =
             ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![], errors: LevelErrors::default() };
-        assert!(matches!(empty.to_svg(), Err(PlotError::Shape { .. })));
+        assert!(matches!(empty.to_svg(), Err(PlotError { quantity: "levels", .. })));
         let nothing = levels(0, &[f64::NEG_INFINITY; 3]);
         assert!(
             ThirdOctavePlot {

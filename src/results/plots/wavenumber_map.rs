@@ -2,8 +2,8 @@
 
 use ndarray::ArrayView2;
 
+use super::PlotError;
 use super::axis::Axis;
-use super::canvas::PlotError;
 use super::heat_map::{Colours, HeatMap};
 use crate::response::vibration::{DispersionBranch, WavenumberMap};
 use crate::tyre::poles::Direction;
@@ -33,12 +33,12 @@ impl WavenumberPlot<'_> {
     /// The picture as SVG: waves round the tyre horizontally, frequency upwards, spectral density as colour.
     ///
     /// # Errors
-    /// [`PlotError::Shape`] for a map without cells, [`PlotError::Draw`].
+    /// [`PlotError`] for a map without cells.
     pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let picture = "a map over wavenumber and frequency";
         let WavenumberMap { wavenumbers, row_width, ref density } = *self.map;
         let rows = density.len() / wavenumbers.max(1);
-        let whole = ArrayView2::from_shape((rows, wavenumbers), density).map_err(|_| PlotError::Shape {
+        let whole = ArrayView2::from_shape((rows, wavenumbers), density).map_err(|_| PlotError {
             picture,
             quantity: "the density",
             expected: rows * wavenumbers,

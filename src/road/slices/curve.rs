@@ -21,7 +21,7 @@ pub struct StiffnessCurve {
 
 /// A linear piece of a curve: S(y) = `slope` y + `intercept` for `from` <= y <= `to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Piece {
+pub struct Piece {
     /// The normalised stiffness s, in \[0, 1\].
     pub slope: f64,
     /// The line's value at y = 0, not positive but for rounding \[m\].
@@ -100,7 +100,7 @@ impl StiffnessCurve {
     }
 
     /// The linear piece of a number, see [`Self::segment_index`].
-    pub(crate) fn piece(&self, number: usize) -> Piece {
+    pub fn piece(&self, number: usize) -> Piece {
         let (start, from, slope) = self.segment(number);
         let to = self.penetration.get(number).copied().unwrap_or(f64::INFINITY);
         Piece { slope, intercept: start - slope * from, from, to }

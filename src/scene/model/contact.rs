@@ -17,6 +17,13 @@ fn is_usual(error: &f64) -> bool {
     error.to_bits() == LARGEST_SLICE_ERROR.to_bits()
 }
 
+const FORMER_SLICES: [[&str; 2]; 1] =
+    [["none", "write \"winkler\"; cells_across = 1 and cells_along = 1 make slices flat, on the road's middle line"]];
+const FORMER_COUPLINGS: [[&str; 2]; 1] = [[
+    "implicit",
+    "write \"local\", or \"explicit\", the paper's equation 4: this one had no limit for short time steps either",
+]];
+
 keys! {
     /// Contact laws.
     #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -27,9 +34,9 @@ keys! {
         /// How the tread deforms.
         tread: Tread = Tread::default() => OneOf::new(),
         /// How the road under an element deforms the tread.
-        slices: Slices = Slices::default() => OneOf::new(),
+        slices: Slices = Slices::default() => OneOf::instead_of(&FORMER_SLICES),
         /// By how much a slice yields more than the element as a whole.
-        slice_coupling: SliceCoupling = SliceCoupling::default() => OneOf::new(),
+        slice_coupling: SliceCoupling = SliceCoupling::default() => OneOf::instead_of(&FORMER_COUPLINGS),
         /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of
         /// compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -117,8 +124,8 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
     }
     let tread = table.peek("tread", &OneOf::<Tread>::new()).map(Option::unwrap_or_default);
     let coupling = table.peek("slice_coupling", &OneOf::<SliceCoupling>::new()).map(Option::unwrap_or_default);
-    if matches!(coupling, Some(SliceCoupling::Explicit | SliceCoupling::Implicit)) {
-        let owner = "the paper's slice couplings, whose compliance is G0_ii";
+    if coupling == Some(SliceCoupling::Explicit) {
+        let owner = "the paper's slice coupling, whose compliance is G0_ii";
         table.refuse(&["local_compliance"], owner, "remove it, or choose slice_coupling = \"local\"");
     }
     let slices = table.peek("slices", &OneOf::<Slices>::new()).flatten();
@@ -126,7 +133,7 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         let owner = "slices = \"pressed\", whose curves say all that a slice yields";
         let right = "remove it, or choose slices = \"winkler\"";
         table.refuse(&["local_compliance"], owner, right);
-        if matches!(coupling, Some(SliceCoupling::Explicit | SliceCoupling::Implicit)) {
+        if coupling == Some(SliceCoupling::Explicit) {
             return table.complain("slice_coupling", Problem::does_not_belong(owner, right));
         }
         if tread == Some(Tread::Bedding) {
@@ -147,12 +154,7 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         }
         None => {}
     }
-    let read = Contact::read(table)?;
-    if read.tread == Tread::Uncoupled && read.slice_coupling == SliceCoupling::Implicit {
-        let right = "remove it: no point feels the others within a step, both couplings are the same";
-        return table.complain("slice_coupling", Problem::does_not_belong("tread = \"uncoupled\"", right));
-    }
-    Some(read)
+    Contact::read(table)
 }
 
 /// Zone of the contact.
@@ -184,8 +186,6 @@ pub enum Tread {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Slices {
-    /// The slice's highest point alone makes contact, as a flat slice.
-    None,
     /// Independent springs all over the slice.
     #[default]
     Winkler,
@@ -213,7 +213,7 @@ impl Contact {
 }
 
 impl Slices {
-    /// This law, or springs in place of a pressed slice, for the slice couplings and tread laws that do not support it.
+    /// This law, or springs in place of a pressed slice, for the slice coupling and tread law that do not support it.
     #[must_use]
     pub fn alone(self) -> Self {
         if self == Self::Pressed { Self::Winkler } else { self }
@@ -222,9 +222,9 @@ impl Slices {
 
 /// By how much a slice yields more than the element as a whole.
 ///
-/// `explicit` and `implicit` are the paper's equation 4 and take the influence of the element on itself within one time
-/// step for the slice's spring; that decreases with the time step, and with it the compliance of the texture, so
-/// neither has a limit for small time steps.
+/// `explicit` is the paper's equation 4 and takes the influence of the element on itself within one time step for the
+/// slice's spring; that decreases with the time step, and with it the compliance of the texture, so that it has no
+/// limit for small time steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SliceCoupling {
@@ -233,7 +233,4 @@ pub enum SliceCoupling {
     Local,
     /// By G0_ii, the curve evaluated at the penetration without the forces of the step.
     Explicit,
-    /// By G0_ii, the curve evaluated at the penetration that remains after what the neighbours contribute in the same
-    /// step.
-    Implicit,
 }

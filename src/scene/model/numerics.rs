@@ -11,6 +11,11 @@ use crate::scene::sizes::MOST;
 use crate::scene::table::{Kind, Nested, Table, Value};
 use crate::time_rule::TimeRule;
 
+const FORMER_RULES: [[&str; 2]; 2] = [
+    ["trapezoidal", "write \"sdirk2\", of the same order, whose force does not ring at half the sampling frequency"],
+    ["first-order-hold", "write \"sdirk2\", of the same order, with which no force grows while nothing moves"],
+];
+
 keys! {
     /// Resolution and tolerances.
     #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -30,7 +35,7 @@ keys! {
         /// Time steps q per element rolled.
         substeps: usize = 1 => Whole::between(1, MOST),
         /// Time rule; by default `sdirk2`, with a direct history `bdf2`.
-        time_rule: TimeRule = TimeRule::Sdirk2 => OneOf::new(),
+        time_rule: TimeRule = TimeRule::Sdirk2 => OneOf::instead_of(&FORMER_RULES),
         /// How the past is carried along; by default by poles, or as a sum where a `memory` is given.
         history: History = History::Modal => OneOf::new(),
         /// Length of the force history that is kept, `direct` only \[s\].

@@ -261,11 +261,10 @@ fn contact() -> impl Strategy<Value = Contact> {
         Just((Tread::Uncoupled, None)),
         prop::option::of(around(1e9)).prop_map(|stiffness| (Tread::Bedding, stiffness)),
     ];
-    let slices = prop_oneof![Just(Slices::None), Just(Slices::Winkler), Just(Slices::HalfSpace)];
+    let slices = prop_oneof![Just(Slices::Winkler), Just(Slices::HalfSpace)];
     let couplings = prop_oneof![
         prop::option::of(around(1e-10)).prop_map(|kappa| (SliceCoupling::Local, kappa)),
         Just((SliceCoupling::Explicit, None)),
-        Just((SliceCoupling::Implicit, None)),
     ];
     let cells = (prop::option::of(1..1000_usize), prop::option::of(1..9_usize));
     let errors = (0.0..1e-3_f64, prop_oneof![Just(2.0), 0.1..60.0_f64]);
@@ -277,11 +276,7 @@ fn contact() -> impl Strategy<Value = Contact> {
                 cell: None,
                 tread,
                 slices,
-                // For uncoupled points the paper's two couplings are the same.
-                slice_coupling: match coupling.0 {
-                    SliceCoupling::Implicit if tread == Tread::Uncoupled => SliceCoupling::Explicit,
-                    other => other,
-                },
+                slice_coupling: coupling.0,
                 local_compliance: coupling.1,
                 cells_across,
                 cells_along,

@@ -2,7 +2,7 @@
 
 /// Indices of the non-dominated points (cost, error), by rising cost: no other point has both a lower cost and a lower
 /// error; of equal points the first. Points that are not finite are left out.
-pub(crate) fn front(points: &[(f64, f64)]) -> Vec<usize> {
+pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|&i| points[i].0.is_finite() && points[i].1.is_finite()).collect();
     order.sort_by(|&i, &j| points[i].0.total_cmp(&points[j].0).then(points[i].1.total_cmp(&points[j].1)));
@@ -13,13 +13,6 @@ pub(crate) fn front(points: &[(f64, f64)]) -> Vec<usize> {
         better
     });
     order
-}
-
-/// Cost of a point over that of the cheapest point whose error is not larger; at least 1 for a point that is one of
-/// `points`.
-pub(crate) fn excess(point: (f64, f64), points: &[(f64, f64)]) -> f64 {
-    let cheapest = points.iter().filter(|other| other.1 <= point.1).map(|other| other.0).fold(point.0, f64::min);
-    point.0 / cheapest
 }
 
 #[cfg(test)]
@@ -33,8 +26,6 @@ mod tests {
         let points = [(1.0, 5.0), (2.0, 3.0), (3.0, 4.0), (4.0, 1.0), (4.0, 2.0), (2.0, 3.0), (0.5, f64::NAN)];
         assert_eq!(front(&points), [0, 1, 3]);
         assert_eq!(front(&[]), [0; 0]);
-        assert!((excess((3.0, 4.0), &points) - 1.5).abs() < 1e-15);
-        assert!((excess((2.0, 3.0), &points) - 1.0).abs() < 1e-15);
     }
 
     proptest! {
@@ -49,7 +40,6 @@ mod tests {
             for (index, point) in points.iter().enumerate() {
                 let beaten = on.iter().any(|&i| i != index && points[i].0 <= point.0 && points[i].1 <= point.1);
                 prop_assert!(beaten || on.contains(&index));
-                prop_assert!(excess(*point, &points) >= 1.0);
             }
         }
     }

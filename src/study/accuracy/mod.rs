@@ -1,112 +1,92 @@
 //! Accuracy against time: every knob of a scene that trades one for the other, against one converged reference.
 //!
-//! 1. The axle is held at the height at which it carries its load; the reference ([`knobs::reference`]) is rolled, and
-//!    the same with its elements, its steps and its cells halved and doubled: [`Richardson`] turns the differences into
-//!    the uncertainty of all that follows.
-//! 2. Every knob ([`knobs::knobs`]) is swept with the rest at the reference.
-//! 3. Combinations ([`joint`]) are chosen, rolled, and their expectation corrected, one after the other.
-//! 4. Where there are receivers, the discretisation of the sound's transfer paths ([`sound`]), with the same forces.
-//! 5. The Pareto front ([`front()`]) of all of them, by exact work.
+//! 1. The axle is held at the height at which it carries its load; the reference is rolled, and the same half
+//!    as fine. For first order or better, their difference is a bound for the error of the reference.
+//! 2. The presets and the scene's own settings are rolled.
+//! 3. Every knob ([`knobs::knobs`]) is swept with the rest at the reference.
+//! 4. The Pareto front ([`front()`]) of all of them, by exact work.
 //!
-//! An outline ([`Sweep::Outline`]) does less of 1 and 2, and leaves out 3 and 4. Runs follow one another, so that none
-//! disturbs the time of another; a study that is stopped keeps those that were rolled.
+//! An outline ([`Sweep::Outline`]) has a coarser reference, leaves out the presets, and does half of 3. Runs follow one
+//! another, so that none disturbs the time of another; a study that is stopped keeps those that were rolled.
 
 pub(crate) mod front;
-pub(crate) mod joint;
 pub(crate) mod knobs;
 pub(crate) mod lab;
-pub(crate) mod options;
-pub(crate) mod presets;
-pub(crate) mod richardson;
 pub(crate) mod settings;
-pub(crate) mod sound;
-pub(crate) mod verdict;
 
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-pub(crate) use front::front;
-pub(crate) use joint::Joint;
-pub(crate) use knobs::{Kind, Knob};
-pub(crate) use lab::{Cost, Point};
-pub(crate) use options::{StudyOptions, Sweep};
-pub(crate) use richardson::Richardson;
+pub use front::front;
+pub(crate) use knobs::Knob;
+pub(crate) use lab::Cost;
+pub use lab::Point;
 pub(crate) use settings::Settings;
-pub(crate) use sound::{SoundDifference, SoundPoint, SoundStudy};
 
 use crate::counters::Progress;
-use crate::plan::{Plan, UnitCosts, unit_record};
+use crate::plan::front::FrontRow;
+use crate::plan::{Plan, unit_record};
 use crate::run::RunError;
-use crate::scene::{LoadedScene, Numerics, Radiation, Road, Scene, SceneError, Switch, Zone};
+use crate::scene::{LoadedScene, Numerics, Road, Scene, SceneError, Zone};
 use crate::study::trial::{Difference, SETTLING, Trials, least_rate};
 use crate::tyre::poles::expected_fit;
-use lab::{Expected, Lab};
+use lab::Lab;
 
-/// Errors below this share of the reference's uncertainty do not justify a run of a combination.
-const FLOOR: f64 = 0.25;
+/// Extent of a study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sweep {
+    /// The scene's settings, and every other value of the knobs, against a coarser reference: minutes.
+    Outline,
+    /// The presets, the scene's settings, and every knob.
+    Knobs,
+    /// The presets alone.
+    Presets,
+}
 
-/// Convergence of the reference in one of its knobs.
+/// What a study rolls, and what it compares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Refined {
-    /// The knob that was halved and doubled.
-    pub knob: &'static str,
-    /// Largest difference of a level \[dB\].
-    pub worst: Richardson,
-    /// Rms difference of the levels \[dB\].
-    pub rms: Richardson,
-    /// Relative difference of the force.
-    pub force: Richardson,
-    /// Uncertainty of the mean force.
-    pub mean_force: Richardson,
-    /// Uncertainty of the patch's length.
-    pub contact_length: Richardson,
-    /// Uncertainty of the rolling resistance.
-    pub rolling_resistance: Richardson,
+pub struct StudyOptions {
+    /// Highest frequency compared \[Hz\].
+    pub highest: f64,
+    /// Time compared \[s\].
+    pub duration: f64,
+    /// Its extent.
+    pub sweep: Sweep,
+    /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's where the
+    /// presets are rolled.
+    pub elements: Option<usize>,
+    /// Steps per element of the reference; default: 48 steps in a period of `highest`, 24 for an outline.
+    pub substeps: Option<usize>,
+}
+
+impl StudyOptions {
+    /// Up to the scene's fmax, or 1 kHz; over the scene's duration, at most a second.
+    pub fn new(scene: &Scene, sweep: Sweep) -> Self {
+        let (highest, duration) = (scene.numerics.fmax.unwrap_or(1000.0), scene.rolling.duration.min(1.0));
+        Self { highest, duration, sweep, elements: None, substeps: None }
+    }
 }
 
 /// Findings of a study.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Study {
-    /// Options asked for.
+pub struct Study {
+    /// What was asked for.
     pub options: StudyOptions,
     /// The converged run that all others are compared with.
     pub reference: Point,
-    /// Its convergence, by knob.
-    pub refined: Vec<Refined>,
-    /// Uncertainty of the reference: smaller differences from it say nothing.
+    /// Difference of a reference half as fine, and so the uncertainty of the reference: smaller differences from it
+    /// say nothing.
     pub doubt: Difference,
     /// The swept knobs, with their runs.
     pub knobs: Vec<Knob>,
-    /// The scene's own settings, and others with a name.
+    /// The scene's own settings, and the presets.
     pub named: Vec<Point>,
-    /// The combinations that were rolled, in that order.
-    pub joint: Vec<Joint>,
     /// The front by exact work, cheapest first: nothing with less work is closer to the reference.
     pub front: Vec<Point>,
-    /// Discretisation of the sound's transfer paths, where there are receivers and knobs are swept.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sound: Option<SoundStudy>,
-    /// Threads of the pool.
-    pub threads: usize,
-    /// Number of runs that were rolled.
-    pub rolled: usize,
     /// False if the user stopped the study: it holds the runs up to there.
     pub complete: bool,
-}
-
-impl Study {
-    /// All points on the same model: named points, combinations, and swept knobs that change no model and were compared
-    /// with the reference.
-    pub(crate) fn points(&self) -> impl Iterator<Item = &Point> {
-        points(&self.knobs, &self.named, &self.joint)
-    }
-}
-
-fn points<'a>(knobs: &'a [Knob], named: &'a [Point], joint: &'a [Joint]) -> impl Iterator<Item = &'a Point> {
-    let swept = knobs.iter().filter(|knob| knob.kind != Kind::Model && knob.anchor.is_none());
-    let swept = swept.flat_map(|knob| &knob.points);
-    named.iter().chain(joint.iter().map(|joint| &joint.point)).chain(swept)
 }
 
 /// Studies a scene. Stopped after its reference was rolled, it returns what there is.
@@ -114,220 +94,133 @@ fn points<'a>(knobs: &'a [Knob], named: &'a [Point], joint: &'a [Joint]) -> impl
 /// # Errors
 /// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the
 /// runs; [`RunError::Interrupted`] before there is anything.
-pub(crate) fn study(
+pub fn study(
     loaded: &LoadedScene,
     options: &StudyOptions,
     stop: &AtomicBool,
     progress: &mut dyn Progress,
 ) -> Result<Study, RunError> {
-    if matches!(loaded.scene.road, Road::Smooth) {
+    let (scene, StudyOptions { highest, sweep, .. }) = (&loaded.scene, *options);
+    if matches!(scene.road, Road::Smooth) {
         let wrong = "the force on a smooth road has no levels to compare";
         return Err(SceneError::from(loaded.complain("road.kind", wrong, "a rough road")).into());
     }
-    let own = Settings::of(&loaded.scene);
-    let of_cells = loaded.scene.contact.zone == Zone::Cells;
-    let has_presets = match options.sweep {
-        Sweep::Outline => false,
-        // The runs of its knobs take long enough.
-        Sweep::Knobs => !of_cells,
-        _ => true,
-    };
-    let mut named = if has_presets { presets::named(&loaded.scene, options.highest) } else { Vec::new() };
-    let scene = &loaded.scene;
-    // Finer than the finest preset.
+    // 1. What will be rolled. Over cells the knobs of a whole study take long enough without presets.
+    let has_presets = sweep == Sweep::Presets || sweep == Sweep::Knobs && scene.contact.zone == Zone::Slices;
+    let rows = FrontRow::all(scene.contact.zone).iter().filter(|_| has_presets);
+    let mut named: Vec<(&str, Settings)> =
+        rows.map(|row| (row.preset.name(), Settings::of_row(scene, row, highest))).collect();
+    let own = Settings::of(scene);
+    // The reference is finer than the finest preset.
     let finest = named.iter().map(|(_, settings)| settings.numerics.elements).max().unwrap_or_default();
-    let elements = options
-        .elements
-        .or_else(|| (5 * finest > 8 * own.numerics.elements).then_some((5 * finest / 4).div_ceil(16) * 16));
-    let reference = knobs::reference(scene, &StudyOptions { elements, ..options.clone() });
+    let finer = (5 * finest > 8 * own.numerics.elements).then_some(5 * finest / 4);
+    let reference = Settings::reference(scene, &StudyOptions { elements: options.elements.or(finer), ..*options });
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
     // Runs that are compared by their forces need no receivers.
-    (shorter.receivers, shorter.radiation) = (Vec::new(), Radiation::default());
-    shorter.effects.radiation = Switch::Auto;
-    let knobs = match options.sweep {
-        Sweep::Outline => knobs::outline(&shorter, &reference, options.highest),
-        Sweep::Knobs => knobs::knobs(&shorter, &reference, options.highest),
-        Sweep::Neighbours => presets::neighbours(&named),
-        #[cfg(test)]
-        Sweep::Nothing => Vec::new(),
-    };
-    if matches!(options.sweep, Sweep::Outline | Sweep::Knobs)
-        && 1.0 / own.time_step(scene) >= least_rate(options.highest)
-    {
-        named.insert(0, ("the scene".to_owned(), own));
+    (shorter.receivers, shorter.radiation, shorter.effects.radiation) = Default::default();
+    let mut knobs = Vec::new();
+    if sweep != Sweep::Presets {
+        knobs = knobs::knobs(&shorter, &reference, highest, sweep == Sweep::Outline);
+        if own.rate(scene) >= least_rate(highest) {
+            named.insert(0, ("the scene", own));
+        }
     }
-    let refinements = refinements(&reference, options.sweep != Sweep::Outline);
-    let planned: Vec<&Settings> = [&reference]
+    let half = knobs::half(&reference, &shorter);
+    // 2. Each of these runs is checked and forecast.
+    let all = [&reference, &half]
         .into_iter()
-        .chain(refinements.iter().flat_map(|(_, coarse, fine)| [Some(coarse), fine.as_ref()]).flatten())
         .chain(named.iter().map(|(_, settings)| settings))
-        .chain(knobs.iter().flat_map(|knob| &knob.steps).map(|(_, settings)| settings))
-        .collect();
-    let costs = unit_record::known();
-    let expected = check(loaded, &shorter, &planned, options.runs, &costs)?;
-    let (runs, seconds) = (expected.planned.len() + options.runs, expected.seconds(options.runs));
-    progress.note(&format!("about {runs} runs, {seconds:.0} s on this machine"));
-
+        .chain(knobs.iter().flat_map(|knob| &knob.steps).map(|(_, settings)| settings));
+    let planned = forecast(loaded, &shorter, all)?;
+    let seconds = planned.iter().map(|(_, seconds)| seconds).sum::<f64>();
+    progress.note(&format!("about {} runs, {seconds:.0} s on this machine", planned.len()));
+    // 3. They are rolled, as far as the user waits.
     let mut trials = Trials::shared(seconds, stop, progress);
     trials.announce("the height of the axle", 0.0);
     let held = trials.held(scene, options.duration)?;
-    let mut lab = Lab::new(held.clone(), options.highest, expected, &mut trials);
-    let of_reference = lab.point("reference", &reference, &reference)?;
+    let mut lab = Lab { scene: held, highest, planned, trials: &mut trials, known: Vec::new() };
     let mut study = Study {
-        options: options.clone(),
-        reference: of_reference,
-        refined: Vec::new(),
+        options: *options,
+        reference: lab.point("reference", &reference)?,
         doubt: Difference::default(),
         knobs,
         named: Vec::new(),
-        joint: Vec::new(),
         front: Vec::new(),
-        sound: None,
-        threads: rayon::current_num_threads(),
-        rolled: 0,
         complete: false,
     };
-    let mut carried_out = study.carry_out(&mut lab, &reference, &refinements, &named);
-    study.rolled = lab.rolled();
-    if options.sweep == Sweep::Knobs && carried_out.is_ok() {
-        trials.announce("ways of the sound", 0.0);
-        carried_out = sound::study(scene, &held, options.highest, &trials).map(|found| study.sound = found);
-    }
+    let carried_out = study.carry_out(&mut lab, &half, &named);
     match carried_out {
         Ok(()) => study.complete = true,
         Err(RunError::Interrupted { .. }) => {}
         Err(error) => return Err(error),
     }
+    // 4. The front of all of them.
     let coordinates: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
-    let all: Vec<&Point> = study.points().collect();
-    study.front = front(&coordinates).into_iter().map(|index| all[index].clone()).collect();
+    study.front = front(&coordinates).into_iter().filter_map(|index| study.points().nth(index).cloned()).collect();
     trials.finish();
     Ok(study)
 }
 
 impl Study {
-    /// Rolls all runs that are compared by their forces, and keeps each result as soon as it is there.
+    /// All points but the reference, each with its knob, if it has one.
+    pub(crate) fn groups(&self) -> impl Iterator<Item = (Option<&'static str>, &Point)> {
+        let knobs = self.knobs.iter().flat_map(|knob| knob.points.iter().map(move |point| (Some(knob.name), point)));
+        self.named.iter().map(|point| (None, point)).chain(knobs)
+    }
+
+    /// All points, those of the knobs last.
+    pub fn points(&self) -> impl Iterator<Item = &Point> {
+        self.groups().map(|(_, point)| point)
+    }
+
+    /// The presets that were rolled, with their stated errors \[dB\].
+    pub fn presets(&self) -> impl Iterator<Item = (&Point, f64)> {
+        let rows = FrontRow::all(self.reference.settings.contact.zone).iter();
+        rows.filter_map(move |row| {
+            let point = self.named.iter().find(|point| point.label == row.preset.name())?;
+            Some((point, row.error(self.options.highest)?))
+        })
+    }
+
+    /// Rolls all runs, and keeps each result as soon as it is there.
     fn carry_out(
         &mut self,
         lab: &mut Lab<'_, '_>,
-        reference: &Settings,
-        refinements: &[Refinement],
-        named: &[(String, Settings)],
+        half: &Settings,
+        named: &[(&str, Settings)],
     ) -> Result<(), RunError> {
-        for (knob, coarse, fine) in refinements {
-            let coarse = lab.point(&format!("{knob}, half"), coarse, reference)?.difference;
-            let fine = fine.as_ref().map(|fine| lab.point(&format!("{knob}, twice"), fine, reference)).transpose()?;
-            self.refined.push(Refined::new(knob, &coarse, fine.map(|point| point.difference).as_ref()));
-            self.doubt = doubt(&self.refined);
-        }
+        self.doubt = lab.point("half as fine", half)?.difference;
         for (label, settings) in named {
-            self.named.push(lab.point(label, settings, reference)?);
+            self.named.push(lab.point(label, settings)?);
         }
         for knob in &mut self.knobs {
-            let other = knob.anchor.as_ref().unwrap_or(reference);
             for (label, settings) in &knob.steps {
-                match lab.named(label, &format!("{} {label}", knob.name), settings, other) {
-                    Ok(found) => knob.points.push(found),
+                match lab.point(&format!("{} {label}", knob.name), settings) {
+                    Ok(found) => knob.points.push(Point { label: label.clone(), ..found }),
                     // Such as a model that cannot be fitted: the other settings may still run.
                     Err(RunError::Scene(error)) => knob.missing = Some(format!("{label}: {}", error.problem())),
                     Err(error) => return Err(error),
                 }
             }
         }
-        let StudyOptions { runs, highest, .. } = self.options;
-        let all = if runs > 0 { joint::candidates(&lab.scene, reference, &self.knobs, highest) } else { Vec::new() };
-        while self.joint.len() < runs {
-            let known: Vec<(f64, f64)> = self.points().map(Point::coordinates).collect();
-            let Some(expected) = joint::next(&all, &self.joint, &known, FLOOR * self.doubt.worst) else { break };
-            let label = format!("combination {}", self.joint.len() + 1);
-            let point = lab.point(&label, &expected.settings, reference)?;
-            let plain = all.iter().find(|candidate| candidate.settings == expected.settings);
-            let plain =
-                plain.map_or((expected.error, expected.multiply_adds), |plain| (plain.error, plain.multiply_adds));
-            self.joint.push(Joint { point, expected, plain });
-        }
         Ok(())
     }
 }
 
-/// A knob of the reference; the reference with it twice as coarse and, unless that is left out, twice as fine.
-type Refinement = (&'static str, Settings, Option<Settings>);
-
-fn refinements(reference: &Settings, are_finer: bool) -> Vec<Refinement> {
-    let with = |elements: usize, steps: usize| {
-        let substeps = (steps as f64 / elements as f64).round().max(1.0) as usize;
-        reference.with(|settings| {
-            (settings.numerics.elements, settings.numerics.substeps) = (elements, substeps);
-        })
-    };
-    let (elements, substeps, steps) = (reference.numerics.elements, reference.numerics.substeps, reference.steps());
-    let mut all = vec![
-        ("elements", with(elements / 2, steps), with(2 * elements, steps)),
-        ("substeps", with(elements, elements * (substeps / 2).max(1)), with(elements, 2 * steps)),
-    ];
-    if let Some(points) = reference.contact.cells_across.filter(|&points| points > 1) {
-        let cells = |cells_across: usize| {
-            reference.with(|settings| {
-                settings.contact.cells_across = Some(cells_across);
-                settings.cell_length = settings.cell_length * points as f64 / cells_across as f64;
-            })
-        };
-        all.push(("cells", cells(points / 2), cells(2 * points)));
-    }
-    all.into_iter().map(|(knob, coarse, fine)| (knob, coarse, are_finer.then_some(fine))).collect()
-}
-
-impl Refined {
-    fn new(knob: &'static str, coarse: &Difference, fine: Option<&Difference>) -> Self {
-        let of = |value: fn(&Difference) -> f64| match fine {
-            Some(fine) => Richardson::new(value(coarse), value(fine)),
-            None => Richardson::first_order(value(coarse)),
-        };
-        Self {
-            knob,
-            worst: of(|difference| difference.worst),
-            rms: of(|difference| difference.rms),
-            force: of(|difference| difference.force),
-            mean_force: of(|difference| difference.mean_force),
-            contact_length: of(|difference| difference.contact_length),
-            rolling_resistance: of(|difference| difference.rolling_resistance),
-        }
-    }
-}
-
-/// Errors of the reference's knobs together, as independent ones: root of the sum of squares.
-fn doubt(refined: &[Refined]) -> Difference {
-    let of = |value: fn(&Refined) -> Richardson| {
-        refined.iter().map(|refined| value(refined).error.powi(2)).sum::<f64>().sqrt()
-    };
-    Difference {
-        worst: of(|refined| refined.worst),
-        worst_band: 0.0,
-        rms: of(|refined| refined.rms),
-        force: of(|refined| refined.force),
-        mean_force: of(|refined| refined.mean_force),
-        contact_length: of(|refined| refined.contact_length),
-        rolling_resistance: of(|refined| refined.rolling_resistance),
-    }
-}
-
-/// Checks every run that is known beforehand, and the forecast time of all of them against the scene's limit.
-fn check(
+/// Checks every run, each once, and the forecast time of all of them \[s\] against the scene's limit.
+fn forecast<'a>(
     loaded: &LoadedScene,
     scene: &Scene,
-    planned: &[&Settings],
-    combinations: usize,
-    costs: &UnitCosts,
-) -> Result<Expected, RunError> {
-    let threads = rayon::current_num_threads();
+    all: impl Iterator<Item = &'a Settings>,
+) -> Result<Vec<(Settings, f64)>, RunError> {
+    let (costs, threads) = (unit_record::known(), rayon::current_num_threads());
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();
     let own = Plan::new(&scene);
-    let (mut expected, mut fitted) = (Expected::default(), Vec::new());
-    for &settings in planned {
-        // Rolled once, however often it is compared.
-        if expected.planned.iter().any(|(rolled, _)| rolled == settings) {
+    let (mut planned, mut fitted): (Vec<(Settings, f64)>, _) = (Vec::new(), Vec::new());
+    for settings in all {
+        if planned.iter().any(|(other, _)| other == settings) {
             continue;
         }
         let variant = LoadedScene::from_scene(&settings.on(&scene), "variant")?;
@@ -338,9 +231,9 @@ fn check(
             plan.kept_poles = plan.kept_poles.or(Some(expected_fit::poles(elements as f64, pole_tolerance) as usize));
         }
         fitted.push(plan.fit);
-        expected.planned.push((settings.clone(), plan.forecast(costs, threads, 0.0).wall_seconds));
+        planned.push((settings.clone(), plan.forecast(&costs, threads, 0.0).wall_seconds));
     }
-    let hours = expected.seconds(combinations) / 3600.0;
+    let hours = planned.iter().map(|(_, seconds)| seconds).sum::<f64>() / 3600.0;
     let limit = loaded.scene.numerics.time_limit;
     if hours > limit {
         let wrong =
@@ -348,5 +241,5 @@ fn check(
         let right = "a shorter --duration, a coarser reference (--elements, --substeps), or a larger time_limit";
         return Err(SceneError::from(loaded.complain("numerics.time_limit", wrong, right)).into());
     }
-    Ok(expected)
+    Ok(planned)
 }

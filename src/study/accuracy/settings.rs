@@ -2,13 +2,22 @@
 
 use serde::Serialize;
 
-use crate::plan::decisions::cells_across;
+use crate::plan::decisions::{cells_across, square_cells};
+use crate::plan::front::{FrontRow, cell_for};
+use crate::plan::resolution::{Need, Resolution};
 use crate::road::Lattice;
-use crate::scene::{Contact, History, Numerics, Road, Scene, SliceCoupling, Slices, Tread, Zone};
+use crate::scene::{Contact, History, Numerics, Road, Scene, TimeRule, Zone};
+use crate::study::accuracy::{StudyOptions, Sweep};
 
+/// Tolerance of the reference's poles over cells, which are needed for each pair of wavenumbers, and of its contact
+/// conditions there, unless the scene's is finer.
+const POLES_OF_CELLS: f64 = 1e-5;
+const CONTACT_OF_CELLS: f64 = 1e-6;
+/// Its cell size, relative to [`cell_for`].
+const FINEST_CELL: f64 = 0.5;
 /// The settings of one run of a study; everything else is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Settings {
+pub struct Settings {
     /// Elements, steps, time rule, history and their tolerances, all explicit.
     #[serde(flatten)]
     pub numerics: Numerics,
@@ -24,13 +33,11 @@ impl Settings {
     pub(crate) fn of(scene: &Scene) -> Self {
         let (mut numerics, mut contact) = (scene.numerics.clone(), scene.contact.clone());
         numerics.forget_wishes();
-        let across = Lattice::across(scene.tyre.contact_width, scene.road.cell());
-        let made = matches!(scene.road, Road::Made(_) | Road::Profile(_));
-        // Whether a measured grid keeps its own cells is not known here; a texture has none.
         let of_law = contact.cell_of_law(&scene.road);
-        let resolved = made && of_law.is_none();
-        contact.cells_across =
-            contact.cells_across.or_else(|| (scene.road.varies_across() && resolved).then_some(across));
+        // Whether a measured grid keeps its own cells is not known here; a texture has none.
+        let resolved = matches!(scene.road, Road::Made(_) | Road::Profile(_)) && of_law.is_none();
+        let across = || Lattice::across(scene.tyre.contact_width, scene.road.cell());
+        contact.cells_across = contact.cells_across.or_else(|| (scene.road.varies_across() && resolved).then(across));
         if contact.zone == Zone::Cells {
             contact.cell = None;
             contact.cells_across = Some(cells_across(scene));
@@ -40,11 +47,75 @@ impl Settings {
         Self { numerics, contact, cell_length }
     }
 
+    /// Settings that a row of the table of presets chooses for a scene up to `highest` \[Hz\].
+    pub(crate) fn of_row(scene: &Scene, row: &'static FrontRow, highest: f64) -> Self {
+        let mut settings = Self::of(scene);
+        let Self { numerics, contact, cell_length } = &mut settings;
+        let need = Need { highest, row: Some(row) };
+        let (length, speed) = (scene.tyre.circumference, scene.rolling.speed());
+        let Resolution { elements, substeps } = Resolution::new(need, length, speed, row.time_rule, None, None);
+        (numerics.elements, numerics.substeps, numerics.time_rule) = (elements, substeps, row.time_rule);
+        (numerics.history, numerics.pole_tolerance) = (History::Modal, row.pole_tolerance);
+        (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
+        if contact.zone == Zone::Cells {
+            numerics.contact_tolerance = row.cell_tolerance;
+            contact.cells_across = Some(square_cells(&scene.tyre, elements));
+        } else {
+            *cell_length = row.cell_for(scene, highest);
+            contact.cells_across = contact.cells_across.map(|_| Road::cells(scene.tyre.contact_width, *cell_length));
+            contact.slice_tolerance = row.slice_tolerance;
+        }
+        settings
+    }
+
+    /// Settings of the reference: twice the scene's elements and as many steps as the highest frequency needs, unless
+    /// given.
+    pub(crate) fn reference(scene: &Scene, options: &StudyOptions) -> Self {
+        let StudyOptions { highest, elements, substeps, sweep, .. } = *options;
+        // Steps in a period of the highest frequency, tolerances of poles and sums.
+        let (per_period, poles, sums) = if sweep == Sweep::Outline { (24.0, 1e-5, 1e-7) } else { (48.0, 5e-6, 1e-8) };
+        let mut settings = Self::of(scene);
+        let Self { numerics, contact, cell_length } = &mut settings;
+        // A multiple of 16: all parts of it are even.
+        let elements = elements.unwrap_or(2 * numerics.elements).div_ceil(16) * 16;
+        let substeps = substeps.unwrap_or_else(|| {
+            let steps = per_period * highest * scene.tyre.circumference / scene.rolling.speed();
+            // An even number: it is halved to see whether it is enough.
+            (0.5 * steps / elements as f64).ceil().max(1.0) as usize * 2
+        });
+        (numerics.elements, numerics.substeps) = (elements, substeps);
+        if numerics.time_rule.runge_kutta().is_none() {
+            numerics.time_rule = TimeRule::Bdf2;
+        }
+        numerics.history = History::Modal;
+        (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
+        if contact.zone == Zone::Cells {
+            numerics.pole_tolerance = POLES_OF_CELLS;
+            numerics.contact_tolerance = numerics.contact_tolerance.min(CONTACT_OF_CELLS);
+            let square = square_cells(&scene.tyre, elements);
+            contact.cells_across = contact.cells_across.map(|across| square.max(2 * across));
+        } else {
+            (numerics.pole_tolerance, numerics.influence_tolerance) = (poles, sums);
+            let of_law = contact.cell_of_law(&scene.road).filter(|_| contact.cells_across.is_none());
+            *cell_length = of_law.unwrap_or_else(|| FINEST_CELL * cell_for(scene, highest));
+            contact.cells_across =
+                contact.cells_across.map(|_| Lattice::across(scene.tyre.contact_width, *cell_length));
+            contact.slice_tolerance = 0.0;
+        }
+        settings
+    }
+
     /// A copy changed by `turn`.
     pub(crate) fn with(&self, turn: impl FnOnce(&mut Self)) -> Self {
         let mut settings = self.clone();
         turn(&mut settings);
         settings
+    }
+
+    /// Changes the elements, and the steps of an element so that the time step stays about the same.
+    pub(crate) fn divide(&mut self, elements: usize) {
+        let substeps = (self.steps() as f64 / elements as f64).round().max(1.0) as usize;
+        (self.numerics.elements, self.numerics.substeps) = (elements, substeps);
     }
 
     /// The scene with these settings.
@@ -53,18 +124,6 @@ impl Settings {
         if contact.zone == Zone::Slices {
             contact.cells_along = Some(Road::cells(scene.tyre.circumference / numerics.elements as f64, cell_length));
         }
-        if contact.tread == Tread::Bedding || contact.slice_coupling != SliceCoupling::Local {
-            contact.slices = contact.slices.alone();
-        }
-        let has_one = contact.slice_coupling == SliceCoupling::Local && contact.slices != Slices::Pressed;
-        contact.local_compliance = contact.local_compliance.filter(|_| has_one);
-        if contact.tread != scene.contact.tread {
-            // Laws are compared at equal static stiffness.
-            (contact.bedding_stiffness, contact.equal_stiffness) = (None, contact.tread == Tread::Uncoupled);
-        }
-        if contact.tread == Tread::Uncoupled && contact.slice_coupling == SliceCoupling::Implicit {
-            contact.slice_coupling = SliceCoupling::Explicit;
-        }
         Scene { numerics, contact, ..scene.clone() }
     }
 
@@ -72,29 +131,17 @@ impl Settings {
         self.numerics.elements * self.numerics.substeps
     }
 
-    /// Time step of a scene's tyre at its speed \[s\].
-    pub(crate) fn time_step(&self, scene: &Scene) -> f64 {
-        scene.tyre.circumference / (self.steps() as f64 * scene.rolling.speed())
+    /// Time steps of a scene's tyre at its speed \[Hz\].
+    pub(crate) fn rate(&self, scene: &Scene) -> f64 {
+        self.steps() as f64 * scene.rolling.speed() / scene.tyre.circumference
     }
 
     /// The settings in one line.
-    pub(crate) fn label(&self, scene: &Scene) -> String {
-        let Self { numerics, contact, cell_length } = self;
+    pub(crate) fn label(&self) -> String {
+        let Self { numerics, contact, .. } = self;
         let (elements, substeps, rule) = (numerics.elements, numerics.substeps, numerics.time_rule.name());
-        let mut label = format!("N = {elements}, q = {substeps}, {rule}");
-        label += &match numerics.history {
-            History::Modal => format!(", poles {:.0e}", numerics.pole_tolerance),
-            History::Direct => format!(", memory {} s", numerics.memory),
-        };
-        let across = contact.cells_across.map(|points| 1e3 * scene.tyre.contact_width / points as f64);
-        if let (Some(across), Zone::Cells) = (across, contact.zone) {
-            label += &format!(", cells {across:.2} mm across");
-        } else if let Some(across) = across {
-            label += &format!(", cells {:.2} by {across:.2} mm", 1e3 * cell_length);
-        }
-        if contact.slice_tolerance > 0.0 {
-            label += &format!(", curves {:.0e} m", contact.slice_tolerance);
-        }
-        label
+        let cells = contact.cells_across.map_or_else(String::new, |cells| format!(", {cells} cells across"));
+        let (poles, curves) = (numerics.pole_tolerance, contact.slice_tolerance);
+        format!("N = {elements}, q = {substeps}, {rule}, poles {poles:.0e}{cells}, curves {curves:.0e} m")
     }
 }

@@ -22,7 +22,7 @@ const POLAR: [&str; 2] = ["level_db", "phase_deg"];
 
 /// One measured value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Point {
+pub struct Point {
     /// Frequency \[Hz\].
     pub frequency: f64,
     /// Side of the square patch \[m\].
@@ -33,7 +33,7 @@ pub(crate) struct Point {
 
 /// Faults of a file of mobilities.
 #[derive(Debug, Error)]
-pub(crate) enum MeasuredError {
+pub enum MeasuredError {
     /// A needed column is missing.
     #[error(
         "line {line}: no column {name:?}; the columns are: {}; needed: frequency_hz, patch_m, and either re, im or \
@@ -136,7 +136,7 @@ pub(crate) fn sides(width: f64) -> String {
 ///
 /// # Errors
 /// [`MeasuredError`], with line and column.
-pub(crate) fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
+pub fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
     let table = Table::of(bytes);
     let (mut columns, mut points) = (None, Vec::new());
     for record in table.records() {

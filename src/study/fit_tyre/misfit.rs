@@ -13,7 +13,7 @@ pub(super) const DECIBELS: f64 = 20.0 * std::f64::consts::LOG10_E;
 
 /// Standard deviations of the measured values.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Uncertainty {
+pub struct Uncertainty {
     /// Standard deviation of levels \[dB\].
     pub level: f64,
     /// Standard deviation of phases, in degrees.

@@ -13,15 +13,16 @@
 //! With J at the end, (J^T J)^-1 holds the variances and correlations of the logarithms. Where the residuals are larger
 //! than their uncertainties explain, the model or the uncertainties are wrong, and intervals grow by sqrt(chi^2/N).
 
-pub(crate) mod measured;
+pub mod measured;
 mod misfit;
 mod parameters;
 mod passivity;
 mod quantity;
 pub(crate) mod universal_file;
 
-pub(crate) use misfit::Uncertainty;
-pub(crate) use parameters::{BOUND, Parameter};
+pub use misfit::Uncertainty;
+pub use parameters::BOUND;
+pub use parameters::Parameter;
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -60,7 +61,7 @@ const SURE: f64 = 1.96;
 
 /// Reasons why nothing was fitted.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub(crate) enum FitTyreError {
+pub enum FitTyreError {
     /// Fewer numbers than unknowns.
     #[error(
         "{values} measured values ({} numbers) cannot tell {unknowns} parameters: measure at more frequencies, or fix \
@@ -85,7 +86,7 @@ pub(crate) enum FitTyreError {
 
 /// A parameter after the fit.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Estimate {
+pub struct Estimate {
     /// Which.
     pub parameter: Parameter,
     /// Its value in the starting tyre.
@@ -103,7 +104,7 @@ pub(crate) struct Estimate {
 
 /// A fitted tyre.
 #[derive(Clone, Debug)]
-pub(crate) struct Fit {
+pub struct Fit {
     /// Tyre with the fitted values.
     pub tyre: Tyre,
     /// The free parameters, in the order given.
@@ -127,7 +128,7 @@ pub(crate) struct Fit {
 /// # Errors
 /// [`FitTyreError`]. Free parameters without a positive value in the starting tyre keep what they are: see
 /// [`Parameter::value`].
-pub(crate) fn fit(
+pub fn fit(
     start: &Tyre,
     free: &[Parameter],
     points: &[Point],

@@ -5,12 +5,12 @@ use std::ops::Range;
 use crate::scene::{Law, Tyre};
 
 /// Bounds of a parameter: its start divided and multiplied by this.
-pub(crate) const BOUND: f64 = 4.0;
+pub const BOUND: f64 = 4.0;
 
 /// A parameter of the tyre. The tread is the outermost layer, the belt the innermost one under tension, or the
 /// innermost where none is under tension. All are positive and fitted by their logarithm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Parameter {
+pub enum Parameter {
     /// Modulus of the tread \[Pa\].
     TreadModulus,
     /// Its loss factor.
@@ -51,7 +51,7 @@ pub(crate) enum Parameter {
 
 impl Parameter {
     /// All parameters, in the order of the command line.
-    pub(crate) const ALL: [Self; 18] = [
+    pub const ALL: [Self; 18] = [
         Self::TreadModulus,
         Self::TreadLoss,
         Self::TreadThickness,
@@ -82,7 +82,7 @@ impl Parameter {
     ];
 
     /// Name on the command line.
-    pub(crate) const fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::TreadModulus => "tread-modulus",
             Self::TreadLoss => "tread-loss",
@@ -130,7 +130,7 @@ impl Parameter {
     /// than any mobility determines them, and with them known the others are well determined. The angle of cords is
     /// known from the tyre's construction. The foundation's and the sidewalls' losses show in the lowest modes only;
     /// the sidewalls' mass is weighed.
-    pub(crate) const fn is_usually_free(self) -> bool {
+    pub const fn is_usually_free(self) -> bool {
         !matches!(
             self,
             Self::TreadThickness
@@ -168,7 +168,7 @@ impl Parameter {
     }
 
     /// Reference to its value in a tyre; `None` where the tyre, or its material's law, has no such parameter.
-    pub(crate) fn place(self, tyre: &mut Tyre) -> Option<&mut f64> {
+    pub fn place(self, tyre: &mut Tyre) -> Option<&mut f64> {
         let belt = belt(tyre);
         let layer = match self {
             Self::TreadModulus | Self::TreadLoss | Self::TreadThickness | Self::TreadDensity => {
@@ -200,7 +200,7 @@ impl Parameter {
     }
 
     /// Its value, if that is positive, so that a logarithm can vary it.
-    pub(crate) fn value(self, tyre: &Tyre) -> Option<f64> {
+    pub fn value(self, tyre: &Tyre) -> Option<f64> {
         self.place(&mut tyre.clone()).copied().filter(|&value| value > 0.0)
     }
 }

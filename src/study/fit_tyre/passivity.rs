@@ -25,7 +25,7 @@ const TURNED: f64 = 45.0;
 
 /// Quantity that the values are instead of a mobility.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Instead {
+pub enum Instead {
     Accelerance,
     Receptance,
     OppositeSign,
@@ -38,7 +38,7 @@ pub(crate) enum Instead {
 /// Values that are no driving-point mobility.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("this is no driving-point mobility in m/(N s): {evidence}. {instead}")]
-pub(crate) struct NoMobility {
+pub struct NoMobility {
     /// Fault found, in words.
     pub evidence: String,
     /// Quantity that the values are instead, as far as the data show.

@@ -1,6 +1,6 @@
 //! Tangential forces of a sweep: their table, and curves over the creep that is varied.
 
-use crate::results::plots::{Axis, LinePlot, PlotError, Series};
+use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::summary::FrictionSummary;
 use crate::results::table::csv;
 use crate::study::sweep::run::Done;
@@ -46,10 +46,7 @@ pub(crate) fn friction_csv(runs: &[(Label, Option<Done>)]) -> Option<String> {
 }
 
 /// Forces over the creep, one curve for each force and combination of the other settings; `None` if no creep is varied.
-///
-/// # Errors
-/// [`PlotError`].
-pub(crate) fn friction_plot(runs: &[(Label, Option<Done>)], title: &str) -> Result<Option<String>, PlotError> {
+pub(crate) fn friction_plot(runs: &[(Label, Option<Done>)], title: &str) -> Option<String> {
     let of_creep = |label: &Label| label.choices.iter().position(|choice| choice.factor.starts_with(CREEP));
     let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
     let mut key = String::new();
@@ -75,7 +72,7 @@ pub(crate) fn friction_plot(runs: &[(Label, Option<Done>)], title: &str) -> Resu
     }
     curves.iter_mut().for_each(|(_, points)| points.sort_by(|a, b| a.0.total_cmp(&b.0)));
     if curves.iter().all(|(_, points)| points.len() < 2) {
-        return Ok(None);
+        return None;
     }
     let points = || curves.iter().flat_map(|(_, points)| points);
     let plot = LinePlot {
@@ -84,5 +81,5 @@ pub(crate) fn friction_plot(runs: &[(Label, Option<Done>)], title: &str) -> Resu
         y: Axis::linear_around("Force on the tyre [N]", points().map(|point| point.1)),
         series: curves.iter().map(|(name, points)| Series { name, points: points.clone() }).collect(),
     };
-    plot.to_svg().map(Some)
+    Some(plot.to_svg())
 }

@@ -430,7 +430,7 @@ mod tests {
         assert!(other.ends_with(",25,2000,0,,,"), "{other}");
         // Maxima of different bands have no mean: the other speed alone does, and no picture holds them together.
         assert!(!csv.contains("50,near") && csv.contains("80,near"), "{csv}");
-        let curves = table.curves("t").unwrap().concat();
+        let curves = table.curves("t").concat();
         assert!(curves.contains("25 Hz - 80 Hz") && !curves.contains("near"), "{curves}");
     }
 
@@ -486,7 +486,7 @@ mod tests {
 
     #[test]
     fn levels_over_the_speed_are_a_line_for_each_load_and_receiver_or_points_where_they_are_too_many() {
-        let curves = |runs: &[_]| RepeatedTable::of(runs).curves("t").unwrap();
+        let curves = |runs: &[_]| RepeatedTable::of(runs).curves("t");
         let [both] = &curves(&heard(2))[..] else { panic!("one picture") };
         // 30 + 25 + (1 + 2)/2; half the interval is 12.706 sqrt(0.5)/sqrt(2).
         for told in ["3000 N, near", "3100 N, far", "speed km/h: 50\n3000 N, far: 56.50 \u{b1} 6.353"] {
@@ -495,6 +495,6 @@ mod tests {
         let apart = curves(&heard(7));
         assert!(apart.len() == 2 && apart[0].contains("3600 N, far") && !apart[0].contains("near"), "{apart:?}");
         assert!(curves(&heard(8)).is_empty() && curves(&[]).is_empty());
-        assert!(RepeatedTable::of(&heard(8)).plots("t").unwrap().len() == 2);
+        assert!(RepeatedTable::of(&heard(8)).plots("t").len() == 2);
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::response::{BandLevel, SpeedExponent, ThirdOctaveBand};
 use crate::results::pass_by::PassBySummary;
-use crate::results::plots::{Axis, LinePlot, PlotError, Series};
+use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::summary::RollingResistance;
 use crate::results::table::{self, Report, aligned, numbers, optional};
 use crate::sound::{Compared, SpeedCoefficient, TotalLevel};
@@ -303,10 +303,7 @@ pub(crate) fn csv(blocks: &[SweepBlock]) -> String {
 }
 
 /// Growth over frequency, a curve per group, grey where a level is not valid; `None` if no band has a growth.
-///
-/// # Errors
-/// [`PlotError`].
-pub(crate) fn growth_plot(blocks: &[SweepBlock], title: &str) -> Result<Option<String>, PlotError> {
+pub(crate) fn growth_plot(blocks: &[SweepBlock], title: &str) -> Option<String> {
     let point = |line: &BandLine| {
         line.exponent.map(|fit| ((line.band.mid_frequency(), fit.decibels_per_decade), line.vouched()))
     };
@@ -317,7 +314,7 @@ pub(crate) fn growth_plot(blocks: &[SweepBlock], title: &str) -> Result<Option<S
         .map(|(name, (points, vouched))| (Series { name, points }, vouched))
         .unzip();
     if series.iter().all(|series| series.points.len() < 2) {
-        return Ok(None);
+        return None;
     }
     let points = || series.iter().flat_map(|series| &series.points);
     let plot = LinePlot {
@@ -326,7 +323,7 @@ pub(crate) fn growth_plot(blocks: &[SweepBlock], title: &str) -> Result<Option<S
         y: Axis::linear_around("Growth of the force level [dB per decade of speed]", points().map(|point| point.1)),
         series: series.clone(),
     };
-    plot.to_svg_vouched(|curve, point| vouched[curve][point]).map(Some)
+    Some(plot.to_svg_vouched(|curve, point| vouched[curve][point]))
 }
 
 #[cfg(test)]
@@ -413,9 +410,9 @@ mod tests {
         assert!((growth - 30.0).abs() < 1e-10 && &rows[0][0] == "stone, 3000 N" && rows[6][5].is_empty());
         assert_eq!((&rows[1][8], &rows[1][9], &rows[1][10], &rows[0][8]), ("0.0125", "37.5", "833", ""));
         assert_eq!((&rows[0][12], &rows[2][12]), ("", "0"));
-        let svg = growth_plot(&[block()], "t").unwrap().unwrap();
+        let svg = growth_plot(&[block()], "t").unwrap();
         assert!(svg.contains("Growth of the force level") && svg.contains("of speed]"), "{svg}");
-        assert_eq!(growth_plot(&[], "t").unwrap(), None);
+        assert_eq!(growth_plot(&[], "t"), None);
         assert!(!svg.contains("#BEBEBE") && !text.contains("(30.00)"));
         assert!(
             text.contains("dB(A) at") && text.contains("beside, L_AFmax") && text.contains("35.0 +- 0.0"),
@@ -433,6 +430,6 @@ mod tests {
         let block = SweepBlock::new(&group, speeds, found);
         let text = block.report().to_string();
         assert!(text.contains("(30.00)") && text.contains(" 22.25"), "{text}");
-        assert!(growth_plot(&[block], "t").unwrap().unwrap().contains("#BEBEBE"));
+        assert!(growth_plot(&[block], "t").unwrap().contains("#BEBEBE"));
     }
 }

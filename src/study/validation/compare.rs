@@ -17,7 +17,7 @@ const OCTAVES: [(&str, std::ops::RangeInclusive<i32>); 5] =
 
 /// Compares everything measured with everything published, in the order of the table; targets of a fit come last, in a
 /// separate group. Rows of speeds and roads that were not rolled have no value.
-pub(crate) fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
+pub fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
     let table = Table { measured, published, lacks: measured.lacks };
     let mut rows = table.tyre();
     for (speed, group) in [Group::Shape50, Group::Shape80, Group::Shape110].into_iter().enumerate() {

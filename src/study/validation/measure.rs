@@ -46,7 +46,7 @@ pub(crate) struct Options {
 
 /// Levels of a run at the receivers.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct HeardRun {
+pub struct HeardRun {
     /// Road of the run.
     pub texture: NamedTexture,
     /// Speed \[km/h\].
@@ -107,7 +107,7 @@ impl HeardRun {
 
 /// Properties of the standing tyre; `None` where they were not found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub(crate) struct StandingTyre {
+pub struct StandingTyre {
     /// Load over deflection at 350 kg \[N/m\].
     pub stiffness: Option<f64>,
     /// Length of the patch at 300, 350 and 400 kg \[m\].
@@ -122,7 +122,7 @@ pub(crate) struct StandingTyre {
 
 /// Measured values of a scene.
 #[derive(Clone, Debug)]
-pub(crate) struct Measured {
+pub struct Measured {
     /// The standing tyre.
     pub tyre: StandingTyre,
     /// By road, then by speed.

@@ -10,7 +10,7 @@ use crate::scene::{Scene, Zone};
 /// Reason that could explain a value outside its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Missing {
+pub enum Missing {
     /// Sidewalls that move against the belt and absorb its waves.
     Sidewalls,
     /// Tread pattern: blocks that strike the road, grooves that resonate.
@@ -50,7 +50,7 @@ impl Missing {
 
 /// Physics that a scene's model lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Lacks {
+pub struct Lacks {
     /// Sidewalls do not move.
     pub sidewalls: bool,
     /// Contact is resolved along the tyre only.

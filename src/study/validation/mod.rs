@@ -12,12 +12,11 @@ mod missing;
 mod published;
 mod row;
 
-pub(crate) use compare::rows;
-#[cfg(test)]
-pub(crate) use measure::StandingTyre;
-pub(crate) use measure::{HeardRun, Measured, Options, ValidationError, base_scene, measure};
-#[cfg(test)]
-pub(crate) use missing::Lacks;
+pub use compare::rows;
+pub(crate) use measure::{HeardRun, Options, ValidationError, base_scene, measure};
+pub use measure::{Measured, StandingTyre};
+pub use missing::Lacks;
 pub(crate) use missing::Missing;
-pub(crate) use published::{PUBLISHED_SPEEDS, Published};
+pub(crate) use published::PUBLISHED_SPEEDS;
+pub use published::Published;
 pub(crate) use row::{Group, Row, Summary, Verdict, summaries};

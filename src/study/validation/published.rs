@@ -36,7 +36,7 @@ pub(super) fn is_compared(texture: NamedTexture, speed: f64) -> bool {
 /// Origin of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Kind {
+pub enum Kind {
     /// From measurements.
     Measured,
     /// Target of a fit: shows whether the tyre still is what it was fitted to.
@@ -87,7 +87,7 @@ struct File {
 
 /// Third octaves of one source.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PublishedSet {
+pub struct PublishedSet {
     /// Name of the source.
     pub source: String,
     /// A-weighted levels of the bands from 200 Hz to 2 kHz at each of the published speeds \[dB, with any reference\].
@@ -124,7 +124,7 @@ pub(super) fn bands() -> impl Iterator<Item = ThirdOctaveBand> {
 
 /// All published values.
 #[derive(Clone, Debug)]
-pub(crate) struct Published {
+pub struct Published {
     /// Sets of third octaves.
     pub sets: Vec<PublishedSet>,
     pub(super) shape: Widening,
@@ -138,7 +138,7 @@ impl Published {
     /// # Panics
     /// If an embedded file is damaged: a test reads them.
     #[expect(clippy::expect_used, reason = "the files are part of the program, and a test reads them")]
-    pub(crate) fn embedded() -> Self {
+    pub fn embedded() -> Self {
         let File { bands, quantities } = serde_json::from_str(QUANTITIES).expect("quantities.json is valid");
         let Bands { shape, growth, sources } = bands;
         let cars = |speed| format!("A_weighted_band_minus_overall_{speed}kmh_dB");

@@ -8,7 +8,7 @@ use super::published::Kind;
 /// Part of the table that a row stands in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Group {
+pub enum Group {
     /// Properties of the standing tyre.
     Tyre,
     /// Third octaves relative to their energy sum at 50 km/h.
@@ -61,7 +61,7 @@ impl Group {
 
 /// A value compared with its range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Row {
+pub struct Row {
     /// Part of the table.
     pub group: Group,
     /// Name of the quantity.

@@ -18,7 +18,7 @@ pub struct CellTruncation {
 
 /// One wave on cells: those waves of the tyre that are the same on cells, together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct CellWave {
+pub struct CellWave {
     /// n, m and weight \[1/m^2\] of each of the tyre's waves.
     pub terms: Vec<(i64, usize, f64)>,
     /// True if it is its mirror image, the number 0 or N/2 of the ring: the odd part of its function is 0.
@@ -39,7 +39,7 @@ pub struct CellRow {
     pub folded: bool,
     /// Number of the first wave on the ring, n in periods round it.
     pub first: usize,
-    pub(crate) waves: Vec<CellWave>,
+    pub waves: Vec<CellWave>,
 }
 
 /// Waves in a range of wavenumbers, on a ring. The longer ones need all of the tyre; the shorter ones are damped out

@@ -25,7 +25,7 @@ const TOLERANCE: f64 = 1e-6;
 
 /// Mobility of several patches over frequency.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Mobility {
+pub struct Mobility {
     /// Side lengths a \[m\], one per column.
     pub patches: Vec<f64>,
     /// Frequencies \[Hz\], one per row.
@@ -60,7 +60,7 @@ pub(crate) fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
 
 /// Driving-point mobility of square patches of the given side lengths \[m\] at frequencies \[Hz\]. A tread under
 /// tension has no half-space limit; then every term up to the last lobe is evaluated.
-pub(crate) fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {
+pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {
     // 1. Weights of the patches up to their last lobe.
     let waves = Waves::new(tyre);
     let highest = patches.iter().fold(0.0_f64, |k, &a| k.max(2.0 * PI * LOBES / a));

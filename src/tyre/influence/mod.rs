@@ -46,9 +46,10 @@ pub(crate) mod wave_compliance;
 mod waves;
 
 pub use cell_grid::CellGrid;
+pub use cell_influence::CellInfluence;
 #[cfg(test)]
 pub(crate) use cell_influence::OddInfluence;
-pub(crate) use cell_influence::{CellInfluence, WaveValues};
+pub(crate) use cell_influence::WaveValues;
 pub(crate) use cell_sums::{CellSums, CellSumsAt};
 pub(crate) use cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
 pub(crate) use curved_waves::{steep_bytes, wave_bytes, wave_count};
@@ -57,9 +58,11 @@ pub use kernel::Field;
 pub(crate) use lane_sum::FaceValues;
 pub use projection::Projection;
 pub(crate) use surface_waves::SurfaceWaves;
-pub(crate) use traction_influence::{COMPONENTS, TractionInfluence};
+pub use traction_influence::COMPONENTS;
+pub(crate) use traction_influence::TractionInfluence;
 #[cfg(test)]
 pub(crate) use traction_influence::{PairTables, UniformTables};
-pub(crate) use traction_sums::{PAIRS, TractionParts, folded_traction_shape, traction_shape};
+pub use traction_sums::traction_shape;
+pub(crate) use traction_sums::{PAIRS, TractionParts, folded_traction_shape};
 pub(crate) use traction_waves::{TractionLines, TractionWaves};
 pub(crate) use waves::Waves;

@@ -13,7 +13,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Number of components of traction and of displacement.
-pub(crate) const COMPONENTS: usize = 3;
+pub const COMPONENTS: usize = 3;
 
 /// Tables of one pair of components; an empty table is zero.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]

@@ -46,7 +46,7 @@ pub(crate) const PAIRS: usize = COMPONENTS * COMPONENTS;
 /// Even and odd parts of a wave's compliance by pair, displacement a by force b at 3 a + b \[m/N\], or \[m/Pa\] before
 /// weights.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TractionParts {
+pub struct TractionParts {
     /// Even part E.
     pub even: [Complex64; PAIRS],
     /// Odd part O.
@@ -137,7 +137,7 @@ fn mean_of_sine(m: usize) -> f64 {
 }
 
 /// Mean over a cell j of the shape of a component in a wave m across.
-pub(crate) fn traction_shape(grid: &CellGrid, component: usize, m: usize, j: usize) -> f64 {
+pub fn traction_shape(grid: &CellGrid, component: usize, m: usize, j: usize) -> f64 {
     let sides = grid.waves().sides;
     if component != 1 {
         return if m == 0 && sides == Sides::Supported { 0.0 } else { grid.shape(m, j) };
@@ -214,7 +214,7 @@ impl CellSums {
     /// Waves of a band that carry the past of tractions: those of normal forces, and on the whole tyre with supported
     /// sides the lateral motion that is uniform across. A band may be folded with supported sides only: the mean of
     /// the sines differs from number to number.
-    pub(crate) fn traction_rows(&self, band: WaveBand) -> Vec<CellRow> {
+    pub fn traction_rows(&self, band: WaveBand) -> Vec<CellRow> {
         let mut rows = self.waves(band);
         if self.grid.waves().sides == Sides::Supported && band.fades_in.is_none() {
             rows.insert(0, CellRow::whole(&self.grid, 0, self.truncation.aliases.unwrap_or(1)));
@@ -223,7 +223,7 @@ impl CellSums {
     }
 
     /// Parts of a wave's influence at s \[m/N\].
-    pub(crate) fn traction_parts(&self, wave: &CellWave, CellSumsAt(at): &CellSumsAt) -> TractionParts {
+    pub fn traction_parts(&self, wave: &CellWave, CellSumsAt(at): &CellSumsAt) -> TractionParts {
         let mut sum = TractionParts::ZERO;
         // Odd parts of a wave that is its own mirror cancel.
         let sides = if wave.is_mirror { 0.0 } else { 1.0 };

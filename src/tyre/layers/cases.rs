@@ -35,7 +35,7 @@ const MOST_STEPS: f64 = 1e4;
 
 /// Errors of a file of cases.
 #[derive(Debug, Error)]
-pub(crate) enum CasesError {
+pub enum CasesError {
     /// Not JSON, or not this format.
     #[error("not a file of compliance cases: {0}")]
     Format(#[from] serde_json::Error),
@@ -44,6 +44,7 @@ pub(crate) enum CasesError {
     UnknownTyre {
         /// Position of the case, counted from 0.
         index: usize,
+        /// Name of the tyre.
         name: String,
     },
     /// A case names a sidewall that is not there.
@@ -51,6 +52,7 @@ pub(crate) enum CasesError {
     UnknownSidewall {
         /// Position of the case, counted from 0.
         index: usize,
+        /// Name of the sidewall.
         name: String,
     },
     /// A number out of range.
@@ -260,7 +262,7 @@ enum Asked {
 }
 
 /// Evaluates every case of a file's text; returns the same document with `C` and `D`, or `K`, in its cases.
-pub(crate) fn evaluate(text: &str) -> Result<Value, CasesError> {
+pub fn evaluate(text: &str) -> Result<Value, CasesError> {
     // 1. Tyres and sidewalls by name, and the cases.
     let mut document: Value = serde_json::from_str(text)?;
     let sidewalls: Vec<SidewallEntry> = list(&document, "sidewalls")?.unwrap_or_default();
@@ -343,8 +345,8 @@ fn sidewall(entry: SidewallEntry) -> Result<(String, Sidewall), CasesError> {
     Ok((name, sidewall))
 }
 
-#[cfg(test)]
-pub(crate) fn curved_tyres(text: &str) -> Result<Vec<(String, CurvedStack)>, CasesError> {
+/// The curved tyres of a file of cases, by name.
+pub fn curved_tyres(text: &str) -> Result<Vec<(String, CurvedStack)>, CasesError> {
     let document: Value = serde_json::from_str(text)?;
     let tyres: Vec<Value> = serde_json::from_value(document["tyres"].clone())?;
     let is_curved = |entry: &Value| entry["curved"].as_bool() == Some(true);

@@ -22,7 +22,7 @@ use crate::numeric::ComplexField;
 use crate::scene::{Foundation, Layer, Tyre};
 
 /// A 3x3 matrix over x, y, z: displacement i \[m\] per unit traction j \[Pa\].
-pub(crate) type Matrix3 = [[Complex64; 3]; 3];
+pub type Matrix3 = [[Complex64; 3]; 3];
 
 /// Layers and foundation of a flat tyre, for any s.
 #[derive(Clone, Debug, PartialEq)]

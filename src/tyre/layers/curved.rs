@@ -89,7 +89,7 @@ pub struct CurvedStack {
 }
 
 /// Growth of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
-pub(crate) fn growth(tyre: &Tyre) -> f64 {
+pub fn growth(tyre: &Tyre) -> f64 {
     if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
 }
 
@@ -111,7 +111,7 @@ pub(crate) fn sidewall_bytes(tyre: &Tyre) -> f64 {
 
 /// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
 #[inline(always)]
-pub(crate) fn air_stiffness<T: ComplexField>(cavity: &Cavity, n: i64, s: T) -> T {
+pub fn air_stiffness<T: ComplexField>(cavity: &Cavity, n: i64, s: T) -> T {
     let Cavity { radius, depth, density, sound_speed, relaxation } = *cavity;
     if n == 0 {
         return s.like(density * sound_speed * sound_speed / depth);

@@ -20,7 +20,7 @@ pub(super) fn power_law(s: Complex64, loss_factor: f64, reference_frequency: f64
 }
 
 /// Young's modulus E(s) \[Pa\].
-pub(crate) fn modulus(material: &Material, s: Complex64) -> Complex64 {
+pub fn modulus(material: &Material, s: Complex64) -> Complex64 {
     let factor = match material.law {
         Law::Elastic => Complex64::new(1.0, 0.0),
         Law::PowerLaw => power_law(s, material.loss_factor, material.reference_frequency, material.corner_frequency),
@@ -57,7 +57,7 @@ pub(crate) fn effective_modulus(material: &Material, frequency: f64) -> f64 {
 }
 
 /// Foundation stiffness per area at s: \[tangential, normal\] \[N/m^3\].
-pub(crate) fn foundation_stiffness(foundation: &Foundation, s: Complex64) -> [Complex64; 2] {
+pub fn foundation_stiffness(foundation: &Foundation, s: Complex64) -> [Complex64; 2] {
     let factor = power_law(s, foundation.loss_factor, foundation.reference_frequency, foundation.corner_frequency);
     [factor * foundation.tangential, factor * foundation.normal]
 }

@@ -14,7 +14,7 @@
 //! - [`cases`]: files of wavenumbers and s in, C and D out.
 
 mod anisotropic;
-pub(crate) mod cases;
+pub mod cases;
 pub(crate) mod compliance;
 mod coriolis;
 pub(crate) mod curved;
@@ -25,7 +25,7 @@ pub(crate) mod lane_compliance;
 pub(crate) mod layer;
 mod layer_modes;
 mod layer_wave;
-pub(crate) mod material;
+pub mod material;
 pub(crate) mod matrix2;
 mod radial_polynomials;
 pub(crate) mod rotation;

@@ -22,14 +22,11 @@ pub struct Fetched {
 
 impl Cached for RationalModel {
     const KIND: Kind =
-        Kind { extension: "influence", format: Format { magic: b"TWAVEINF", version: 11, name: "an influence model" } };
+        Kind { extension: "influence", format: Format { magic: b"TWAVEINF", version: 12, name: "an influence model" } };
 
     fn is_sound(&self) -> bool {
-        let (rows, poles) = (self.elements / 2 + 1, self.poles.stored());
-        self.poles.is_sound()
-            && [self.poles.functions(), self.constants.len(), self.statistics.len()] == [rows; 3]
-            && [self.driven_residues.len(), self.bottom_residues.len()] == [poles; 2]
-            && self.odd_residues.each_ref().map(Vec::len) == [if self.turns() { poles } else { 0 }; 2]
+        let rows = self.elements / 2 + 1;
+        self.waves.is_valid(2) && [self.waves.len(), self.constants.len(), self.statistics.len()] == [rows; 3]
     }
 }
 
@@ -37,7 +34,7 @@ impl Cached for RationalModel {
 ///
 /// # Errors
 /// [`FitError::Options`] for a tyre whose numbers are not finite.
-pub(crate) fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitError> {
+pub fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitError> {
     let not_finite = |_| FitError::Options { what: "tyre", value: f64::NAN, wanted: "finite numbers" };
     crate::storage::cache::key::<RationalModel>(&(tyre.levelled(), options)).map_err(not_finite)
 }
@@ -72,7 +69,7 @@ mod tests {
         cache.store(&[7; 32], &model).unwrap();
         assert_eq!(cache.load::<RationalModel>(&[7; 32]).unwrap().unwrap().unwrap(), model);
         let mut short = model.clone();
-        short.odd_residues[1].pop();
+        short.waves.residues[1][1].pop();
         assert!(model.is_sound() && !short.is_sound());
     }
 }

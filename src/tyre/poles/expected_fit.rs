@@ -3,8 +3,7 @@
 use crate::scene::Tyre;
 use crate::tyre::poles::ladder::REAL;
 
-/// By resolution N: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured,
-/// `tyrewave influence --cost`).
+/// By resolution N: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured).
 const FITS: [(f64, f64, f64); 7] = [
     (128.0, 3940.0, 0.93),
     (256.0, 7309.0, 0.92),

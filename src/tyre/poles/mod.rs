@@ -8,14 +8,13 @@
 //! - `passivity`: whether a model generates energy, and its mending;
 //! - `wavenumber`: the adaptive fit of one wavenumber; [`error`]: why it was refused;
 //! - [`fit`](mod@fit): all wavenumbers, each started from a neighbour, in parallel;
-//! - `table`: poles of a list of functions; [`model`]: with the residues of every wavenumber, as structure of arrays;
+//! - [`pole_model`]: poles and residues of a list of functions; [`model`]: of every wavenumber;
 //! - `row`: a row of fits, each started from its neighbour;
 //! - [`cache`]: models in the cache on disk;
-//! - [`cells`]: models of single waves, the past of contact cells;
+//! - [`cells`]: fits of single waves, the past of contact cells;
 //! - [`tractions`]: all components of tractions, over common poles; [`traction_model`]: the stored part of them;
 //! - [`lateral`]: models of the waves of one lateral number, both faces;
 //! - `tangential`: sideways motion of the surface under normal forces, over the same poles;
-//! - [`scaling`]: cost of a fit.
 //!
 //! Meaning of the tolerance: the error at s is relative to |H_n(s)|, or to 0.003 of the largest |H_n| over the band
 //! where that is more: the contact feels G0, H_n far from its resonances, where it is small. A model within the
@@ -38,10 +37,9 @@ mod ladder;
 pub(crate) mod lateral;
 pub(crate) mod model;
 mod passivity;
+pub(crate) mod pole_model;
 mod row;
 mod sampled;
-pub(crate) mod scaling;
-mod table;
 mod tangential;
 pub(crate) mod traction_model;
 pub(crate) mod tractions;
@@ -50,9 +48,11 @@ mod tree;
 pub(crate) mod turning_ring;
 mod wavenumber;
 
-pub(crate) use error::FitError;
+pub use error::FitError;
 #[cfg(test)]
 pub(crate) use fit::fit;
-pub(crate) use fit::{FitOptions, FitTimes, fit_timed, fit_unless_stopped};
-pub(crate) use model::{Direction, Modes, RationalModel};
+pub use fit::fit_unless_stopped;
+pub(crate) use fit::{FitOptions, FitTimes, fit_timed};
+pub use model::Direction;
+pub(crate) use model::{Modes, RationalModel};
 pub(crate) use tangential::{TangentialModel, lateral_tangential_model, tangential_model};

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::table::PoleTable;
+use super::pole_model::PoleModel;
 use crate::numeric::rational::partial_fractions::evaluate;
 use crate::tyre::influence::Field;
 
@@ -35,8 +35,6 @@ pub struct FitStatistics {
 /// H_n(s) ~ constant + sum_r R_r/(s - lambda_r), n = 0..=N/2, for the driven face and, with the same poles, the
 /// innermost face.
 ///
-/// A pair of poles is stored once; a real pole has a real residue. Within a wavenumber the pairs come first.
-///
 /// With rotation, these are the even parts E_n of H_n = E_n + i O_n, H_-n = E_n - i O_n (see
 /// [`InfluenceSum`](crate::tyre::influence::InfluenceSum)); the odd parts have separate residues over the same poles.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -50,14 +48,8 @@ pub struct RationalModel {
     pub top: f64,
     /// Tolerance that was asked for, see `FitStatistics::error`.
     pub tolerance: f64,
-    /// lambda \[1/s\].
-    pub(super) poles: PoleTable,
-    /// R of the driven face \[m/(N s)\].
-    pub(super) driven_residues: Vec<Complex64>,
-    /// R of the innermost face \[m/(N s)\].
-    pub(super) bottom_residues: Vec<Complex64>,
-    /// R of the odd parts of the driven and of the innermost face \[m/(N s)\]; empty at rest.
-    pub(super) odd_residues: [Vec<Complex64>; 2],
+    /// Poles, and residues of the driven and of the innermost face.
+    pub(super) waves: PoleModel,
     /// H_n(infinity) of the driven and of the innermost face \[m/N\]; that of odd parts is 0.
     pub(super) constants: Vec<[f64; 2]>,
     /// Cost and accuracy of each wavenumber.
@@ -66,7 +58,7 @@ pub struct RationalModel {
 
 /// Poles of one wavenumber with the residues of one face.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Modes<'a> {
+pub struct Modes<'a> {
     /// lambda: `pairs` complex ones (Im > 0), then the real ones \[1/s\].
     pub poles: &'a [Complex64],
     /// R, in the order of the poles \[m/(N s)\].
@@ -88,7 +80,7 @@ pub(crate) const LEAST_SHARE: f64 = 0.1;
 /// elements, has crests that run to smaller elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Direction {
+pub enum Direction {
     /// With the rotation, to smaller elements: H_n = E_n + i O_n on the upper imaginary axis.
     Forwards,
     /// Against the rotation, to larger elements: H_-n = E_n - i O_n there.
@@ -96,7 +88,8 @@ pub(crate) enum Direction {
 }
 
 impl Direction {
-    pub(crate) const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
+    /// Both directions, in the order of their poles.
+    pub const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
 
     pub(crate) fn opposite(self) -> Self {
         match self {
@@ -106,7 +99,7 @@ impl Direction {
     }
 
     /// H_n = E + i O, or H_-n = E - i O.
-    pub(crate) fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
+    pub fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
         let turned = Complex64::new(-odd.im, odd.re);
         match self {
             Self::Forwards => even + turned,
@@ -117,22 +110,22 @@ impl Direction {
 
 impl Modes<'_> {
     /// Weight of a pole in a sum of real parts: 2 where it stands for a pair.
-    pub(crate) fn multiplicity(&self, index: usize) -> f64 {
+    pub fn multiplicity(&self, index: usize) -> f64 {
         if index < self.pairs { 2.0 } else { 1.0 }
     }
 
     /// Value at s, of a tyre that turns the even part E_n(s) \[m/N\].
-    pub(crate) fn evaluate(&self, s: Complex64) -> Complex64 {
+    pub fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(self.poles, self.residues, self.constant, s)
     }
 
     /// Odd part O_n(s) \[m/N\].
-    pub(crate) fn evaluate_odd(&self, s: Complex64) -> Complex64 {
+    pub fn evaluate_odd(&self, s: Complex64) -> Complex64 {
         if self.odd.is_empty() { Complex64::ZERO } else { evaluate(self.poles, self.odd, 0.0, s) }
     }
 
     /// Value at s of the waves of one direction: H_n(s), or H_-n(s) \[m/N\].
-    pub(crate) fn evaluate_wave(&self, direction: Direction, s: Complex64) -> Complex64 {
+    pub fn evaluate_wave(&self, direction: Direction, s: Complex64) -> Complex64 {
         direction.of(self.evaluate(s), self.evaluate_odd(s))
     }
 
@@ -144,7 +137,7 @@ impl Modes<'_> {
 
     /// True if a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is at
     /// least [`LEAST_SHARE`] of that in the other direction.
-    pub(crate) fn belongs_to(&self, direction: Direction, index: usize) -> bool {
+    pub fn belongs_to(&self, direction: Direction, index: usize) -> bool {
         let [own, other] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
         own >= LEAST_SHARE * other
     }
@@ -158,22 +151,18 @@ impl RationalModel {
 
     /// Poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven one; any
     /// other gives `None`.
-    pub(crate) fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
-        let (residues, face) = match field {
-            Field::Bottom => (&self.bottom_residues, 1),
-            field if field == self.driven => (&self.driven_residues, 0),
+    pub fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
+        let face = match field {
+            Field::Bottom => 1,
+            field if field == self.driven => 0,
             _ => return None,
         };
-        let (poles, pairs) = self.poles.of(n);
-        let range = self.poles.range(n);
-        // Empty at rest.
-        let odd = self.odd_residues[face].get(range.clone()).unwrap_or(&[]);
-        Some(Modes { poles, residues: &residues[range], odd, pairs, constant: self.constants[n][face] })
+        Some(Modes { constant: self.constants[n][face], ..self.waves.modes(n, face) })
     }
 
     /// True for a tyre that turns: the model then has odd parts.
     pub fn turns(&self) -> bool {
-        !self.odd_residues[0].is_empty()
+        self.waves.turns()
     }
 
     /// H_n(s) of a face \[m/N\], of a tyre that turns E_n(s); `None` for a face that was not fitted.
@@ -188,7 +177,7 @@ impl RationalModel {
 
     /// Number of poles of all wavenumbers, conjugates counted.
     pub fn order(&self) -> usize {
-        self.poles.order()
+        self.waves.order()
     }
 
     /// Cost and accuracy of the wavenumbers, n = 0..=N/2.
@@ -198,7 +187,7 @@ impl RationalModel {
 
     /// Evaluations of the compliance that the whole fit took.
     pub fn evaluations(&self) -> u64 {
-        self.statistics.iter().map(|entry| entry.evaluations).sum()
+        self.waves.evaluations()
     }
 
     /// From one entry for each wavenumber n = 0..=N/2, in this order.
@@ -209,34 +198,13 @@ impl RationalModel {
         tolerance: f64,
         entries: impl IntoIterator<Item = Entry>,
     ) -> Self {
-        let mut model = Self {
-            elements,
-            driven,
-            top,
-            tolerance,
-            poles: PoleTable::default(),
-            driven_residues: Vec::new(),
-            bottom_residues: Vec::new(),
-            odd_residues: Default::default(),
-            constants: Vec::new(),
-            statistics: Vec::new(),
-        };
+        let (mut waves, mut constants, mut statistics) = (PoleModel::new(2), Vec::new(), Vec::new());
         for entry in entries {
-            model.poles.push(&entry.poles);
-            model.driven_residues.extend_from_slice(&entry.residues[0]);
-            model.bottom_residues.extend_from_slice(&entry.residues[1]);
-            for (residues, odd) in model.odd_residues.iter_mut().zip(&entry.odd).filter(|(_, odd)| !odd.is_empty()) {
-                // Zeros for waves before it that are like their mirror images.
-                residues.resize(model.poles.stored() - odd.len(), Complex64::ZERO);
-                residues.extend_from_slice(odd);
-            }
-            model.constants.push(entry.constants);
-            model.statistics.push(entry.statistics);
+            waves.push(&entry.poles, [&entry.residues, &entry.odd], entry.statistics.evaluations);
+            constants.push(entry.constants);
+            statistics.push(entry.statistics);
         }
-        for residues in model.odd_residues.iter_mut().filter(|residues| !residues.is_empty()) {
-            residues.resize(model.poles.stored(), Complex64::ZERO);
-        }
-        model
+        Self { elements, driven, top, tolerance, waves: waves.complete(), constants, statistics }
     }
 }
 

@@ -5,7 +5,7 @@
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::table::PoleTable;
+use super::pole_model::PoleModel;
 use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::COMPONENTS;
 
@@ -28,20 +28,20 @@ impl Channel {
 }
 
 /// Poles and channels of a list of waves; a pole with several channels is stored as often.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct TractionModel {
-    pub(super) poles: PoleTable,
+    /// Poles alone.
+    pub(super) poles: PoleModel,
     pub(super) channels: Vec<Channel>,
     pub(super) turns: bool,
     /// Largest error of all waves.
     pub(super) error: f64,
-    pub(super) evaluations: u64,
 }
 
 impl TractionModel {
     /// Number of waves.
     pub(crate) fn len(&self) -> usize {
-        self.poles.functions()
+        self.poles.len()
     }
 
     /// Number of channels of all waves, conjugates counted.
@@ -50,7 +50,7 @@ impl TractionModel {
     }
 
     pub(crate) fn evaluations(&self) -> u64 {
-        self.evaluations
+        self.poles.evaluations()
     }
 
     #[cfg(test)]
@@ -79,10 +79,10 @@ impl TractionModel {
 impl Cached for TractionModel {
     const KIND: Kind = Kind {
         extension: "tractions",
-        format: Format { magic: b"TWAVETRA", version: 1, name: "a model of tractions of contact cells" },
+        format: Format { magic: b"TWAVETRA", version: 2, name: "a model of tractions of contact cells" },
     };
 
     fn is_sound(&self) -> bool {
-        self.poles.is_sound() && self.channels.len() == self.poles.stored()
+        self.poles.is_valid(0) && self.channels.len() == self.poles.stored()
     }
 }

@@ -20,12 +20,13 @@ use num_complex::Complex64;
 use super::cells::CellFitOptions;
 use super::error::{FitError, RefusalReason};
 use super::ladder::{Ladder, REAL, RUNGS};
+use super::pole_model::PoleModel;
 use super::row::{RowTarget, fit_row};
 use super::traction_model::{Channel, TractionModel};
-use super::wavenumber::new_pole;
+use super::wavenumber::{bound, elimination, new_pole};
 use crate::numeric::in_parallel;
 use crate::numeric::rational::partial_fractions::{is_pair, order, sort};
-use crate::numeric::rational::vector_fitting::{Elimination, relocate, residues};
+use crate::numeric::rational::vector_fitting::{relocate, residues};
 use crate::numeric::rational::{PartialFractions, Parts as RationalParts, RationalError, Samples};
 use crate::scene::Sides;
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
@@ -51,14 +52,10 @@ const MOST_GROWTH: usize = 2;
 const SPARE: usize = 12;
 /// Relocations that may make up for a pole.
 const RELOCATIONS: usize = 2;
-/// Bound of the poles, in tops of the band.
-const FARTHEST: f64 = 30.0;
 /// Distance of the rungs by which scales are found.
 const SCALE_STRIDE: usize = 256;
 /// Error, in tolerances, up to which a model that cannot be improved is accepted.
 const REFUSED_FROM: f64 = 10.0;
-/// Tolerance from which on relocations may use products instead of reflections.
-const PRODUCTS_FROM: f64 = 1e-6;
 
 /// Exact functions of the waves at the rungs.
 struct Exact<'a> {
@@ -250,7 +247,7 @@ fn common_poles(
     options: &CellFitOptions,
 ) -> Result<Fractions, RationalError> {
     let tolerance = options.tolerance;
-    let elimination = elimination(options);
+    let elimination = elimination(options.tolerance);
     let mut poles = first.to_vec();
     let mut best: Option<Fractions> = None;
     let (mut before, mut idle) = (f64::INFINITY, 0);
@@ -289,6 +286,7 @@ fn common_poles(
         sort(&mut poles);
         poles = relocate(&sampled.samples(), &poles, false, elimination)?;
         bound(&mut poles, exact.ladder.top);
+        sort(&mut poles);
     }
     best.ok_or(RationalError::NotFinite { stage: "tractions" })
 }
@@ -302,7 +300,7 @@ fn fewer_poles(
     top: f64,
 ) -> Result<Fractions, RationalError> {
     let samples = sampled.samples();
-    let elimination = elimination(options);
+    let elimination = elimination(options.tolerance);
     for _ in 0..removals {
         let share = |index: usize| {
             let pole = fractions.poles[index];
@@ -319,6 +317,7 @@ fn fewer_poles(
         for _ in 0..RELOCATIONS {
             poles = relocate(&samples, &poles, false, elimination)?;
             bound(&mut poles, top);
+            sort(&mut poles);
             let fewer = sampled.fractions(&samples, poles.clone())?;
             if fewer.error <= options.tolerance {
                 better = Some(fewer);
@@ -329,21 +328,6 @@ fn fewer_poles(
         fractions = fewer;
     }
     Ok(fractions)
-}
-
-/// Elimination of residues in relocations.
-fn elimination(options: &CellFitOptions) -> Elimination {
-    if options.tolerance < PRODUCTS_FROM { Elimination::Reflections } else { Elimination::Products }
-}
-
-/// Bounds the poles as `wavenumber` does: one real pole stands for all that are far beyond the band.
-fn bound(poles: &mut Vec<Complex64>, top: f64) {
-    let before = poles.len();
-    poles.retain(|pole| pole.norm() < FARTHEST * top);
-    if poles.len() < before {
-        poles.push(Complex64::new(-FARTHEST * top, 0.0));
-    }
-    sort(poles);
 }
 
 /// Splits a matrix of outputs by inputs into products of rank one by full pivoting, the largest first.
@@ -500,13 +484,12 @@ pub(crate) fn fit_tractions(
         Ok(done)
     };
     let fitted: Vec<Result<Vec<Wave>, FitError>> = in_parallel::map(rows, fit);
-    let mut model = TractionModel { turns: sums.turns(), ..TractionModel::default() };
+    let mut model = TractionModel { poles: PoleModel::new(0), channels: Vec::new(), turns: sums.turns(), error: 0.0 };
     for row in fitted {
         for wave in row? {
-            model.poles.push(&wave.poles);
+            model.poles.push(&wave.poles, [&[], &[]], wave.evaluations);
             model.channels.extend(wave.channels);
             model.error = model.error.max(wave.error);
-            model.evaluations += wave.evaluations;
         }
     }
     Ok(model)

@@ -111,11 +111,7 @@ impl Attempt<'_> {
     /// Elimination of residues in relocations: by reflections where poles are yet to be found, since fewer of them
     /// result.
     fn elimination(&self) -> Elimination {
-        if self.from_scratch || self.target.tolerance < PRODUCTS_FROM {
-            Elimination::Reflections
-        } else {
-            Elimination::Products
-        }
+        if self.from_scratch { Elimination::Reflections } else { elimination(self.target.tolerance) }
     }
 
     /// Relocates once and refits.
@@ -131,7 +127,7 @@ impl Attempt<'_> {
             .then(|| self.sampled.samples_of(|part| chosen[part]));
         let pole_samples = some.as_ref().unwrap_or(&samples);
         let mut poles = relocate(pole_samples, poles, self.target.constant, elimination)?;
-        self.bound(&mut poles);
+        bound(&mut poles, self.sampled.ladder.top);
         self.relocations += 1;
         self.sampled.candidate(&samples, poles)
     }
@@ -143,21 +139,8 @@ impl Attempt<'_> {
         let barycentric = aaa::approximate(&points, &values, 0.3 * self.target.tolerance, [most; 2])?;
         let mut poles = fold_conjugates(&barycentric.poles()?);
         stabilise(&mut poles);
-        self.bound(&mut poles);
+        bound(&mut poles, self.sampled.ladder.top);
         Ok(poles)
-    }
-
-    /// Replaces all poles far beyond the band by one on the real axis: within the band they are all the same constant,
-    /// relocation drives them further with every round, until they overflow, and between the band and there they only
-    /// threaten passivity.
-    fn bound(&self, poles: &mut Vec<Complex64>) {
-        let farthest = FARTHEST * self.sampled.ladder.top;
-        let before = poles.len();
-        poles.retain(|pole| pole.norm() < farthest);
-        if poles.len() < before {
-            poles.push(Complex64::new(-farthest, 0.0));
-            sort(poles);
-        }
     }
 
     /// A model within the tolerance that generates no energy.
@@ -307,6 +290,23 @@ impl Attempt<'_> {
             statistics,
         };
         Fitted { entry, grid: self.sampled.grid.clone() }
+    }
+}
+
+/// Elimination of residues in relocations that begin with the poles of a neighbour.
+pub(super) fn elimination(tolerance: f64) -> Elimination {
+    if tolerance < PRODUCTS_FROM { Elimination::Reflections } else { Elimination::Products }
+}
+
+/// Replaces all poles far beyond the band, which ends at `top`, by one on the real axis: within the band they are all
+/// the same constant, relocation drives them further with every round, until they overflow, and between the band and
+/// there they only threaten passivity.
+pub(super) fn bound(poles: &mut Vec<Complex64>, top: f64) {
+    let (farthest, before) = (FARTHEST * top, poles.len());
+    poles.retain(|pole| pole.norm() < farthest);
+    if poles.len() < before {
+        poles.push(Complex64::new(-farthest, 0.0));
+        sort(poles);
     }
 }
 

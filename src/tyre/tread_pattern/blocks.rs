@@ -30,12 +30,12 @@ const LENGTH: f64 = 3.0;
 const RIB: f64 = 3.0;
 
 /// Mark of a cell that belongs to no block.
-pub(crate) const NO_BLOCK: u32 = u32::MAX;
+pub const NO_BLOCK: u32 = u32::MAX;
 
 /// A block, or a rib, which is longer than its pressure is averaged over. A rib has one part per column and yields
 /// like the mean over all blocks of `length` parts, wherever they begin: without cuts it yields the same everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Block {
+pub struct Block {
     /// Index of the first part.
     pub first: u32,
     /// Number of parts; 1 of a block.
@@ -57,7 +57,7 @@ impl Block {
 
 /// Blocks of a tread.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Blocks {
+pub struct Blocks {
     /// Part of each cell, or [`NO_BLOCK`].
     pub of_cell: Vec<u32>,
     /// Number of cells of each part.
@@ -178,8 +178,7 @@ impl Blocks {
     }
 
     /// Blocks of given compliances \[m/Pa\], none of which is a rib.
-    #[cfg(test)]
-    pub(crate) fn whole(of_cell: Vec<u32>, compliances: &[f64]) -> Self {
+    pub fn whole(of_cell: Vec<u32>, compliances: &[f64]) -> Self {
         let mut cells = vec![0; compliances.len()];
         of_cell.iter().filter(|block| **block != NO_BLOCK).for_each(|&block| cells[block as usize] += 1);
         let block =

@@ -31,7 +31,7 @@ const UNNUMBERED: Cut = u32::MAX;
 
 /// Depths of a tread by cell.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TreadMap {
+pub struct TreadMap {
     /// Cells round the tyre.
     pub columns: usize,
     /// Cells across the strip.
@@ -186,7 +186,7 @@ impl TreadMap {
     }
 
     /// Void ratio of all cells.
-    pub(crate) fn void(&self) -> f64 {
+    pub fn void(&self) -> f64 {
         self.depths.iter().filter(|depth| **depth > 0.0).count() as f64 / self.depths.len() as f64
     }
 

@@ -16,7 +16,7 @@ use crate::scene::Pitches;
 
 /// Pitches that fill the circumference.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PitchTrain {
+pub struct PitchTrain {
     /// Circumference L \[m\].
     pub circumference: f64,
     /// Beginnings X_j \[m\].
@@ -61,7 +61,7 @@ impl PitchTrain {
     }
 
     /// Amplitude A_k of the order k.
-    pub(crate) fn amplitude(&self, order: usize) -> Complex64 {
+    pub fn amplitude(&self, order: usize) -> Complex64 {
         amplitude(&self.starts, self.circumference, order)
     }
 }

@@ -33,8 +33,7 @@ pub(crate) fn number(test: &str) -> Option<u32> {
 /// Tells what the running test measures and by which bound; nothing in a test that is no hard case.
 pub(crate) fn measured(what: impl Display, bound: impl Display, measured: impl Display) {
     let thread = std::thread::current();
-    let name = thread.name().map(|name| name.trim_start_matches("suite::"));
-    let Some((test, number)) = name.and_then(|name| Some((name, number(name)?))) else { return };
+    let Some((test, number)) = thread.name().and_then(|name| Some((name, number(name)?))) else { return };
     println!("hard case {number}: {what} | {bound} | {measured}");
     if std::env::var_os("TYREWAVE_HARD_CASES").is_none() {
         return;

@@ -10,12 +10,11 @@ use std::sync::atomic::AtomicBool;
 use serde_json::Value;
 use tempfile::TempDir;
 use tyrewave::counters::Watch;
+use tyrewave::internals::{NpyWriter, Row, read_force_levels, scene};
 use tyrewave::response::BandLevel;
-use tyrewave::results::npy::{NpyWriter, Row};
-use tyrewave::results::spectra::read_force_levels;
-use tyrewave::run::{self, RunError, RunOptions, RunReport, Unwatched};
+use tyrewave::run;
+use tyrewave::run::{RunError, RunOptions, RunReport, Unwatched};
 use tyrewave::scene::{Law, LoadedScene, Material};
-use tyrewave::test_models::scene;
 
 pub(super) mod hard_case;
 

@@ -12,15 +12,14 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use sha2::{Digest, Sha256};
 use tempfile::TempDir;
-use tyrewave::radiation;
+use tyrewave::internals::{
+    Cache, Cached, RationalModel, cases, measured_mobility as measured, radiation_cases as evaluate_radiation,
+    sampled_heights,
+};
 use tyrewave::road::{Lattice, Limits, describe};
 use tyrewave::scene::{
     AtEnd, DEFAULT, GridRoad, Lateral, LengthUnit, Levelling, OpenCrgRoad, PLATE, ProfileRoad, Road, Scene, Widen,
 };
-use tyrewave::storage::{Cache, Cached};
-use tyrewave::study::fit_tyre::measured;
-use tyrewave::tyre::layers::cases;
-use tyrewave::tyre::poles::RationalModel;
 
 mod corpus;
 mod mutants;
@@ -85,7 +84,7 @@ fn road(folder: &Path, bytes: &[u8], road: impl Fn(std::path::PathBuf) -> Road) 
     let limits = Limits { bytes: MEMORY };
     let told = Lattice::choose(&spec, 0.01, 0.1, None, None).and_then(|lattice| describe(&spec, lattice, 20.0, limits));
     if let Ok(told) = told {
-        assert!(told.sample.heights.iter().all(|height| height.is_finite()));
+        assert!(sampled_heights(&told).iter().all(|height| height.is_finite()));
         assert!(told.levels.iter().all(|at| at.level.is_finite()) && told.rms.is_finite());
     }
 }
@@ -150,7 +149,7 @@ fn compliance(_folder: &Path, bytes: &[u8]) {
 }
 
 fn radiation_cases(_folder: &Path, bytes: &[u8]) {
-    if let Ok(answer) = radiation::cases::evaluate(&String::from_utf8_lossy(bytes), MEMORY, &|| false) {
+    if let Ok(answer) = evaluate_radiation(&String::from_utf8_lossy(bytes), MEMORY, &|| false) {
         assert!(!answer.to_string().contains("null"), "{answer}");
     }
 }
@@ -165,7 +164,7 @@ fn sealed(folder: &Path, bytes: &[u8]) {
     let cache = Cache::at(folder.to_owned(), u64::MAX);
     fs::write(cache.path::<RationalModel>(&corpus::KEY), bytes).unwrap();
     assert!(!matches!(cache.load::<RationalModel>(&corpus::KEY), Ok(Some(Ok(_)))), "no such model was kept");
-    let _ = tyrewave::results::checkpoint::read(folder);
+    let _ = tyrewave::internals::read_checkpoint(folder);
 }
 
 /// A body in a file whose seal is whole.

@@ -7,8 +7,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value as Json;
 use toml::{Table, Value};
-use tyrewave::plan::Plan;
-use tyrewave::scene::schema::{Section, sections};
+use tyrewave::Plan;
+use tyrewave::internals::{Section, sections};
 use tyrewave::scene::{DEFAULT, PLATE, Scene};
 
 use super::corpus;

@@ -43,10 +43,10 @@ fn turned_waves(waves: &CarriedWaves) -> CarriedWaves {
     let rows = waves.rows.iter().flat_map(|row| row.waves.iter().enumerate());
     let odd = rows.enumerate().flat_map(|(wave, (n, _))| {
         let size = if n == 0 || 2 * n == 14 { 0.0 } else { 0.7 };
-        waves.model.modes(wave).residues.iter().map(move |residue| size * residue)
+        waves.model.wave(wave).residues.iter().map(move |residue| size * residue)
     });
     let mut model = serde_json::to_value(&waves.model).unwrap();
-    model["odd"] = serde_json::to_value(odd.collect::<Vec<_>>()).unwrap();
+    model["residues"][0][1] = serde_json::to_value(odd.collect::<Vec<_>>()).unwrap();
     let model = serde_json::from_value(model).unwrap();
     CarriedWaves { part: waves.part, rows: waves.rows.clone(), model }
 }
@@ -147,7 +147,7 @@ fn double_sums(elements: usize, models: &[RationalModel], waves: &CarriedWaves) 
                     expected[signed.unsigned_abs() as usize] += scale * velocity.norm_sqr();
                 }
                 for (row, &m) in CARRIED.iter().enumerate() {
-                    let own = of_wave(&waves.model.modes(row * (elements / 2 + 1) + index), n, s);
+                    let own = of_wave(&waves.model.wave(row * (elements / 2 + 1) + index), n, s);
                     put_in += scale * (s * own).re * force(n, m, bin).norm_sqr();
                 }
             }

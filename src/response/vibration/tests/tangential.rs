@@ -1,8 +1,10 @@
 //! Velocities due to tangential forces against the time stepping of the contact.
 
 use super::*;
-use crate::contact::friction::past::TractionPast;
-use crate::contact::friction::transform::TractionTransform;
+use crate::contact::cells::CellPast;
+use crate::contact::cells::component_transforms::ComponentTransforms;
+use crate::contact::cells::direct::DirectPast;
+use crate::counters::Meter;
 use crate::response::vibration::TangentialForces;
 use crate::scene::{DEFAULT, Sides};
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand, traction_shape};
@@ -26,9 +28,9 @@ fn stepped(
     let truncation = CellTruncation { lateral_terms: Some(HIGHEST), aliases: Some(1) };
     let sums = CellSums::new(tyre, grid.clone(), truncation, 1e-9, 10.0 / layout.time_step);
     let rows = sums.traction_rows(WaveBand::WHOLE);
-    let transform = TractionTransform::new(&grid, [grid.elements(), COLUMNS_HERE], &rows);
-    let mut past = TractionPast::new(&sums, &rows, transform, layout.rule, layout.time_step, lags);
-    let instant = sums.traction_instant(layout.rule.first_rate(layout.time_step).unwrap(), COLUMNS_HERE);
+    let transform = ComponentTransforms::of_tractions(&grid, [grid.elements(), COLUMNS_HERE], &rows);
+    let mut past = DirectPast::of_tractions(&sums, &rows, transform, layout.rule, layout.time_step, lags);
+    let instant = sums.traction_instant(layout.rule.first_rate(layout.time_step), COLUMNS_HERE);
     let (steps, cells) = (lags + layout.length(), COLUMNS_HERE * ACROSS_HERE);
     let driven = DRIVEN.0 * ACROSS_HERE + DRIVEN.1;
     let (mut means, mut found): (Vec<[f64; 2]>, Vec<_>) = Default::default();
@@ -36,8 +38,8 @@ fn stepped(
         let mut forces = vec![[0.0; 3]; cells];
         forces[driven][component] = (2.0 * PI * (bin * step) as f64 / layout.length() as f64).cos();
         let mut moved = vec![[0.0; 3]; cells];
-        past.add_displacement(0, &mut moved);
-        past.push(0, &forces);
+        past.add_displacement(0, 0, &mut moved, &mut Meter::default());
+        past.push(0, 0, &forces);
         let mean = |axis: usize| {
             let of = |j: usize| {
                 let cell = SEEN * ACROSS_HERE + j;

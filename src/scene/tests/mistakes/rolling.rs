@@ -94,7 +94,15 @@ fn contact_laws() {
         23,
         "contact.slices",
         "\"half-plane\"",
-        "accepted: \"none\", \"winkler\"",
+        "accepted: \"winkler\", \"half-space\"",
+    );
+    refused(
+        "tread = \"elastic\"",
+        "slices = \"none\"",
+        23,
+        "contact.slices",
+        "\"none\" is no longer a choice",
+        "cells_across = 1 and cells_along = 1",
     );
     refused("tread = \"elastic\"", "cells_across = 0", 23, "contact.cells_across", "0 is too small", "at least 1");
     refused(
@@ -116,19 +124,19 @@ fn contact_laws() {
     accepted("tread = \"elastic\"", "tread = \"bedding\"\nbedding_stiffness = 1e9");
     refused(
         "tread = \"elastic\"",
-        "slice_coupling = \"implizit\"",
+        "slice_coupling = \"explizit\"",
         23,
         "contact.slice_coupling",
-        "\"implizit\"",
-        "did you mean \"implicit\"?",
+        "\"explizit\"",
+        "did you mean \"explicit\"?",
     );
     refused(
         "tread = \"elastic\"",
-        "tread = \"uncoupled\"\nslice_coupling = \"implicit\"",
-        24,
+        "slice_coupling = \"implicit\"",
+        23,
         "contact.slice_coupling",
-        "tread = \"uncoupled\"",
-        "both couplings are the same",
+        "\"implicit\" is no longer a choice",
+        "\"explicit\", the paper's equation 4",
     );
     refused(
         "tread = \"elastic\"",
@@ -158,7 +166,7 @@ fn contact_laws() {
         );
     }
     accepted("tread = \"elastic\"", "tread = \"uncoupled\"\nequal_stiffness = true");
-    accepted("tread = \"elastic\"", "tread = \"bedding\"\nslice_coupling = \"implicit\"");
+    accepted("tread = \"elastic\"", "tread = \"bedding\"\nslice_coupling = \"explicit\"");
 }
 
 #[test]
@@ -173,8 +181,14 @@ fn numerics() {
         25,
         "numerics.time_rule",
         "\"bdf3\"",
-        "\"bdf1\", \"bdf2\", \"trapezoidal\"",
+        "\"bdf1\", \"bdf2\", \"sdirk2\", \"sdirk3\"",
     );
+    for (rule, instead) in [("trapezoidal", "ring"), ("first-order-hold", "grows")] {
+        let written = format!("time_rule = \"{rule}\"");
+        let place = "numerics.time_rule";
+        refused("elements = 512", &written, 25, place, "is no longer a choice", "\"sdirk2\", of the same order");
+        refused("elements = 512", &written, 25, place, rule, instead);
+    }
     refused("elements = 512", "fmax = 0", 25, "numerics.fmax", "0 is out", "above 0 Hz");
     refused("elements = 512", "memory = 0", 25, "numerics.memory", "0 is out", "above 0 s");
     refused("elements = 512", "memory_limit = -1", 25, "numerics.memory_limit", "-1", "above 0 GB");

@@ -1,7 +1,7 @@
 //! Pictures of a sweep of settings: levels against what is varied.
 
 use super::{FORCE, Quantity, RepeatedRow, RepeatedTable, SOUND};
-use crate::results::plots::{Axis, PlotError, PointPlot, PointSeries};
+use crate::results::plots::{Axis, PointPlot, PointSeries};
 use crate::results::spectra::FORCE_LEVEL;
 use crate::study::sweep::variants::{SPEED, said};
 
@@ -22,10 +22,7 @@ fn of_sound(quantity: &Quantity) -> String {
 impl RepeatedTable {
     /// Levels against each factor with more than one value, as name of a file and picture: a point with its interval
     /// for every combination, and a line through the means where values occur more than once.
-    ///
-    /// # Errors
-    /// [`PlotError`].
-    pub(crate) fn plots(&self, title: &str) -> Result<Vec<(String, String)>, PlotError> {
+    pub(crate) fn plots(&self, title: &str) -> Vec<(String, String)> {
         let mut plots = Vec::new();
         for (column, factor) in self.factors.iter().enumerate() {
             if self.labels(column).len() < 2 {
@@ -39,25 +36,22 @@ impl RepeatedTable {
                 }
                 let file: String = factor.chars().map(|sign| if sign.is_alphanumeric() { sign } else { '_' }).collect();
                 let file = format!("{}_by_{file}.svg", name.to_lowercase());
-                plots.push((file, self.against(column, title, &series, false)?));
+                plots.push((file, self.against(column, title, &series, false)));
             }
         }
-        Ok(plots)
+        plots
     }
 
     /// Levels against the speed or, if that is not varied, against the key with the most values, numbers before words:
     /// a line for each receiver and each combination of the rest, in one picture or in one for each receiver. Empty if
     /// there are too many lines even so.
-    ///
-    /// # Errors
-    /// [`PlotError`].
-    pub(crate) fn curves(&self, title: &str) -> Result<Vec<String>, PlotError> {
+    pub(crate) fn curves(&self, title: &str) -> Vec<String> {
         let mut varied: Vec<usize> = (0..self.factors.len()).filter(|&column| self.labels(column).len() > 1).collect();
         varied.sort_by_key(|&column| {
             let labels = self.labels(column);
             (self.factors[column] == SPEED, labels.iter().all(|label| label.parse::<f64>().is_ok()), labels.len())
         });
-        let Some(column) = varied.pop() else { return Ok(Vec::new()) };
+        let Some(column) = varied.pop() else { return Vec::new() };
         varied.sort_unstable();
         let mut combinations: Vec<(String, Vec<&RepeatedRow>)> = Vec::new();
         for row in &self.rows {
@@ -69,7 +63,7 @@ impl RepeatedTable {
             }
         }
         if combinations.len() > MOST_LINES {
-            return Ok(Vec::new());
+            return Vec::new();
         }
         let mut pictures = Vec::new();
         for (rank, ..) in DRAWN.into_iter().rev() {
@@ -81,14 +75,14 @@ impl RepeatedTable {
                     (names.collect::<Vec<_>>().join(", "), quantity, rows.clone())
                 };
                 let lines = drawn.iter().flat_map(|quantity| combinations.iter().map(|rest| line(*quantity, rest)));
-                pictures.push(self.against(column, title, &lines.collect::<Vec<_>>(), true)?);
+                pictures.push(self.against(column, title, &lines.collect::<Vec<_>>(), true));
             }
         }
-        Ok(pictures)
+        pictures
     }
 
     /// Draws named quantities of some combinations against the factor `column`.
-    fn against(&self, column: usize, title: &str, all: &[Drawn<'_>], joined: bool) -> Result<String, PlotError> {
+    fn against(&self, column: usize, title: &str, all: &[Drawn<'_>], joined: bool) -> String {
         let (factor, labels) = (&self.factors[column], self.labels(column));
         let (x, places) = axis_of(factor, &labels);
         let point = |quantity: &Quantity, row: &RepeatedRow| {

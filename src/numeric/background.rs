@@ -117,14 +117,13 @@ impl<T: Task> Shared<T> {
 
     /// Does the work if no thread has begun it yet.
     fn serve_once(&self) {
-        let work = {
-            let mut place = self.lock();
-            if !matches!(*place, Place::Waiting(_)) {
-                return;
-            }
-            replace(&mut *place, Place::Begun)
-        };
-        if let Place::Waiting(work) = work {
+        let mut place = self.lock();
+        if !matches!(*place, Place::Waiting(_)) {
+            return;
+        }
+        let begun = replace(&mut *place, Place::Begun);
+        drop(place);
+        if let Place::Waiting(work) = begun {
             self.carry_out(work);
         }
     }
@@ -159,8 +158,8 @@ impl<T: Task> Background<T> {
         this
     }
 
-    /// Wraps work that is done. It will be done on a thread of the pool that is current when it begins; who waits for
-    /// it helps with the tasks of that pool.
+    /// Wraps work that is done. It will be done on a thread of the pool that is current when it begins; a thread that
+    /// waits for it helps with the tasks of that pool.
     pub(crate) fn in_pool(work: T) -> Self {
         Self::new(work, true)
     }
@@ -216,7 +215,7 @@ impl<T: Task> Background<T> {
 
 impl<T: Task> Drop for Background<T> {
     fn drop(&mut self) {
-        // Work that has begun is finished first; its panics are handed on with the work, which nobody wants.
+        // Work that has begun is finished first; its panic is handed on with the work, and dropped with it.
         drop(self.wait(Place::Over));
         if let Some(thread) = self.thread.take() {
             self.shared.set(Place::Over);

@@ -156,7 +156,7 @@ impl RoadAhead {
     }
 }
 
-/// Which slices are there, without the slices themselves, which [`RoadAhead::refill`] makes again.
+/// Which slices are there, without the slices themselves, which `refill` makes again.
 impl Evolving for RoadAhead {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         let (begin, mut first, mut end) = (self.made.0, self.queue.first(), self.queue.end());

@@ -373,7 +373,7 @@ impl CellSearch {
     }
 }
 
-/// What the next search begins with in addition to the forces.
+/// The next search begins with this and the forces.
 impl Evolving for CellSearch {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         self.counts = self.counts();

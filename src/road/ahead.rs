@@ -163,6 +163,8 @@ impl Evolving for RoadAhead {
         state.same(&begin)?;
         state.all([&mut first, &mut end, &mut self.made.1, &mut self.slice_error])?;
         ensure(begin <= first && first <= end && begin <= self.made.1)?;
+        // The run needs no more, and the last chunk may end behind.
+        ensure(end.max(self.made.1) <= self.reached.max(begin).saturating_add(CHUNK_ROWS))?;
         if state.is_restored() {
             self.begun = self.made.1;
             self.queue = RoadStrip::starting_at(first);

@@ -12,14 +12,10 @@ pub(crate) use moving::LARGEST_RATE;
 pub use moving::MovingAxle;
 pub use moving::SprungMass;
 
-use std::mem::discriminant;
-
-use serde::{Deserialize, Serialize};
-
-use crate::storage::state::{Evolving, StateError, StateStream, ensure};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Indentation step by step.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug)]
 pub enum AxleHeight {
     /// Rises linearly to a fixed value.
     Fixed {
@@ -68,9 +64,11 @@ impl AxleHeight {
 
 impl Evolving for AxleHeight {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        let held = discriminant(self);
-        state.value(self)?;
-        ensure(held == discriminant(self))
+        match self {
+            Self::Fixed { .. } => Ok(()),
+            Self::Loaded(control) => control.state(state),
+            Self::Moving(axle) => axle.state(state),
+        }
     }
 }
 

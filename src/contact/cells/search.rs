@@ -380,7 +380,9 @@ impl Evolving for CellSearch {
         state.value(&mut self.counts)?;
         self.cells.set_work(self.counts.work);
         state.value(&mut self.found)?;
-        ensure(self.found.start <= self.found.end && self.found.end <= self.displacement.len())?;
+        let (Range { start, end }, across) = (self.found.clone(), self.cells.across());
+        ensure(start <= end && end <= self.displacement.len())?;
+        ensure(start.is_multiple_of(across) && end.is_multiple_of(across))?;
         self.displacement.state(state)
     }
 }

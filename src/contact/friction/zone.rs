@@ -28,7 +28,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
 use crate::scene::Creep;
-use crate::storage::state::{Evolving, StateError, StateStream, Value};
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::COMPONENTS;
 
@@ -352,7 +352,6 @@ impl Zone for FrictionZone {
 impl Evolving for FrictionZone {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         let Self { rolling, past, search, law, forces, first_element, last, .. } = self;
-        state.all([past, search, law, forces, first_element, last])?;
-        state.all([&mut Value(&mut rolling.free), &mut rolling.longitudinal])
+        state.all([past, search, law, forces, first_element, last, &mut rolling.free, &mut rolling.longitudinal])
     }
 }

@@ -38,7 +38,7 @@ use crate::results::sound::{
     BodySummary, RatedLevel, ReceiverSpectrum, SOUND_COLUMN, SOUND_FILE, SOUND_LEVEL, SoundError,
 };
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
-use crate::storage::state::{StateError, StateStream};
+use crate::storage::state::{StateError, StateStream, ensure};
 use groove_fields::AmidGroove;
 use kept_signal::KeptSignal;
 pub(crate) use kept_transfers::KeptReceiver;
@@ -395,6 +395,7 @@ impl Observer for SoundObserver {
 impl EffectObserver for SoundObserver {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.all([&mut self.stream, &mut self.squeeze, &mut self.spectra])?;
+        ensure(self.squeeze.iter().all(|squeeze| squeeze.stream.is_level_with(&self.stream)))?;
         state.all([&mut self.signals, &mut self.orders, &mut self.amid])
     }
 

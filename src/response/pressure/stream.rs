@@ -160,6 +160,12 @@ impl PressureStream {
         self.steps
     }
 
+    /// True if another stream has taken as many steps and has as many blocks that wait, and that are to come.
+    pub(crate) fn is_level_with(&self, other: &Self) -> bool {
+        let progress = |of: &Self| (of.steps, of.ahead, of.waiting.len(), of.forces.len() / of.layout().width());
+        progress(self) == progress(other)
+    }
+
     /// Computes the pressures of the blocks that wait and hands them to `take`, batch by batch of receivers; beside
     /// them those of `other`, a stream that has taken as many steps and has the same receivers. No block waits
     /// afterwards.
@@ -241,6 +247,7 @@ impl Evolving for PressureStream {
         let (layout, bins) = (self.layout(), self.transfers.model.bins());
         let (count, width) = (self.forces.len(), layout.width());
         ensure(count < layout.length() * width && count.is_multiple_of(width))?;
+        ensure((count / width) as u64 <= self.steps)?;
         ensure(self.waiting.iter().all(|spectra| spectra.len() == layout.places() * bins))
     }
 }

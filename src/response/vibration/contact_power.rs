@@ -35,7 +35,8 @@ struct Window {
 impl Window {
     /// Displacement of an element; `None` outside the window.
     fn at(&self, element: i64) -> Option<f64> {
-        usize::try_from(element - self.first).ok().and_then(|column| self.displacement.get(column)).copied()
+        let column = usize::try_from(element.checked_sub(self.first)?).ok()?;
+        self.displacement.get(column).copied()
     }
 }
 

@@ -113,6 +113,7 @@ pub use crate::sound::wav::full_scale_of;
 pub use crate::storage::Cached;
 pub use crate::storage::Unusable;
 pub use crate::storage::cache::Cache;
+pub use crate::storage::state::SavedState;
 pub use crate::study::accuracy::{Point as StudyPoint, Study, StudyOptions, Sweep, front, study};
 pub use crate::study::fit_tyre::BOUND as FIT_TYRE_BOUND;
 pub use crate::study::fit_tyre::Estimate;

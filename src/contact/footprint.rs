@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use crate::storage::state::{StateError, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Shape of the contact window in a step.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
@@ -231,11 +231,11 @@ impl Footprint {
             }
         }
     }
+}
 
-    /// Restores the column forces of the last step \[N\], from which a march continues; those by point are found anew
-    /// in the next step.
-    pub(crate) fn restore(&mut self, column_mean: &[f64]) -> Result<(), StateError> {
-        let here = if self.shape.across > 1 { &mut self.column_mean } else { &mut self.mean };
-        fill(here, column_mean)
+/// The column forces of the last step; those by point are found anew in the next step.
+impl Evolving for Footprint {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        if self.shape.across > 1 { self.column_mean.state(state) } else { self.mean.state(state) }
     }
 }

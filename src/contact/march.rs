@@ -32,7 +32,7 @@ use super::zone::{Instant, Zone};
 use crate::counters::Meter;
 use crate::road::strip::RoadStrip;
 use crate::scene::{Numerics, TimeRule};
-use crate::storage::state::{SavedState, StateError, StateWriter};
+use crate::storage::state::{Evolving, StateError, StateStream, Value};
 
 /// Result of one step.
 #[derive(Clone, Copy, Debug)]
@@ -86,15 +86,6 @@ pub struct March {
     weights: [f64; 3],
     time_step: f64,
     totals: MarchTotals,
-}
-
-/// State of a [`March`].
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct MarchState {
-    step: u64,
-    totals: MarchTotals,
-    forces: Vec<f64>,
-    zone: SavedState,
 }
 
 impl March {
@@ -246,27 +237,10 @@ impl March {
         totals.edge_contacts += u64::from(solved.is_at_end && outside > 0);
         Ok(total_force)
     }
+}
 
-    /// State between two steps.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn save(&self) -> Result<MarchState, StateError> {
-        let mut zone = StateWriter::default();
-        self.zone.save(&mut zone)?;
-        let forces = self.footprint.column_mean().to_vec();
-        Ok(MarchState { step: self.step, totals: self.totals.clone(), forces, zone: zone.finish() })
-    }
-
-    /// Continues from the state of an equal march.
-    ///
-    /// # Errors
-    /// [`StateError`]; the march is of no use then.
-    pub fn restore(&mut self, state: &MarchState) -> Result<(), StateError> {
-        (self.step, self.totals) = (state.step, state.totals.clone());
-        self.footprint.restore(&state.forces)?;
-        let mut zone = state.zone.reader();
-        self.zone.restore(&mut zone)?;
-        zone.finish()
+impl Evolving for March {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.step, &mut Value(&mut self.totals), &mut self.footprint, &mut self.zone])
     }
 }

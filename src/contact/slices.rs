@@ -10,7 +10,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
 use crate::scene::Numerics;
-use crate::storage::state::{StateError, StateReader, StateWriter};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 pub(crate) struct SliceZone {
     kernel: ContactKernel,
@@ -95,14 +95,10 @@ impl Zone for SliceZone {
     fn search_counts(&self) -> SearchCounts {
         self.search.counts()
     }
+}
 
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&self.search.save())?;
-        state.put(&self.history.save())
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.search.restore(state.take()?)?;
-        self.history.restore(state.take()?)
+impl Evolving for SliceZone {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.search, &mut self.history])
     }
 }

@@ -5,7 +5,7 @@ use super::error::ContactError;
 use super::footprint::StageMut;
 use crate::counters::Meter;
 use crate::road::strip::RoadStrip;
-use crate::storage::state::{StateError, StateReader, StateWriter};
+use crate::storage::state::Evolving;
 
 /// Instant at which a zone is solved.
 #[derive(Clone, Copy)]
@@ -35,7 +35,7 @@ pub(crate) struct Solved {
     pub is_at_end: bool,
 }
 
-pub(crate) trait Zone: Send {
+pub(crate) trait Zone: Evolving + Send {
     /// Solves for the contact at an instant over a road and writes it to `stage`.
     fn solve(
         &mut self,
@@ -76,9 +76,4 @@ pub(crate) trait Zone: Send {
     }
 
     fn search_counts(&self) -> SearchCounts;
-
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError>;
-
-    /// Continues from the state of an equal zone.
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
 }

@@ -17,7 +17,7 @@ use crate::results::summary::Outcome;
 use crate::results::vibration::VibrationSummary;
 use crate::road::strip::RoadStrip;
 use crate::scene::LoadedScene;
-use crate::storage::state::{StateError, StateReader, StateWriter};
+use crate::storage::state::{StateError, StateStream};
 
 /// A completed step of a run.
 #[derive(Clone, Copy)]
@@ -125,13 +125,8 @@ pub trait Observer: Any + Send {
 
 /// Observer of an effect: it can resume with a stopped run, and computes results of the steps that it has taken.
 pub(crate) trait EffectObserver: Observer {
-    /// Saves the state.
-    fn save(&self, _state: &mut StateWriter) -> Result<(), StateError> {
-        Ok(())
-    }
-
-    /// Goes on from the state of an observer of the same run.
-    fn restore(&mut self, _state: &mut StateReader<'_>) -> Result<(), StateError> {
+    /// Saves or restores all that evolves, see [`Evolving`](crate::storage::state::Evolving).
+    fn state(&mut self, _state: &mut StateStream<'_>) -> Result<(), StateError> {
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! Numerical building blocks without physics.
 
 pub(crate) mod aligned;
+pub(crate) mod background;
 pub(crate) mod bounded_least_squares;
 pub(crate) mod complex_field;
 pub(crate) mod digest;

@@ -27,11 +27,10 @@ use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use realfft::{RealFftPlanner, RealToComplex};
-use serde::{Deserialize, Serialize};
 
 use super::spectrum::{PowerSpectrum, SpectrumError};
 use crate::numeric::{RunningMoments, transform_length};
-use crate::storage::state::{StateError, fill_all};
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 const FEWEST_SAMPLES: usize = 8;
 
@@ -68,15 +67,6 @@ impl PowerSpectrum {
         signal.iter().for_each(|&value| accumulator.push(value));
         accumulator.finish()
     }
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct SpectrumState {
-    moments: RunningMoments,
-    not_finite: Option<(u64, f64)>,
-    open: u64,
-    segments: [Vec<f64>; 2],
-    sums: [Vec<f64>; 3],
 }
 
 impl SpectrumAccumulator {
@@ -264,26 +254,13 @@ impl SpectrumAccumulator {
         self.segments[1].fill(0.0);
         self.open += 1;
     }
+}
 
-    pub(crate) fn save(&self) -> SpectrumState {
-        SpectrumState {
-            moments: self.moments.clone(),
-            not_finite: self.not_finite,
-            open: self.open,
-            segments: self.segments.clone(),
-            sums: self.sums.clone(),
-        }
-    }
-
-    /// Goes on from the state of an accumulator for the same record. An error for a state of other lengths or counts.
-    pub(crate) fn restore(&mut self, state: SpectrumState) -> Result<(), StateError> {
-        let SpectrumState { moments, not_finite, open, segments, sums } = state;
-        if open > self.hops || moments.count() > self.samples {
-            return Err(StateError::Value);
-        }
-        (self.moments, self.not_finite, self.open) = (moments, not_finite, open);
-        fill_all(self.segments.iter_mut().map(Vec::as_mut_slice), &segments)?;
-        fill_all(self.sums.iter_mut().map(Vec::as_mut_slice), &sums)
+impl Evolving for SpectrumAccumulator {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.value(&mut self.not_finite)?;
+        state.all([&mut self.moments, &mut self.open, &mut self.segments, &mut self.sums])?;
+        ensure(self.open <= self.hops && self.moments.count() <= self.samples)
     }
 }
 
@@ -304,7 +281,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     use super::*;
-    use crate::storage::state::read_back;
+    use crate::storage::state::SavedState;
 
     /// Oracle: the whole record kept, its mean removed first, segments filled by looking back into it.
     fn of_whole_record(signal: &[f64], time_step: f64, segment: Option<f64>) -> Vec<f64> {
@@ -361,7 +338,7 @@ mod tests {
             let mut first = new();
             signal[..stop].iter().for_each(|&value| first.push(value));
             let mut second = new();
-            second.restore(read_back(&first.save())).unwrap();
+            SavedState::of(&mut first).unwrap().restore(&mut second).unwrap();
             signal[stop..].iter().for_each(|&value| second.push(value));
             let whole = PowerSpectrum::of(&signal, 1e-3, Some(0.05)).unwrap();
             let bits = |spectrum: &PowerSpectrum| spectrum.power.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
@@ -439,9 +416,9 @@ mod tests {
             let power: f64 = signal.iter().enumerate().map(|(n, value)| weight(n) * (value - mean).powi(2)).sum();
             let stop = samples / 3;
             signal[..stop].iter().for_each(|&value| second.push(value));
-            let state = read_back(&second.save());
+            let state = SavedState::of(&mut second).unwrap();
             second = new();
-            second.restore(state).unwrap();
+            state.restore(&mut second).unwrap();
             signal[stop..].iter().for_each(|&value| second.push(value));
             let [whole, second] = [whole, second].map(|accumulator| accumulator.finish().unwrap());
             assert_eq!(whole, second);

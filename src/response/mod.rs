@@ -25,7 +25,6 @@ pub(crate) mod third_octave;
 pub(crate) mod vibration;
 
 pub use accumulator::SpectrumAccumulator;
-pub(crate) use accumulator::SpectrumState;
 pub(crate) use lateral_forces::LateralForces;
 pub use level_errors::LevelErrors;
 pub(crate) use orders::{Order, Orders};

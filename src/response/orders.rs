@@ -3,10 +3,11 @@
 
 use num_complex::Complex64;
 use rustfft::FftPlanner;
-use serde::{Deserialize, Serialize};
+
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 /// Sums over revolutions of a quantity that is sampled at the steps.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct Orders {
     /// Values of the revolution not yet complete.
     current: Vec<f64>,
@@ -43,11 +44,6 @@ impl Orders {
         20.0 * steps as f64
     }
 
-    /// True if the sums have the size of `other`'s, for a state that was read.
-    pub(crate) fn is_like(&self, other: &Self) -> bool {
-        self.steps == other.steps && self.squares.len() == other.squares.len()
-    }
-
     /// Takes the next value; the last of a revolution transforms it.
     pub(crate) fn push(&mut self, value: f64) {
         self.current.push(value);
@@ -72,6 +68,14 @@ impl Orders {
             Order { order, frequency: order as f64 * rate, all, repeated: both.sqrt() * mean.norm() }
         });
         (self.count > 0).then(|| orders.collect())
+    }
+}
+
+impl Evolving for Orders {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.growing(&mut self.current)?;
+        ensure(self.current.len() < self.steps)?;
+        state.all([&mut self.sum, &mut self.squares, &mut self.count])
     }
 }
 

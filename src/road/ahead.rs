@@ -2,13 +2,11 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
 use super::maker::{MakingError, RoadMaker, SliceForm};
 use super::strip::{RoadSlice, RoadStrip};
 use super::surface::RoadSurface;
 use crate::counters::{Counter, Meter};
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 /// Number of elements whose road is made at a time.
 pub(crate) const CHUNK_ROWS: i64 = 512;
@@ -36,16 +34,8 @@ pub struct RoadAhead {
     reached: i64,
     /// Largest error of the curves taken so far \[m\].
     slice_error: f64,
-}
-
-/// State of a [`RoadAhead`].
-#[derive(Deserialize, Serialize)]
-pub(crate) struct RoadState {
-    /// Elements whose slices are in the queue.
-    queue: Range<i64>,
-    /// Elements made so far.
-    made: Range<i64>,
-    slice_error: f64,
+    /// Elements whose slices were in the queue of a restored road, for [`Self::refill`].
+    missing: Range<i64>,
 }
 
 impl RoadAhead {
@@ -64,7 +54,7 @@ impl RoadAhead {
         let begun = queue.end();
         let maker = RoadMaker::new(surface, form);
         let (period, made) = (vec![None; period as usize], (begun, begun));
-        Self { maker, queue, elements, period, made, begun, reached, slice_error: 0.0 }
+        Self { maker, queue, elements, period, made, begun, reached, slice_error: 0.0, missing: 0..0 }
     }
 
     /// Makes the slices of elements `first`..`end` available, as far as there is road. One thread makes them when they
@@ -122,37 +112,15 @@ impl RoadAhead {
         Ok(slices)
     }
 
-    /// State of what slices are there, without the slices themselves, which [`Self::refill`] makes again.
-    pub(crate) fn save(&self) -> RoadState {
-        let (first, end) = (self.queue.first(), self.queue.end());
-        RoadState { queue: first..end, made: self.made.0..self.made.1, slice_error: self.slice_error }
-    }
-
-    /// Goes on from a state with an empty queue; [`Self::refill`] then makes the slices that were in it.
-    ///
-    /// # Errors
-    /// [`StateError::Value`] for a road that began elsewhere or for ranges that are none.
-    pub(crate) fn restore(&mut self, state: &RoadState) -> Result<(), StateError> {
-        let RoadState { queue, made, slice_error } = state;
-        if self.made.0 != made.start || queue.start < made.start || queue.end < queue.start || made.end < made.start {
-            return Err(StateError::Value);
-        }
-        self.slice_error = *slice_error;
-        self.made.1 = made.end;
-        self.begun = made.end;
-        self.queue = RoadStrip::starting_at(queue.start);
-        Ok(())
-    }
-
-    /// Makes the slices of a state: those in the queue and, on a road that repeats, those of its period. They are not
-    /// counted, as they have been before.
+    /// Makes the slices of a restored road: those in the queue and, on a road that repeats, those of its period. They
+    /// are not counted, as they have been before.
     ///
     /// # Errors
     /// Errors of the road and of its slices.
-    pub(crate) fn refill(&mut self, state: &RoadState, meter: &mut Meter) -> Result<(), MakingError> {
-        let repeats = !self.period.is_empty();
+    pub(crate) fn refill(&mut self, meter: &mut Meter) -> Result<(), MakingError> {
+        let (repeats, missing) = (!self.period.is_empty(), self.missing.clone());
         let (mut begin, stop) = match self.period.len() as i64 {
-            0 => (state.queue.start, state.queue.end),
+            0 => (missing.start, missing.end),
             period => (self.made.0, self.made.1.min(self.made.0 + period)),
         };
         while begin < stop {
@@ -163,7 +131,7 @@ impl RoadAhead {
                 self.queue.extend(slices);
             }
         }
-        while repeats && self.queue.end() < state.queue.end {
+        while repeats && self.queue.end() < missing.end {
             let Some(slice) = self.kept(self.queue.end()) else { break };
             self.queue.extend([slice]);
         }
@@ -185,5 +153,23 @@ impl RoadAhead {
     /// The slices made and not yet passed.
     pub fn slices(&self) -> &RoadStrip {
         &self.queue
+    }
+}
+
+/// Which slices are there, without the slices themselves, which `refill` makes again.
+impl Evolving for RoadAhead {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        let (begin, mut first, mut end) = (self.made.0, self.queue.first(), self.queue.end());
+        state.same(&begin)?;
+        state.all([&mut first, &mut end, &mut self.made.1, &mut self.slice_error])?;
+        ensure(begin <= first && first <= end && begin <= self.made.1)?;
+        // The run needs no more, and the last chunk may end behind.
+        ensure(end.max(self.made.1) <= self.reached.max(begin).saturating_add(CHUNK_ROWS))?;
+        if state.is_restored() {
+            self.begun = self.made.1;
+            self.queue = RoadStrip::starting_at(first);
+            self.missing = first..end;
+        }
+        Ok(())
     }
 }

@@ -5,14 +5,9 @@
 //! with the chunk until that is taken. The number of chunks made in advance is bounded, and so is their memory.
 
 use std::collections::VecDeque;
-use std::mem::replace;
 use std::ops::Range;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
-use std::thread;
 use std::time::{Duration, Instant};
 
-use rayon::Yield;
 use thiserror::Error;
 
 use super::error::RoadError;
@@ -20,6 +15,7 @@ use super::slices::{SliceBuilder, SliceError, StiffnessCurve};
 use super::strip::RoadSlice;
 use super::surface::RoadSurface;
 use crate::counters::{Meter, Stage};
+use crate::numeric::background::{Background, Task};
 
 /// Fault that occurs while a road is made.
 #[derive(Debug, Error)]
@@ -35,21 +31,24 @@ pub enum MakingError {
 /// Most chunks made in advance. A drawn road comes in pieces of some thousand elements (2800 at N = 1024): the march
 /// uses up the chunks ready while one is drawn.
 const MOST_READY: usize = 8;
-/// Time for which the march sleeps, when there is no task that it could help with, before it looks again.
-const SLEEP: Duration = Duration::from_micros(100);
 
 /// Makes one chunk after the other.
 pub(crate) struct RoadMaker {
-    bench: Place,
+    background: Background<Generator>,
+    /// True while a chunk is being made in the background.
+    is_busy: bool,
     /// Chunks made in the background and not taken yet, in order.
     ready: VecDeque<Chunk>,
 }
 
 /// All that is needed to make a chunk.
-struct Bench {
+struct Generator {
     surface: RoadSurface,
     form: SliceForm,
     heights: Vec<f64>,
+    /// Elements of the chunk to be made in the background, then that chunk.
+    rows: Range<i64>,
+    made: Option<Chunk>,
 }
 
 /// Form in which the heights under an element are passed on.
@@ -74,16 +73,6 @@ pub trait StripCurves: Send + Sync {
     fn curves(&mut self, surface: &mut RoadSurface, elements: Range<i64>) -> Result<Vec<StiffnessCurve>, MakingError>;
 }
 
-/// Where the bench is.
-enum Place {
-    Here(Box<Bench>),
-    /// In the background: it is sent back with the chunk.
-    Behind(Receiver<Made>),
-}
-
-/// Bench and chunk as they are sent back, or the panic that ended the work.
-type Made = thread::Result<(Box<Bench>, Chunk)>;
-
 /// A chunk's slices, or their error, and the instants before the heights, between heights and slices, and at the end.
 struct Chunk {
     slices: Result<Vec<RoadSlice>, MakingError>,
@@ -100,37 +89,33 @@ impl Chunk {
 
 impl RoadMaker {
     pub(crate) fn new(surface: RoadSurface, form: SliceForm) -> Self {
-        let bench = Bench { surface, form, heights: Vec::new() };
-        Self { bench: Place::Here(Box::new(bench)), ready: VecDeque::with_capacity(MOST_READY) }
+        let generator = Generator { surface, form, heights: Vec::new(), rows: 0..0, made: None };
+        let ready = VecDeque::with_capacity(MOST_READY);
+        Self { background: Background::in_pool(generator), is_busy: false, ready }
     }
 
     /// True if another chunk may be begun in the background: collects the previous one if it is finished.
     pub(crate) fn is_free(&mut self) -> bool {
-        if let Place::Behind(made) = &self.bench {
-            let Ok(made) = made.try_recv() else { return false };
-            let (bench, chunk) = made.unwrap_or_else(|panic| resume_unwind(panic));
-            self.bench = Place::Here(bench);
-            self.ready.push_back(chunk);
+        if self.is_busy && self.background.is_done() {
+            self.collect();
         }
-        self.ready.len() < MOST_READY
+        !self.is_busy && self.ready.len() < MOST_READY
     }
 
     /// Begins a chunk in the background, on a thread of the current pool; does nothing while one is being made.
     pub(crate) fn begin(&mut self, rows: Range<i64>) {
-        if matches!(self.bench, Place::Behind(_)) {
-            return;
+        if !self.is_busy {
+            let mut generator = self.background.take();
+            generator.rows = rows;
+            self.background.begin(generator);
+            self.is_busy = true;
         }
-        let (sender, made) = sync_channel(1);
-        if let Place::Here(mut bench) = replace(&mut self.bench, Place::Behind(made)) {
-            rayon::spawn(move || {
-                let made = catch_unwind(AssertUnwindSafe(|| {
-                    let chunk = bench.make(rows);
-                    (bench, chunk)
-                }));
-                // It fails after the end of a run, when there is no receiver.
-                let _ = sender.send(made);
-            });
-        }
+    }
+
+    /// Adds the chunk of the background to those that are ready, waiting for it if need be.
+    fn collect(&mut self) {
+        self.ready.extend(self.background.with(|generator| generator.made.take()));
+        self.is_busy = false;
     }
 
     /// Takes the slices of the earliest chunk begun in the background, waiting for it if need be; if there is none,
@@ -139,54 +124,26 @@ impl RoadMaker {
     /// # Errors
     /// Errors of the road and of its slices.
     pub(crate) fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, MakingError> {
-        let chunk = match (self.ready.pop_front(), &mut self.bench) {
-            (Some(chunk), _) => chunk,
-            (None, Place::Behind(made)) => {
-                let (bench, chunk) = meter.time(Stage::RoadWait, || wait(made));
-                self.bench = Place::Here(bench);
-                chunk
-            }
-            (None, Place::Here(bench)) => {
-                let chunk = bench.make(rows);
-                chunk.stages().into_iter().for_each(|(stage, _, time)| meter.add_time(stage, time));
-                return chunk.slices;
-            }
+        if self.is_busy && self.ready.is_empty() {
+            meter.time(Stage::RoadWait, || self.collect());
+        }
+        let Some(chunk) = self.ready.pop_front() else {
+            let chunk = self.background.with(|generator| generator.make(rows));
+            chunk.stages().into_iter().for_each(|(stage, _, time)| meter.add_time(stage, time));
+            return chunk.slices;
         };
         chunk.stages().into_iter().for_each(|(stage, begin, time)| meter.add_background_since(stage, begin, time));
         chunk.slices
     }
 }
 
-/// Waits for the background work, so that nothing goes on after a run has ended.
-impl Drop for RoadMaker {
-    fn drop(&mut self) {
-        if let Place::Behind(made) = &self.bench {
-            // The chunk is not needed, so it may also have failed.
-            drop(come_back(made));
-        }
+impl Task for Generator {
+    fn carry_out(&mut self, _: bool) {
+        self.made = Some(self.make(self.rows.clone()));
     }
 }
 
-/// Waits for the chunk made in the background, and resumes a panic of it.
-fn wait(made: &Receiver<Made>) -> (Box<Bench>, Chunk) {
-    let made = come_back(made).unwrap_or_else(|| resume_unwind(Box::new("the road could not be made")));
-    made.unwrap_or_else(|panic| resume_unwind(panic))
-}
-
-/// Waits for the chunk made in the background; `None` if it never comes. The thread meanwhile runs tasks of the pool,
-/// perhaps that chunk itself: it may be the only thread that is free.
-fn come_back(made: &Receiver<Made>) -> Option<Made> {
-    loop {
-        let helped = rayon::yield_now() == Some(Yield::Executed);
-        match made.recv_timeout(if helped { Duration::ZERO } else { SLEEP }) {
-            Ok(made) => return Some(made),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return None,
-        }
-    }
-}
-
-impl Bench {
+impl Generator {
     fn make(&mut self, rows: Range<i64>) -> Chunk {
         let begin = Instant::now();
         // Strips read the heights themselves.
@@ -270,7 +227,7 @@ mod tests {
                 let mut behind = maker(6);
                 assert!(behind.is_free());
                 behind.begin(chunk(0));
-                assert!(matches!(behind.bench, Place::Behind(_)));
+                assert!(behind.is_busy);
             });
         }
     }

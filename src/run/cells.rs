@@ -2,7 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::contact::cells::blocks::BlockTerm;
 use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::gaps::{GapMap, PLACES, StandingCells};
 use crate::contact::cells::past::{RingParts, WavePast, first_influences};
@@ -145,10 +144,7 @@ impl<'a> CellContact<'a> {
             History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, meter)),
         };
         let tolerance = self.plan.cell_tolerance();
-        let (grid, cells) = (self.sums.grid(), instant.columns * instant.across);
-        let face = grid.length() * grid.pitch();
-        let blocks = self.blocks.as_ref().map(|blocks| BlockTerm::new(blocks, face, grid.across, cells));
-        let instant = InstantCells::new(instant).with_blocks(blocks);
+        let instant = InstantCells::on_blocks(instant, self.sums.grid(), self.blocks.as_ref());
         CellZone::new(instant, self.tread.clone(), past, tolerance, margin)
     }
 

@@ -10,8 +10,6 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::contact::axle::AxleHeight;
-use crate::contact::march::MarchState;
 use crate::counters::process::cpu_time;
 use crate::counters::{Counters, Stage};
 use crate::effects::RunError;
@@ -22,13 +20,12 @@ use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_F
 use crate::results::files::ResultFiles;
 use crate::results::folder::ResultsFolder;
 use crate::results::inputs::{Input, Inputs, changed};
-use crate::road::ahead::RoadState;
 use crate::run::prepare::Prepared;
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 use crate::storage::input::{self, SCENE_BYTES};
 use crate::storage::sealed_file::Body;
-use crate::storage::state::{SavedState, StateError};
+use crate::storage::state::{SavedState, StateError, ensure};
 
 /// Identity of the run that a checkpoint belongs to.
 #[derive(Deserialize, Serialize)]
@@ -62,10 +59,8 @@ struct RunState {
     /// Wall and processor time so far.
     times: [Duration; 2],
     cost: Counters,
-    observers: SavedState,
-    axle: AxleHeight,
-    road: RoadState,
-    march: MarchState,
+    /// State of the [`Simulation`].
+    simulation: SavedState,
 }
 
 /// A checkpoint whose identity has been checked; its state is still to be read.
@@ -130,36 +125,30 @@ impl Checkpoint {
         if state.influence != influence_digest(&run.prepared) {
             return Err(unusable(Unusable::Influence).into());
         }
-        let (times, road) = state.restore(steps, run).map_err(|error| unusable(error.into()))?;
-        run.prepared.road.refill(&road, &mut run.meter)?;
+        let times = state.times;
+        state.restore(steps, run).map_err(|error| unusable(error.into()))?;
+        run.prepared.road.refill(&mut run.meter)?;
         Ok(times)
     }
 }
 
 impl RunState {
     /// State of a run; `times` are its wall and processor time so far.
-    fn of(run: &Simulation, times: [Duration; 2]) -> Result<Self, StateError> {
+    fn of(run: &mut Simulation, times: [Duration; 2]) -> Result<Self, StateError> {
         Ok(Self {
             influence: influence_digest(&run.prepared),
             window: run.window(),
             times,
             cost: run.meter.counters(),
-            observers: run.save_observers()?,
-            axle: run.prepared.axle.clone(),
-            road: run.prepared.road.save(),
-            march: run.prepared.march.save()?,
+            simulation: SavedState::of(run)?,
         })
     }
 
-    /// Brings a run to this state after `steps` steps; the slices of the road still have to be made from the returned
-    /// [`RoadState`].
-    fn restore(self, steps: u64, run: &mut Simulation) -> Result<([Duration; 2], RoadState), StateError> {
+    /// Brings a run to this state after `steps` steps; the slices of its road still have to be made.
+    fn restore(&self, steps: u64, run: &mut Simulation) -> Result<(), StateError> {
         run.meter.go_on(&self.cost);
-        run.restore_observers(&self.observers)?;
-        run.prepared.axle.restore(self.axle)?;
-        run.prepared.road.restore(&self.road)?;
-        run.prepared.march.restore(&self.march)?;
-        if run.go_on_after(steps) { Ok((self.times, self.road)) } else { Err(StateError::Value) }
+        self.simulation.restore(run)?;
+        ensure(run.go_on_after(steps))
     }
 }
 
@@ -294,10 +283,10 @@ mod tests {
                 let mut run = begin();
                 let mut found = forces(&mut run, stop.unwrap_or(u64::MAX));
                 let Some(stop) = stop else { return found };
-                let state = RunState::of(&run, [Duration::ZERO; 2]).unwrap();
+                let state = RunState::of(&mut run, [Duration::ZERO; 2]).unwrap();
                 let mut resumed = begin();
-                let (_, road) = state.restore(stop, &mut resumed).unwrap();
-                resumed.prepared.road.refill(&road, &mut resumed.meter).unwrap();
+                state.restore(stop, &mut resumed).unwrap();
+                resumed.prepared.road.refill(&mut resumed.meter).unwrap();
                 found.extend(forces(&mut resumed, u64::MAX));
                 found
             })
@@ -350,11 +339,11 @@ mod tests {
         let half = whole.len() as u64 / 2;
         let mut stopped = run_over(0.3, 1.0);
         forces(&mut stopped, half);
-        let state = RunState::of(&stopped, [Duration::ZERO; 2]).unwrap();
+        let state = RunState::of(&mut stopped, [Duration::ZERO; 2]).unwrap();
         let mut resumed = run_over(0.3, 1.0);
         resumed.widen(state.window).unwrap();
-        let (_, road) = state.restore(half, &mut resumed).unwrap();
-        resumed.prepared.road.refill(&road, &mut resumed.meter).unwrap();
+        state.restore(half, &mut resumed).unwrap();
+        resumed.prepared.road.refill(&mut resumed.meter).unwrap();
         assert_eq!(forces(&mut resumed, u64::MAX), found[half as usize..]);
     }
 }

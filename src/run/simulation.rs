@@ -26,7 +26,7 @@ use crate::results::files::ResultFiles;
 use crate::results::summary::{FrictionSummary, RollingResistance};
 use crate::run::prepare::{Prepared, prepare};
 use crate::scene::LoadedScene;
-use crate::storage::state::{SavedState, StateError, StateWriter, restore_part};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Steps between two checks of the interrupt flag, with an update of the progress.
 const LOOK_EVERY: u64 = 16;
@@ -333,36 +333,6 @@ impl Simulation {
         meter.time(Stage::Output, || arrays.as_mut().map_or(Ok(WrittenArrays::default()), Arrays::sync))
     }
 
-    /// Saves the states of the observers.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub(crate) fn save_observers(&self) -> Result<SavedState, StateError> {
-        let mut state = StateWriter::default();
-        state.put(&self.power.as_ref().map(ContactPower::save))?;
-        for (name, observer) in &self.observers {
-            state.put(name)?;
-            observer.save(&mut state)?;
-        }
-        Ok(state.finish())
-    }
-
-    /// Restores the states of the observers of the same run.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub(crate) fn restore_observers(&mut self, saved: &SavedState) -> Result<(), StateError> {
-        let mut state = saved.reader();
-        restore_part(&mut self.power, state.take()?, ContactPower::restore)?;
-        for (name, observer) in &mut self.observers {
-            if state.take::<String>()? != *name {
-                return Err(StateError::Value);
-            }
-            observer.restore(&mut state)?;
-        }
-        state.finish()
-    }
-
     /// Begins the contact again over a window of cells `window` times as long as the reported one, if it is shorter;
     /// recorded steps stay.
     pub(crate) fn widen(&mut self, window: f64) -> Result<(), RunError> {
@@ -490,5 +460,17 @@ impl Simulation {
         ] {
             meter.count(counter, amount);
         }
+    }
+}
+
+impl Evolving for Simulation {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.power.state(state)?;
+        for (name, observer) in &mut self.observers {
+            state.same(&name.to_string())?;
+            observer.state(state)?;
+        }
+        let Prepared { axle, road, march, .. } = &mut self.prepared;
+        state.all([axle, road, march])
     }
 }

@@ -7,7 +7,7 @@
 //! - [`cache`]: results that take long, kept for the next run;
 //! - [`flat_folder`]: listing, access and removal of a folder of files;
 //! - [`separated`]: tables of cells separated by commas, semicolons or tabs;
-//! - [`state`]: a saved state compared with what it is restored into.
+//! - [`state`]: the part of a run that evolves, saved and restored in place.
 //!
 //! None of them knows what the bytes mean: types that are stored derive serde's traits.
 

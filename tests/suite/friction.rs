@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 use tyrewave::Plan;
-use tyrewave::internals::{TangentialPart, add, choices, edit, march, march_mut, scene, scene_text};
+use tyrewave::internals::{SavedState, TangentialPart, add, choices, edit, march, march_mut, scene, scene_text};
 use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Tyre};
 use tyrewave::tyre::Stack;
@@ -360,9 +360,9 @@ pub(super) fn gone_on_from_state(loaded: &LoadedScene) -> Vec<TangentialPart> {
     for _ in 0..60 {
         whole.step().unwrap().unwrap();
     }
-    let state = march(&whole).save().unwrap();
+    let state = SavedState::of(march_mut(&mut whole)).unwrap();
     let mut other = begin();
-    march_mut(&mut other).restore(&state).unwrap();
+    state.restore(march_mut(&mut other)).unwrap();
     let step = |_| {
         let [own, restored] = [&mut whole, &mut other].map(|run| {
             let total = run.step().unwrap().unwrap().total_force;

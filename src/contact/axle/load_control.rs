@@ -1,11 +1,10 @@
 //! Corrections of an axle's height within the warm-up until the mean force is the load.
 
-use serde::{Deserialize, Serialize};
-
 use crate::contact::static_contact::StaticContact;
+use crate::storage::state::{Evolving, StateError, StateStream, Value, ensure};
 
 /// Height control towards a mean force.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug)]
 pub struct LoadControl {
     load: f64,
     stiffness: f64,
@@ -99,5 +98,14 @@ impl LoadControl {
             self.turn = (step + 1, self.window / 10);
             (self.sum, self.count) = (0.0, 0);
         }
+    }
+}
+
+impl Evolving for LoadControl {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        let Self { stiffness, from, to, turn, sum, count, previous, .. } = self;
+        state.all([stiffness, from, to, turn, sum, count, &mut Value(previous)])?;
+        // It bounds the next one; 0: a spring that is not there.
+        ensure(self.stiffness >= 0.0)
     }
 }

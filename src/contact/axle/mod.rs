@@ -12,12 +12,10 @@ pub(crate) use moving::LARGEST_RATE;
 pub use moving::MovingAxle;
 pub use moving::SprungMass;
 
-use serde::{Deserialize, Serialize};
-
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Indentation step by step.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug)]
 pub enum AxleHeight {
     /// Rises linearly to a fixed value.
     Fixed {
@@ -62,17 +60,15 @@ impl AxleHeight {
             Self::Moving(axle) => axle.observe(step, force),
         }
     }
+}
 
-    /// Takes over the state of an axle held in the same way.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn restore(&mut self, state: Self) -> Result<(), StateError> {
-        if std::mem::discriminant(self) != std::mem::discriminant(&state) {
-            return Err(StateError::Value);
+impl Evolving for AxleHeight {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        match self {
+            Self::Fixed { .. } => Ok(()),
+            Self::Loaded(control) => control.state(state),
+            Self::Moving(axle) => axle.state(state),
         }
-        *self = state;
-        Ok(())
     }
 }
 

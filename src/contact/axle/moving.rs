@@ -27,16 +27,15 @@
 //! stiffness G0 gives, up to seven times as much for the fastest motions that a time rule knows; [`SprungMass::rate`]
 //! above [`LARGEST_RATE`] is to be refused.
 
-use serde::{Deserialize, Serialize};
-
 use super::load_control::LoadControl;
 use crate::scene::Axle;
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Largest w dt with the stiffness of G0: below 2/sqrt(7), and with a phase error (w dt)^2/24 of at most 1 %.
 pub(crate) const LARGEST_RATE: f64 = 0.5;
 
 /// Mass, spring and damper of an axle.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SprungMass {
     /// Load m g, spring's part included \[N\].
     pub load: f64,
@@ -76,7 +75,7 @@ impl SprungMass {
 }
 
 /// The axle's motion.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug)]
 pub struct MovingAxle {
     sprung: SprungMass,
     /// Ramp, then rest of the spring.
@@ -137,11 +136,18 @@ impl MovingAxle {
     }
 }
 
+impl Evolving for MovingAxle {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        let Self { rest, next, height, velocity, acceleration, .. } = self;
+        state.all([rest, next, height, velocity, acceleration])
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::contact::static_contact::StaticContact;
-    use crate::storage::state::read_back;
+    use crate::storage::state::SavedState;
 
     const STIFFNESS: f64 = 3e5;
     const LOAD: f64 = 3000.0;
@@ -254,7 +260,8 @@ mod tests {
         for cut in [50, 333, 900] {
             let mut whole = axle(2e4, 100.0, 0.0, 1000, 2e-4, 0.5);
             go(&mut whole, 0..cut);
-            let mut restored: MovingAxle = read_back(&whole);
+            let mut restored = axle(2e4, 100.0, 0.0, 1000, 2e-4, 0.5);
+            SavedState::of(&mut whole).unwrap().restore(&mut restored).unwrap();
             assert_eq!(go(&mut whole, cut..1500), go(&mut restored, cut..1500));
         }
     }

@@ -20,7 +20,7 @@ use super::wave_transform::WaveTransform;
 use super::zone::CellPast;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::in_parallel;
-use crate::storage::state::{StateError, StateReader, StateWriter, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::convolution_quadrature::Circle;
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
@@ -157,15 +157,11 @@ impl<const C: usize> CellPast<C> for DirectPast<C> {
         self.step += usize::from(stage + 1 == self.stages);
         true
     }
+}
 
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&self.step)?;
-        state.put(self.forces.as_flattened())
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.step = state.take()?;
-        fill(self.forces.as_flattened_mut(), &state.take::<Vec<Complex64>>()?)
+impl<const C: usize> Evolving for DirectPast<C> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.step, &mut self.forces])
     }
 }
 

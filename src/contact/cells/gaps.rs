@@ -5,9 +5,7 @@
 //! Cells that lie deeper than the least depth round the tyre at their place across are those of grooves across. These
 //! open and close within 0.2 ms: they do not stand still while they sound, and count as closed.
 
-use super::blocks::BlockTerm;
-use super::instant::InstantCells;
-use super::search::CellSearch;
+use super::resting::PressedWindow;
 use crate::contact::error::ContactError;
 use crate::contact::geometry::Geometry;
 use crate::contact::static_contact::StaticContact;
@@ -70,53 +68,28 @@ pub(crate) struct StandingCells {
     tread: TreadSurface,
     /// Least depth round the tyre by cell across \[m\].
     least: Vec<f64>,
-    geometry: Geometry,
-    search: CellSearch,
+    window: PressedWindow,
     pitch: f64,
-    required: Vec<f64>,
-    forces: Vec<f64>,
-    displacement: Vec<f64>,
 }
 
 impl StandingCells {
     /// Cells in a window that reaches so far from the contact's centre \[m\], with the compliance at a rate \[1/s\].
     pub(crate) fn new(sums: &CellSums, tread: TreadSurface, blocks: Option<&Blocks>, rate: f64, reach: f64) -> Self {
         let grid = sums.grid();
-        let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
-        let cells = geometry.columns * grid.across;
-        let face = grid.length() * grid.pitch();
-        let term = blocks.map(|blocks| BlockTerm::new(blocks, face, grid.across, cells));
-        let instant = InstantCells::new(sums.kept_instant(rate, geometry.columns)).with_blocks(term);
-        let zeros = || vec![0.0; cells];
-        let search = CellSearch::new(instant, TOLERANCE);
-        let pitch = grid.pitch();
         let rows = (0..grid.elements() as i64).map(|element| tread.row(element));
         let least = rows.fold(vec![f64::INFINITY; grid.across], |mut least, row| {
             least.iter_mut().zip(row).for_each(|(least, depth)| *least = least.min(*depth));
             least
         });
-        Self { tread, least, geometry, search, pitch, required: zeros(), forces: zeros(), displacement: zeros() }
+        let window = PressedWindow::new(sums, blocks, rate, reach, TOLERANCE);
+        Self { tread, least, window, pitch: grid.pitch() }
     }
 
     /// Elements of the window where the axle stands over the element `under`.
     pub(crate) fn elements(&self, under: i64) -> std::ops::Range<i64> {
-        let first = under + self.geometry.first_element(0);
-        first..first + self.geometry.columns as i64
-    }
-
-    /// Presses the cells on the road's heights \[m\] under the window, cell by cell, the axle over the middle of an
-    /// element, at an indentation \[m\]; returns the total force \[N\].
-    fn pressed(&mut self, under: i64, heights: &[f64], indentation: f64) -> f64 {
-        let (first, across) = (self.geometry.first_element(0), self.tread.across());
-        let columns = self.required.chunks_exact_mut(across).zip(heights.chunks_exact(across));
-        for (element, (required, heights)) in (first..).zip(columns) {
-            let rise = self.geometry.rise(self.geometry.position(element, 0));
-            let cells = required.iter_mut().zip(heights).zip(self.tread.row(element + under));
-            cells.for_each(|((required, height), depth)| *required = indentation - rise - depth + height);
-        }
-        self.search.cells_mut().place(first + under);
-        self.search.solve(&self.required, &mut self.forces);
-        self.forces.iter().sum()
+        let geometry = &self.window.geometry;
+        let first = under + geometry.first_element(0);
+        first..first + geometry.columns as i64
     }
 
     /// Gap under an axle over an element of the road, whose heights under the window are given.
@@ -131,7 +104,9 @@ impl StandingCells {
         heights: &[f64],
     ) -> Result<GapMap, ContactError> {
         let mut indentation = at_rest.indentation;
-        let mut force = self.pressed(under, heights, indentation);
+        let Self { tread, window, .. } = self;
+        let mut pressed = |indentation: f64| -> f64 { window.press(tread, under, indentation, heights).iter().sum() };
+        let mut force = pressed(indentation);
         // 1. Indentation that carries the load.
         if let Axle::Load { load, .. } | Axle::Mass { load, .. } = *axle {
             let mut stiffness = at_rest.stiffness;
@@ -141,7 +116,7 @@ impl StandingCells {
                     return Err(ContactError::LoadNotReached { load, indentation, force });
                 }
                 let step = (load - force) / stiffness;
-                let next = self.pressed(under, heights, indentation + step);
+                let next = pressed(indentation + step);
                 // The secant, unless contact is only about to begin.
                 let secant = (next - force) / step;
                 stiffness = if secant > 0.1 * at_rest.stiffness { secant } else { at_rest.stiffness };
@@ -149,10 +124,11 @@ impl StandingCells {
             }
         }
         // 2. Heights of the gap: 0 where cells touch, u - d elsewhere.
-        self.search.cells_mut().displacement(&self.forces, &mut self.displacement);
-        let across = self.tread.across();
-        let mut heights = self.displacement.clone();
-        heights.iter_mut().zip(&self.required).zip(&self.forces).for_each(|((u, d), force)| {
+        let PressedWindow { search, required, forces, .. } = window;
+        let across = tread.across();
+        let mut heights = vec![0.0; forces.len()];
+        search.cells_mut().displacement(forces, &mut heights);
+        heights.iter_mut().zip(&*required).zip(&*forces).for_each(|((u, d), force)| {
             *u = if *force > 0.0 { 0.0 } else { (*u - d).max(0.0) };
         });
         // 3. Grooves across count as closed.
@@ -160,8 +136,8 @@ impl StandingCells {
             let row = heights.iter_mut().zip(self.tread.row(element)).zip(&self.least);
             row.filter(|((_, depth), least)| depth > least).for_each(|((height, _), _)| *height = 0.0);
         }
-        let Geometry { element, .. } = self.geometry;
-        let first = self.geometry.position(self.geometry.first_element(0), 0) - 0.5 * element;
+        let Geometry { element, .. } = self.window.geometry;
+        let first = self.window.geometry.position(self.window.geometry.first_element(0), 0) - 0.5 * element;
         let beside = [-0.5 * across as f64 * self.pitch, self.pitch];
         Ok(GapMap { along: [first, element], beside, across, heights })
     }
@@ -186,7 +162,7 @@ mod tests {
         let tread = TreadSurface::from(vec![0.0; 6]);
         let at_rest = RestingCells::new(sums(), tread.clone(), None).under(&axle).unwrap();
         let mut cells = StandingCells::new(&sums(), tread, None, 0.0, 0.12);
-        let count = cells.required.len();
+        let count = cells.window.required.len();
         let gap = cells.gap(&axle, &at_rest, 17, &vec![0.0; count]).unwrap();
         // The same contact as at rest: all cells of the patch touch, and no others.
         assert!(gap.closed(0.5 * at_rest.length - 1e-6) > 0.99, "{}", gap.closed(0.5 * at_rest.length));
@@ -196,7 +172,7 @@ mod tests {
             let (ahead, behind) = (gap.height(x, 0.0).unwrap(), gap.height(-x, 0.0).unwrap());
             assert!((ahead - behind).abs() < 1e-5 && ahead > 0.0, "{ahead} {behind}");
             // Between the round tyre's rise over the patch, and that over where it would touch without bending.
-            let rise = cells.geometry.rise(x);
+            let rise = cells.window.geometry.rise(x);
             assert!(ahead < rise, "{x}: {ahead} {rise}");
         }
         assert_eq!((gap.height(0.2, 0.0), gap.height(0.0, 0.07)), (None, None));
@@ -218,7 +194,7 @@ mod tests {
         let mut cells = StandingCells::new(&sums(), cut, None, 0.0, 0.12);
         let closed = cells.gap(&axle, &at_rest, 17, &vec![0.0; count]).unwrap();
         assert!(closed.heights[middle..middle + 6].iter().all(|height| *height <= 0.0));
-        assert!(cells.forces[middle..middle + 6].iter().all(|force| *force <= 0.0));
+        assert!(cells.window.forces[middle..middle + 6].iter().all(|force| *force <= 0.0));
         assert!((2e-3..5e-3).contains(&pitted.heights[middle + 3]), "{}", pitted.heights[middle + 3]);
     }
 }

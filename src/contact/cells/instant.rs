@@ -13,7 +13,8 @@ use super::blocks::BlockTerm;
 use super::product::CellProduct;
 use crate::counters::Work;
 use crate::numeric::{Element, transform_length};
-use crate::tyre::influence::CellInfluence;
+use crate::tyre::influence::{CellGrid, CellInfluence};
+use crate::tyre::tread_pattern::blocks::Blocks;
 
 /// G of the cells of a window \[m/N\].
 pub struct InstantCells {
@@ -109,6 +110,12 @@ impl InstantCells {
     pub fn with_blocks(mut self, blocks: Option<BlockTerm>) -> Self {
         self.blocks = blocks.map(Box::new);
         self
+    }
+
+    /// G of a window of the cells of a grid, whose blocks yield by themselves.
+    pub(crate) fn on_blocks(influence: CellInfluence, grid: &CellGrid, blocks: Option<&Blocks>) -> Self {
+        let (face, cells) = (grid.length() * grid.pitch(), influence.columns * grid.across);
+        Self::new(influence).with_blocks(blocks.map(|blocks| BlockTerm::new(blocks, face, grid.across, cells)))
     }
 
     /// Moves to the window that begins with an element of the tyre: its blocks are material.

@@ -13,17 +13,16 @@
 //! recursion itself but for rounding, and nothing depends on which thread did what.
 
 use num_complex::Complex;
-use serde::{Deserialize, Serialize};
 
 pub use super::ring_waves::RingParts;
 use super::ring_waves::{RingWaves, first_responses};
-use super::short_ring::{NextInstant, Seen, ShortRing};
+use super::short_ring::{NextInstant, ShortRing};
 use super::wave_transform::{WaveNumber, WaveTransform};
 use super::waves::Waves;
 use super::zone::CellPast;
-use crate::contact::history::behind::Behind;
 use crate::counters::{Meter, Stage, Work};
-use crate::storage::state::{StateError, StateReader, StateWriter, fill, fill_all};
+use crate::numeric::background::Background;
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellInfluence, CellRow};
 use crate::tyre::poles::pole_model::PoleModel;
@@ -46,7 +45,7 @@ pub struct WavePast<N: WaveNumber = f64> {
     rings: Vec<Option<Ring<N>>>,
     /// Effect of the last forces on all short rings.
     next: Option<NextInstant<N>>,
-    behind: Behind<Waves<N>>,
+    background: Background<Waves<N>>,
     stages: usize,
     /// Number of the coming instant in its block.
     instant: usize,
@@ -55,30 +54,6 @@ pub struct WavePast<N: WaveNumber = f64> {
     instants: usize,
     /// Work of a block.
     work: Work,
-}
-
-/// State of a [`WavePast`].
-#[derive(Deserialize, Serialize)]
-struct WavePastState<N> {
-    instant: usize,
-    begun: bool,
-    rings: Vec<RingState<N>>,
-    /// The last forces that short rings see.
-    seen: Option<(i64, Vec<f64>)>,
-}
-
-#[derive(Deserialize, Serialize)]
-struct RingState<N> {
-    latest: Vec<Complex<N>>,
-    /// Displacements of a short ring at the coming instant, with their first element.
-    field: Option<(i64, Vec<f64>)>,
-    /// Sums, forces, foretold displacements of this block and of the next.
-    fields: Vec<Vec<N>>,
-    turned: bool,
-    remembered: Vec<Vec<f32>>,
-    earliest: usize,
-    poles: Vec<Vec<N>>,
-    slow_poles: Vec<Vec<f64>>,
 }
 
 /// Influence of the forces of each stage at the next instant, of a ring that is `part` times shorter than the tyre,
@@ -133,15 +108,15 @@ impl<N: WaveNumber> WavePast<N> {
         if let Some(next) = &next {
             work += next.work() * steps as u64;
         }
-        let behind = Behind::new(Waves::new(waves, rule), rayon::current_num_threads() > 1);
+        let background = Background::on_a_thread(Waves::new(waves, rule));
         let stages = rule.stages();
-        Self { rings, next, behind, stages, instant: 0, begun: false, instants: steps * stages, work }
+        Self { rings, next, background, stages, instant: 0, begun: false, instants: steps * stages, work }
     }
 
     /// Adds the displacements by past forces at the coming instant \[m\] on the window that begins with
     /// `first_element`; the forces of every instant have to be pushed before the next.
     pub fn add_displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
-        let mut waves = self.behind.take();
+        let mut waves = self.background.take();
         waves.report(meter);
         let last = self.begun.then(|| (self.instant + self.instants - 1) % self.instants);
         if self.instant == 0 {
@@ -163,7 +138,7 @@ impl<N: WaveNumber> WavePast<N> {
             }
         }
         waves.begin(self.instant, last, meter.cpu_clock());
-        self.behind.begin(waves);
+        self.background.begin(waves);
         for Ring { transform, displacement, .. } in self.rings.iter_mut().flatten() {
             transform.add_inverse(displacement, first_element, out);
         }
@@ -182,36 +157,18 @@ impl<N: WaveNumber> WavePast<N> {
         self.begun = true;
         has_room
     }
+}
 
-    fn restore_rings(&mut self, waves: &mut Waves<N>, state: &WavePastState<N>) -> Result<(), StateError> {
-        if state.instant >= self.instants || state.rings.len() != self.rings.len() {
-            return Err(StateError::Value);
+impl<N: WaveNumber> Evolving for WavePast<N> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        let Self { rings, next, background, instant, begun, instants, .. } = self;
+        state.all([instant, begun])?;
+        ensure(*instant < *instants)?;
+        if let Some(next) = next {
+            next.last.state(state)?;
         }
-        (self.instant, self.begun) = (state.instant, state.begun);
-        match (&mut self.next, &state.seen) {
-            (None, None) => {}
-            (Some(next), Some(seen)) => next.last.restore(seen)?,
-            _ => return Err(StateError::Value),
-        }
-        for ((ring, (waves, short)), state) in self.rings.iter_mut().zip(&mut waves.rings).zip(&state.rings) {
-            let known = state.earliest == 0 || state.earliest < waves.remembered.len();
-            if !known || waves.remembered.len() != state.remembered.len() || waves.fields().len() != state.fields.len()
-            {
-                return Err(StateError::Value);
-            }
-            match (ring, short, &state.field) {
-                (Some(ring), _, None) => fill(&mut ring.forces, &state.latest)?,
-                (None, Some(short), Some(field)) => short.field.restore(field)?,
-                _ => return Err(StateError::Value),
-            }
-            waves.fields_mut().into_iter().zip(&state.fields).try_for_each(|(own, kept)| fill(own, kept))?;
-            waves.turned = state.turned;
-            waves.remembered.iter_mut().zip(&state.remembered).try_for_each(|(own, kept)| fill(own, kept))?;
-            waves.earliest = state.earliest;
-            fill_all(waves.states_mut().collect::<Vec<_>>().into_iter(), &state.poles)?;
-            fill_all(waves.precise_states_mut().collect::<Vec<_>>().into_iter(), &state.slow_poles)?;
-        }
-        Ok(())
+        rings.iter_mut().flatten().try_for_each(|ring| ring.forces.state(state))?;
+        background.with(|waves| waves.rings.state(state))
     }
 }
 
@@ -222,32 +179,5 @@ impl<N: WaveNumber> CellPast<1> for WavePast<N> {
 
     fn push(&mut self, _: usize, first_element: i64, forces: &[[f64; 1]]) -> bool {
         self.push(first_element, forces.as_flattened())
-    }
-
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        let waves = self.behind.take();
-        let kept = |seen: &Seen| (seen.first, seen.cells.clone());
-        let rings = self.rings.iter().zip(&waves.rings).map(|(ring, (waves, short))| RingState {
-            latest: ring.as_ref().map_or_else(Vec::new, |ring| ring.forces.clone()),
-            field: short.as_ref().map(|short| kept(&short.field)),
-            fields: waves.fields().map(Vec::clone).to_vec(),
-            turned: waves.turned,
-            remembered: waves.remembered.clone(),
-            earliest: waves.earliest,
-            poles: waves.states().map(<[N]>::to_vec).collect(),
-            slow_poles: waves.precise_states().map(<[f64]>::to_vec).collect(),
-        });
-        let rings = rings.collect();
-        self.behind.give_back(waves);
-        let seen = self.next.as_ref().map(|next| kept(&next.last));
-        state.put(&WavePastState { instant: self.instant, begun: self.begun, rings, seen })
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let state = state.take()?;
-        let mut waves = self.behind.take();
-        let restored = self.restore_rings(&mut waves, &state);
-        self.behind.give_back(waves);
-        restored
     }
 }

@@ -1,6 +1,7 @@
 //! Contact of cells at rest on a smooth road (s -> 0): where an axle stands.
 
-use super::blocks::BlockTerm;
+use std::iter::repeat;
+
 use super::instant::InstantCells;
 use super::search::CellSearch;
 use crate::contact::error::ContactError;
@@ -25,22 +26,25 @@ pub(crate) struct RestingCells {
     /// The undeformed tread, its first element under the axle, and its blocks.
     tread: TreadSurface,
     blocks: Option<Blocks>,
-    window: Window,
+    /// A window that holds every cell that can touch down to a depth, and that depth \[m\].
+    window: PressedWindow,
+    deepest: f64,
 }
 
-/// A window that holds every cell that can touch down to some depth.
-struct Window {
-    deepest: f64,
-    geometry: Geometry,
-    search: CellSearch,
-    forces: Vec<f64>,
-    required: Vec<f64>,
+/// Cells of a window that are pressed on a road without a past.
+pub(super) struct PressedWindow {
+    pub(super) geometry: Geometry,
+    pub(super) search: CellSearch,
+    /// Required displacements, then forces of the last search, column by column.
+    pub(super) required: Vec<f64>,
+    pub(super) forces: Vec<f64>,
 }
 
 impl RestingCells {
     pub(crate) fn new(sums: CellSums, tread: TreadSurface, blocks: Option<Blocks>) -> Self {
-        let window = Window::new(&sums, blocks.as_ref(), FIRST_DEPTH * radius(&sums));
-        Self { sums, tread, blocks, window }
+        let deepest = FIRST_DEPTH * radius(&sums);
+        let window = window_to(&sums, blocks.as_ref(), deepest);
+        Self { sums, tread, blocks, window, deepest }
     }
 
     /// Contact under an axle on a smooth road.
@@ -59,13 +63,14 @@ impl RestingCells {
 
     /// Contact, and forces by cell, column by column \[N\], at an indentation \[m\].
     pub(crate) fn pressed(&mut self, indentation: f64) -> (StaticContact, &[f64]) {
-        let Self { sums, tread, blocks, window } = self;
-        if indentation > window.deepest {
-            *window = Window::new(sums, blocks.as_ref(), 2.0 * indentation);
+        let Self { sums, tread, blocks, window, deepest } = self;
+        if indentation > *deepest {
+            *deepest = 2.0 * indentation;
+            *window = window_to(sums, blocks.as_ref(), *deepest);
         }
         let difference = 1e-4 * indentation;
-        let below: f64 = window.forces(tread, indentation - difference).iter().sum();
-        let forces = window.forces(tread, indentation);
+        let below: f64 = window.press(tread, 0, indentation - difference, &[]).iter().sum();
+        let forces = window.press(tread, 0, indentation, &[]);
         let force: f64 = forces.iter().sum();
         let touched = forces.chunks(tread.across()).filter(|cells| cells.iter().any(|&force| force > 0.0)).count();
         let length = touched as f64 * sums.grid().length();
@@ -77,28 +82,35 @@ fn radius(sums: &CellSums) -> f64 {
     sums.grid().waves().circumference / std::f64::consts::TAU
 }
 
-impl Window {
-    fn new(sums: &CellSums, blocks: Option<&Blocks>, deepest: f64) -> Self {
+/// A window that holds every cell that can touch down to a depth \[m\].
+fn window_to(sums: &CellSums, blocks: Option<&Blocks>, deepest: f64) -> PressedWindow {
+    let reach = Geometry::half_chord(radius(sums), deepest) + 2.0 * sums.grid().length();
+    PressedWindow::new(sums, blocks, 0.0, reach, TOLERANCE)
+}
+
+impl PressedWindow {
+    /// A window that reaches so far from the contact's centre \[m\], with the compliance at a rate \[1/s\];
+    /// `tolerance` relative to the indentation.
+    pub(super) fn new(sums: &CellSums, blocks: Option<&Blocks>, rate: f64, reach: f64, tolerance: f64) -> Self {
         let grid = sums.grid();
-        let reach = Geometry::half_chord(radius(sums), deepest) + 2.0 * grid.length();
         let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
-        let influence = sums.kept_instant(0.0, geometry.columns);
-        let cells = geometry.columns * grid.across;
-        let face = grid.length() * grid.pitch();
-        let term = blocks.map(|blocks| BlockTerm::new(blocks, face, grid.across, cells));
-        let search = CellSearch::new(InstantCells::new(influence).with_blocks(term), TOLERANCE);
-        Self { deepest, geometry, search, forces: vec![0.0; cells], required: vec![0.0; cells] }
+        let influence = sums.kept_instant(rate, geometry.columns);
+        let zeros = vec![0.0; geometry.columns * grid.across];
+        let search = CellSearch::new(InstantCells::on_blocks(influence, grid, blocks), tolerance);
+        Self { geometry, search, required: zeros.clone(), forces: zeros }
     }
 
-    fn forces(&mut self, tread: &TreadSurface, indentation: f64) -> &[f64] {
+    /// Presses the cells on the road's heights \[m\] under the window, cell by cell, or on a smooth road without any;
+    /// the axle is over the middle of the element `under`, at an indentation \[m\]. Returns the forces \[N\].
+    pub(super) fn press(&mut self, tread: &TreadSurface, under: i64, indentation: f64, heights: &[f64]) -> &[f64] {
         let first = self.geometry.first_element(0);
+        let mut heights = heights.iter().copied().chain(repeat(0.0));
         for (element, required) in (first..).zip(self.required.chunks_exact_mut(tread.across())) {
             let rise = self.geometry.rise(self.geometry.position(element, 0));
-            for (required, crown) in required.iter_mut().zip(tread.row(element)) {
-                *required = indentation - rise - crown;
-            }
+            let cells = required.iter_mut().zip(tread.row(element + under)).zip(&mut heights);
+            cells.for_each(|((required, depth), height)| *required = indentation - rise - depth + height);
         }
-        self.search.cells_mut().place(first);
+        self.search.cells_mut().place(first + under);
         self.search.solve(&self.required, &mut self.forces);
         &self.forces
     }

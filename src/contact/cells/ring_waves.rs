@@ -16,6 +16,7 @@ use crate::contact::history::block_pass::pass;
 use crate::contact::history::wavenumber_group::WavenumberGroup;
 use crate::counters::Work;
 use crate::numeric::Element;
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::Recursion;
 use crate::tyre::influence::{CellInfluence, WaveValues};
@@ -66,14 +67,14 @@ pub(super) struct RingWaves<N> {
     /// last, and before this one; likewise.
     foretold: Vec<N>,
     /// True if the later one of two blocks stands first.
-    pub turned: bool,
+    turned: bool,
     /// Displacements by all forces but the last at the coming instant, and by all but two at the one after it \[m\]:
     /// those of two instants are found together, which reads forces and weights once. Tile by tile.
     sums: Vec<N>,
     /// Forces of the blocks that are not forgotten yet, block by block, group by group; none where nothing ever is.
-    pub remembered: Vec<Vec<f32>>,
+    remembered: Vec<Vec<f32>>,
     /// The earliest block of them, which is forgotten next.
-    pub earliest: usize,
+    earliest: usize,
     work: Work,
     arch: Arch,
 }
@@ -213,32 +214,13 @@ impl<N: WaveNumber> RingWaves<N> {
             self.add_forces(now, now - 2..now - 1, false);
         }
     }
+}
 
-    /// Fields that evolve: sums, forces, foretold displacements.
-    pub(super) fn fields(&self) -> [&Vec<N>; 3] {
-        [&self.sums, &self.forces, &self.foretold]
-    }
-
-    pub(super) fn fields_mut(&mut self) -> [&mut Vec<N>; 3] {
-        [&mut self.sums, &mut self.forces, &mut self.foretold]
-    }
-
-    /// States of the poles, without those of [`Self::precise_states`].
-    pub(super) fn states(&self) -> impl Iterator<Item = &[N]> {
-        self.groups.iter().flat_map(WavenumberGroup::states)
-    }
-
-    pub(super) fn states_mut(&mut self) -> impl Iterator<Item = &mut [N]> {
-        self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
-    }
-
-    /// States of the slow poles.
-    pub(super) fn precise_states(&self) -> impl Iterator<Item = &[f64]> {
-        self.precise.iter().flat_map(WavenumberGroup::states)
-    }
-
-    pub(super) fn precise_states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
-        self.precise.iter_mut().flat_map(WavenumberGroup::states_mut)
+impl<N: WaveNumber> Evolving for RingWaves<N> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.sums, &mut self.forces, &mut self.foretold, &mut self.turned])?;
+        state.all([&mut self.remembered, &mut self.earliest, &mut self.groups, &mut self.precise])?;
+        ensure(self.earliest < self.remembered.len().max(1))
     }
 }
 

@@ -28,7 +28,7 @@ use super::instant::InstantCells;
 use super::proportioning::Proportioning;
 use crate::counters::Work;
 use crate::numeric::largest_or_zero;
-use crate::storage::state::{StateError, fill};
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 /// How far the contact conditions are missed, at worst, relative to the largest required displacement and force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -58,14 +58,6 @@ pub struct CellCounts {
     pub fallbacks: u64,
     /// Work of all products.
     pub work: Work,
-}
-
-/// State of a [`CellSearch`].
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct CellSearchState {
-    counts: CellCounts,
-    found: Range<usize>,
-    displacement: Vec<f64>,
 }
 
 /// Cells that are processed side by side.
@@ -163,26 +155,6 @@ impl CellSearch {
     /// Work counts so far.
     pub fn counts(&self) -> CellCounts {
         CellCounts { work: self.cells.work(), ..self.counts }
-    }
-
-    /// State that the next search begins with in addition to the forces.
-    pub fn save(&self) -> CellSearchState {
-        CellSearchState { counts: self.counts(), found: self.found.clone(), displacement: self.displacement.clone() }
-    }
-
-    /// Continues from the state of an equal search.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn restore(&mut self, state: &CellSearchState) -> Result<(), StateError> {
-        let CellSearchState { counts, found, displacement } = state;
-        if found.start > found.end || found.end > displacement.len() {
-            return Err(StateError::Value);
-        }
-        fill(&mut self.displacement, displacement)?;
-        (self.counts, self.found) = (*counts, found.clone());
-        self.cells.set_work(counts.work);
-        Ok(())
     }
 
     /// Continues after the window has moved by `cells` cells: the last solution, which has moved with it and has lost
@@ -398,6 +370,20 @@ impl CellSearch {
         let residuals = self.displace(forces, largest);
         self.is_unsettled = residuals.penetration.max(residuals.complementarity) > self.tolerance;
         residuals
+    }
+}
+
+/// The next search begins with this and the forces.
+impl Evolving for CellSearch {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.counts = self.counts();
+        state.value(&mut self.counts)?;
+        self.cells.set_work(self.counts.work);
+        state.value(&mut self.found)?;
+        let (Range { start, end }, across) = (self.found.clone(), self.cells.across());
+        ensure(start <= end && end <= self.displacement.len())?;
+        ensure(start.is_multiple_of(across) && end.is_multiple_of(across))?;
+        self.displacement.state(state)
     }
 }
 

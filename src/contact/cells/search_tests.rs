@@ -6,6 +6,7 @@ use std::sync::Mutex;
 use proptest::prelude::*;
 
 use super::*;
+use crate::storage::state::SavedState;
 use crate::test_models::cells::{RoughRoad, instant_cells, turning_cells};
 use crate::tyre::influence::CellInfluence;
 
@@ -218,7 +219,7 @@ fn equal_guesses_give_equal_bits_whatever_was_before() {
     one.solve(&required, &mut a);
     other.solve(&required, &mut b);
     assert!(a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits()));
-    other.restore(&one.save()).unwrap();
+    SavedState::of(&mut one).unwrap().restore(&mut other).unwrap();
     assert_eq!(other.counts(), one.counts());
 }
 
@@ -242,14 +243,14 @@ fn time_of_rolling() {
                 let guess = forces.clone();
                 before = search.counts();
                 search.solve(&required, &mut forces);
-                let state = search.save();
+                let state = SavedState::of(&mut search).unwrap();
                 for _ in 0..100 {
                     forces.copy_from_slice(&guess);
                     let begin = std::time::Instant::now();
                     search.solve(&required, &mut forces);
                     *best = best.min(begin.elapsed().as_secs_f64());
                 }
-                search.restore(&state).unwrap();
+                state.restore(&mut search).unwrap();
             }
             let counts = search.counts();
             println!(

@@ -11,7 +11,7 @@ use super::ring_waves::RingWaves;
 use super::wave_transform::{WaveNumber, WaveTransform};
 use crate::counters::Work;
 use crate::numeric::Element;
-use crate::storage::state::{StateError, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::tyre::influence::CellInfluence;
 
 /// Values on the cells of a part of a window, which goes with the contact.
@@ -34,12 +34,6 @@ impl Seen {
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.first = other.first;
         self.cells.copy_from_slice(&other.cells);
-    }
-
-    /// Takes over values of the same number, with the element that they begin with.
-    pub(super) fn restore(&mut self, (first, cells): &(i64, Vec<f64>)) -> Result<(), StateError> {
-        self.first = *first;
-        fill(&mut self.cells, cells)
     }
 
     /// Takes the forces \[N\] of the window that begins with `first_element`, contact in the middle of the part; returns
@@ -72,6 +66,12 @@ impl Seen {
     /// Adds the values to the window that begins with `first_element`.
     pub(crate) fn add_to(&self, first_element: i64, out: &mut [f64]) {
         self.add_moved(&self.cells, first_element, out);
+    }
+}
+
+impl Evolving for Seen {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.first, &mut self.cells])
     }
 }
 
@@ -119,6 +119,13 @@ pub(super) struct ShortRing<N: WaveNumber> {
     pub last: Seen,
     /// Displacements at the coming instant by all forces but those \[m\].
     pub field: Seen,
+}
+
+/// The last forces come anew from the march.
+impl<N: WaveNumber> Evolving for ShortRing<N> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.field.state(state)
+    }
 }
 
 impl<N: WaveNumber> ShortRing<N> {

@@ -10,7 +10,7 @@ use super::past::{RingParts, WavePast};
 use super::wave_transform::WaveTransform;
 use crate::counters::Meter;
 use crate::scene::{DEFAULT, Scene, Tyre};
-use crate::storage::state::StateWriter;
+use crate::storage::state::SavedState;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, CellWave, FaceValues, WaveBand};
 use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
@@ -190,9 +190,7 @@ fn a_past_of_a_turning_tyre_goes_on_from_its_state() {
     for number in 0..61 {
         instant(&mut one, number);
     }
-    let mut state = StateWriter::default();
-    one.save(&mut state).unwrap();
-    other.restore(&mut state.finish().reader()).unwrap();
+    SavedState::of(&mut one).unwrap().restore(&mut other).unwrap();
     for number in 61..120 {
         assert_eq!(instant(&mut one, number), instant(&mut other, number), "{number}");
     }

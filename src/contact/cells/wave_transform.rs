@@ -11,19 +11,15 @@ use faer::traits::{ComplexField, Conjugate};
 use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex, Complex64};
 use realfft::FftNum;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
 use super::along_ring::{AlongRing, Row};
 use crate::counters::Work;
 use crate::numeric::{Element, transform_multiply_adds};
+use crate::storage::state::Evolving;
 use crate::tyre::influence::{CellGrid, CellRow};
 
 /// A number that waves are found in: single or double precision.
-pub trait WaveNumber:
-    Element + FftNum + ComplexField + Conjugate<Canonical = Self> + Serialize + DeserializeOwned
-{
-}
+pub trait WaveNumber: Element + Evolving + FftNum + ComplexField + Conjugate<Canonical = Self> {}
 
 impl WaveNumber for f32 {}
 impl WaveNumber for f64 {}

@@ -3,8 +3,8 @@
 use super::ring_waves::RingWaves;
 use super::short_ring::ShortRing;
 use super::wave_transform::WaveNumber;
-use crate::contact::history::behind::Task;
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage};
+use crate::numeric::background::Task;
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
 

@@ -12,28 +12,16 @@ use crate::contact::zone::{Instant, Solved, Zone};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
-use crate::storage::state::{StateError, StateReader, StateWriter, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// A method to carry the past of cells under forces in `C` components: 1, normal forces, or 3, tractions.
-pub trait CellPast<const C: usize>: Send {
+pub trait CellPast<const C: usize>: Evolving + Send {
     /// Adds the displacements by past forces at a stage of the coming step \[m\]. Stages are taken in their order, the
     /// forces of each pushed before the next.
     fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [[f64; C]], meter: &mut Meter);
 
     /// Takes the forces of a stage \[N\]; false if they are too far apart to be remembered.
     fn push(&mut self, stage: usize, first_element: i64, forces: &[[f64; C]]) -> bool;
-
-    /// Appends the state between two steps, the same for any number of threads.
-    ///
-    /// # Errors
-    /// [`StateError::Value`] if it cannot be encoded.
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError>;
-
-    /// Continues from the state of an equal past.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError>;
 }
 
 /// The cells of a window, column by column. The window may be longer than the one whose forces are reported: what is
@@ -174,19 +162,10 @@ impl Zone for CellZone {
         let CellCounts { iterations, fallbacks, work, .. } = self.search.counts();
         SearchCounts { solves: iterations, fallbacks, work, ..SearchCounts::default() }
     }
+}
 
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        self.past.save(state)?;
-        state.put(&self.search.save())?;
-        state.put(&self.forces)?;
-        state.put(&self.first_element)
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.past.restore(state)?;
-        let search = state.take()?;
-        fill(&mut self.forces, &state.take::<Vec<f64>>()?)?;
-        self.first_element = state.take()?;
-        self.search.restore(&search)
+impl Evolving for CellZone {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.past, &mut self.search, &mut self.forces, &mut self.first_element])
     }
 }

@@ -28,13 +28,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::factors::{FactorCache, FactorState};
+use super::factors::FactorCache;
 use super::residue::Residue;
 use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface};
 use super::unsolved::Unsolved;
 use crate::counters::Meter;
 use crate::numeric::largest_or_zero;
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of
 /// the patch.
@@ -101,14 +101,6 @@ pub struct ActiveSet {
     active: Vec<bool>,
     points: Vec<usize>,
     values: Vec<f64>,
-}
-
-/// State of an [`ActiveSet`].
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct ActiveSetState {
-    estimate: Vec<f64>,
-    counts: SearchCounts,
-    factors: FactorState,
 }
 
 impl ActiveSet {
@@ -237,8 +229,8 @@ impl ActiveSet {
     }
 
     #[cfg(test)]
-    pub(super) fn start_from(&mut self, forces: &[f64]) -> Result<(), StateError> {
-        self.surface.start_from(forces)
+    pub(super) fn start_from(&mut self, forces: &[f64]) {
+        self.surface.start_from(forces);
     }
 
     /// True if each column is in the set found by the last search.
@@ -257,23 +249,6 @@ impl ActiveSet {
         let mut counts = SearchCounts { factors, factorisation, ..self.surface.counts.clone() };
         counts.work += self.factors.work();
         counts
-    }
-
-    /// State between two searches.
-    pub fn save(&self) -> ActiveSetState {
-        let Surface { estimate, counts, .. } = &self.surface;
-        ActiveSetState { estimate: estimate.clone(), counts: counts.clone(), factors: self.factors.save() }
-    }
-
-    /// Continues from the state of an equal search.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn restore(&mut self, state: ActiveSetState) -> Result<(), StateError> {
-        let ActiveSetState { estimate, counts, factors } = state;
-        self.surface.start_from(&estimate)?;
-        self.surface.counts = counts;
-        self.factors.restore(&self.surface.influence, factors)
     }
 
     /// Columns that violate a condition: on the set F < 0, off it d - u > tolerance.
@@ -344,6 +319,13 @@ impl ActiveSet {
             changes().for_each(|(&point, change)| forces[point] += change);
             surface.displace(forces);
         }
+    }
+}
+
+impl Evolving for ActiveSet {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.surface.state(state)?;
+        self.factors.state(&self.surface.influence, state)
     }
 }
 

@@ -19,12 +19,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::ldlt::{Ldlt, Singular, finite};
-use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet, NeighbourState};
+use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
 use super::tiles::{LINE, room};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Aligned;
-use crate::storage::state::{StateError, fill};
+use crate::storage::state::{StateError, StateStream, Value, ensure};
 
 /// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
 const LARGEST_MEMORY: usize = 256 << 20;
@@ -99,25 +99,6 @@ pub struct FactorCache {
     work: Work,
     /// The part of the work that made factors.
     making: Work,
-}
-
-/// State of a [`FactorCache`].
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct FactorState {
-    counts: FactorCounts,
-    work: Work,
-    making: Work,
-    hand: usize,
-    neighbour: NeighbourState,
-    /// By slot.
-    sets: Vec<HeldSet>,
-}
-
-/// A set whose factor is held.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-struct HeldSet {
-    used: bool,
-    pattern: Vec<u64>,
 }
 
 impl FactorCache {
@@ -313,62 +294,51 @@ impl FactorCache {
         done
     }
 
-    /// State: which sets are held, not their factors, which [`Self::restore`] makes again.
-    pub fn save(&self) -> FactorState {
-        let set = |slot: usize| HeldSet { used: self.used[slot], pattern: self.index.pattern(slot).to_vec() };
-        FactorState {
-            counts: self.counts,
-            work: self.work,
-            making: self.making,
-            hand: self.hand,
-            neighbour: self.neighbour.save(),
-            sets: (0..self.filled).map(set).collect(),
-        }
-    }
-
-    /// Continues from the state of an equal cache for the same influence: the same sets, factors and counts. Cost: one
-    /// factorisation for each set held.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub fn restore(&mut self, influence: &[f64], state: FactorState) -> Result<(), StateError> {
-        let FactorState { counts, work, making, hand, neighbour, sets } = state;
-        self.neighbour.restore(neighbour)?;
-        let slots = self.sizes.slots;
-        if sets.len() > slots || hand >= slots || self.filled > 0 {
-            return Err(StateError::Value);
-        }
-        if self.neighbour.slot().is_some_and(|slot| slot >= sets.len()) {
-            return Err(StateError::Value);
-        }
+    /// Saves which sets are held, not their factors, which are made again for the same influence; restores counts, too.
+    /// Cost: one factorisation for each set held.
+    pub(super) fn state(&mut self, influence: &[f64], state: &mut StateStream<'_>) -> Result<(), StateError> {
+        let held = self.filled;
+        state.all([&mut self.filled, &mut self.hand, &mut self.neighbour])?;
+        let (filled, slots) = (self.filled, self.sizes.slots);
+        ensure(filled <= slots && self.hand < slots && self.neighbour.slot().is_none_or(|slot| slot < filled))?;
+        ensure(!state.is_restored() || held == 0)?;
         let mut points = Vec::with_capacity(self.sizes.points);
         // They were counted when they were made first.
         let mut meter = Meter::default();
-        for (slot, HeldSet { used, pattern }) in sets.iter().enumerate() {
-            self.used[slot] = *used;
-            fill(&mut self.pattern, pattern)?;
+        for slot in 0..filled {
+            if slot < held {
+                self.pattern.copy_from_slice(self.index.pattern(slot));
+            }
+            state.all([&mut self.used[slot], &mut self.pattern])?;
+            if slot < held {
+                continue;
+            }
             points.clear();
-            points.extend((0..64 * pattern.len()).filter(|point| pattern[point / 64] >> (point % 64) & 1 == 1));
+            let bits = self.pattern.iter().flat_map(|word| (0..64).map(move |bit| word >> bit & 1 == 1));
+            points.extend(bits.enumerate().filter_map(|(point, is_in)| is_in.then_some(point)));
             let fits = points.last().is_some_and(|&last| last < self.sizes.points);
-            if !fits || self.index.find(pattern).is_some() {
-                return Err(StateError::Value);
-            }
-            if self.neighbour.slot() == Some(slot) && self.neighbour.kept_points() != points.len() {
-                return Err(StateError::Value);
-            }
+            ensure(fits && self.index.find(&self.pattern).is_none())?;
+            ensure(self.neighbour.slot() != Some(slot) || self.neighbour.kept_points() == points.len())?;
             self.factorise(slot, &points, influence, &mut meter).map_err(|Singular| StateError::Value)?;
-            self.index.insert(slot, pattern);
+            self.index.insert(slot, &self.pattern);
         }
-        (self.filled, self.hand) = (sets.len(), hand);
-        (self.counts, self.work, self.making) = (counts, work, making);
-        Ok(())
+        state.all([&mut Value(&mut self.counts), &mut Value(&mut self.work), &mut Value(&mut self.making)])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::storage::state::read_back;
+    use crate::storage::state::{Evolving, SavedState};
+
+    /// A cache with the influence that its factors are made for.
+    struct Made<'a>(FactorCache, &'a [f64]);
+
+    impl Evolving for Made<'_> {
+        fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+            self.0.state(self.1, state)
+        }
+    }
 
     fn influence(distance: usize) -> f64 {
         1.0 / (1.0 + distance as f64).powi(2)
@@ -432,8 +402,10 @@ mod tests {
         let mixed = |number: usize| number.pow(3) % 23;
         let mut whole = FactorCache::new(9, 40);
         (0..57).for_each(|number| drop(round(&mut whole, mixed(number))));
-        let mut restored = FactorCache::new(9, 40);
-        restored.restore(&row, read_back(&whole.save())).unwrap();
+        let mut whole = Made(whole, &row);
+        let mut restored = Made(FactorCache::new(9, 40), &row);
+        SavedState::of(&mut whole).unwrap().restore(&mut restored).unwrap();
+        let [Made(mut whole, _), Made(mut restored, _)] = [whole, restored];
         // Nothing is ever found here.
         let mut forgetful = FactorCache::new(1, 40);
         for number in 57..200 {

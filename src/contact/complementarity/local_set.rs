@@ -53,8 +53,6 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
 use super::active_set::{CORRECTIONS, ExpectedSearch, Residuals};
 use super::ldlt::Ldlt;
 use super::pieces::{HeldPiece, LocalSlice};
@@ -66,7 +64,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{Aligned, largest_or_zero};
 use crate::road::slices::StiffnessCurve;
 use crate::road::strip::RoadStrip;
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Sweeps of the guess. A second one costs more than the solves that it saves: an instant of dense asphalt takes 2.00
 /// solves without sweeps, 1.11 (N = 512) and 1.08 (N = 1024) with one, 1.00 with two.
@@ -143,13 +141,6 @@ fn band_width(rows: usize, band: usize) -> u64 {
 fn band_entries(rows: usize, band: usize) -> u64 {
     let width = band_width(rows, band);
     width * (2 * rows as u64 - width)
-}
-
-/// State of a [`LocalSet`].
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct LocalSetState {
-    estimate: Vec<f64>,
-    counts: SearchCounts,
 }
 
 impl LocalSet {
@@ -460,16 +451,11 @@ impl LocalSet {
     pub(crate) fn points(&self) -> usize {
         self.points.len()
     }
+}
 
-    pub(crate) fn save(&self) -> LocalSetState {
-        LocalSetState { estimate: self.surface.estimate.clone(), counts: self.surface.counts.clone() }
-    }
-
-    /// Continues from the state of an equal search.
-    pub(crate) fn restore(&mut self, state: LocalSetState) -> Result<(), StateError> {
-        self.surface.start_from(&state.estimate)?;
-        self.surface.counts = state.counts;
-        Ok(())
+impl Evolving for LocalSet {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.surface.state(state)
     }
 }
 

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::super::active_set::ActiveSet;
 use super::super::skew_tests::{RING, entry, rows};
 use super::*;
-use crate::storage::state::read_back;
+use crate::storage::state::SavedState;
 
 /// Curve S(y) = sum of w_k max(0, y - y_k), the weights scaled to 1; the first y_k is `first`, the others follow by
 /// `steps`.
@@ -107,7 +107,7 @@ proptest! {
         let compliance = softer * influence[0];
         let mut search = LocalSet::new(influence.clone(), compliance, 12, 1e-13);
         search.patience = patience;
-        search.surface.start_from(&start).unwrap();
+        search.surface.start_from(&start);
         let (mut forces, mut required, slices) = (vec![0.0; 12], y.clone(), queue(&curves));
         let residuals = search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-12);
@@ -188,7 +188,7 @@ proptest! {
         let compliance = softer * even[0];
         let mut search = LocalSet::new(even.clone(), compliance, 12, 1e-13).with_skew(odd);
         search.patience = patience;
-        search.surface.start_from(&start).unwrap();
+        search.surface.start_from(&start);
         let (mut forces, mut required, slices) = (vec![0.0; 12], y.clone(), queue(&curves));
         let residuals = search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-11);
@@ -295,7 +295,7 @@ fn the_fallback_alone_finds_the_solution_too() {
         let y: Vec<f64> = (0..10).map(|i| if (i * 7 + round) % 3 == 0 { 1.0 } else { -0.2 + 0.1 * i as f64 }).collect();
         // Far from it: two sweeps do not find the pieces.
         let start: Vec<f64> = (0..10).map(|i| ((i + round) % 2) as f64 * 50.0).collect();
-        search.surface.start_from(&start).unwrap();
+        search.surface.start_from(&start);
         let (mut required, mut forces) = (y.clone(), vec![0.0; 10]);
         search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
         assert!(violation(&influence, compliance, &curves, &y, &forces) < 1e-12);
@@ -385,7 +385,7 @@ fn a_restored_search_goes_on_in_the_same_bits() {
         let mut whole = LocalSet::new(influence.clone(), 0.8, columns, 1e-13);
         (0..20).for_each(|round| drop(step(&mut whole, round)));
         let mut restored = LocalSet::new(influence, 0.8, columns, 1e-13);
-        restored.restore(read_back(&whole.save())).unwrap();
+        SavedState::of(&mut whole).unwrap().restore(&mut restored).unwrap();
         for round in 20..40 {
             assert_eq!(step(&mut whole, round), step(&mut restored, round));
         }

@@ -17,10 +17,8 @@
 
 use std::cmp::Ordering;
 
-use serde::{Deserialize, Serialize};
-
 use super::tiles::assemble_entries;
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 /// Most points by which a set may differ.
 pub(crate) const MOST_DIFFERENT: usize = 16;
@@ -40,13 +38,6 @@ pub(super) struct NeighbourSet {
     come: Vec<usize>,
     /// R, as positions in S0.
     gone: Vec<usize>,
-}
-
-/// State of a [`NeighbourSet`].
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(super) struct NeighbourState {
-    slot: Option<usize>,
-    kept: Vec<i64>,
 }
 
 impl NeighbourSet {
@@ -103,20 +94,6 @@ impl NeighbourSet {
 
     pub(crate) fn slot(&self) -> Option<usize> {
         self.slot
-    }
-
-    pub(super) fn save(&self) -> NeighbourState {
-        NeighbourState { slot: self.slot, kept: self.kept.clone() }
-    }
-
-    pub(super) fn restore(&mut self, NeighbourState { slot, kept }: NeighbourState) -> Result<(), StateError> {
-        if kept.len() > self.kept.capacity() || !kept.is_sorted() {
-            return Err(StateError::Value);
-        }
-        self.slot = slot;
-        self.kept.clear();
-        self.kept.extend(kept);
-        Ok(())
     }
 
     /// Number of points of S0.
@@ -238,6 +215,15 @@ impl NeighbourSet {
         for (&new, &force) in self.come.iter().zip(come) {
             forces[new] = force;
         }
+    }
+}
+
+impl Evolving for NeighbourSet {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        let most = self.kept.capacity();
+        state.value(&mut self.slot)?;
+        state.growing(&mut self.kept)?;
+        ensure(self.kept.len() <= most && self.kept.is_sorted())
     }
 }
 

@@ -1,10 +1,6 @@
 //! The methods to find the forces of a step.
 
-use serde::{Deserialize, Serialize};
-
-use super::active_set::ActiveSetState;
 use super::active_set::{ActiveSet, Residuals};
-use super::local_set::LocalSetState;
 use super::local_set::{LocalSet, SlicesUnder};
 use super::pieces::{HeldPiece, LocalSlice};
 use super::sweeps::{SearchCounts, move_on};
@@ -12,7 +8,7 @@ use super::unsolved::Unsolved;
 use crate::contact::ContactError;
 use crate::counters::Meter;
 use crate::scene::Numerics;
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// By how much a slice yields more than the element as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,17 +34,6 @@ pub(crate) enum Search {
         /// Where in its curve every column is.
         pieces: Vec<HeldPiece>,
     },
-}
-
-/// State of a [`Search`].
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) enum SearchState {
-    /// State of [`Search::Explicit`].
-    Explicit(ActiveSetState),
-    /// State of [`Search::Local`].
-    Local(LocalSetState),
-    /// State of [`Search::Alone`], which keeps nothing from step to step.
-    Alone,
 }
 
 impl Search {
@@ -147,21 +132,14 @@ impl Search {
             Self::Alone { .. } => SearchCounts::default(),
         }
     }
+}
 
-    pub(crate) fn save(&self) -> SearchState {
+impl Evolving for Search {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         match self {
-            Self::Explicit(search) => SearchState::Explicit(search.save()),
-            Self::Local(search) => SearchState::Local(search.save()),
-            Self::Alone { .. } => SearchState::Alone,
-        }
-    }
-
-    pub(crate) fn restore(&mut self, state: SearchState) -> Result<(), StateError> {
-        match (self, state) {
-            (Self::Explicit(search), SearchState::Explicit(state)) => search.restore(state),
-            (Self::Local(search), SearchState::Local(state)) => search.restore(state),
-            (Self::Alone { .. }, SearchState::Alone) => Ok(()),
-            _ => Err(StateError::Value),
+            Self::Explicit(search) => search.state(state),
+            Self::Local(search) => search.state(state),
+            Self::Alone { .. } => Ok(()),
         }
     }
 }

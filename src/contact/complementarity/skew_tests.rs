@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::counters::Meter;
 use crate::numeric::Ring;
-use crate::storage::state::read_back;
+use crate::storage::state::SavedState;
 
 /// Elements of the ring from which rows are taken.
 pub(super) const RING: usize = 64;
@@ -82,7 +82,7 @@ proptest! {
         prop_assert_eq!(exact.len(), 1, "exactly one");
         let [even, odd] = &rows;
         let mut search = ActiveSet::new(even.clone(), POINTS, 1e-12, 64).with_skew(odd);
-        search.start_from(&start).unwrap();
+        search.start_from(&start);
         let mut forces = vec![0.0; POINTS];
         let residuals = search.search(&d, &mut forces, &mut Meter::default()).unwrap();
         prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-10);
@@ -163,7 +163,7 @@ fn a_restored_search_of_an_unsymmetric_problem_goes_on_in_the_same_bits() {
     let mut whole = search();
     (0..25).for_each(|instant| drop(step(&mut whole, instant)));
     let mut restored = search();
-    restored.restore(read_back(&whole.save())).unwrap();
+    SavedState::of(&mut whole).unwrap().restore(&mut restored).unwrap();
     for instant in 25..60 {
         assert_eq!(step(&mut whole, instant), step(&mut restored, instant), "{instant}");
     }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::factors::FactorCounts;
 use crate::contact::windows::{add_windows, add_windows_in};
 use crate::counters::Work;
-use crate::storage::state::{StateError, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Rounds of full exchange that may fail to reduce the number of points to be exchanged.
 pub(crate) const PATIENCE: u32 = 10;
@@ -110,10 +110,10 @@ impl Surface {
         }
     }
 
-    pub(crate) fn start_from(&mut self, forces: &[f64]) -> Result<(), StateError> {
-        fill(&mut self.estimate, forces)?;
+    #[cfg(test)]
+    pub(crate) fn start_from(&mut self, forces: &[f64]) {
+        self.estimate.copy_from_slice(forces);
         self.displace(forces);
-        Ok(())
     }
 
     /// Columns from the first to the last that may carry force, where y is the penetration without forces.
@@ -209,6 +209,17 @@ impl Surface {
         self.counts.fallbacks += u64::from(fell_back);
         self.counts.histogram[solves.min(HISTOGRAM_BINS - 1)] += 1;
         self.estimate.copy_from_slice(forces);
+    }
+}
+
+impl Evolving for Surface {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.estimate.state(state)?;
+        if state.is_restored() {
+            // Counted when they were displaced first.
+            self.displace(&self.estimate.clone());
+        }
+        state.value(&mut self.counts)
     }
 }
 

@@ -9,9 +9,8 @@
 //! mean torque of a record of the length T is K tau (xi(T) - xi(0))/T. The time tau is one revolution, half of it until
 //! the warm-up has ended: the force follows creep over a length that is shorter by far, at any speed.
 
-use serde::{Deserialize, Serialize};
-
 use crate::contact::static_contact::StaticContact;
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// K over the load: tyres have between 8 and 40.
 const STIFFNESS: f64 = 20.0;
@@ -21,7 +20,7 @@ const OF_DEFLECTION: f64 = 1.0 / 3.0;
 const FASTER: f64 = 2.0;
 
 /// Creep that follows the torque.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct FreeCreep {
     creep: f64,
     /// Change in a step for a force \[1/N\].
@@ -47,6 +46,12 @@ impl FreeCreep {
     pub(crate) fn follow(&mut self, step: u64, force: f64) {
         let faster = if step < self.warm_up { FASTER } else { 1.0 };
         self.creep += faster * self.rate * force;
+    }
+}
+
+impl Evolving for FreeCreep {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.creep.state(state)
     }
 }
 

@@ -1,23 +1,16 @@
 //! Coefficients of friction and bonds of cells from step to step: a cell is material and keeps its values.
 
-use serde::{Deserialize, Serialize};
-
 use crate::scene::{Adhesion, Coefficient};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Law of all cells round the tyre, and their states.
 pub(crate) struct CellLaw {
     coefficient: Coefficient,
     adhesion: Option<Adhesion>,
     time_step: f64,
-    states: CellStates,
-}
-
-/// States of cells round the tyre, cell by cell.
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
-pub(crate) struct CellStates {
-    /// Coefficient of friction; empty where it is constant.
+    /// Coefficient of friction cell by cell; empty where it is constant.
     friction: Vec<f64>,
-    /// Bonds; empty without adhesion.
+    /// Bonds cell by cell; empty without adhesion.
     bonded: Vec<bool>,
 }
 
@@ -29,20 +22,20 @@ impl CellLaw {
             Coefficient::Falling(law) => vec![law.steady(0.0); cells],
         };
         let bonded = vec![false; if adhesion.is_some() { cells } else { 0 }];
-        Self { coefficient, adhesion, time_step, states: CellStates { friction, bonded } }
+        Self { coefficient, adhesion, time_step, friction, bonded }
     }
 
     /// Coefficient of friction of a cell in the coming step.
     pub(crate) fn friction(&self, cell: usize) -> f64 {
         match self.coefficient {
             Coefficient::Constant(mu) => mu,
-            Coefficient::Falling(_) => self.states.friction[cell],
+            Coefficient::Falling(_) => self.friction[cell],
         }
     }
 
     /// Pull on a cell in the coming step \[Pa\]; 0 without a bond.
     pub(crate) fn pull(&self, cell: usize) -> f64 {
-        self.adhesion.as_ref().filter(|_| self.states.bonded[cell]).map_or(0.0, |adhesion| adhesion.stress)
+        self.adhesion.as_ref().filter(|_| self.bonded[cell]).map_or(0.0, |adhesion| adhesion.stress)
     }
 
     pub(crate) fn has_adhesion(&self) -> bool {
@@ -51,26 +44,18 @@ impl CellLaw {
 
     /// Follows a step of a cell: the speed of its slip where it is pressed \[m/s\], and its gap \[m\].
     pub(crate) fn follow(&mut self, cell: usize, slip: Option<f64>, gap: f64) {
-        if let (Coefficient::Falling(law), Some(friction)) = (&self.coefficient, self.states.friction.get_mut(cell)) {
+        if let (Coefficient::Falling(law), Some(friction)) = (&self.coefficient, self.friction.get_mut(cell)) {
             // A cell that leaves the road begins anew where it meets it again.
             *friction = slip.map_or(law.steady(0.0), |speed| law.after(*friction, speed, self.time_step));
         }
-        if let (Some(adhesion), Some(bonded)) = (&self.adhesion, self.states.bonded.get_mut(cell)) {
+        if let (Some(adhesion), Some(bonded)) = (&self.adhesion, self.bonded.get_mut(cell)) {
             *bonded = gap <= adhesion.range;
         }
     }
+}
 
-    pub(crate) fn save(&self) -> &CellStates {
-        &self.states
-    }
-
-    /// Continues from the states of an equal law; `false` for those of another.
-    pub(crate) fn restore(&mut self, states: CellStates) -> bool {
-        let fits =
-            states.friction.len() == self.states.friction.len() && states.bonded.len() == self.states.bonded.len();
-        if fits {
-            self.states = states;
-        }
-        fits
+impl Evolving for CellLaw {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.friction, &mut self.bonded])
     }
 }

@@ -5,7 +5,6 @@
 use num_complex::{Complex, Complex64};
 use pulp::Arch;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::product::Vector;
 use super::wave_group::{STEPS, Stepping, WaveGroup};
@@ -16,7 +15,7 @@ use crate::contact::cells::short_ring::Seen;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Element;
-use crate::storage::state::{StateError, StateReader, StateWriter};
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::tyre::influence::COMPONENTS;
 use crate::tyre::poles::Modes;
 use crate::tyre::poles::traction_model::TractionModel;
@@ -56,17 +55,6 @@ pub(crate) struct TractionRing<'m, R: WaveNumber> {
     pub seen: Option<usize>,
     /// Rule and time step of this ring.
     pub stepping: Stepping,
-}
-
-/// State of [`TractionWaves`] between two steps.
-#[derive(Deserialize, Serialize)]
-struct TractionWavesState {
-    /// Step of the block.
-    step: usize,
-    /// By ring: element that is seen first, and the block that is forgotten next.
-    places: Vec<(i64, usize)>,
-    /// Numbers that evolve.
-    numbers: Vec<f64>,
 }
 
 impl<R: WaveNumber> Ring<R> {
@@ -139,11 +127,15 @@ impl<R: WaveNumber> Ring<R> {
         }
         has_room
     }
+}
 
-    /// All numbers that evolve, those in single precision (double where that is R) and those of slow poles.
-    fn evolving_mut(&mut self) -> (impl Iterator<Item = &mut R>, impl Iterator<Item = &mut f64>) {
-        let single = self.groups.iter_mut().flat_map(WaveGroup::evolving_mut).flatten();
-        (single, self.precise.iter_mut().flat_map(WaveGroup::evolving_mut).flatten())
+impl<R: WaveNumber> Evolving for Ring<R> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        if let Some(seen) = &mut self.seen {
+            state.value(&mut seen.first)?;
+        }
+        state.all([&mut self.earliest, &mut self.groups, &mut self.precise])?;
+        ensure(self.earliest < self.blocks.max(1))
     }
 }
 
@@ -170,39 +162,12 @@ impl<R: WaveNumber> CellPast<COMPONENTS> for TractionWaves<R> {
         self.rings.iter_mut().for_each(|ring| has_room &= ring.push(step, first_element, forces));
         has_room
     }
+}
 
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        let mut numbers = Vec::new();
-        for Ring { groups, precise, .. } in &self.rings {
-            numbers.extend(groups.iter().flat_map(WaveGroup::evolving).flatten().map(|value| value.double()));
-            numbers.extend(precise.iter().flat_map(WaveGroup::evolving).flatten());
-        }
-        let place = |ring: &Ring<R>| (ring.seen.as_ref().map_or(0, |seen| seen.first), ring.earliest);
-        state.put(&TractionWavesState { step: self.step, places: self.rings.iter().map(place).collect(), numbers })
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let TractionWavesState { step, places, numbers } = state.take()?;
-        let count = |ring: &mut Ring<R>| {
-            let (single, precise) = ring.evolving_mut();
-            single.count() + precise.count()
-        };
-        let own: usize = self.rings.iter_mut().map(count).sum();
-        let is_known = |(ring, (_, earliest)): (&Ring<R>, &(i64, usize))| *earliest < ring.blocks.max(1);
-        let are_known = places.len() == self.rings.len() && self.rings.iter().zip(&places).all(is_known);
-        if own != numbers.len() || step >= STEPS || !are_known {
-            return Err(StateError::Value);
-        }
-        self.step = step;
-        let mut numbers = numbers.into_iter();
-        for (ring, (first, earliest)) in self.rings.iter_mut().zip(places) {
-            ring.earliest = earliest;
-            ring.seen.iter_mut().for_each(|seen| seen.first = first);
-            let (single, precise) = ring.evolving_mut();
-            single.for_each(|own| *own = numbers.next().map_or(*own, R::rounded));
-            precise.for_each(|own| *own = numbers.next().unwrap_or(*own));
-        }
-        Ok(())
+impl<R: WaveNumber> Evolving for TractionWaves<R> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.step, &mut self.rings])?;
+        ensure(self.step < STEPS)
     }
 }
 

@@ -11,7 +11,7 @@ use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::counters::Meter;
 use crate::scene::{DEFAULT, Sides, Tyre};
-use crate::storage::state::StateWriter;
+use crate::storage::state::SavedState;
 use crate::test_models::tyre;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
@@ -56,9 +56,7 @@ fn roll(mut step: impl FnMut(i64, &[Vector], &mut [Vector])) -> Vec<Vector> {
 
 /// Restores a past from its own state: a part that is missing in it would not be noticed by another.
 fn resume(past: &mut impl CellPast<3>) {
-    let mut state = StateWriter::default();
-    past.save(&mut state).unwrap();
-    past.restore(&mut state.finish().reader()).unwrap();
+    SavedState::of(past).unwrap().restore(past).unwrap();
 }
 
 fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRule) -> Vec<Vector> {

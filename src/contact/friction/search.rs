@@ -18,6 +18,7 @@ use super::linear::Equations;
 use super::product::{Vector, WindowProduct};
 use super::sweeps::sweep;
 use crate::counters::Work;
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::tyre::influence::TractionInfluence;
 
 /// Newton steps without a better result before sweeps.
@@ -122,10 +123,6 @@ impl FrictionSearch {
 
     pub(crate) fn counts(&self) -> FrictionCounts {
         self.counts
-    }
-
-    pub(crate) fn set_counts(&mut self, counts: FrictionCounts) {
-        self.counts = counts;
     }
 
     /// u = G F of any forces \[m\], over the whole window.
@@ -261,5 +258,11 @@ impl FrictionSearch {
             *force = conditions.feasible(cell, *force);
         }
         self.look(conditions, forces)
+    }
+}
+
+impl Evolving for FrictionSearch {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.value(&mut self.counts)
     }
 }

@@ -22,6 +22,7 @@ use crate::contact::history::add_responses;
 use crate::contact::history::wavenumber_group::put_parts;
 use crate::counters::Work;
 use crate::numeric::Element;
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{COMPONENTS, PAIRS};
 use crate::tyre::poles::Modes;
@@ -122,11 +123,6 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
     }
 
     /// States, channel by channel.
-    fn states(&self) -> impl Iterator<Item = &[E]> {
-        let [.., states, length] = Self::places(self.turns);
-        self.numbers.chunks_exact(length * E::MOST_LANES).map(move |record| &record[states * E::MOST_LANES..])
-    }
-
     fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
         let [.., states, length] = Self::places(self.turns);
         self.numbers.chunks_exact_mut(length * E::MOST_LANES).map(move |record| &mut record[states * E::MOST_LANES..])
@@ -263,18 +259,12 @@ impl<E: Element> WaveGroup<E> {
     pub(super) fn go_on(&mut self, arch: Arch, step: usize, forgotten: usize) {
         arch.dispatch(Step { group: self, step, forgotten });
     }
+}
 
-    /// All numbers that evolve.
-    pub(super) fn evolving(&self) -> impl Iterator<Item = &[E]> {
-        [self.forces.as_slice(), &self.foretold, &self.remembered]
-            .into_iter()
-            .chain(self.pairs.states())
-            .chain(self.reals.states())
-    }
-
-    pub(super) fn evolving_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
-        let fields = [self.forces.as_mut_slice(), &mut self.foretold, &mut self.remembered];
-        fields.into_iter().chain(self.pairs.states_mut()).chain(self.reals.states_mut())
+impl<E: Element + Evolving> Evolving for WaveGroup<E> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.forces, &mut self.foretold, &mut self.remembered])?;
+        self.pairs.states_mut().chain(self.reals.states_mut()).try_for_each(|states| state.list(states))
     }
 }
 

@@ -12,11 +12,9 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
 use super::conditions::Conditions;
 use super::free_creep::FreeCreep;
-use super::law::{CellLaw, CellStates};
+use super::law::CellLaw;
 use super::product::Vector;
 use super::search::{FrictionCounts, FrictionSearch};
 use crate::contact::cells::CellPast;
@@ -30,7 +28,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
 use crate::scene::Creep;
-use crate::storage::state::{StateError, StateReader, StateWriter, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::COMPONENTS;
 
@@ -102,17 +100,6 @@ pub(crate) struct FrictionZone {
     normal: Vec<f64>,
     /// Tangential displacements of the cells round the tyre, one and two steps ago \[m\].
     last: [Vec<[f64; 2]>; 2],
-}
-
-/// State of a [`FrictionZone`] between two steps.
-#[derive(Deserialize, Serialize)]
-struct FrictionZoneState {
-    counts: FrictionCounts,
-    law: CellStates,
-    forces: Vec<Vector>,
-    first_element: i64,
-    last: [Vec<[f64; 2]>; 2],
-    free: Option<FreeCreep>,
 }
 
 impl FrictionZone {
@@ -360,32 +347,11 @@ impl Zone for FrictionZone {
         let FrictionCounts { steps, rounds, work, .. } = self.search.counts();
         SearchCounts { solves: steps, fallbacks: rounds, work, ..SearchCounts::default() }
     }
+}
 
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        self.past.save(state)?;
-        state.put(&FrictionZoneState {
-            counts: self.search.counts(),
-            law: self.law.save().clone(),
-            forces: self.forces.clone(),
-            first_element: self.first_element,
-            last: self.last.clone(),
-            free: self.rolling.free.clone(),
-        })
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.past.restore(state)?;
-        let FrictionZoneState { counts, law, forces, first_element, last, free } = state.take()?;
-        if let Some(free) = &free {
-            self.rolling.longitudinal = free.creep();
-        }
-        self.rolling.free = free;
-        self.search.set_counts(counts);
-        fill(&mut self.forces, &forces)?;
-        self.first_element = first_element;
-        for (own, kept) in self.last.iter_mut().zip(&last) {
-            fill(own, kept)?;
-        }
-        if self.law.restore(law) { Ok(()) } else { Err(StateError::Value) }
+impl Evolving for FrictionZone {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        let Self { rolling, past, search, law, forces, first_element, last, .. } = self;
+        state.all([past, search, law, forces, first_element, last, &mut rolling.free, &mut rolling.longitudinal])
     }
 }

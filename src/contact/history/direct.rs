@@ -11,17 +11,15 @@
 //! Cost: lags x (points in contact) x columns multiply-adds a step, read from lags x 2 columns kernel entries. The lags
 //! are split into a fixed number of chunks whose sums are added in order: the same bits for any number of threads.
 
-use std::ops::Range;
-
 use pulp::Arch;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::PastForces;
-use super::state::{DirectState, HistoryState};
 use crate::contact::windows::add_windows;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Ring;
-use crate::storage::state::{StateError, fill};
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::tyre::influence::convolution_quadrature::Weights;
 
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.
@@ -88,11 +86,17 @@ pub struct DirectHistory {
 }
 
 /// Where the forces of a past step are.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 struct Mark {
     first_element: i64,
     from: u32,
     to: u32,
+}
+
+impl Evolving for Mark {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.value(self)
+    }
 }
 
 impl DirectHistory {
@@ -158,27 +162,11 @@ impl PastForces for DirectHistory {
         self.marks[row] = Mark { first_element, from: from as u32, to: to as u32 };
         self.steps += 1;
     }
+}
 
-    fn save(&self) -> HistoryState {
-        HistoryState::Direct(DirectState {
-            steps: self.steps,
-            forces: self.forces.clone(),
-            marks: self.marks.iter().map(|mark| (mark.first_element, mark.from..mark.to)).collect(),
-        })
-    }
-
-    fn restore(&mut self, state: HistoryState) -> Result<(), StateError> {
-        let HistoryState::Direct(DirectState { steps, forces, marks }) = state else { return Err(StateError::Value) };
-        self.steps = steps;
-        fill(&mut self.forces, &forces)?;
-        if marks.iter().any(|(_, columns)| columns.start > columns.end || columns.end as usize > self.columns) {
-            return Err(StateError::Value);
-        }
-        let mark = |(first_element, columns): &(i64, Range<u32>)| Mark {
-            first_element: *first_element,
-            from: columns.start,
-            to: columns.end,
-        };
-        fill(&mut self.marks, &marks.iter().map(mark).collect::<Vec<_>>())
+impl Evolving for DirectHistory {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.steps, &mut self.forces, &mut self.marks])?;
+        ensure(self.marks.iter().all(|mark| mark.from <= mark.to && mark.to as usize <= self.columns))
     }
 }

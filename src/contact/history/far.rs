@@ -7,11 +7,12 @@ use num_complex::Complex64;
 use pulp::Arch;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
-use super::behind::Task;
 use super::block_pass::pass;
 use super::wavenumber_group::WavenumberGroup;
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
+use crate::numeric::background::Task;
 use crate::numeric::{Element, transform_multiply_adds};
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
 use crate::tyre::influence::Field;
@@ -80,15 +81,6 @@ impl Far {
         })
     }
 
-    /// All numbers that evolve but [`Self::rings`].
-    pub(crate) fn states(&self) -> impl Iterator<Item = &[f64]> {
-        self.groups.iter().flat_map(WavenumberGroup::states)
-    }
-
-    pub(crate) fn states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
-        self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
-    }
-
     /// Reports the time of the last pass: in the background, or within the history of the step under way.
     pub(super) fn report(&self, meter: &mut Meter) {
         let [sums, transforms] = self.times;
@@ -99,6 +91,12 @@ impl Far {
         meter.lap_within(Stage::Transforms, if self.behind { Spent::default() } else { transforms });
         meter.add_work(Stage::History, self.work[0]);
         meter.add_work(Stage::Transforms, self.work[1]);
+    }
+}
+
+impl Evolving for Far {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.rings, &mut self.groups])
     }
 }
 

@@ -3,8 +3,7 @@
 //! - `direct`: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - `modes`: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
 //! - `near`: displacements by the latest forces, which the pass has not taken in yet;
-//! - `far`: the pass over all poles, `behind` the march where there is another thread;
-//! - `state`: what evolves of a history;
+//! - `far`: the pass over all poles, in the background where there is another thread;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors, and their `block_pass`;
 //! - `transfer`: the transfer function of such a recursion.
 //!
@@ -16,13 +15,11 @@
 //! lags. Only where a memory of less than about 0.1 s would do are its flops fewer, and its weights need the sums over
 //! wavenumbers that the fit avoids.
 
-pub(super) mod behind;
 pub(super) mod block_pass;
 mod direct;
 mod far;
 mod modes;
 mod near;
-mod state;
 pub(super) mod transfer;
 #[cfg(test)]
 mod turning_tests;
@@ -31,14 +28,13 @@ pub(super) mod wavenumber_group;
 pub use direct::{DirectHistory, LagKernel};
 pub(crate) use modes::add_responses;
 pub use modes::{INSTANTS, ModalHistory};
-pub(crate) use state::HistoryState;
 pub(crate) use wavenumber_group::expected_multiply_adds;
 
 use crate::counters::Meter;
-use crate::storage::StateError;
+use crate::storage::state::Evolving;
 
 /// A method to carry the past.
-pub trait PastForces: Send {
+pub trait PastForces: Evolving + Send {
     /// Writes u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`. It is
     /// called once for every stage of a step, and the caller times it as
     /// [`Stage::History`](crate::counters::Stage::History): `meter` is for its work, and for the times of its parts.
@@ -46,13 +42,4 @@ pub trait PastForces: Send {
 
     /// Takes the stage's forces \[N\], from element `first_element` on.
     fn push(&mut self, first_element: i64, forces: &[f64]);
-
-    /// State between two steps; the same for any number of threads.
-    fn save(&self) -> HistoryState;
-
-    /// Continues from the state of an equal history, on any number of threads.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    fn restore(&mut self, state: HistoryState) -> Result<(), StateError>;
 }

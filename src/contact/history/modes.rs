@@ -25,15 +25,14 @@
 use num_complex::Complex64;
 
 use super::PastForces;
-use super::behind::Behind;
 use super::far::Far;
 use super::near::{self, NearForces};
-use super::state::{HistoryState, ModalState};
 use super::transfer::{first_weight, odd_first_weight};
 use super::wavenumber_group::expected_multiply_adds;
 use crate::counters::{Meter, Stage};
+use crate::numeric::background::Background;
 use crate::numeric::{Ring, transform_multiply_adds};
-use crate::storage::state::{StateError, fill_all};
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::{Modes, RationalModel};
@@ -68,7 +67,7 @@ pub struct ModalHistory {
     elements: usize,
     /// Number of the coming instant in its block.
     instant: usize,
-    far: Behind<Far>,
+    far: Background<Far>,
     /// u_old \[m\] on the ring at each instant of this block, of the forces up to the block before the last.
     old: Vec<Vec<f64>>,
     /// Elements in contact and their forces \[N\] at the instants of the previous block and of this one.
@@ -103,7 +102,7 @@ impl ModalHistory {
         Some(Self {
             elements,
             instant: 0,
-            far: Behind::new(Far::new(model, field, rule, time_step, instants)?, rayon::current_num_threads() > 1),
+            far: Background::on_a_thread(Far::new(model, field, rule, time_step, instants)?),
             old: vec![vec![0.0; elements]; instants],
             rows,
             near: NearForces::new(&influence, lags, 2 * instants, columns, 2 * instants / stages, model.turns()),
@@ -237,42 +236,21 @@ impl PastForces for ModalHistory {
         self.near.take(now, row.iter().copied());
         self.instant = (self.instant + 1) % self.old.len();
     }
+}
 
-    fn save(&self) -> HistoryState {
-        let far = self.far.take();
-        let state = ModalState {
-            instant: self.instant,
-            rows: self.rows.clone(),
-            old: self.old.clone(),
-            rings: far.rings.clone(),
-            poles: far.states().map(<[f64]>::to_vec).collect(),
-        };
-        self.far.give_back(far);
-        HistoryState::Modal(state)
-    }
-
-    fn restore(&mut self, state: HistoryState) -> Result<(), StateError> {
-        let HistoryState::Modal(ModalState { instant, rows, old, rings, poles }) = state else {
-            return Err(StateError::Value);
-        };
-        if instant >= self.old.len()
-            || rows.len() != self.rows.len()
-            || rows.iter().any(|row| row.len() > self.elements)
-        {
-            return Err(StateError::Value);
+impl Evolving for ModalHistory {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        let Self { elements, instant, far, old, rows, near } = self;
+        state.all([instant, old])?;
+        ensure(*instant < old.len())?;
+        for (number, row) in rows.iter_mut().enumerate() {
+            state.growing(row)?;
+            ensure(row.len() <= *elements)?;
+            if state.is_restored() {
+                near.take(number, row.iter().copied());
+            }
         }
-        self.instant = instant;
-        for (number, row) in rows.iter().enumerate() {
-            // In place: the capacity of a row is enough for any step.
-            self.rows[number].clone_from(row);
-            self.near.take(number, row.iter().copied());
-        }
-        fill_all(self.old.iter_mut().map(Vec::as_mut_slice), &old)?;
-        let mut far = self.far.take();
-        let mut filled = fill_all(far.rings.iter_mut().map(Vec::as_mut_slice), &rings);
-        filled = filled.and_then(|()| fill_all(far.states_mut().collect::<Vec<_>>().into_iter(), &poles));
-        self.far.give_back(far);
-        filled
+        far.with(|far| far.state(state))
     }
 }
 
@@ -280,7 +258,7 @@ impl PastForces for ModalHistory {
 mod tests {
     use super::*;
     use crate::scene::{PLATE, Scene};
-    use crate::storage::state::read_back;
+    use crate::storage::state::SavedState;
     use crate::tyre::poles::{FitOptions, fit, turning_ring};
 
     const COLUMNS: usize = 11;
@@ -339,7 +317,7 @@ mod tests {
                 let mut whole = history();
                 roll(&mut whole, rule, 0, stop);
                 let mut restored = history();
-                restored.restore(read_back(&whole.save())).unwrap();
+                SavedState::of(&mut whole).unwrap().restore(&mut restored).unwrap();
                 assert_eq!(roll(&mut whole, rule, stop, 90), roll(&mut restored, rule, stop, 90), "{rule:?}, {stop}");
             }
         }

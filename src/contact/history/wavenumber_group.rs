@@ -9,6 +9,7 @@ use pulp::{Simd, WithSimd};
 use crate::counters::Work;
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{Element, largest_or_zero};
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{MOST_STAGES, Number, Poles, Recursion, State, WithRecursion};
 use crate::tyre::poles::Modes;
@@ -165,12 +166,6 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         Self::records(self.lengths(), &mut self.numbers, E::MOST_LANES).map(|record| record.states)
     }
 
-    fn states(&self) -> impl Iterator<Item = &[E]> {
-        let [fixed, odd, evolving, left] = self.lengths().map(|length| TOGETHER * length * E::MOST_LANES);
-        let records = self.numbers.chunks_exact(fixed + odd + evolving + left);
-        records.map(move |record| &record[fixed + odd..][..evolving])
-    }
-
     #[inline(always)]
     pub(super) fn poles<S: Simd>(
         simd: S,
@@ -316,15 +311,6 @@ impl<E: Element> WavenumberGroup<E> {
         Work { multiply_adds: multiply_adds as u64, bytes: (self.pairs.bytes() + self.reals.bytes()) as u64 }
     }
 
-    /// Numbers that evolve.
-    pub(crate) fn states(&self) -> impl Iterator<Item = &[E]> {
-        self.pairs.states().chain(self.reals.states())
-    }
-
-    pub(crate) fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
-        self.pairs.states_mut().chain(self.reals.states_mut())
-    }
-
     pub(crate) fn wavenumbers(&self) -> Range<usize> {
         self.first..self.first + self.count
     }
@@ -370,6 +356,12 @@ impl<E: Element> WavenumberGroup<E> {
 struct Forget<'a, E> {
     group: &'a mut WavenumberGroup<E>,
     steps: usize,
+}
+
+impl<E: Element + Evolving> Evolving for WavenumberGroup<E> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.pairs.states_mut().chain(self.reals.states_mut()).try_for_each(|states| state.list(states))
+    }
 }
 
 impl<E: Element> WithRecursion for Forget<'_, E> {

@@ -13,7 +13,7 @@ use crate::plan::Plan;
 use crate::results::files::ResultFiles;
 use crate::results::summary::CellsSummary;
 use crate::scene::Zone;
-use crate::storage::state::{StateError, StateReader, StateWriter, fill};
+use crate::storage::state::{StateError, StateStream};
 
 pub(crate) struct CellsEffect;
 
@@ -160,14 +160,8 @@ impl Observer for CellObserver {
 }
 
 impl EffectObserver for CellObserver {
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&self.moments)?;
-        state.put(&self.sum)
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.moments = state.take()?;
-        fill(&mut self.sum, &state.take::<Vec<f64>>()?)
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.moments, &mut self.sum])
     }
 
     fn tell(&self, _: &End<'_>, found: &mut Found) {

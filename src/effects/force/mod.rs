@@ -4,7 +4,6 @@
 use std::ops::Range;
 
 use ndarray::ArrayView2;
-use serde::{Deserialize, Serialize};
 
 use super::channel::{Channel, Read, RowShape};
 use super::effect::{Begin, Effect};
@@ -22,7 +21,7 @@ use crate::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
 use crate::results::spectra::{FORCE_LEVEL, LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::AxleMotion;
 use crate::scene::{Axle, TimeRule};
-use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
+use crate::storage::state::{StateError, StateStream, ensure};
 
 pub(crate) struct ForceEffect;
 
@@ -150,7 +149,7 @@ pub(crate) struct ForceObserver {
     recording: (TimeRule, f64),
 }
 
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default)]
 struct Drawn {
     /// Time of each step \[s\].
     time: Vec<f64>,
@@ -182,30 +181,13 @@ impl Observer for ForceObserver {
 }
 
 impl EffectObserver for ForceObserver {
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&self.force)?;
-        state.put(&self.indentation)?;
-        state.put(&self.sum_of_lengths)?;
-        state.put(&self.drawn)?;
-        state.put(&self.spectrum.as_ref().map(SpectrumAccumulator::save))
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.force = state.take()?;
-        restore_part(&mut self.indentation, state.take()?, |here, saved| {
-            *here = saved;
-            Ok(())
-        })?;
-        self.sum_of_lengths = state.take()?;
-        let drawn: Drawn = state.take()?;
-        if drawn.first_element.len() != drawn.time.len() {
-            return Err(StateError::Value);
-        }
-        // Into the memory reserved for all rows.
-        self.drawn.time.extend(drawn.time);
-        self.drawn.first_element.extend(drawn.first_element);
-        self.drawn.force.extend(drawn.force);
-        restore_part(&mut self.spectrum, state.take()?, SpectrumAccumulator::restore)
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.force, &mut self.indentation, &mut self.sum_of_lengths, &mut self.spectrum])?;
+        let Drawn { time, first_element, force } = &mut self.drawn;
+        state.growing(time)?;
+        state.growing(first_element)?;
+        state.growing(force)?;
+        ensure(first_element.len() == time.len())
     }
 
     fn tell(&self, end: &End<'_>, found: &mut Found) {

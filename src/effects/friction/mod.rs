@@ -17,7 +17,7 @@ use crate::results::files::ResultFiles;
 use crate::results::spectra::{LOWEST_FREQUENCY, force_levels_csv};
 use crate::results::summary::{FreeRolling, FrictionSummary};
 use crate::scene::{Coefficient, LongitudinalCreep, TimeRule};
-use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
+use crate::storage::state::{StateError, StateStream};
 
 /// Largest mean torque of a freely rolling wheel, relative to that of full sliding.
 const FREE_TORQUE: f64 = 1e-3;
@@ -264,18 +264,8 @@ impl Observer for FrictionObserver {
 }
 
 impl EffectObserver for FrictionObserver {
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&self.moments)?;
-        state.put(&self.spectra.each_ref().map(|spectrum| spectrum.as_ref().map(SpectrumAccumulator::save)))
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.moments = state.take()?;
-        let saved: [_; 2] = state.take()?;
-        for (here, saved) in self.spectra.iter_mut().zip(saved) {
-            restore_part(here, saved, SpectrumAccumulator::restore)?;
-        }
-        Ok(())
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.moments, &mut self.spectra])
     }
 
     fn tell(&self, _: &End<'_>, found: &mut Found) {

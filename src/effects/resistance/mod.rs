@@ -14,7 +14,7 @@ use crate::counters::Meter;
 use crate::numeric::RunningMoments;
 use crate::results::summary::RollingResistance;
 use crate::scene::Tread;
-use crate::storage::state::{StateError, StateReader, StateWriter};
+use crate::storage::state::{StateError, StateStream};
 
 pub(crate) struct ResistanceEffect;
 
@@ -61,15 +61,8 @@ impl Observer for ResistanceObserver {
 }
 
 impl EffectObserver for ResistanceObserver {
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&self.power)?;
-        state.put(&self.force)
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        self.power = state.take()?;
-        self.force = state.take()?;
-        Ok(())
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.power, &mut self.force])
     }
 
     fn tell(&self, _: &End<'_>, found: &mut Found) {

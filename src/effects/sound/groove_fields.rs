@@ -1,11 +1,10 @@
 //! Results of the fields under an open patch: resonances, tables, and pressures in the middle of grooves.
 
-use serde::{Deserialize, Serialize};
-
 use super::planned::Sound;
 use crate::radiation::gap::patch::Channel;
 use crate::radiation::gap::resonance::Resonance;
 use crate::results::table::{csv, optional, row};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// File of the grooves' fields and resonances.
 pub(super) const GAP_FILE: &str = "gap.csv";
@@ -117,13 +116,19 @@ pub(super) fn root_mean<T>(places: &[T], of: impl Fn(&T) -> f64) -> f64 {
 const NOT_LINEAR: f64 = 0.01 * 1.4 * 101_325.0;
 
 /// Statistics of the pressure in the middle of a groove.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct AmidGroove {
     samples: u64,
     /// Samples above [`NOT_LINEAR`].
     above: u64,
     /// Largest magnitude \[Pa\].
     largest: f64,
+}
+
+impl Evolving for AmidGroove {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.samples, &mut self.above, &mut self.largest])
+    }
 }
 
 impl AmidGroove {

@@ -3,20 +3,13 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 /// Stored samples of a point.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KeptSignal {
     /// Range of samples of each excerpt.
     wanted: Vec<Range<usize>>,
-    state: KeptState,
-}
-
-#[derive(Clone, Debug, Default, Deserialize, Serialize)]
-pub(super) struct KeptState {
     /// Number of samples so far.
     taken: usize,
     /// Pressures by excerpt, in single precision \[Pa\].
@@ -26,14 +19,13 @@ pub(super) struct KeptState {
 impl KeptSignal {
     pub(super) fn of(wanted: Vec<Range<usize>>) -> Self {
         let excerpts = vec![Vec::new(); wanted.len()];
-        Self { wanted, state: KeptState { taken: 0, excerpts } }
+        Self { wanted, taken: 0, excerpts }
     }
 
     /// Takes the next pressures \[Pa\].
     pub(super) fn push(&mut self, pressures: &[f64]) {
-        let KeptState { taken, excerpts } = &mut self.state;
-        let here = *taken..*taken + pressures.len();
-        for (wanted, excerpt) in self.wanted.iter().zip(excerpts) {
+        let here = self.taken..self.taken + pressures.len();
+        for (wanted, excerpt) in self.wanted.iter().zip(&mut self.excerpts) {
             let (from, to) = (wanted.start.max(here.start), wanted.end.min(here.end));
             if from < to {
                 let some = &pressures[from - here.start..to - here.start];
@@ -41,44 +33,37 @@ impl KeptSignal {
                 excerpt.extend(some.iter().map(|&pressure| pressure as f32));
             }
         }
-        *taken = here.end;
+        self.taken = here.end;
     }
 
     pub(super) fn taken(&self) -> usize {
-        self.state.taken
+        self.taken
     }
 
     /// An excerpt, as far as it has come \[Pa\].
     pub(super) fn excerpt(&self, index: usize) -> impl Iterator<Item = f64> {
-        self.state.excerpts.get(index).into_iter().flatten().map(|&pressure| f64::from(pressure))
+        self.excerpts.get(index).into_iter().flatten().map(|&pressure| f64::from(pressure))
     }
 
     #[cfg(test)]
     pub(super) fn kept(&self) -> usize {
-        self.state.excerpts.iter().map(Vec::len).sum()
+        self.excerpts.iter().map(Vec::len).sum()
     }
+}
 
-    pub(super) fn save(&self) -> KeptState {
-        self.state.clone()
-    }
-
-    /// Goes on from the state of a signal of the same excerpts.
-    pub(super) fn restore(&mut self, state: KeptState) -> Result<(), StateError> {
-        let (expected, found) = (self.wanted.len(), state.excerpts.len());
-        if found != expected {
-            return Err(StateError::Length { expected, found });
-        }
-        if self.wanted.iter().zip(&state.excerpts).any(|(wanted, excerpt)| excerpt.len() > wanted.len()) {
-            return Err(StateError::Value);
-        }
-        self.state = state;
-        Ok(())
+impl Evolving for KeptSignal {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.value(&mut self.taken)?;
+        state.same(&self.wanted.len())?;
+        self.excerpts.iter_mut().try_for_each(|excerpt| state.growing(excerpt))?;
+        ensure(self.wanted.iter().zip(&self.excerpts).all(|(wanted, excerpt)| excerpt.len() <= wanted.len()))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::storage::state::SavedState;
 
     #[test]
     fn excerpts_are_kept_and_nothing_else_whatever_the_blocks() {
@@ -87,13 +72,13 @@ mod tests {
             let pressures: Vec<f64> = block.map(f64::from).collect();
             kept.push(&pressures);
             let mut again = KeptSignal::of(vec![2..5, 4..9, 20..30]);
-            again.restore(kept.save()).unwrap();
+            SavedState::of(&mut kept).unwrap().restore(&mut again).unwrap();
             kept = again;
         }
         let excerpt = |index| kept.excerpt(index).collect::<Vec<f64>>();
         assert_eq!((excerpt(0), excerpt(1)), (vec![2.0, 3.0, 4.0], vec![4.0, 5.0, 6.0, 7.0, 8.0]));
         assert_eq!((excerpt(2), excerpt(3)), ((20..25).map(f64::from).collect(), Vec::new()));
         assert_eq!((kept.taken(), kept.kept()), (25, 13));
-        assert!(KeptSignal::default().restore(kept.save()).is_err());
+        assert!(SavedState::of(&mut kept).unwrap().restore(&mut KeptSignal::default()).is_err());
     }
 }

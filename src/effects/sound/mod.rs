@@ -21,7 +21,6 @@ mod way;
 use std::ops::Range;
 
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::effect::{Begin, Effect};
 use super::error::RunError;
@@ -31,22 +30,22 @@ use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::decisions::{Row, taken_pattern};
 use crate::plan::{Amounts, Choice, Decisions, Plan};
-use crate::response::pressure::{BlockPressures, PressureState, PressureStream};
+use crate::response::pressure::{BlockPressures, PressureStream};
 use crate::response::vibration::SegmentLayout;
-use crate::response::{LateralForces, LevelErrors, Orders, SliceErrors, SpectrumAccumulator, SpectrumState};
+use crate::response::{LateralForces, LevelErrors, Orders, SliceErrors, SpectrumAccumulator};
 use crate::results::files::ResultFiles;
 use crate::results::sound::{
     BodySummary, RatedLevel, ReceiverSpectrum, SOUND_COLUMN, SOUND_FILE, SOUND_LEVEL, SoundError,
 };
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
-use crate::storage::state::{StateError, StateReader, StateWriter};
+use crate::storage::state::{StateError, StateStream, ensure};
 use groove_fields::AmidGroove;
-use kept_signal::{KeptSignal, KeptState};
+use kept_signal::KeptSignal;
 pub(crate) use kept_transfers::KeptReceiver;
 use passing::Passing;
 pub(crate) use planned::{Heard, Sound};
 use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
-use squeeze::{PARTS, SqueezeState, SqueezeStream, found_blocks};
+use squeeze::{PARTS, SqueezeStream, found_blocks};
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
@@ -187,16 +186,6 @@ fn told_of_passages(plan: &Plan, sound: &Sound, tell: impl Fn(&Passing, usize) -
         Some(format!("{}: {}", heard.name, tell(&passing, kept)?))
     };
     sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(told).collect()
-}
-
-#[derive(Deserialize, Serialize)]
-struct SoundState {
-    stream: PressureState,
-    squeeze: Option<SqueezeState>,
-    spectra: Vec<SpectrumState>,
-    signals: Vec<KeptState>,
-    orders: Vec<Orders>,
-    amid: Vec<AmidGroove>,
 }
 
 /// Pressures of blocks due to vibration and, where blocks squeeze air, due to that.
@@ -404,35 +393,10 @@ impl Observer for SoundObserver {
 }
 
 impl EffectObserver for SoundObserver {
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&SoundState {
-            stream: self.stream.save(),
-            squeeze: self.squeeze.as_ref().map(|squeeze| squeeze.save()),
-            spectra: self.spectra.iter().map(SpectrumAccumulator::save).collect(),
-            signals: self.signals.iter().map(KeptSignal::save).collect(),
-            orders: self.orders.clone(),
-            amid: self.amid.clone(),
-        })
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let SoundState { stream, squeeze, spectra, signals, orders, amid } = state.take()?;
-        if spectra.len() != self.spectra.len() || signals.len() != self.signals.len() {
-            return Err(StateError::Length { expected: self.spectra.len(), found: spectra.len() });
-        }
-        let alike = orders.iter().zip(&self.orders).all(|(saved, here)| saved.is_like(here));
-        if orders.len() != self.orders.len() || !alike || amid.len() != self.amid.len() {
-            return Err(StateError::Value);
-        }
-        (self.orders, self.amid) = (orders, amid);
-        self.stream.restore(stream)?;
-        match (&mut self.squeeze, squeeze) {
-            (None, None) => {}
-            (Some(here), Some(saved)) => here.restore(saved)?,
-            _ => return Err(StateError::Value),
-        }
-        self.signals.iter_mut().zip(signals).try_for_each(|(here, saved)| here.restore(saved))?;
-        self.spectra.iter_mut().zip(spectra).try_for_each(|(here, saved)| here.restore(saved))
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.stream, &mut self.squeeze, &mut self.spectra])?;
+        ensure(self.squeeze.iter().all(|squeeze| squeeze.stream.is_level_with(&self.stream)))?;
+        state.all([&mut self.signals, &mut self.orders, &mut self.amid])
     }
 
     fn tell(&self, end: &End<'_>, found: &mut Found) {

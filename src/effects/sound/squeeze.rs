@@ -8,19 +8,17 @@
 //! of G move with it. On the cells of the tread the volumes are a motion like any other, independent of the tyre's
 //! response: their waves round the tyre meet G as those of the surface do, with the rate w - n Omega of wave n.
 
-use serde::{Deserialize, Serialize};
-
 use super::planned::{SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::contact::geometry::Geometry;
 use crate::effects::error::RunError;
 use crate::numeric::in_parallel;
 use crate::plan::Plan;
 use crate::plan::decisions::{Decisions, tread_blocks, tread_map};
-use crate::response::pressure::{PressureModel, PressureState, PressureStream, PressureTransfers};
+use crate::response::pressure::{PressureModel, PressureStream, PressureTransfers};
 use crate::response::vibration::{Across, SegmentLayout};
-use crate::response::{PowerSpectrum, SpectrumAccumulator, SpectrumState, SqueezedVolumes};
+use crate::response::{PowerSpectrum, SpectrumAccumulator, SqueezedVolumes};
 use crate::scene::Scene;
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::tyre::tread_pattern::squeeze::Squeeze;
 
 /// Number of parts of the pressure: due to vibration, and due to squeeze.
@@ -52,12 +50,6 @@ pub(super) struct SqueezeStream {
     pub(super) stream: PressureStream,
     /// By place and point, spectra of the pressure due to vibration and due to squeeze.
     pub(super) parts: Vec<[SpectrumAccumulator; PARTS]>,
-}
-
-#[derive(Deserialize, Serialize)]
-pub(super) struct SqueezeState {
-    stream: PressureState,
-    parts: Vec<[SpectrumState; PARTS]>,
 }
 
 impl SqueezeStream {
@@ -108,20 +100,10 @@ impl SqueezeStream {
         };
         Ok([PowerSpectrum::means(of(0)?, points), PowerSpectrum::means(of(1)?, points)])
     }
+}
 
-    pub(super) fn save(&self) -> SqueezeState {
-        let parts = self.parts.iter().map(|parts| parts.each_ref().map(SpectrumAccumulator::save)).collect();
-        SqueezeState { stream: self.stream.save(), parts }
-    }
-
-    /// Goes on from the state of a stream of the same run.
-    pub(super) fn restore(&mut self, state: SqueezeState) -> Result<(), StateError> {
-        let (expected, found) = (self.parts.len(), state.parts.len());
-        if found != expected {
-            return Err(StateError::Length { expected, found });
-        }
-        self.stream.restore(state.stream)?;
-        let pairs = self.parts.iter_mut().flatten().zip(state.parts.into_iter().flatten());
-        pairs.into_iter().try_for_each(|(here, saved)| here.restore(saved))
+impl Evolving for SqueezeStream {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.stream, &mut self.parts])
     }
 }

@@ -14,7 +14,7 @@ use crate::response::Orders;
 use crate::results::files::ResultFiles;
 use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::scene::{BlockModel, LoadedScene, Scene, SceneError, Switch, Zone};
-use crate::storage::state::{StateError, StateReader, StateWriter};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 pub(crate) struct TreadPatternEffect;
 
@@ -94,17 +94,8 @@ impl Observer for PatternObserver {
 }
 
 impl EffectObserver for PatternObserver {
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&self.orders)
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let orders: Orders = state.take()?;
-        if !orders.is_like(&self.orders) {
-            return Err(StateError::Value);
-        }
-        self.orders = orders;
-        Ok(())
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.orders.state(state)
     }
 
     fn write(&self, end: &End<'_>, files: &dyn ResultFiles, found: &mut Found, _: &mut Meter) -> Result<(), RunError> {

@@ -8,8 +8,6 @@ mod planned;
 mod resolved;
 pub(crate) mod results;
 
-use serde::{Deserialize, Serialize};
-
 use super::channel::Channel;
 use super::effect::{Begin, Effect};
 use super::error::RunError;
@@ -21,15 +19,15 @@ use crate::plan::decisions::Row;
 use crate::plan::{Amounts, Choice, Plan, bytes};
 use crate::response::vibration::{
     ElementVelocities, Heard, HeardVelocity, SegmentLayout, TransferKind, VelocityTable, VibrationAccumulator,
-    VibrationField, VibrationState, point_bytes,
+    VibrationField, point_bytes,
 };
 use crate::response::{LateralForces, LevelErrors, SliceErrors};
 use crate::results::files::ResultFiles;
 use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
 use crate::scene::{LoadedScene, Scene, SceneError, Vibration};
-use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
+use crate::storage::state::{StateError, StateStream};
 use answer::TyreAnswer;
-use resolved::{ResolvedForces, ResolvedState};
+use resolved::ResolvedForces;
 pub(crate) use results::HeardVibration;
 
 pub(crate) struct VibrationEffect;
@@ -123,12 +121,6 @@ pub struct VibrationObserver {
     steps: u64,
 }
 
-#[derive(Deserialize, Serialize)]
-struct VibrationObserverState {
-    accumulator: VibrationState,
-    resolved: Option<ResolvedState>,
-}
-
 impl Observer for VibrationObserver {
     fn needs_power(&self) -> bool {
         true
@@ -143,15 +135,8 @@ impl Observer for VibrationObserver {
 }
 
 impl EffectObserver for VibrationObserver {
-    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        let resolved = self.resolved.as_ref().map(ResolvedForces::save);
-        state.put(&VibrationObserverState { accumulator: self.accumulator.save(), resolved })
-    }
-
-    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let VibrationObserverState { accumulator, resolved } = state.take()?;
-        self.accumulator.restore(accumulator)?;
-        restore_part(&mut self.resolved, resolved, ResolvedForces::restore)
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.accumulator, &mut self.resolved])
     }
 
     fn write(

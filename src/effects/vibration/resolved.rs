@@ -1,7 +1,5 @@
 //! Power that forces on cells put into all waves that a run carries.
 
-use serde::{Deserialize, Serialize};
-
 use super::planned::CellSegments;
 use crate::contact::cells::CellProduct;
 use crate::counters::{Counter, Meter};
@@ -9,10 +7,9 @@ use crate::effects::effect::TyreModels;
 use crate::plan::Plan;
 use crate::response::LateralForces;
 use crate::response::vibration::{
-    ContactPower, Dissipation, Heard, HeardPower, PowerState, SegmentLayout, VibrationAccumulator, VibrationState,
-    heard_dissipation,
+    ContactPower, Dissipation, Heard, HeardPower, SegmentLayout, VibrationAccumulator, heard_dissipation,
 };
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Power of forces on cells, found beside the velocities.
 pub(super) struct ResolvedForces {
@@ -26,12 +23,6 @@ pub(super) struct ResolvedForces {
     /// Power put into the waves.
     put_in: ContactPower,
     columns: usize,
-}
-
-#[derive(Deserialize, Serialize)]
-pub(super) struct ResolvedState {
-    power: VibrationState,
-    put_in: PowerState,
 }
 
 impl ResolvedForces {
@@ -99,13 +90,10 @@ impl ResolvedForces {
         let patch = self.power.finish()?;
         Some((patch.mean_power, heard_dissipation(&patch)))
     }
+}
 
-    pub(super) fn save(&self) -> ResolvedState {
-        ResolvedState { power: self.power.save(), put_in: self.put_in.save() }
-    }
-
-    pub(super) fn restore(&mut self, state: ResolvedState) -> Result<(), StateError> {
-        self.put_in.restore(state.put_in)?;
-        self.power.restore(state.power)
+impl Evolving for ResolvedForces {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.power, &mut self.put_in])
     }
 }

@@ -64,6 +64,6 @@ mod window;
 
 pub(crate) use model::PressureModel;
 pub(crate) use shares::PressureShares;
-pub(crate) use stream::{BlockPressures, PressureState, PressureStream};
+pub(crate) use stream::{BlockPressures, PressureStream};
 pub(crate) use surface::{SurfaceGreen, UnderPatch};
 pub(crate) use transfer::PressureTransfers;

@@ -13,12 +13,11 @@ use std::sync::Arc;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use serde::{Deserialize, Serialize};
 
 use super::transfer::{BlockSpectra, PressureSpectra, PressureTransfers};
 use crate::numeric::{double, single};
 use crate::response::vibration::SegmentLayout;
-use crate::storage::StateError;
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 /// Most blocks that wait, and most bytes of them: the more, the smaller is the cost of what they share.
 const MOST_WAITING: usize = 32;
@@ -38,13 +37,6 @@ pub(crate) struct PressureStream {
     /// Blocks that are still to be completed.
     ahead: u64,
     /// Spectra of the complete blocks whose pressures are still to be computed.
-    waiting: Vec<BlockSpectra>,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct PressureState {
-    forces: Vec<f64>,
-    steps: u64,
     waiting: Vec<BlockSpectra>,
 }
 
@@ -168,6 +160,12 @@ impl PressureStream {
         self.steps
     }
 
+    /// True if another stream has taken as many steps and has as many blocks that wait, and that are to come.
+    pub(crate) fn is_level_with(&self, other: &Self) -> bool {
+        let progress = |of: &Self| (of.steps, of.ahead, of.waiting.len(), of.forces.len() / of.layout().width());
+        progress(self) == progress(other)
+    }
+
     /// Computes the pressures of the blocks that wait and hands them to `take`, batch by batch of receivers; beside
     /// them those of `other`, a stream that has taken as many steps and has the same receivers. No block waits
     /// afterwards.
@@ -239,28 +237,18 @@ impl PressureStream {
     pub(super) fn blocks_that_wait(&self) -> &[BlockSpectra] {
         &self.waiting
     }
+}
 
-    pub(crate) fn save(&self) -> PressureState {
-        PressureState { forces: self.forces.clone(), steps: self.steps, waiting: self.waiting.clone() }
-    }
-
-    /// Goes on from the state of a stream of the same run. An error for a state of other lengths.
-    pub(crate) fn restore(&mut self, state: PressureState) -> Result<(), StateError> {
-        let PressureState { forces, steps, waiting } = state;
+impl Evolving for PressureStream {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.growing(&mut self.forces)?;
+        state.growing(&mut self.waiting)?;
+        state.all([&mut self.steps, &mut self.ahead])?;
         let (layout, bins) = (self.layout(), self.transfers.model.bins());
-        let most = layout.length() * layout.width();
-        let block = layout.places() * bins;
-        if forces.len() >= most
-            || !forces.len().is_multiple_of(layout.width())
-            || waiting.iter().any(|spectra| spectra.len() != block)
-        {
-            return Err(StateError::Value);
-        }
-        self.ahead = self.ahead.saturating_sub(Self::blocks(layout, steps));
-        self.forces.clear();
-        self.forces.extend(forces);
-        (self.steps, self.waiting) = (steps, waiting);
-        Ok(())
+        let (count, width) = (self.forces.len(), layout.width());
+        ensure(count < layout.length() * width && count.is_multiple_of(width))?;
+        ensure((count / width) as u64 <= self.steps)?;
+        ensure(self.waiting.iter().all(|spectra| spectra.len() == layout.places() * bins))
     }
 }
 

@@ -14,6 +14,7 @@ use super::transfer::{PressureSpectra, PressureTransfers};
 use crate::numeric::{double, legendre};
 use crate::response::vibration::{Across, SegmentLayout, TransferKind, TyreResponse, VelocityTable, VibrationField};
 use crate::scene::{AirMotion, TimeRule, Tyre};
+use crate::storage::state::SavedState;
 use crate::test_models::{CIRCUMFERENCE, plate_tyre};
 use crate::tyre::influence::SurfaceWaves;
 use crate::tyre::poles::{FitOptions, fit};
@@ -345,9 +346,9 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
             // Half-way the stream is stopped while a block waits, and another one goes on from its state.
             if step == length + 5 {
                 assert_eq!(stream.blocks_that_wait().len(), 1);
-                let state = stream.save();
+                let state = SavedState::of(&mut stream).unwrap();
                 stream = PressureStream::new(transfers.clone(), steps as u64);
-                stream.restore(state).unwrap();
+                state.restore(&mut stream).unwrap();
             }
             let complete = stream.push(&forces);
             if complete && stream.is_due() {

@@ -23,14 +23,13 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::{RealFftPlanner, RealToComplex};
 use rustfft::FftPlanner;
-use serde::{Deserialize, Serialize};
 
-use super::elements::{ElementState, ElementVelocities};
+use super::elements::ElementVelocities;
 use super::heard::Heard;
 use super::layout::SegmentLayout;
 use super::share::{Share, change};
 use super::velocity_table::VelocityTable;
-use crate::storage::state::{StateError, fill, fill_all, restore_part};
+use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 const LOWEST: usize = 8;
 /// Parts into which the bins are divided: enough for the threads of a desktop computer, and the same for any number of
@@ -62,27 +61,6 @@ pub struct VibrationAccumulator {
     spectra: Vec<Complex64>,
     series: Vec<f64>,
     scratch: Vec<Complex64>,
-}
-
-/// State of a [`VibrationAccumulator`], by which a run goes on.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct VibrationState {
-    segments: u64,
-    weighted_power: f64,
-    /// Forces of the steps in [`Self::powers`].
-    forces: Vec<f64>,
-    powers: Vec<f64>,
-    reference: Vec<f64>,
-    weighted: Vec<f64>,
-    lowest: Vec<Complex64>,
-    shares: Vec<ShareState>,
-    elements: Option<ElementState>,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-struct ShareState {
-    powers: Vec<f64>,
-    point_powers: Vec<Vec<f64>>,
 }
 
 impl VibrationAccumulator {
@@ -301,45 +279,18 @@ impl VibrationAccumulator {
         };
         (0..layout.substeps).map(transform).collect()
     }
+}
 
-    /// State of all sums and of the segment in progress.
-    pub fn save(&self) -> VibrationState {
-        let share =
-            |share: &Share| ShareState { powers: share.powers.clone(), point_powers: share.point_powers.clone() };
-        VibrationState {
-            segments: self.segments,
-            weighted_power: self.weighted_power,
-            forces: self.forces[..self.filled * self.layout.width()].to_vec(),
-            powers: self.powers[..self.filled].to_vec(),
-            reference: self.reference.clone(),
-            weighted: self.weighted.clone(),
-            lowest: self.lowest.clone(),
-            shares: self.shares.iter().map(share).collect(),
-            elements: self.elements.as_ref().map(ElementVelocities::save),
-        }
-    }
-
-    /// Goes on from the state of an accumulator of the same layout and points.
-    ///
-    /// # Errors
-    /// [`StateError`] for a state of other lengths.
-    pub fn restore(&mut self, state: VibrationState) -> Result<(), StateError> {
-        self.filled = state.powers.len();
-        self.segments = state.segments;
-        self.weighted_power = state.weighted_power;
-        if self.filled >= self.layout.length() || state.shares.len() != self.shares.len() {
-            return Err(StateError::Value);
-        }
-        fill(&mut self.forces[..self.filled * self.layout.width()], &state.forces)?;
-        fill(&mut self.powers[..self.filled], &state.powers)?;
-        fill(&mut self.reference, &state.reference)?;
-        fill(&mut self.weighted, &state.weighted)?;
-        fill(&mut self.lowest, &state.lowest)?;
-        for (share, ShareState { powers, point_powers }) in self.shares.iter_mut().zip(&state.shares) {
-            fill(&mut share.powers, powers)?;
-            fill_all(share.point_powers.iter_mut().map(Vec::as_mut_slice), point_powers)?;
-        }
-        restore_part(&mut self.elements, state.elements, ElementVelocities::restore)
+/// All sums, and the segment in progress.
+impl Evolving for VibrationAccumulator {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.filled, &mut self.segments, &mut self.weighted_power])?;
+        let (filled, width) = (self.filled, self.layout.width());
+        ensure(filled < self.layout.length())?;
+        state.list(&mut self.forces[..filled * width])?;
+        state.list(&mut self.powers[..filled])?;
+        state.all([&mut self.reference, &mut self.weighted, &mut self.lowest])?;
+        state.all([&mut self.shares, &mut self.elements])
     }
 }
 

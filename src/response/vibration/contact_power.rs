@@ -12,9 +12,7 @@
 //! 128, 2.5 s: smooth road 2e-7, rough road 2e-5 (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's
 //! displacements are not those of the tyre under its forces, and nothing is balanced.
 
-use serde::{Deserialize, Serialize};
-
-use crate::storage::state::{StateError, fill};
+use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::{RungeKutta, TimeRule};
 
 /// Power by step, with the displacements of the last two steps.
@@ -28,7 +26,7 @@ pub(crate) struct ContactPower {
 }
 
 /// Displacements of the elements in the window of a step, from `first` on.
-#[derive(Clone, Debug, Deserialize, Serialize)]
+#[derive(Clone, Debug)]
 struct Window {
     first: i64,
     displacement: Vec<f64>,
@@ -37,13 +35,15 @@ struct Window {
 impl Window {
     /// Displacement of an element; `None` outside the window.
     fn at(&self, element: i64) -> Option<f64> {
-        usize::try_from(element - self.first).ok().and_then(|column| self.displacement.get(column)).copied()
+        let column = usize::try_from(element.checked_sub(self.first)?).ok()?;
+        self.displacement.get(column).copied()
     }
 }
 
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(crate) struct PowerState {
-    earlier: [Window; 2],
+impl Evolving for Window {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.first, &mut self.displacement])
+    }
 }
 
 impl ContactPower {
@@ -100,17 +100,10 @@ impl ContactPower {
         }
         work
     }
+}
 
-    pub(crate) fn save(&self) -> PowerState {
-        PowerState { earlier: self.earlier.clone() }
-    }
-
-    /// Goes on from a saved state. An error for a window of another length.
-    pub(crate) fn restore(&mut self, state: PowerState) -> Result<(), StateError> {
-        for (window, saved) in self.earlier.iter_mut().zip(state.earlier) {
-            window.first = saved.first;
-            fill(&mut window.displacement, &saved.displacement)?;
-        }
-        Ok(())
+impl Evolving for ContactPower {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        self.earlier.state(state)
     }
 }

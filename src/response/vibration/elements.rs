@@ -22,11 +22,10 @@ use std::sync::Arc;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use realfft::{RealFftPlanner, RealToComplex};
-use serde::{Deserialize, Serialize};
 
 use super::layout::SegmentLayout;
 use super::velocity_table::VelocityTable;
-use crate::storage::state::{StateError, fill, fill_all};
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Parts into which the elements are divided: enough for the threads of a desktop computer, and the same for any number
 /// of threads, so that results do not depend on it.
@@ -47,13 +46,6 @@ pub struct ElementVelocities {
     /// Sums of v over the even and over the odd segments: points x bins.
     sums: [Vec<Complex64>; 2],
     /// Sums of |v|^2: points x bins.
-    powers: Vec<f64>,
-}
-
-#[derive(Clone, Debug, Deserialize, Serialize)]
-pub(super) struct ElementState {
-    segments: [u64; 2],
-    sums: [Vec<Complex64>; 2],
     powers: Vec<f64>,
 }
 
@@ -141,15 +133,11 @@ impl ElementVelocities {
         }
         powers.chunks_exact(self.layout.bins()).map(<[f64]>::to_vec).collect()
     }
+}
 
-    pub(super) fn save(&self) -> ElementState {
-        ElementState { segments: self.segments, sums: self.sums.clone(), powers: self.powers.clone() }
-    }
-
-    pub(super) fn restore(&mut self, state: ElementState) -> Result<(), StateError> {
-        self.segments = state.segments;
-        fill_all(self.sums.iter_mut().map(Vec::as_mut_slice), &state.sums)?;
-        fill(&mut self.powers, &state.powers)
+impl Evolving for ElementVelocities {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.segments, &mut self.sums, &mut self.powers])
     }
 }
 

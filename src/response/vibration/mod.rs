@@ -58,8 +58,8 @@ pub(crate) mod velocity_table;
 
 use crate::scene::Vibration;
 
-pub(crate) use accumulator::{PatchSpectra, VibrationAccumulator, VibrationState};
-pub(crate) use contact_power::{ContactPower, PowerState};
+pub(crate) use accumulator::{PatchSpectra, VibrationAccumulator};
+pub(crate) use contact_power::ContactPower;
 pub(crate) use dispersion::{DispersionBranch, dispersion_branches};
 pub(crate) use elements::ElementVelocities;
 pub(crate) use heard::{CarriedWaves, Heard, HeardPower, HeardVelocity};

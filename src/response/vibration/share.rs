@@ -20,6 +20,7 @@ use rustfft::Fft;
 use super::heard::Heard;
 use super::layout::{SegmentLayout, SharedBin};
 use super::products;
+use crate::storage::state::{Evolving, StateError, StateStream};
 
 #[derive(Clone)]
 pub(super) struct Share {
@@ -40,6 +41,12 @@ pub(super) struct Share {
     /// F_n(k) by channel.
     row: Vec<Complex64>,
     scratch: Vec<Complex64>,
+}
+
+impl Evolving for Share {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.powers, &mut self.point_powers])
+    }
 }
 
 impl Share {

@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::response::PowerSpectrum;
 use crate::scene::{PLATE, Scene, TimeRule, Tyre};
-use crate::storage::state::read_back;
+use crate::storage::state::SavedState;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::model::Entry;
 use crate::tyre::poles::{FitOptions, Modes, RationalModel, TangentialModel, fit};
@@ -412,7 +412,7 @@ fn stopped_anywhere(layout: SegmentLayout) {
             let mut first = new();
             push(&mut first, &forces[..stop]);
             let mut second = new();
-            second.restore(read_back(&first.save())).unwrap();
+            SavedState::of(&mut first).unwrap().restore(&mut second).unwrap();
             push(&mut second, &forces[stop..]);
             bits(&second.finish().unwrap())
         });

@@ -311,9 +311,7 @@ fn resolved_forces_go_on_with_the_same_bits_on_any_number_of_threads() {
         let stopped = pool(2).install(|| {
             let (mut first, mut second) = (new(), new());
             push(&mut first, 0, stop);
-            for (first, second) in first.iter().zip(&mut second) {
-                second.restore(read_back(&first.save())).unwrap();
-            }
+            SavedState::of(&mut first).unwrap().restore(&mut second).unwrap();
             push(&mut second, stop, usize::MAX);
             bits(&second)
         });

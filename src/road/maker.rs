@@ -78,7 +78,7 @@ pub trait StripCurves: Send + Sync {
 enum Place {
     Here(Box<Bench>),
     /// In the background: it is sent back with the chunk.
-    Behind(Receiver<Made>),
+    Background(Receiver<Made>),
 }
 
 /// Bench and chunk as they are sent back, or the panic that ended the work.
@@ -106,7 +106,7 @@ impl RoadMaker {
 
     /// True if another chunk may be begun in the background: collects the previous one if it is finished.
     pub(crate) fn is_free(&mut self) -> bool {
-        if let Place::Behind(made) = &self.bench {
+        if let Place::Background(made) = &self.bench {
             let Ok(made) = made.try_recv() else { return false };
             let (bench, chunk) = made.unwrap_or_else(|panic| resume_unwind(panic));
             self.bench = Place::Here(bench);
@@ -117,11 +117,11 @@ impl RoadMaker {
 
     /// Begins a chunk in the background, on a thread of the current pool; does nothing while one is being made.
     pub(crate) fn begin(&mut self, rows: Range<i64>) {
-        if matches!(self.bench, Place::Behind(_)) {
+        if matches!(self.bench, Place::Background(_)) {
             return;
         }
         let (sender, made) = sync_channel(1);
-        if let Place::Here(mut bench) = replace(&mut self.bench, Place::Behind(made)) {
+        if let Place::Here(mut bench) = replace(&mut self.bench, Place::Background(made)) {
             rayon::spawn(move || {
                 let made = catch_unwind(AssertUnwindSafe(|| {
                     let chunk = bench.make(rows);
@@ -141,7 +141,7 @@ impl RoadMaker {
     pub(crate) fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, MakingError> {
         let chunk = match (self.ready.pop_front(), &mut self.bench) {
             (Some(chunk), _) => chunk,
-            (None, Place::Behind(made)) => {
+            (None, Place::Background(made)) => {
                 let (bench, chunk) = meter.time(Stage::RoadWait, || wait(made));
                 self.bench = Place::Here(bench);
                 chunk
@@ -160,7 +160,7 @@ impl RoadMaker {
 /// Waits for the background work, so that nothing goes on after a run has ended.
 impl Drop for RoadMaker {
     fn drop(&mut self) {
-        if let Place::Behind(made) = &self.bench {
+        if let Place::Background(made) = &self.bench {
             // The chunk is not needed, so it may also have failed.
             drop(come_back(made));
         }
@@ -246,17 +246,17 @@ mod tests {
         let expected: Vec<_> = (0..12).map(|number| here.take(chunk(number), &mut meter).unwrap()).collect();
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let (mut behind, mut begun) = (maker(6), 0);
+            let (mut ahead, mut begun) = (maker(6), 0);
             pool.install(|| {
                 for (number, expected) in expected.iter().enumerate() {
                     while number == 0 && begun < MOST_READY as i64 {
-                        if behind.is_free() {
-                            behind.begin(chunk(begun));
+                        if ahead.is_free() {
+                            ahead.begin(chunk(begun));
                             begun += 1;
                         }
                         rayon::yield_now();
                     }
-                    assert_eq!(&behind.take(chunk(number as i64), &mut meter).unwrap(), expected);
+                    assert_eq!(&ahead.take(chunk(number as i64), &mut meter).unwrap(), expected);
                 }
             });
         }
@@ -267,10 +267,10 @@ mod tests {
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let mut behind = maker(6);
-                assert!(behind.is_free());
-                behind.begin(chunk(0));
-                assert!(matches!(behind.bench, Place::Behind(_)));
+                let mut ahead = maker(6);
+                assert!(ahead.is_free());
+                ahead.begin(chunk(0));
+                assert!(matches!(ahead.bench, Place::Background(_)));
             });
         }
     }
@@ -279,11 +279,11 @@ mod tests {
     fn an_error_waits_for_its_chunk_and_is_that_made_here() {
         let mut meter = Meter::default();
         let expected = maker(7).take(chunk(0), &mut meter).unwrap_err().to_string();
-        let mut behind = maker(7);
-        behind.begin(chunk(0));
-        while !behind.is_free() {
+        let mut ahead = maker(7);
+        ahead.begin(chunk(0));
+        while !ahead.is_free() {
             std::thread::yield_now();
         }
-        assert_eq!(behind.take(chunk(0), &mut meter).unwrap_err().to_string(), expected);
+        assert_eq!(ahead.take(chunk(0), &mut meter).unwrap_err().to_string(), expected);
     }
 }

@@ -1,4 +1,4 @@
-//! The past of cells carried by poles: one recursion for each pole of each wave, block by block, behind the march.
+//! The past of cells carried by poles: one recursion for each pole of each wave, block by block, in the background.
 //!
 //! Poles and states of all waves do not fit into a processor's nearest memory. They are gone through once in a *block*
 //! of [`STEPS`] steps, a part of them at each instant, and another thread, if there is one, does so while the march
@@ -21,7 +21,7 @@ use super::short_ring::{NextInstant, Seen, ShortRing};
 use super::wave_transform::{WaveNumber, WaveTransform};
 use super::waves::Waves;
 use super::zone::CellPast;
-use crate::contact::history::behind::Behind;
+use crate::contact::history::background::BackgroundTask;
 use crate::counters::{Meter, Stage, Work};
 use crate::storage::state::{StateError, StateReader, StateWriter, fill, fill_all};
 use crate::time_rule::TimeRule;
@@ -42,11 +42,11 @@ struct Ring<N: WaveNumber> {
 
 /// Waves of all rings and their past, in single or double precision.
 pub struct WavePast<N: WaveNumber = f64> {
-    /// Ring by ring; `None`: a short one, which is behind the march except for the last forces' displacements.
+    /// Ring by ring; `None`: a short one, which is in the background except for the last forces' displacements.
     rings: Vec<Option<Ring<N>>>,
     /// Effect of the last forces on all short rings.
     next: Option<NextInstant<N>>,
-    behind: Behind<Waves<N>>,
+    background: BackgroundTask<Waves<N>>,
     stages: usize,
     /// Number of the coming instant in its block.
     instant: usize,
@@ -133,15 +133,15 @@ impl<N: WaveNumber> WavePast<N> {
         if let Some(next) = &next {
             work += next.work() * steps as u64;
         }
-        let behind = Behind::new(Waves::new(waves, rule), rayon::current_num_threads() > 1);
+        let background = BackgroundTask::new(Waves::new(waves, rule), rayon::current_num_threads() > 1);
         let stages = rule.stages();
-        Self { rings, next, behind, stages, instant: 0, begun: false, instants: steps * stages, work }
+        Self { rings, next, background, stages, instant: 0, begun: false, instants: steps * stages, work }
     }
 
     /// Adds the displacements by past forces at the coming instant \[m\] on the window that begins with
     /// `first_element`; the forces of every instant have to be pushed before the next.
     pub fn add_displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
-        let mut waves = self.behind.take();
+        let mut waves = self.background.take();
         waves.report(meter);
         let last = self.begun.then(|| (self.instant + self.instants - 1) % self.instants);
         if self.instant == 0 {
@@ -163,7 +163,7 @@ impl<N: WaveNumber> WavePast<N> {
             }
         }
         waves.begin(self.instant, last, meter.cpu_clock());
-        self.behind.begin(waves);
+        self.background.begin(waves);
         for Ring { transform, displacement, .. } in self.rings.iter_mut().flatten() {
             transform.add_inverse(displacement, first_element, out);
         }
@@ -225,7 +225,7 @@ impl<N: WaveNumber> CellPast<1> for WavePast<N> {
     }
 
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        let waves = self.behind.take();
+        let waves = self.background.take();
         let kept = |seen: &Seen| (seen.first, seen.cells.clone());
         let rings = self.rings.iter().zip(&waves.rings).map(|(ring, (waves, short))| RingState {
             latest: ring.as_ref().map_or_else(Vec::new, |ring| ring.forces.clone()),
@@ -238,16 +238,16 @@ impl<N: WaveNumber> CellPast<1> for WavePast<N> {
             slow_poles: waves.precise_states().map(<[f64]>::to_vec).collect(),
         });
         let rings = rings.collect();
-        self.behind.give_back(waves);
+        self.background.give_back(waves);
         let seen = self.next.as_ref().map(|next| kept(&next.last));
         state.put(&WavePastState { instant: self.instant, begun: self.begun, rings, seen })
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         let state = state.take()?;
-        let mut waves = self.behind.take();
+        let mut waves = self.background.take();
         let restored = self.restore_rings(&mut waves, &state);
-        self.behind.give_back(waves);
+        self.background.give_back(waves);
         restored
     }
 }

@@ -178,7 +178,7 @@ impl<N: WaveNumber> RingWaves<N> {
         arch.dispatch(Weighted { sums, within, turning, forces, instants, stages, turned, now, earlier, both });
     }
 
-    /// Does the work behind the march at an instant: a part of the pass, and the sum for the next instant.
+    /// Does the work in the background at an instant: a part of the pass, and the sum for the next instant.
     pub(super) fn go_on<R: Recursion>(&mut self, instant: usize, recursion: R) {
         let Self { groups, precise, instants, forces, foretold, turned, remembered, earliest, arch, .. } = self;
         let (instants, turned, size) = (*instants, *turned, tile::<N>());

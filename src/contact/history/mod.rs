@@ -3,7 +3,7 @@
 //! - `direct`: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - `modes`: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
 //! - `near`: displacements by the latest forces, which the pass has not taken in yet;
-//! - `far`: the pass over all poles, `behind` the march where there is another thread;
+//! - `far`: the pass over all poles, `background` beside the march where there is another thread;
 //! - `state`: what evolves of a history;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors, and their `block_pass`;
 //! - `transfer`: the transfer function of such a recursion.
@@ -16,7 +16,7 @@
 //! lags. Only where a memory of less than about 0.1 s would do are its flops fewer, and its weights need the sums over
 //! wavenumbers that the fit avoids.
 
-pub(super) mod behind;
+pub(super) mod background;
 pub(super) mod block_pass;
 mod direct;
 mod far;

@@ -25,7 +25,7 @@
 use num_complex::Complex64;
 
 use super::PastForces;
-use super::behind::Behind;
+use super::background::BackgroundTask;
 use super::far::Far;
 use super::near::{self, NearForces};
 use super::state::{HistoryState, ModalState};
@@ -68,7 +68,7 @@ pub struct ModalHistory {
     elements: usize,
     /// Number of the coming instant in its block.
     instant: usize,
-    far: Behind<Far>,
+    far: BackgroundTask<Far>,
     /// u_old \[m\] on the ring at each instant of this block, of the forces up to the block before the last.
     old: Vec<Vec<f64>>,
     /// Elements in contact and their forces \[N\] at the instants of the previous block and of this one.
@@ -103,7 +103,10 @@ impl ModalHistory {
         Some(Self {
             elements,
             instant: 0,
-            far: Behind::new(Far::new(model, field, rule, time_step, instants)?, rayon::current_num_threads() > 1),
+            far: BackgroundTask::new(
+                Far::new(model, field, rule, time_step, instants)?,
+                rayon::current_num_threads() > 1,
+            ),
             old: vec![vec![0.0; elements]; instants],
             rows,
             near: NearForces::new(&influence, lags, 2 * instants, columns, 2 * instants / stages, model.turns()),

@@ -17,8 +17,8 @@ const LOOK_OUT: Duration = Duration::from_micros(300);
 
 /// Work to be done on another thread.
 pub(crate) trait Task: Send + 'static {
-    /// Does the work; `behind`: on the other thread.
-    fn carry_out(&mut self, behind: bool);
+    /// Does the work; `in_background`: on the other thread.
+    fn carry_out(&mut self, in_background: bool);
 }
 
 /// Where the work is.
@@ -78,12 +78,12 @@ impl<T> Shared<T> {
 }
 
 /// Work and the thread that does it.
-pub(crate) struct Behind<T: Task> {
+pub(crate) struct BackgroundTask<T: Task> {
     shared: Arc<Shared<T>>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl<T: Task> Behind<T> {
+impl<T: Task> BackgroundTask<T> {
     /// Wraps work that is done; on another thread if `wanted` and if one can be started.
     pub(crate) fn new(work: T, wanted: bool) -> Self {
         let place = Mutex::new(Place::Done(Box::new(work)));
@@ -122,7 +122,7 @@ impl<T: Task> Behind<T> {
     }
 }
 
-impl<T: Task> Drop for Behind<T> {
+impl<T: Task> Drop for BackgroundTask<T> {
     fn drop(&mut self) {
         if let Some(thread) = self.thread.take() {
             // Work that has begun is finished first.
@@ -164,29 +164,29 @@ mod tests {
     #[test]
     fn every_piece_of_work_is_done_once_and_its_panic_reaches_its_owner() {
         for wanted in [false, true] {
-            let behind = Behind::new(Count(0), wanted);
+            let background = BackgroundTask::new(Count(0), wanted);
             for round in 0..1000 {
-                let work = behind.take();
+                let work = background.take();
                 assert_eq!(work.0, round);
                 // Now and then the other thread falls asleep, or gets all the time that it needs.
                 if round % 100 == 0 {
                     std::thread::sleep(4 * LOOK_OUT);
                 }
-                behind.begin(work);
+                background.begin(work);
                 if round % 100 == 50 {
                     std::thread::sleep(4 * LOOK_OUT);
                 }
             }
-            let work = behind.take();
-            behind.give_back(work);
-            let work = behind.take();
+            let work = background.take();
+            background.give_back(work);
+            let work = background.take();
             assert_eq!(work.0, 1000);
-            behind.begin(work);
-            assert!(catch_unwind(AssertUnwindSafe(|| behind.take())).is_err());
+            background.begin(work);
+            assert!(catch_unwind(AssertUnwindSafe(|| background.take())).is_err());
         }
         // Work that nobody takes back keeps nobody waiting.
-        let behind = Behind::new(Count(0), true);
-        let work = behind.take();
-        behind.begin(work);
+        let background = BackgroundTask::new(Count(0), true);
+        let work = background.take();
+        background.begin(work);
     }
 }

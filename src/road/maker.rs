@@ -40,13 +40,13 @@ const SLEEP: Duration = Duration::from_micros(100);
 
 /// Makes one chunk after the other.
 pub(crate) struct RoadMaker {
-    bench: Place,
+    generator: Place,
     /// Chunks made in the background and not taken yet, in order.
     ready: VecDeque<Chunk>,
 }
 
 /// All that is needed to make a chunk.
-struct Bench {
+struct ChunkGenerator {
     surface: RoadSurface,
     form: SliceForm,
     heights: Vec<f64>,
@@ -74,15 +74,15 @@ pub trait StripCurves: Send + Sync {
     fn curves(&mut self, surface: &mut RoadSurface, elements: Range<i64>) -> Result<Vec<StiffnessCurve>, MakingError>;
 }
 
-/// Where the bench is.
+/// Where the generator is.
 enum Place {
-    Here(Box<Bench>),
+    Here(Box<ChunkGenerator>),
     /// In the background: it is sent back with the chunk.
     Background(Receiver<Made>),
 }
 
-/// Bench and chunk as they are sent back, or the panic that ended the work.
-type Made = thread::Result<(Box<Bench>, Chunk)>;
+/// Generator and chunk as they are sent back, or the panic that ended the work.
+type Made = thread::Result<(Box<ChunkGenerator>, Chunk)>;
 
 /// A chunk's slices, or their error, and the instants before the heights, between heights and slices, and at the end.
 struct Chunk {
@@ -100,16 +100,16 @@ impl Chunk {
 
 impl RoadMaker {
     pub(crate) fn new(surface: RoadSurface, form: SliceForm) -> Self {
-        let bench = Bench { surface, form, heights: Vec::new() };
-        Self { bench: Place::Here(Box::new(bench)), ready: VecDeque::with_capacity(MOST_READY) }
+        let generator = ChunkGenerator { surface, form, heights: Vec::new() };
+        Self { generator: Place::Here(Box::new(generator)), ready: VecDeque::with_capacity(MOST_READY) }
     }
 
     /// True if another chunk may be begun in the background: collects the previous one if it is finished.
     pub(crate) fn is_free(&mut self) -> bool {
-        if let Place::Background(made) = &self.bench {
+        if let Place::Background(made) = &self.generator {
             let Ok(made) = made.try_recv() else { return false };
-            let (bench, chunk) = made.unwrap_or_else(|panic| resume_unwind(panic));
-            self.bench = Place::Here(bench);
+            let (generator, chunk) = made.unwrap_or_else(|panic| resume_unwind(panic));
+            self.generator = Place::Here(generator);
             self.ready.push_back(chunk);
         }
         self.ready.len() < MOST_READY
@@ -117,15 +117,15 @@ impl RoadMaker {
 
     /// Begins a chunk in the background, on a thread of the current pool; does nothing while one is being made.
     pub(crate) fn begin(&mut self, rows: Range<i64>) {
-        if matches!(self.bench, Place::Background(_)) {
+        if matches!(self.generator, Place::Background(_)) {
             return;
         }
         let (sender, made) = sync_channel(1);
-        if let Place::Here(mut bench) = replace(&mut self.bench, Place::Background(made)) {
+        if let Place::Here(mut generator) = replace(&mut self.generator, Place::Background(made)) {
             rayon::spawn(move || {
                 let made = catch_unwind(AssertUnwindSafe(|| {
-                    let chunk = bench.make(rows);
-                    (bench, chunk)
+                    let chunk = generator.make(rows);
+                    (generator, chunk)
                 }));
                 // It fails after the end of a run, when there is no receiver.
                 let _ = sender.send(made);
@@ -139,15 +139,15 @@ impl RoadMaker {
     /// # Errors
     /// Errors of the road and of its slices.
     pub(crate) fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, MakingError> {
-        let chunk = match (self.ready.pop_front(), &mut self.bench) {
+        let chunk = match (self.ready.pop_front(), &mut self.generator) {
             (Some(chunk), _) => chunk,
             (None, Place::Background(made)) => {
-                let (bench, chunk) = meter.time(Stage::RoadWait, || wait(made));
-                self.bench = Place::Here(bench);
+                let (generator, chunk) = meter.time(Stage::RoadWait, || wait(made));
+                self.generator = Place::Here(generator);
                 chunk
             }
-            (None, Place::Here(bench)) => {
-                let chunk = bench.make(rows);
+            (None, Place::Here(generator)) => {
+                let chunk = generator.make(rows);
                 chunk.stages().into_iter().for_each(|(stage, _, time)| meter.add_time(stage, time));
                 return chunk.slices;
             }
@@ -160,7 +160,7 @@ impl RoadMaker {
 /// Waits for the background work, so that nothing goes on after a run has ended.
 impl Drop for RoadMaker {
     fn drop(&mut self) {
-        if let Place::Background(made) = &self.bench {
+        if let Place::Background(made) = &self.generator {
             // The chunk is not needed, so it may also have failed.
             drop(come_back(made));
         }
@@ -168,7 +168,7 @@ impl Drop for RoadMaker {
 }
 
 /// Waits for the chunk made in the background, and resumes a panic of it.
-fn wait(made: &Receiver<Made>) -> (Box<Bench>, Chunk) {
+fn wait(made: &Receiver<Made>) -> (Box<ChunkGenerator>, Chunk) {
     let made = come_back(made).unwrap_or_else(|| resume_unwind(Box::new("the road could not be made")));
     made.unwrap_or_else(|panic| resume_unwind(panic))
 }
@@ -186,7 +186,7 @@ fn come_back(made: &Receiver<Made>) -> Option<Made> {
     }
 }
 
-impl Bench {
+impl ChunkGenerator {
     fn make(&mut self, rows: Range<i64>) -> Chunk {
         let begin = Instant::now();
         // Strips read the heights themselves.
@@ -270,7 +270,7 @@ mod tests {
                 let mut ahead = maker(6);
                 assert!(ahead.is_free());
                 ahead.begin(chunk(0));
-                assert!(matches!(ahead.bench, Place::Background(_)));
+                assert!(matches!(ahead.generator, Place::Background(_)));
             });
         }
     }

@@ -8,7 +8,7 @@ use crate::plan::Plan;
 use crate::report::Stored;
 use crate::results::ContactQuality;
 use crate::road::RoadDescription;
-use crate::run::{HeardVibration, Simulation};
+use crate::run::{Simulation, VibrationResults};
 
 pub use crate::cli::CommandLine;
 pub use crate::contact::ContactError;
@@ -221,7 +221,7 @@ pub fn stored_spectra(results: &Stored) -> &[StoredSpectrum] {
 }
 
 /// What a run's vibration adds to its summary.
-pub fn vibration_summary(vibration: &HeardVibration) -> &impl Serialize {
+pub fn vibration_summary(vibration: &VibrationResults) -> &impl Serialize {
     &vibration.summary
 }
 

@@ -170,26 +170,26 @@ fn report(comparison: &Comparison) -> Report {
         report.text("\n");
         report.table(aligned(header, base.levels.iter().enumerate().map(row)));
     }
-    if let Some(heard) = heard(comparison) {
+    if let Some(table) = receiver_table(comparison) {
         report.text("\nSound with all effects, with all but one, and by another model:\n");
-        report.table(heard);
+        report.table(table);
         report.text("changes of levels: over the bands that both runs vouch for, told where these are not all\n");
     }
     report
 }
 
 /// Table of the levels at the receivers with all effects and of their changes; `None` without receivers.
-fn heard(comparison: &Comparison) -> Option<Table> {
+fn receiver_table(comparison: &Comparison) -> Option<Table> {
     let Comparison { all, doubts, .. } = comparison;
-    let of_all = all.heard();
+    let of_all = all.receiver_levels();
     if of_all.is_empty() {
         return None;
     }
     let row = |name: String, found: &Trial, changed: bool| -> Vec<String> {
-        let heard = found.heard();
+        let receiver_levels = found.receiver_levels();
         let mut cells = vec![name];
         for (rated, levels) in &of_all {
-            let found = heard.iter().find(|(other, _)| other.name == rated.name);
+            let found = receiver_levels.iter().find(|(other, _)| other.name == rated.name);
             let change = found.map(|(other, found)| (change(other, rated), worst_of(found, levels)));
             let level = rated.level.as_ref();
             let bands = level.map_or_else(String::new, TotalLevel::range);

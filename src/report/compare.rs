@@ -344,9 +344,9 @@ fn figures(all: &[Stored]) -> Vec<FigureComparison> {
     let figure = |(name, unit): (&str, &'static str)| {
         let found = |(list, stored): (&Vec<Figure>, &Stored)| {
             let figure = list.iter().find(|figure| figure.name == name)?.clone();
-            let mut heard = stored.summary.sound.iter().flat_map(|sound| &sound.receivers);
-            let passed = heard.find(|heard| name == format!("level at {}, L_AFmax", heard.name));
-            Some(FoundFigure { figure, pass_by: passed.and_then(|heard| heard.pass_by.clone()) })
+            let mut receivers = stored.summary.sound.iter().flat_map(|sound| &sound.receivers);
+            let passed = receivers.find(|receiver| name == format!("level at {}, L_AFmax", receiver.name));
+            Some(FoundFigure { figure, pass_by: passed.and_then(|receiver| receiver.pass_by.clone()) })
         };
         FigureComparison { name: name.to_owned(), unit, found: lists.iter().zip(all).map(found).collect() }
     };

@@ -31,9 +31,10 @@ impl StoredSweep {
     pub(crate) fn page(&self) -> Result<String, ReportError> {
         let found = |stored: &Stored| {
             let levels = stored.spectrum(FORCE_LEVEL, "").map_or_else(Vec::new, |spectrum| spectrum.levels.clone());
-            let heard = stored.spectra.iter().filter(|spectrum| spectrum.quantity == SOUND_LEVEL);
-            let heard: Vec<_> = heard.map(|spectrum| (spectrum.name.clone(), spectrum.levels.clone())).collect();
-            Done::new(true, levels, &heard, &json!(stored.summary))
+            let receiver_levels = stored.spectra.iter().filter(|spectrum| spectrum.quantity == SOUND_LEVEL);
+            let receiver_levels: Vec<_> =
+                receiver_levels.map(|spectrum| (spectrum.name.clone(), spectrum.levels.clone())).collect();
+            Done::new(true, levels, &receiver_levels, &json!(stored.summary))
         };
         let runs: Vec<(Label, Option<Done>)> =
             self.variants.iter().map(|(label, stored)| (label.clone(), stored.as_ref().map(found))).collect();

@@ -196,7 +196,7 @@ pub(crate) fn compare(
         planned.into_iter().map(|(name, scene)| (name, forecasts.next(&scene))).collect();
     let seconds: f64 = expected.iter().map(|(_, seconds)| seconds).sum();
     progress.note(&format!("{} runs, about {seconds:.0} s on {threads} threads as planned", expected.len()));
-    let mut trials = Trials::shared(seconds, stop, progress).heard();
+    let mut trials = Trials::shared(seconds, stop, progress).with_sound();
     let mut roll = |name: &str, scene: &Scene| {
         let seconds = expected.iter().find(|(known, _)| known == name).map_or(0.0, |(_, seconds)| *seconds);
         trials.announce(name, seconds);
@@ -297,7 +297,7 @@ impl Comparison {
     pub(crate) fn csv(&self) -> String {
         let level = |band: &BandLevel| format!("level_db_re_1n_{}hz", band.band.nominal_frequency());
         let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"];
-        let receivers: Vec<String> = self.all.heard().into_iter().map(|(rated, _)| rated.name).collect();
+        let receivers: Vec<String> = self.all.receiver_levels().into_iter().map(|(rated, _)| rated.name).collect();
         let sounds = receivers.iter().flat_map(|name| {
             ["level_db_a", "level_error_db", "highest_hz", "lower_bound"].map(|column| format!("{column}_{name}"))
         });
@@ -310,10 +310,10 @@ impl Comparison {
             let mut cells = row([&name, &force, &length, &found.seconds, &memory, &valid]);
             cells.extend(RollingResistance::cells(found.resistance()));
             cells.extend(found.levels.iter().map(|band| band.level.to_string()));
-            let heard = found.heard();
+            let receiver_levels = found.receiver_levels();
             // Empty in a run without sound.
             cells.extend(receivers.iter().flat_map(|receiver| {
-                let rated = heard.iter().map(|(rated, _)| rated).find(|rated| rated.name == *receiver);
+                let rated = receiver_levels.iter().map(|(rated, _)| rated).find(|rated| rated.name == *receiver);
                 let level = rated.and_then(|rated| rated.level.as_ref());
                 let bands = level.and_then(TotalLevel::covered);
                 [

@@ -55,11 +55,11 @@ impl GrooveFields {
     /// places, and the lowest and highest value of a place; `None` for grooves alone.
     pub(super) fn voids_to_csv(&self, sound: &Sound) -> Option<String> {
         let mut rows = Vec::new();
-        for heard in &sound.heard {
-            for (frequency, places) in self.frequencies.iter().zip(self.of_places.get(heard.points.start)?) {
+        for receiver in &sound.receivers {
+            for (frequency, places) in self.frequencies.iter().zip(self.of_places.get(receiver.points.start)?) {
                 let ends = [f64::min, f64::max].map(|best| places.iter().copied().reduce(best).unwrap_or(0.0));
                 let mean = root_mean(places, |place| *place);
-                rows.push(row([&heard.name, frequency, &mean, &ends[0], &ends[1]]));
+                rows.push(row([&receiver.name, frequency, &mean, &ends[0], &ends[1]]));
             }
         }
         let header = ["receiver", "frequency_hz", "green_1_per_m", "lowest_1_per_m", "highest_1_per_m"];
@@ -73,8 +73,8 @@ impl GrooveFields {
             let resonance = optional(found.map(|found| found.frequency));
             let quality = optional(found.map(|found| found.quality));
             let largest = optional(pressures.get(groove).map(|amid| amid.largest));
-            for heard in &sound.heard {
-                for (frequency, amid) in self.frequencies.iter().zip(&self.amid[heard.points.start]) {
+            for receiver in &sound.receivers {
+                for (frequency, amid) in self.frequencies.iter().zip(&self.amid[receiver.points.start]) {
                     let Channel { position, width, depth } = channel;
                     let level = amid[groove];
                     rows.push(row([
@@ -85,7 +85,7 @@ impl GrooveFields {
                         &resonance,
                         &quality,
                         &largest,
-                        &heard.name,
+                        &receiver.name,
                         frequency,
                         &level,
                     ]));

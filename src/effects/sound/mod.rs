@@ -44,7 +44,7 @@ use groove_fields::AmidGroove;
 use kept_signal::{KeptSignal, KeptState};
 pub(crate) use kept_transfers::KeptReceiver;
 use passing::Passing;
-pub(crate) use planned::{Heard, Sound};
+pub(crate) use planned::{PlannedReceiver, Sound};
 use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
 use squeeze::{PARTS, SqueezeState, SqueezeStream, found_blocks};
 pub(crate) use way::WAVES;
@@ -87,7 +87,7 @@ impl Effect for SoundEffect {
     }
 
     fn missing(&self, plan: &Plan) -> Vec<String> {
-        unheard(plan)
+        missing_sounds(plan)
     }
 
     fn levels(&self) -> &'static [LevelTable] {
@@ -145,7 +145,7 @@ pub(crate) struct SoundObserver {
 
 /// Sound of a run that keeps its results in memory.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HeardSound {
+pub struct SoundResults {
     /// Spectra by receiver.
     pub receivers: Vec<ReceiverSpectrum>,
     /// A-weighted levels by receiver.
@@ -168,7 +168,7 @@ fn radiated(sound: &Sound) -> Range<f64> {
 }
 
 /// Messages on sounds for which a run of a plan is too short, known before it.
-fn unheard(plan: &Plan) -> Vec<String> {
+fn missing_sounds(plan: &Plan) -> Vec<String> {
     let Some(sound) = plan.sound() else { return Vec::new() };
     let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
     if samples == 0 {
@@ -182,11 +182,11 @@ fn told_of_passages(plan: &Plan, sound: &Sound, tell: impl Fn(&Passing, usize) -
     let Some(way) = Way::expected(plan, sound) else { return Vec::new() };
     let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
     let kept = sound.kept_samples().min(samples as usize);
-    let told = |heard: &Heard| {
-        let passing = Passing::of(sound, &way, heard, plan.speed, &radiated(sound))?;
-        Some(format!("{}: {}", heard.name, tell(&passing, kept)?))
+    let told = |receiver: &PlannedReceiver| {
+        let passing = Passing::of(sound, &way, receiver, plan.speed, &radiated(sound))?;
+        Some(format!("{}: {}", receiver.name, tell(&passing, kept)?))
     };
-    sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(told).collect()
+    sound.receivers.iter().filter(|receiver| receiver.is_passed()).filter_map(told).collect()
 }
 
 #[derive(Deserialize, Serialize)]
@@ -275,15 +275,15 @@ impl SoundObserver {
         let points = sound.points();
         let speed = plan.speed;
         let mut signals = vec![KeptSignal::default(); points];
-        for heard in &sound.heard {
-            if heard.is_passed() {
+        for receiver in &sound.receivers {
+            if receiver.is_passed() {
                 // The samples are the same whatever band is recorded.
-                let passing = Passing::of(&sound, &way, heard, speed, &radiated(&sound));
+                let passing = Passing::of(&sound, &way, receiver, speed, &radiated(&sound));
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
-                warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
+                warnings.extend(missing.map(|why| format!("{}: {why}", receiver.name)));
                 passing.iter().for_each(|passing| passing.keep(kept, &mut signals));
-            } else if heard.standard().is_kept(sound.radiation.audio) {
-                signals[heard.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
+            } else if receiver.standard().is_kept(sound.radiation.audio) {
+                signals[receiver.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
             }
         }
         // 3. Spectra, orders and lateral forces.
@@ -291,7 +291,7 @@ impl SoundObserver {
             .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
         let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;
-        let receivers = if taken_pattern(&plan.scene).is_some() { sound.heard.len() } else { 0 };
+        let receivers = if taken_pattern(&plan.scene).is_some() { sound.receivers.len() } else { 0 };
         let over_cells = plan.decisions.zone == Zone::Cells;
         let lateral = over_cells.then(|| {
             let (grid, numbers) = (plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre));
@@ -337,40 +337,40 @@ impl SoundObserver {
         }
         if complete && streams().any(PressureStream::is_due) {
             let multiply_adds = streams().map(PressureStream::multiply_adds).sum();
-            meter.time(Stage::Sound, || self.hear());
+            meter.time(Stage::Sound, || self.receive());
             meter.add_work(Stage::Sound, Work { multiply_adds, bytes: 0 });
         }
     }
 
     /// Computes the pressures of the blocks that wait, and adds them to spectra, orders and stored signals.
-    fn hear(&mut self) {
+    fn receive(&mut self) {
         let Self { sound, stream, signals, spectra, squeeze, orders, amid, .. } = self;
         let (other, parts) = match squeeze.as_deref_mut() {
             None => (None, &mut [][..]),
             Some(SqueezeStream { stream, parts, .. }) => (Some(stream), &mut parts[..]),
         };
-        stream.hear(other, |streamed, pressures, squeezed| {
-            let heard = Summed { pressures, squeezed };
+        stream.receive(other, |streamed, pressures, squeezed| {
+            let summed = Summed { pressures, squeezed };
             let [start, end] = [streamed.start, streamed.end].map(|point| point.min(sound.points()));
             for point in end..streamed.end {
                 let of = point - streamed.start;
                 let Some(place) = sound.spectrum_of(point) else {
-                    heard.of(of, |sum| amid[point - sound.points()].take(sum));
+                    summed.of(of, |sum| amid[point - sound.points()].take(sum));
                     continue;
                 };
-                heard.of(of, |sum| sum.iter().for_each(|&pressure| spectra[place].push(pressure)));
+                summed.of(of, |sum| sum.iter().for_each(|&pressure| spectra[place].push(pressure)));
                 take_parts(of, parts.get_mut(place), pressures, squeezed);
             }
             let points = start..end;
-            for (receiver, orders) in sound.heard.iter().zip(orders.iter_mut()) {
+            for (receiver, orders) in sound.receivers.iter().zip(orders.iter_mut()) {
                 if points.contains(&receiver.points.start) {
                     let first = receiver.points.start - points.start;
-                    heard.of(first, |sum| sum.iter().for_each(|&pressure| orders.push(pressure)));
+                    summed.of(first, |sum| sum.iter().for_each(|&pressure| orders.push(pressure)));
                 }
             }
             let each = signals[points.clone()].par_iter_mut().zip(&mut spectra[points.clone()]).enumerate();
             each.for_each(|(point, (signal, spectrum))| {
-                heard.of(point, |sum| {
+                summed.of(point, |sum| {
                     sum.iter().for_each(|&pressure| spectrum.push(pressure));
                     signal.push(sum);
                 });
@@ -386,10 +386,10 @@ impl SoundObserver {
     ///
     /// # Errors
     /// Too few samples for a spectrum.
-    pub(crate) fn heard(&self) -> Result<HeardSound, RunError> {
+    pub(crate) fn results(&self) -> Result<SoundResults, RunError> {
         let receivers = self.receiver_spectra(&self.point_spectra()?)?;
         let rated = self.rated(&receivers);
-        Ok(HeardSound { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
+        Ok(SoundResults { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
     }
 }
 
@@ -437,11 +437,11 @@ impl EffectObserver for SoundObserver {
 
     fn tell(&self, end: &End<'_>, found: &mut Found) {
         let rate = self.speed / end.plan.scene.tyre.circumference;
-        let one = |(heard, orders): (&Heard, &Orders)| {
+        let one = |(receiver, orders): (&PlannedReceiver, &Orders)| {
             let pressures = orders.found(rate)?.into_iter().map(|order| order.all).collect();
-            Some(ReceiverOrders { receiver: heard.file.clone(), pressures })
+            Some(ReceiverOrders { receiver: receiver.file.clone(), pressures })
         };
-        found.pressures_by_order = self.sound.heard.iter().zip(&self.orders).filter_map(one).collect();
+        found.pressures_by_order = self.sound.receivers.iter().zip(&self.orders).filter_map(one).collect();
     }
 
     fn write(&self, end: &End<'_>, files: &dyn ResultFiles, found: &mut Found, _: &mut Meter) -> Result<(), RunError> {

@@ -168,16 +168,16 @@ fn a_point_amid_a_groove_hears_a_source_as_the_source_would_hear_it() {
     let edges = patch.edges(TAU * 1100.0 / AIR.sound_speed);
     let plain = patch.sheet.factorise(&AIR, TAU * 1100.0, &edges).unwrap();
     for Channel { position, .. } in CHANNELS {
-        let heard = factored.sourced_amid(position);
+        let field = factored.sourced_amid(position);
         for cell in [3, along / 2 * across + across / 3, along * across - 5] {
             // A unit volume source: div(h F grad G) + ... = -1 over its cell.
             let mut sources = vec![Complex64::ZERO; along * across];
             sources[cell] = Complex64::new(-1.0 / plain.area(cell), 0.0);
             let field = plain.solve(&[Drive { sources, ..Drive::default() }]).remove(0);
             let there = patch.amid(&field, position);
-            assert!((there - heard[cell]).norm() <= 1e-9 * there.norm(), "{position} {cell}: {there} {}", heard[cell]);
+            assert!((there - field[cell]).norm() <= 1e-9 * there.norm(), "{position} {cell}: {there} {}", field[cell]);
         }
-        assert!(patch.amid(&heard, position).norm() > 0.0);
+        assert!(patch.amid(&field, position).norm() > 0.0);
     }
 }
 

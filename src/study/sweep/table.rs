@@ -204,8 +204,8 @@ impl SweepBlock {
             report.text("\n");
             report.table(aligned(header("friction"), friction_rows(&self.found)));
         }
-        let heard = self.receivers();
-        if !heard.is_empty() {
+        let receivers = self.receivers();
+        if !receivers.is_empty() {
             let row = |name: &String| -> Vec<String> {
                 let level = |done: &Done| done.level_at(name).map_or("-".to_owned(), TotalLevel::text);
                 let growth = self.growth_at(name).map_or("-".to_owned(), |(growth, _)| match growth.slope_interval {
@@ -217,12 +217,13 @@ impl SweepBlock {
             };
             let header = header("dB(A) at").chain(["dB/decade".to_owned()]);
             report.text("\n");
-            let rows =
-                heard.iter().flat_map(|name| [row(name), self.bands_at(name)].into_iter().chain(self.statistics(name)));
+            let rows = receivers
+                .iter()
+                .flat_map(|name| [row(name), self.bands_at(name)].into_iter().chain(self.statistics(name)));
             report.table(aligned(header, rows));
-            let longer = heard.iter().filter_map(|name| self.longest_missing(name));
+            let longer = receivers.iter().filter_map(|name| self.longest_missing(name));
             longer.for_each(|told| report.text(told));
-            heard.iter().filter_map(|name| self.doubt_at(name)).for_each(|told| report.text(told));
+            receivers.iter().filter_map(|name| self.doubt_at(name)).for_each(|told| report.text(told));
         }
         for (speed, done) in columns() {
             done.unread.iter().for_each(|told| report.text(format!("{speed} km/h: {told}\n")));
@@ -332,7 +333,7 @@ mod tests {
     use crate::results::summary::LoadResult;
 
     /// Maximum of a passage whose bands are loudest at 800 Hz and valid up to number `valid_to`.
-    fn heard(valid_to: i32, level: f64) -> TotalLevel {
+    fn level_valid_to(valid_to: i32, level: f64) -> TotalLevel {
         let band = |n: i32| {
             let level = 60.0 - 4.0 * f64::from((n + 1).abs());
             BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level, valid: n <= valid_to }
@@ -351,7 +352,7 @@ mod tests {
             SweepBlock::new(&group, speeds.clone(), found)
         };
         // At each speed slices are valid for 25 to 80 Hz: 14.8 dB(A) and less, the faster the less.
-        let low = with([15.0, 14.8, 11.5].map(|level| heard(-11, level)));
+        let low = with([15.0, 14.8, 11.5].map(|level| level_valid_to(-11, level)));
         let told = low.report().to_string();
         assert!(told.contains("at least 14.8") && told.contains("25 Hz - 80 Hz"), "{told}");
         assert!(told.contains("no dB/decade: the common bands, 25 Hz - 80 Hz, do not reach the loudest"), "{told}");
@@ -359,7 +360,8 @@ mod tests {
         let row: Vec<&str> = table.lines().nth(2).unwrap().rsplit(',').take(5).collect();
         assert_eq!((row, table.contains("80,14.8,,,")), (vec!["", "1", "80", "25", ""], true), "{table}");
         // Maxima of other bands at one speed.
-        let apart = with([heard(3, 68.0), heard(3, 70.0), heard(-11, 11.5)]).report().to_string();
+        let apart =
+            with([level_valid_to(3, 68.0), level_valid_to(3, 70.0), level_valid_to(-11, 11.5)]).report().to_string();
         assert!(apart.contains("beside: no dB/decade: maxima of different bands"), "{apart}");
     }
 
@@ -375,7 +377,7 @@ mod tests {
         found[1].unread = vec!["no level at \"cpx\"".to_owned()];
         found[2].load = Some(LoadResult { wanted: 3000.0, relative_error: 0.04, tolerance: 0.01, met: false });
         for (done, speed) in found.iter_mut().zip(&speeds) {
-            done.sound = vec![("beside".to_owned(), heard(3, 70.0 + 35.0 * (speed / 80.0_f64).log10()))];
+            done.sound = vec![("beside".to_owned(), level_valid_to(3, 70.0 + 35.0 * (speed / 80.0_f64).log10()))];
             done.passed = vec!["beside".to_owned()];
             // A single passage at the lowest speed, two that differ by 2 dB at the others.
             let maxima = if *speed < 60.0 { vec![70.0] } else { vec![69.0, 71.0] };

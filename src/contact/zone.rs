@@ -14,7 +14,7 @@ pub(crate) struct Instant<'a> {
     pub step: u64,
     /// Number of the instant within it.
     pub stage: usize,
-    /// Element number of the first column, of the window in which contact is sought.
+    /// Element number of the first column, of the search window.
     pub first_element: i64,
     /// Indentation of the rigid tyre \[m\].
     pub indentation: f64,
@@ -53,7 +53,7 @@ pub(crate) trait Zone: Send {
         1
     }
 
-    /// Columns by which the window in which contact is sought is longer, at either end, than the one that is reported.
+    /// Columns by which the search window is longer, at either end, than the output window.
     fn margin(&self) -> usize {
         0
     }

@@ -44,7 +44,7 @@ pub struct CellResiduals {
 /// Work of a search over all instants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct CellCounts {
-    /// Instants at which forces were sought.
+    /// Instants at which forces were searched for.
     pub solves: u64,
     /// Iterations.
     pub iterations: u64,

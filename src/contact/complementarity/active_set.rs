@@ -43,7 +43,7 @@ const SWEEPS: usize = 2;
 /// Corrections that a tyre that turns is expected to take at a tolerance of 1e-12, beyond the first solution.
 pub(super) const CORRECTIONS: f64 = 3.0;
 
-/// Expected work of a search for the forces, for each instant at which they are sought.
+/// Expected work of a search for the forces, for each instant of the search.
 #[derive(Clone, Copy, Debug)]
 pub struct ExpectedSearch {
     /// Points in contact to be visited.

@@ -43,7 +43,7 @@ const FULL: f64 = 1.0 - 1e-7;
 pub(crate) struct Rolling {
     /// Window of the elements whose forces are reported.
     pub geometry: Geometry,
-    /// Columns by which the window in which contact is sought is longer at either end.
+    /// Columns by which the search window is longer at either end.
     pub margin: usize,
     /// Distance of the cells across from the middle, to the left \[m\].
     pub lateral: Vec<f64>,
@@ -154,7 +154,7 @@ impl FrictionZone {
     }
 
     /// Cells that are reported.
-    fn told(&self) -> Range<usize> {
+    fn output_cells(&self) -> Range<usize> {
         let outside = self.rolling.margin * self.across();
         outside..self.window().end - outside
     }
@@ -219,7 +219,7 @@ impl FrictionZone {
     /// Updates the states by the forces of a step: displacements, coefficients, bonds and creep; writes the tangential
     /// part.
     fn follow(&mut self, step: u64, out: Option<&mut TangentialPart>) {
-        let (across, told, window) = (self.across(), self.told(), self.window().end);
+        let (across, output_cells, window) = (self.across(), self.output_cells(), self.window().end);
         let rate = self.rolling.rule.backward_difference()[0] / self.rolling.time_step;
         let mut part = TangentialPart::default();
         self.last.swap(0, 1);
@@ -228,7 +228,7 @@ impl FrictionZone {
             out.forces.fill([0.0; 2]);
             out.slip.fill([0.0; 2]);
         }
-        let ends = [0, told.len().saturating_sub(across)];
+        let ends = [0, output_cells.len().saturating_sub(across)];
         for cell in 0..self.forces.len() {
             let (place, own) = (self.place(cell), self.search.displacements()[cell]);
             self.last[0][place] = [0, 1].map(|component| own[component] + self.old[cell][component]);
@@ -260,9 +260,9 @@ impl FrictionZone {
             let Some(out) = &mut out else { continue };
             // Forces beyond the reported columns go to the outermost of these.
             let place = match cell {
-                _ if cell < told.start => ends[0] + cell % across,
-                _ if cell >= told.end => ends[1] + cell % across,
-                _ => cell - told.start,
+                _ if cell < output_cells.start => ends[0] + cell % across,
+                _ if cell >= output_cells.end => ends[1] + cell % across,
+                _ => cell - output_cells.start,
             };
             out.forces[place][0] += force[0];
             out.forces[place][1] += force[1];
@@ -285,7 +285,7 @@ impl Zone for FrictionZone {
         &mut self,
         at: Instant<'_>,
         road: &RoadStrip,
-        mut told: StageMut<'_>,
+        mut output: StageMut<'_>,
         meter: &mut Meter,
     ) -> Result<Solved, ContactError> {
         let Instant { step, stage, first_element, .. } = at;
@@ -319,11 +319,11 @@ impl Zone for FrictionZone {
         self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);
         let is_seen = self.past.push(stage, first_element, &self.all);
         meter.lap(&mut laps, Stage::History);
-        self.follow(step, told.tangential.as_deref_mut());
+        self.follow(step, output.tangential.as_deref_mut());
         let (window, across) = (self.window(), self.across());
         let (old, u) = (&self.old, self.search.displacements());
         let displacement = |cell: usize| old[cell][2] + u[cell][2];
-        told.write(self.told(), across, &self.normal[window.clone()], &self.required[window.clone()], displacement);
+        output.write(self.output_cells(), across, &self.normal[window.clone()], &self.required[window.clone()], displacement);
         let is_touched = |column: Option<&[Vector]>| column.is_some_and(|cells| cells.iter().any(|f| f[2] > 0.0));
         let mut columns = self.forces[window].chunks_exact(across);
         let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back()) || !is_seen;

@@ -89,7 +89,7 @@ fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Trial, &Trial)> 
 }
 
 /// Change of the level of each band that is valid in both runs \[dB\].
-fn vouched<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
+fn valid_changes<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
     changes(found, reference).filter(|(band, _)| band.valid)
 }
 
@@ -116,7 +116,7 @@ fn report(comparison: &Comparison) -> Report {
             (Some(now), _) => format!("{now:.2} N"),
             (None, _) => "-".to_owned(),
         };
-        let worst = reference.map_or(String::new(), |reference| largest(vouched(found, reference)));
+        let worst = reference.map_or(String::new(), |reference| largest(valid_changes(found, reference)));
         [
             name.to_owned(),
             change(1.0, Trial::mean_force, "N"),
@@ -245,7 +245,7 @@ const LARGEST_DRAWN: f64 = 12.0;
 /// spectrum.
 fn plot<'a>(comparison: &Comparison, way: Way, title: &'a str) -> Option<LinePlot<'a>> {
     let points = |found, reference| -> Vec<(f64, f64)> {
-        vouched(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()
+        valid_changes(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()
     };
     let runs = changing(comparison, way).into_iter();
     let series: Vec<Series<'_>> = runs

@@ -90,7 +90,7 @@ pub(crate) struct StageMut<'a> {
 }
 
 impl StageMut<'_> {
-    /// Writes the cells `output_cells` of a window, stored column by column; `displacement` gives that of a cell \[m\]. Forces
+    /// Writes the `output_cells` of a window, stored column by column; `displacement` gives that of a cell \[m\]. Forces
     /// on columns outside `output_cells` are added to its outermost columns, so that none is lost.
     pub(crate) fn write(
         &mut self,

@@ -323,7 +323,13 @@ impl Zone for FrictionZone {
         let (window, across) = (self.window(), self.across());
         let (old, u) = (&self.old, self.search.displacements());
         let displacement = |cell: usize| old[cell][2] + u[cell][2];
-        output.write(self.output_cells(), across, &self.normal[window.clone()], &self.required[window.clone()], displacement);
+        output.write(
+            self.output_cells(),
+            across,
+            &self.normal[window.clone()],
+            &self.required[window.clone()],
+            displacement,
+        );
         let is_touched = |column: Option<&[Vector]>| column.is_some_and(|cells| cells.iter().any(|f| f[2] > 0.0));
         let mut columns = self.forces[window].chunks_exact(across);
         let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back()) || !is_seen;

@@ -127,8 +127,9 @@ impl SoundObserver {
         points: &[PowerSpectrum],
         folder: &dyn ResultFiles,
     ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
-        let levels = vouched(spectrum);
-        let level_of = |part: fn(&SoundParts) -> &PowerSpectrum| Some(vouched(part(parts.as_ref()?)).overall_a);
+        let levels = over_valid_bands(spectrum);
+        let level_of =
+            |part: fn(&SoundParts) -> &PowerSpectrum| Some(over_valid_bands(part(parts.as_ref()?)).overall_a);
         let (error, level_a_error) = (self.sound.error_at(receiver), self.level_a_error(receiver, &levels));
         let unknown = || match &self.sound.stated {
             Err(why) => why.to_string(),
@@ -144,7 +145,7 @@ impl SoundObserver {
             level_a: levels.overall_a,
             vibration_level_a: level_of(|parts| &parts.vibration),
             squeeze_level_a: level_of(|parts| &parts.squeeze),
-            voids_spread_a: spread(places.iter().map(|place| vouched(place).overall_a)),
+            voids_spread_a: spread(places.iter().map(|place| over_valid_bands(place).overall_a)),
             level_a_error,
             no_level_a_error: level_a_error.is_none().then(unknown),
             bands: levels.covered(),
@@ -158,13 +159,15 @@ impl SoundObserver {
         let standard = receiver.standard();
         match standard.finding() {
             Finding::SoundPower(radius) => {
-                let squares: Vec<f64> =
-                    points[receiver.points.clone()].iter().map(|point| mean_square(vouched(point).overall_a)).collect();
+                let squares: Vec<f64> = points[receiver.points.clone()]
+                    .iter()
+                    .map(|point| mean_square(over_valid_bands(point).overall_a))
+                    .collect();
                 summary.power_level_a = Some(power_level(Iso3744::power(&squares, radius, &self.way.air)));
             }
             Finding::Directivity => {
                 if loaded.scene.outputs.plots {
-                    let levels = points[receiver.points.clone()].iter().map(|point| vouched(point).overall_a);
+                    let levels = points[receiver.points.clone()].iter().map(|point| over_valid_bands(point).overall_a);
                     draw_directivity(loaded, receiver, &levels.collect::<Vec<_>>(), folder)?;
                 }
             }
@@ -258,7 +261,7 @@ impl SoundObserver {
     /// Levels by which runs are compared.
     pub(super) fn rated(&self, spectra: &[ReceiverSpectrum]) -> Vec<RatedLevel> {
         let one = |(receiver, spectrum): (&PlannedReceiver, &ReceiverSpectrum)| {
-            let levels = vouched(&spectrum.spectrum);
+            let levels = over_valid_bands(&spectrum.spectrum);
             let error = self.level_a_error(receiver, &levels);
             let level = levels.overall_a;
             let mean = TotalLevel::of(levels.a_weighted).map(|mean| TotalLevel { level, error, ..mean });
@@ -287,7 +290,7 @@ impl SoundObserver {
     /// Band of the valid third octaves \[Hz\], to which levels and sound files are restricted.
     pub(super) fn band(&self) -> Range<f64> {
         let bands = ThirdOctaveBand::within(LOWEST_FREQUENCY..0.5 / self.sound.layout.time_step);
-        let last = bands.iter().rfind(|band| band.is_vouched_for(self.valid_to));
+        let last = bands.iter().rfind(|band| band.is_valid_up_to(self.valid_to));
         let edges = |(first, last): (&ThirdOctaveBand, &ThirdOctaveBand)| first.lower_edge()..last.upper_edge();
         bands.first().zip(last).map_or(LOWEST_FREQUENCY..LOWEST_FREQUENCY, edges)
     }
@@ -380,6 +383,6 @@ impl Audible {
 }
 
 /// Levels whose overall ones are those of the valid bands.
-fn vouched(spectrum: &PowerSpectrum) -> SoundLevels {
-    SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).vouched()
+fn over_valid_bands(spectrum: &PowerSpectrum) -> SoundLevels {
+    SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).over_valid_bands()
 }

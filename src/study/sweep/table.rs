@@ -32,7 +32,7 @@ pub(crate) struct BandLine {
 
 impl BandLine {
     /// True if every level behind the growth is valid.
-    fn vouched(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.levels.iter().flatten().all(|level| level.valid)
     }
 }
@@ -178,7 +178,7 @@ impl SweepBlock {
                 Some(BandLevel { level, .. }) => format!("({level:.2})"),
             };
             let fit = line.exponent.as_ref().map(|fit| [fit.decibels_per_decade, fit.residual]);
-            let doubt = |text: String| if line.vouched() { text } else { format!("({text})") };
+            let doubt = |text: String| if line.is_valid() { text } else { format!("({text})") };
             let fit = fit.map_or(["-"; 2].map(str::to_owned), |fit| fit.map(|number| doubt(format!("{number:.2}"))));
             [line.band.label()].into_iter().chain(line.levels.iter().map(level)).chain(fit).collect()
         };
@@ -306,13 +306,13 @@ pub(crate) fn csv(blocks: &[SweepBlock]) -> String {
 /// Growth over frequency, a curve per group, grey where a level is not valid; `None` if no band has a growth.
 pub(crate) fn growth_plot(blocks: &[SweepBlock], title: &str) -> Option<String> {
     let point = |line: &BandLine| {
-        line.exponent.map(|fit| ((line.band.mid_frequency(), fit.decibels_per_decade), line.vouched()))
+        line.exponent.map(|fit| ((line.band.mid_frequency(), fit.decibels_per_decade), line.is_valid()))
     };
     let curve = |block: &SweepBlock| block.lines.iter().filter_map(point).unzip::<_, _, Vec<_>, Vec<_>>();
     let curves = blocks.iter().map(|block| (&block.group, curve(block)));
-    let (series, vouched): (Vec<Series<'_>>, Vec<Vec<bool>>) = curves
+    let (series, valid): (Vec<Series<'_>>, Vec<Vec<bool>>) = curves
         .filter(|(_, (points, _))| !points.is_empty())
-        .map(|(name, (points, vouched))| (Series { name, points }, vouched))
+        .map(|(name, (points, valid))| (Series { name, points }, valid))
         .unzip();
     if series.iter().all(|series| series.points.len() < 2) {
         return None;
@@ -324,7 +324,7 @@ pub(crate) fn growth_plot(blocks: &[SweepBlock], title: &str) -> Option<String> 
         y: Axis::linear_around("Growth of the force level [dB per decade of speed]", points().map(|point| point.1)),
         series: series.clone(),
     };
-    Some(plot.to_svg_vouched(|curve, point| vouched[curve][point]))
+    Some(plot.to_svg_by_validity(|curve, point| valid[curve][point]))
 }
 
 #[cfg(test)]

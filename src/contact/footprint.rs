@@ -90,8 +90,8 @@ pub(crate) struct StageMut<'a> {
 }
 
 impl StageMut<'_> {
-    /// Writes the `output_cells` of a window, stored column by column; `displacement` gives that of a cell \[m\]. Forces
-    /// on columns outside `output_cells` are added to its outermost columns, so that none is lost.
+    /// Writes the `output_cells` of a window, stored column by column; `displacement` gives that of a cell \[m\].
+    /// Forces on columns outside `output_cells` are added to its outermost columns, so that none is lost.
     pub(crate) fn write(
         &mut self,
         output_cells: Range<usize>,

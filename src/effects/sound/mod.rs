@@ -48,7 +48,7 @@ pub(crate) use planned::{PlannedReceiver, Sound};
 use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
 use squeeze::{PARTS, SqueezeState, SqueezeStream, found_blocks};
 pub(crate) use way::WAVES;
-use way::{Seeking, Way};
+use way::{TransferSearch, Way};
 
 pub(crate) struct SoundEffect;
 
@@ -255,8 +255,8 @@ impl SoundObserver {
             return Ok(None);
         }
         // 1. Transfers and fields in the grooves.
-        let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
-        let (way, transfers) = seeking.find(contact, warnings, *progress, meter)?;
+        let search = TransferSearch { loaded, plan, sound: &sound, layout, stop };
+        let (way, transfers) = search.find(contact, warnings, *progress, meter)?;
         if let Some(grooves) = &way.grooves {
             let across = contact.gaps.first().map(|gap| gap.across);
             let needed = waves_for(&sound.channels, plan.decisions.tyre.contact_width, across);

@@ -42,7 +42,7 @@ pub(super) fn draw_levels(
 
 const ROWS: usize = 120;
 
-/// Draws |G| under the patch, as it is at the first point of a receiver; welded ribs have no value.
+/// Draws |G| under the patch, as it is at the first point of a receiver; closed ribs have no value.
 pub(super) fn draw_under_patch(
     loaded: &LoadedScene,
     receiver: &str,

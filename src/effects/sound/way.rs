@@ -61,7 +61,7 @@ fn delays(sound: &Sound, body: &Body, air: &Air) -> (Vec<u64>, Vec<f64>) {
 }
 
 /// Input of a transfer path.
-pub(super) struct Seeking<'a> {
+pub(super) struct TransferSearch<'a> {
     /// Scene of the run.
     pub(super) loaded: &'a LoadedScene,
     /// Plan of the run.
@@ -74,7 +74,7 @@ pub(super) struct Seeking<'a> {
     pub(super) stop: &'a AtomicBool,
 }
 
-impl Seeking<'_> {
+impl TransferSearch<'_> {
     /// Finds the transfers to all points.
     ///
     /// # Errors
@@ -157,7 +157,7 @@ impl Seeking<'_> {
         meter: &mut Meter,
     ) -> Result<(Vec<SurfaceGreen>, BodySummary, Option<GrooveFields>), RunError> {
         let Self { plan, sound, .. } = *self;
-        // 1. Transfers of the welded body: a draft, or stored ones and boundary elements.
+        // 1. Transfers of the sealed body: a draft, or stored ones and boundary elements.
         let problem = sound.problem(body, plan.scene.numerics.memory_bytes());
         let range = sound.range(air);
         if sound.radiation.quality == RadiationQuality::Draft {
@@ -215,7 +215,7 @@ impl Seeking<'_> {
         // 3. G by point: the first place, points in grooves, then the other places.
         let mut under = under.into_iter();
         let first = under.next().unwrap_or_default();
-        let welded = if under.len() > 0 { greens.clone() } else { Vec::new() };
+        let sealed = if under.len() > 0 { greens.clone() } else { Vec::new() };
         // The pressures in grooves leave out sources beyond the sheet.
         let silent = greens.first().filter(|_| !of_amid.is_empty()).map(|first| {
             let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
@@ -226,7 +226,7 @@ impl Seeking<'_> {
         greens.extend(of_amid.into_iter().filter_map(of));
         // Then those of the other places, point by point.
         for under in under {
-            let pairs = welded.iter().cloned().zip(under);
+            let pairs = sealed.iter().cloned().zip(under);
             greens.extend(pairs.map(|(green, under)| SurfaceGreen { under_patch: Some(under), ..green }));
         }
         Ok((greens, summary, Some(fields)))

@@ -1,5 +1,5 @@
 //! The gap equation against closed forms, its symmetry and its power; grooves through a tyre's patch against fields in
-//! three dimensions, and the sheet of a welded tyre against boundary elements.
+//! three dimensions, and the sheet of a sealed tyre against boundary elements.
 
 use std::f64::consts::{PI, TAU};
 
@@ -277,7 +277,7 @@ fn transfers(body: &Body, frequency: f64) -> Vec<Transfer> {
     problem.solve(TAU * frequency / AIR.sound_speed).unwrap().0
 }
 
-/// Largest difference in level between the sheet's field and G within the sheet of a welded tyre, averaged over the
+/// Largest difference in level between the sheet's field and G within the sheet of a sealed tyre, averaged over the
 /// width \[dB\].
 fn off_boundary_elements(frequency: f64) -> f64 {
     let body = tyre(0.108);
@@ -300,7 +300,7 @@ fn off_boundary_elements(frequency: f64) -> f64 {
 }
 
 #[test]
-fn the_sheet_of_a_welded_tyre_has_the_field_of_boundary_elements() {
+fn the_sheet_of_a_sealed_tyre_has_the_field_of_boundary_elements() {
     for frequency in [400.0, 1600.0] {
         let off = off_boundary_elements(frequency);
         println!("{frequency} Hz: {off:.3} dB");

@@ -3,8 +3,8 @@
 //! Axes: x fore and aft, y across (the tyre's axle), z up. With a road (the plane z = 0) the middle of the body is at
 //! (0, 0, height); without one at the origin. Both bodies are mirror-symmetric in x and in y.
 //!
-//! A body lower than its radius is cut by the road: the cut surface is sealed against it, there is no air between. The tyre
-//! keeps its radius and its shoulders above the cut (no bulge), so that along the sides of the patch the shoulder
+//! A body lower than its radius is cut by the road: the cut surface is sealed against it, there is no air between. The
+//! tyre keeps its radius and its shoulders above the cut (no bulge), so that along the sides of the patch the shoulder
 //! meets the road at an angle larger than the tread's at the leading edge, nowhere in a cusp.
 
 use super::error::{RadiationError, positive};

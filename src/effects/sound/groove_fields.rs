@@ -19,7 +19,7 @@ pub(crate) struct GrooveFields {
     pub(super) resonances: Vec<Option<Resonance>>,
     pub(super) frequencies: Vec<f64>,
     /// |G| in the middle of a groove by point, frequency and groove \[1/m\].
-    pub(super) amid: Vec<Vec<Vec<f64>>>,
+    pub(super) middle: Vec<Vec<Vec<f64>>>,
     /// |G| at the first point, at the frequency at which it is largest in a groove; `None` without a point.
     pub(super) loudest: Option<UnderPatchLevels>,
     /// Root mean square of G over the patch by point, frequency and place \[1/m\]; empty for grooves alone.
@@ -67,16 +67,16 @@ impl GrooveFields {
     }
 
     /// Table of the grooves: resonances, largest pressures, and |G| in their middles by receiver, at its first point.
-    pub(super) fn to_csv(&self, sound: &Sound, pressures: &[AmidGroove]) -> String {
+    pub(super) fn to_csv(&self, sound: &Sound, pressures: &[MiddlePressure]) -> String {
         let mut rows = Vec::new();
         for (groove, (channel, found)) in sound.channels.iter().zip(&self.resonances).enumerate() {
             let resonance = optional(found.map(|found| found.frequency));
             let quality = optional(found.map(|found| found.quality));
-            let largest = optional(pressures.get(groove).map(|amid| amid.largest));
+            let largest = optional(pressures.get(groove).map(|middle| middle.largest));
             for receiver in &sound.receivers {
-                for (frequency, amid) in self.frequencies.iter().zip(&self.amid[receiver.points.start]) {
+                for (frequency, middle) in self.frequencies.iter().zip(&self.middle[receiver.points.start]) {
                     let Channel { position, width, depth } = channel;
-                    let level = amid[groove];
+                    let level = middle[groove];
                     rows.push(row([
                         &groove,
                         position,
@@ -118,7 +118,7 @@ const NOT_LINEAR: f64 = 0.01 * 1.4 * 101_325.0;
 
 /// Statistics of the pressure in the middle of a groove.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
-pub(super) struct AmidGroove {
+pub(super) struct MiddlePressure {
     samples: u64,
     /// Samples above [`NOT_LINEAR`].
     above: u64,
@@ -126,7 +126,7 @@ pub(super) struct AmidGroove {
     largest: f64,
 }
 
-impl AmidGroove {
+impl MiddlePressure {
     /// Takes the next pressures \[Pa\].
     pub(super) fn take(&mut self, pressures: &[f64]) {
         self.samples += pressures.len() as u64;
@@ -152,11 +152,11 @@ mod tests {
 
     #[test]
     fn pressures_above_a_hundredth_of_the_airs_are_counted_and_warned_of() {
-        let mut amid = AmidGroove::default();
-        amid.take(&[0.0, -1400.0, 1400.0]);
-        assert_eq!(amid.warning(1), None);
-        amid.take(&[-1500.0, 1450.0, 3.0]);
-        let told = amid.warning(1).unwrap();
+        let mut middle = MiddlePressure::default();
+        middle.take(&[0.0, -1400.0, 1400.0]);
+        assert_eq!(middle.warning(1), None);
+        middle.take(&[-1500.0, 1450.0, 3.0]);
+        let told = middle.warning(1).unwrap();
         assert!(told.contains("grooves[1]") && told.contains("2 of 6 samples, at most 1500 Pa"), "{told}");
     }
 }

@@ -40,7 +40,7 @@ use crate::results::sound::{
 };
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::state::{StateError, StateReader, StateWriter};
-use groove_fields::AmidGroove;
+use groove_fields::MiddlePressure;
 use kept_signal::{KeptSignal, KeptState};
 pub(crate) use kept_transfers::KeptReceiver;
 use passing::Passing;
@@ -131,7 +131,7 @@ pub(crate) struct SoundObserver {
     /// By point, pressures over time as far as they are stored.
     signals: Vec<KeptSignal>,
     /// By open groove, pressures in its middle.
-    amid: Vec<AmidGroove>,
+    middle_pressures: Vec<MiddlePressure>,
     /// By receiver, pressures at its first point by order of the revolution; empty without a tread pattern.
     orders: Vec<Orders>,
     valid_to: f64,
@@ -196,7 +196,7 @@ struct SoundState {
     spectra: Vec<SpectrumState>,
     signals: Vec<KeptState>,
     orders: Vec<Orders>,
-    amid: Vec<AmidGroove>,
+    middle_pressures: Vec<MiddlePressure>,
 }
 
 /// Pressures of blocks due to vibration and, where blocks squeeze air, due to that.
@@ -306,7 +306,7 @@ impl SoundObserver {
             spectra,
             signals,
             orders: vec![Orders::new(steps); receivers],
-            amid: vec![AmidGroove::default(); sound.channels.len()],
+            middle_pressures: vec![MiddlePressure::default(); sound.channels.len()],
             speed,
             valid_to: contact.sound_valid_to().min(sound.complete_to()),
             by_slices: plan.by_slices(),
@@ -344,7 +344,7 @@ impl SoundObserver {
 
     /// Computes the pressures of the blocks that wait, and adds them to spectra, orders and stored signals.
     fn receive(&mut self) {
-        let Self { sound, stream, signals, spectra, squeeze, orders, amid, .. } = self;
+        let Self { sound, stream, signals, spectra, squeeze, orders, middle_pressures, .. } = self;
         let (other, parts) = match squeeze.as_deref_mut() {
             None => (None, &mut [][..]),
             Some(SqueezeStream { stream, parts, .. }) => (Some(stream), &mut parts[..]),
@@ -355,7 +355,7 @@ impl SoundObserver {
             for point in end..streamed.end {
                 let of = point - streamed.start;
                 let Some(place) = sound.spectrum_of(point) else {
-                    summed.of(of, |sum| amid[point - sound.points()].take(sum));
+                    summed.of(of, |sum| middle_pressures[point - sound.points()].take(sum));
                     continue;
                 };
                 summed.of(of, |sum| sum.iter().for_each(|&pressure| spectra[place].push(pressure)));
@@ -411,20 +411,20 @@ impl EffectObserver for SoundObserver {
             spectra: self.spectra.iter().map(SpectrumAccumulator::save).collect(),
             signals: self.signals.iter().map(KeptSignal::save).collect(),
             orders: self.orders.clone(),
-            amid: self.amid.clone(),
+            middle_pressures: self.middle_pressures.clone(),
         })
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let SoundState { stream, squeeze, spectra, signals, orders, amid } = state.take()?;
+        let SoundState { stream, squeeze, spectra, signals, orders, middle_pressures } = state.take()?;
         if spectra.len() != self.spectra.len() || signals.len() != self.signals.len() {
             return Err(StateError::Length { expected: self.spectra.len(), found: spectra.len() });
         }
         let alike = orders.iter().zip(&self.orders).all(|(saved, here)| saved.is_like(here));
-        if orders.len() != self.orders.len() || !alike || amid.len() != self.amid.len() {
+        if orders.len() != self.orders.len() || !alike || middle_pressures.len() != self.middle_pressures.len() {
             return Err(StateError::Value);
         }
-        (self.orders, self.amid) = (orders, amid);
+        (self.orders, self.middle_pressures) = (orders, middle_pressures);
         self.stream.restore(stream)?;
         match (&mut self.squeeze, squeeze) {
             (None, None) => {}
@@ -446,7 +446,12 @@ impl EffectObserver for SoundObserver {
 
     fn write(&self, end: &End<'_>, files: &dyn ResultFiles, found: &mut Found, _: &mut Meter) -> Result<(), RunError> {
         found.sound = Some(self.write_all(end.loaded, files)?);
-        found.warnings.extend(self.amid.iter().enumerate().filter_map(|(groove, amid)| amid.warning(groove)));
+        found.warnings.extend(
+            self.middle_pressures
+                .iter()
+                .enumerate()
+                .filter_map(|(groove, middle)| middle.warning(groove)),
+        );
         Ok(())
     }
 }

@@ -46,7 +46,7 @@ impl SoundObserver {
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         if let Some(grooves) = &self.way.grooves {
             if !self.sound.channels.is_empty() {
-                folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound, &self.amid))?;
+                folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound, &self.middle_pressures))?;
             }
             if let Some(table) = grooves.voids_to_csv(&self.sound) {
                 folder.write_text(VOIDS_FILE, &table)?;

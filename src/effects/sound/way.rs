@@ -210,20 +210,20 @@ impl TransferSearch<'_> {
         // 2. Fields under an open patch.
         let Some(open) = open else { return Ok((surface_greens(set, body, sound), summary, None)) };
         let opened = open.open(set).map_err(|error| self.refused("air_pumping", error.to_string(), "other grooves"))?;
-        let Opened { set, under, of_amid, fields } = opened;
+        let Opened { set, under, of_middles, fields } = opened;
         let mut greens = surface_greens(set, body, sound);
         // 3. G by point: the first place, points in grooves, then the other places.
         let mut under = under.into_iter();
         let first = under.next().unwrap_or_default();
         let sealed = if under.len() > 0 { greens.clone() } else { Vec::new() };
         // The pressures in grooves leave out sources beyond the sheet.
-        let silent = greens.first().filter(|_| !of_amid.is_empty()).map(|first| {
+        let silent = greens.first().filter(|_| !of_middles.is_empty()).map(|first| {
             let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
             SurfaceGreen { values, ..first.clone() }
         });
         greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
         let of = |under| silent.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
-        greens.extend(of_amid.into_iter().filter_map(of));
+        greens.extend(of_middles.into_iter().filter_map(of));
         // Then those of the other places, point by point.
         for under in under {
             let pairs = sealed.iter().cloned().zip(under);

@@ -266,15 +266,15 @@ impl PatchSheet {
     }
 
     /// The two cells of the sheet in the middle of the patch at a distance across.
-    fn cells_amid(&self, y: f64) -> [usize; 2] {
+    fn middle_cells(&self, y: f64) -> [usize; 2] {
         let [along, across] = self.sheet.cells();
         let j = self.sheet.y.partition_point(|&end| end <= y).clamp(1, across) - 1;
         [along / 2 - 1, along / 2].map(|i| i * across + j)
     }
 
     /// Pressure in the middle of the patch at a distance across, from values on the sheet's cells.
-    pub(crate) fn amid(&self, values: &[Complex64], y: f64) -> Complex64 {
-        let [one, other] = self.cells_amid(y);
+    pub(crate) fn in_middle(&self, values: &[Complex64], y: f64) -> Complex64 {
+        let [one, other] = self.middle_cells(y);
         0.5 * (values[one] + values[other])
     }
 }
@@ -289,10 +289,10 @@ impl FactoredPatch<'_> {
 
     /// G of a point in the middle of the patch at a distance across, on the sheet's cells \[1/m\]: by reciprocity the
     /// field of a source there that radiates through the edges.
-    pub(crate) fn sourced_amid(&self, y: f64) -> Vec<Complex64> {
+    pub(crate) fn sourced_in_middle(&self, y: f64) -> Vec<Complex64> {
         let [along, across] = self.patch.sheet.cells();
         let mut sources = vec![Complex64::ZERO; along * across];
-        for cell in self.patch.cells_amid(y) {
+        for cell in self.patch.middle_cells(y) {
             sources[cell] = Complex64::new(-0.5 / self.factored.area(cell), 0.0);
         }
         self.factored.solve(&[Drive { sources, ..Drive::default() }]).remove(0)

@@ -204,7 +204,7 @@ impl PressureStream {
         let (layout, forward, forces) = (self.layout(), &self.forward, &self.forces);
         let (length, width, places) = (layout.length(), layout.width(), layout.places());
         let bins = self.transfers.model.bins();
-        // A block begins half a block after the one before it, which may be amid an element.
+        // A block begins half a block after the one before it, which may be within an element.
         let begun = self.steps as usize - length;
         let mut by_place = vec![Complex32::ZERO; places * bins];
         by_place.par_chunks_mut(bins).enumerate().for_each(|(place, out)| {

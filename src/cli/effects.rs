@@ -141,7 +141,7 @@ fn report(comparison: &Comparison) -> Report {
     report.table(aligned(header, rows));
     report.text("\n+ alone, compared with none; - all but this, compared with all\n");
     report.text("levels in brackets: of bands that the scene's settings do not vouch for\n");
-    if comparison.doubts.iter().any(|(name, _)| name.ends_with("local compliance")) {
+    if comparison.uncertainties.iter().any(|(name, _)| name.ends_with("local compliance")) {
         report.text("local compliance: known within a factor of two; compared with all\n");
     }
     report.text("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
@@ -180,7 +180,7 @@ fn report(comparison: &Comparison) -> Report {
 
 /// Table of the levels at the receivers with all effects and of their changes; `None` without receivers.
 fn receiver_table(comparison: &Comparison) -> Option<Table> {
-    let Comparison { all, doubts, .. } = comparison;
+    let Comparison { all, uncertainties, .. } = comparison;
     let of_all = all.receiver_levels();
     if of_all.is_empty() {
         return None;
@@ -209,7 +209,7 @@ fn receiver_table(comparison: &Comparison) -> Option<Table> {
     for (effect, found, _) in comparison.runs(Way::TakenAway) {
         rows.push(row(format!("- {}", effect.title), found, true));
     }
-    rows.extend(doubts.iter().map(|(name, found)| row(name.clone(), found, true)));
+    rows.extend(uncertainties.iter().map(|(name, found)| row(name.clone(), found, true)));
     let mut header = vec!["effects".to_owned()];
     header.extend(of_all.iter().flat_map(|(rated, _)| [rated.label(), "worst band".to_owned()]));
     header.extend(["set-up", "in the steps"].map(str::to_owned));

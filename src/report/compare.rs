@@ -240,10 +240,10 @@ impl Comparison {
         let title = if spectrum.name.is_empty() { "Hz".to_owned() } else { format!("Hz, {}", spectrum.name) };
         let rows = spectrum.bands.iter().map(|band| {
             let first = band.levels.first().copied().flatten();
-            let doubt = |text: String| if band.valid { text } else { format!("({text})") };
-            let cell = |level: &Option<f64>| level.map_or(String::new(), |level| doubt(format!("{level:.2}")));
+            let bracketed = |text: String| if band.valid { text } else { format!("({text})") };
+            let cell = |level: &Option<f64>| level.map_or(String::new(), |level| bracketed(format!("{level:.2}")));
             let difference = |level: &Option<f64>| {
-                first.zip(*level).map_or(String::new(), |(first, level)| doubt(format!("{:+.2}", level - first)))
+                first.zip(*level).map_or(String::new(), |(first, level)| bracketed(format!("{:+.2}", level - first)))
             };
             self.row(band.nominal_hz.to_string(), &band.levels, cell, difference)
         });

@@ -319,8 +319,8 @@ impl ReceiverSummary {
         };
         if let Some(bands) = &self.bands {
             text.push_str(&format!(", {}", bands.text()));
-            if let Some(doubt) = bands.doubt() {
-                text.push_str(&format!(" ({doubt})"));
+            if let Some(why) = bands.lower_bound_reason() {
+                text.push_str(&format!(" ({why})"));
             }
         }
         if let Some(why) = &self.no_level_a_error {

@@ -81,7 +81,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let chord = Geometry::half_chord(*radius, deepest(&plan.decisions.axle, at_rest.indentation));
     let (mut surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
     warnings.extend(road_warnings(&surface, plan));
-    warnings.extend(zone.doubt(&surface));
+    warnings.extend(zone.law_warning(&surface));
     let excited = surface.report().highest_frequency(plan.speed);
     let slice_errors = plan.slice_errors_on(&surface);
     let mut notes: Vec<String> = plan.notes().collect();

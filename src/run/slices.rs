@@ -45,7 +45,7 @@ impl ZoneMaker for SliceContact<'_> {
         Ok((at_rest, bedding.scale))
     }
 
-    fn doubt(&self, surface: &RoadSurface) -> Option<String> {
+    fn law_warning(&self, surface: &RoadSurface) -> Option<String> {
         let asked = self.plan.decisions.slices.is_some();
         // A smooth road has no texture to resolve, and without a slice law none is asked for.
         let single = surface.lattice().cells() == 1 && !surface.is_smooth() && asked;

@@ -60,7 +60,7 @@ pub(super) trait ZoneMaker {
     fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError>;
 
     /// Warning if the road makes the zone's law pointless.
-    fn doubt(&self, _surface: &RoadSurface) -> Option<String> {
+    fn law_warning(&self, _surface: &RoadSurface) -> Option<String> {
         None
     }
 

@@ -15,7 +15,7 @@ use std::collections::HashSet;
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
-use crate::contact::local_compliance::{DOUBTS, formula_for};
+use crate::contact::local_compliance::{UNCERTAINTY, formula_for};
 use crate::counters::{Progress, Stage};
 use crate::plan::decisions::Row;
 use crate::plan::{Forecast, Plan, UnitCosts};
@@ -102,7 +102,7 @@ pub(crate) struct Comparison {
     pub effects: Vec<Worth>,
     /// All effects, with half and twice the compliance of the local law, and with each other motion of the air where
     /// there are receivers: the uncertainty of the model itself.
-    pub doubts: Vec<(String, Trial)>,
+    pub uncertainties: Vec<(String, Trial)>,
 }
 
 /// Forecasts of runs that follow one another.
@@ -168,8 +168,8 @@ pub(crate) fn compare(
         SliceCoupling::Explicit => None,
     };
     let airs = AIRS.into_iter().filter(|(air, _)| !complete.receivers.is_empty() && *air != complete.radiation.air);
-    let doubted: Vec<(String, Scene)> = {
-        let factors = DOUBTS.into_iter().filter_map(|(name, factor)| Some((name, factor * kappa?)));
+    let varied: Vec<(String, Scene)> = {
+        let factors = UNCERTAINTY.into_iter().filter_map(|(name, factor)| Some((name, factor * kappa?)));
         let compliances = factors.map(|(name, kappa)| {
             let mut scene = complete.clone();
             scene.contact.local_compliance = Some(kappa);
@@ -189,7 +189,7 @@ pub(crate) fn compare(
     planned.extend(possible_only().map(|effect| (named(Way::TakenAway, effect), with(&|other| !same(other, effect)))));
     planned.push(("none".to_owned(), with(&|_| false)));
     planned.extend(possible_only().map(|effect| (named(Way::Added, effect), with(&|other| same(other, effect)))));
-    planned.extend(doubted.iter().cloned());
+    planned.extend(varied.iter().cloned());
     let threads = rayon::current_num_threads();
     let mut forecasts = Forecasts { costs, threads, made: HashSet::new() };
     let expected: Vec<(String, f64)> =
@@ -230,10 +230,10 @@ pub(crate) fn compare(
         };
         effects.push(Worth { effect, found });
     }
-    let rolled = doubted.into_iter().map(|(name, scene)| Ok((name.clone(), roll(&name, &scene)?)));
-    let doubts = rolled.collect::<Result<_, RunError>>()?;
+    let rolled = varied.into_iter().map(|(name, scene)| Ok((name.clone(), roll(&name, &scene)?)));
+    let uncertainties = rolled.collect::<Result<_, RunError>>()?;
     trials.finish();
-    Ok(Comparison { base, all, effects, doubts })
+    Ok(Comparison { base, all, effects, uncertainties })
 }
 
 /// Direction of a comparison.
@@ -282,14 +282,14 @@ impl Comparison {
 
     /// Every run with its name and the run that it is compared with, in the order of the tables.
     pub(crate) fn rolled(&self) -> Vec<(String, &Trial, Option<&Trial>)> {
-        let Self { base, all, doubts, .. } = self;
+        let Self { base, all, uncertainties, .. } = self;
         let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
         for way in Way::ALL {
             let name = |effect: Effect| format!("{} {}", way.sign(), effect.title);
             let runs = self.runs(way).into_iter();
             rolled.extend(runs.map(|(effect, found, reference)| (name(effect), found, Some(reference))));
         }
-        rolled.extend(doubts.iter().map(|(name, found)| (name.clone(), found, Some(all))));
+        rolled.extend(uncertainties.iter().map(|(name, found)| (name.clone(), found, Some(all))));
         rolled
     }
 

@@ -34,7 +34,7 @@ impl Cached for KeptReceiver {
 }
 
 /// Largest relative error of the expected patch length before the static contact is solved.
-const PATCH_DOUBT: f64 = 0.2;
+const PATCH_ERROR: f64 = 0.2;
 
 impl Plan {
     /// Frequencies that are stored for the sound of the run \[Hz\]; none without receivers, or where no equations are
@@ -47,9 +47,9 @@ impl Plan {
         let range = sound.range(&air);
         let at_rest = self.expected().length;
         let step = self.patch_step();
-        let doubt = (PATCH_DOUBT * at_rest / step) as i64;
+        let reach = (PATCH_ERROR * at_rest / step) as i64;
         // The nearest first; a patch length that the scene gives is the same for all of them.
-        let mut tried: Vec<i64> = (-doubt..=doubt).collect();
+        let mut tried: Vec<i64> = (-reach..=reach).collect();
         tried.sort_by_key(|steps| steps.abs());
         let mut found = tried.into_iter().filter_map(|steps| {
             let body = self.radiating_body(&sound.radiation, at_rest + steps as f64 * step).ok()?;

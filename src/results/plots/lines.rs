@@ -138,8 +138,8 @@ impl LinePlot<'_> {
                     text = format!("{}: {}", self.x.title(), four_digits(x));
                 }
                 let name = if name.is_empty() { self.y.title() } else { name };
-                let doubt = if is_valid(index, point) { "" } else { ", not vouched for" };
-                text += &format!("\n{name}: {}{doubt}", four_digits(y));
+                let mark = if is_valid(index, point) { "" } else { ", not vouched for" };
+                text += &format!("\n{name}: {}{mark}", four_digits(y));
             }
             (!text.is_empty()).then_some(text)
         };

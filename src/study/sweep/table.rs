@@ -127,7 +127,7 @@ impl SweepBlock {
     }
 
     /// Note on a growth that is not known, or is not over all bands of the levels.
-    fn doubt_at(&self, receiver: &str) -> Option<String> {
+    fn growth_note(&self, receiver: &str) -> Option<String> {
         match self.growth_at(receiver) {
             Ok((_, compared)) if compared.all => None,
             Ok((_, compared)) => {
@@ -178,8 +178,9 @@ impl SweepBlock {
                 Some(BandLevel { level, .. }) => format!("({level:.2})"),
             };
             let fit = line.exponent.as_ref().map(|fit| [fit.decibels_per_decade, fit.residual]);
-            let doubt = |text: String| if line.is_valid() { text } else { format!("({text})") };
-            let fit = fit.map_or(["-"; 2].map(str::to_owned), |fit| fit.map(|number| doubt(format!("{number:.2}"))));
+            let bracketed = |text: String| if line.is_valid() { text } else { format!("({text})") };
+            let fit =
+                fit.map_or(["-"; 2].map(str::to_owned), |fit| fit.map(|number| bracketed(format!("{number:.2}"))));
             [line.band.label()].into_iter().chain(line.levels.iter().map(level)).chain(fit).collect()
         };
         let mut report = Report::default();
@@ -223,7 +224,7 @@ impl SweepBlock {
             report.table(aligned(header, rows));
             let longer = receivers.iter().filter_map(|name| self.longest_missing(name));
             longer.for_each(|told| report.text(told));
-            receivers.iter().filter_map(|name| self.doubt_at(name)).for_each(|told| report.text(told));
+            receivers.iter().filter_map(|name| self.growth_note(name)).for_each(|told| report.text(told));
         }
         for (speed, done) in columns() {
             done.unread.iter().for_each(|told| report.text(format!("{speed} km/h: {told}\n")));

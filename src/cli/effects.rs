@@ -148,9 +148,9 @@ fn report(comparison: &Comparison) -> Report {
     if comparison.all.results.friction.is_some() {
         report.text("rolling resistance with friction: by hysteresis and by slip\n");
     }
-    for worth in &comparison.effects {
-        if let Err(reason) = &worth.found {
-            report.text(format!("{}: {reason}\n", worth.effect.title));
+    for contribution in &comparison.effects {
+        if let Err(reason) = &contribution.found {
+            report.text(format!("{}: {reason}\n", contribution.effect.title));
         }
     }
     for (way, name, base) in [(Way::Added, "none", &comparison.base), (Way::TakenAway, "all", &comparison.all)] {

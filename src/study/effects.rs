@@ -84,7 +84,7 @@ fn beside_cells(scene: &Scene, effect: Effect) -> Option<String> {
 
 /// Contribution of one effect.
 #[derive(Clone)]
-pub(crate) struct Worth {
+pub(crate) struct Contribution {
     /// The switched row of the plan's table.
     pub effect: Effect,
     /// Runs with it alone, and with all but it; or why the scene cannot have it, or cannot be without it.
@@ -99,7 +99,7 @@ pub(crate) struct Comparison {
     /// With all that the scene can have.
     pub all: Trial,
     /// Each effect with its two runs.
-    pub effects: Vec<Worth>,
+    pub effects: Vec<Contribution>,
     /// All effects, with half and twice the compliance of the local law, and with each other motion of the air where
     /// there are receivers: the uncertainty of the model itself.
     pub uncertainties: Vec<(String, Trial)>,
@@ -228,7 +228,7 @@ pub(crate) fn compare(
                 Ok([alone, without.clone()])
             }
         };
-        effects.push(Worth { effect, found });
+        effects.push(Contribution { effect, found });
     }
     let rolled = varied.into_iter().map(|(name, scene)| Ok((name.clone(), roll(&name, &scene)?)));
     let uncertainties = rolled.collect::<Result<_, RunError>>()?;
@@ -270,12 +270,12 @@ impl Comparison {
     /// The effects that the scene can have, each with its run and the run that it is compared with.
     pub(crate) fn runs(&self, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
         let Self { base, all, effects, .. } = self;
-        let run = |worth| match worth {
-            &Worth { effect, found: Ok([ref alone, ref without]) } => Some(match way {
+        let run = |contribution| match contribution {
+            &Contribution { effect, found: Ok([ref alone, ref without]) } => Some(match way {
                 Way::Added => (effect, alone, base),
                 Way::TakenAway => (effect, without, all),
             }),
-            Worth { found: Err(_), .. } => None,
+            Contribution { found: Err(_), .. } => None,
         };
         effects.iter().filter_map(run).collect()
     }

@@ -227,7 +227,7 @@ impl March {
         let solved = self.zone.solve(at, road, self.footprint.stage(stage, first_output), meter)?;
         let total_force = self.footprint.total_at(stage);
         let time = step as f64 * self.time_step;
-        if !total_force.is_finite() || !solved.is_sound {
+        if !total_force.is_finite() || !solved.has_no_nan {
             return Err(ContactError::NotFinite { step, time });
         }
         let (displacement, radius) = (solved.largest_displacement, self.geometry.radius);

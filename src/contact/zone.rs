@@ -30,7 +30,7 @@ pub(crate) struct Solved {
     /// Largest required displacement \[m\].
     pub largest_displacement: f64,
     /// True if no required displacement is NaN.
-    pub is_sound: bool,
+    pub has_no_nan: bool,
     /// True if an outermost column of the window carries force, or the window has no room for the past of its forces.
     pub is_at_end: bool,
 }

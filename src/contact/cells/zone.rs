@@ -150,8 +150,8 @@ impl Zone for CellZone {
             penetration: relative.penetration * largest_displacement,
             complementarity: relative.complementarity * largest_displacement * largest_force,
         };
-        let is_sound = self.required.iter().fold(true, |sound, required| sound & !required.is_nan());
-        Ok(Solved { residuals, largest_force, largest_displacement, is_sound, is_at_end })
+        let has_no_nan = self.required.iter().fold(true, |none, required| none & !required.is_nan());
+        Ok(Solved { residuals, largest_force, largest_displacement, has_no_nan, is_at_end })
     }
 
     fn across(&self) -> usize {

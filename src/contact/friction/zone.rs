@@ -302,11 +302,11 @@ impl Zone for FrictionZone {
         let cells = self.forces.len() as u64;
         meter.add_work(Stage::Penetration, Work { multiply_adds: 20 * cells, bytes: 200 * cells });
         meter.lap(&mut laps, Stage::Penetration);
-        let is_sound = self.required.iter().all(|required| !required.is_nan());
+        let has_no_nan = self.required.iter().all(|required| !required.is_nan());
         let conditions = Conditions { required: &self.required, shift: &self.shift, friction: &self.friction };
         let relative = self.search.solve(&conditions, &mut self.forces);
         let largest_force = self.forces.iter().fold(0.0_f64, |largest, force| largest.max(force[2]));
-        if self.search.is_unsettled() && is_sound {
+        if self.search.is_unsettled() && has_no_nan {
             let points = self.forces.iter().filter(|force| force[2] > 0.0).count();
             let friction = largest_or_zero(&self.friction);
             return Err(ContactError::FrictionUnsettled { points, friction, step });
@@ -339,7 +339,7 @@ impl Zone for FrictionZone {
             penetration: relative.normal * largest_displacement,
             complementarity: relative.normal.max(relative.tangential) * largest_displacement * largest_force,
         };
-        Ok(Solved { residuals, largest_force, largest_displacement, is_sound, is_at_end })
+        Ok(Solved { residuals, largest_force, largest_displacement, has_no_nan, is_at_end })
     }
 
     fn across(&self) -> usize {

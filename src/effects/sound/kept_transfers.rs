@@ -27,7 +27,7 @@ impl Cached for KeptReceiver {
     const KIND: Kind =
         Kind { extension: "radiation", format: Format { magic: b"TWAVERAD", version: 1, name: "radiation transfers" } };
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.frequency.is_finite()
             && self.values.iter().flatten().all(|value| value.re.is_finite() && value.im.is_finite())
     }

@@ -88,10 +88,10 @@ struct MeanBands {
 
 impl MeanBands {
     /// A mean in words with what must be known of a level; the force's errors are not among its results.
-    fn text(&self, mean: &str, is_sound: bool) -> String {
+    fn text(&self, mean: &str, of_sound: bool) -> String {
         let number = |error: Option<f64>| error.map_or("not known".to_owned(), |error| format!("{error:.1}"));
         let mut text = format!("{}{mean}", if self.lower_bound { "at least " } else { "" });
-        if is_sound {
+        if of_sound {
             text.push_str(&format!(", error {}", number(self.error)));
         }
         if let Some(passages) = self.passages {

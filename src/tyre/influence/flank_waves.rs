@@ -100,7 +100,7 @@ impl FlankWaves {
     }
 
     /// True if numbers read from a file are finite and fit each other.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let numbers = self.around * self.lateral * self.points * PIECES;
         let flows = self.flows.iter().chain(&self.backwards);
         self.flows.len() == numbers

@@ -26,7 +26,7 @@ pub use crate::contact::cells::zone::CellPast;
 pub use crate::contact::complementarity::SliceLaw;
 pub use crate::contact::complementarity::active_set::ActiveSet;
 pub use crate::contact::complementarity::ldlt::Ldlt;
-pub use crate::contact::complementarity::{FactorCache, FactorCounts, LINE, add_to_diagonal, room};
+pub use crate::contact::complementarity::{FactorCache, FactorCounts, LINE, add_to_diagonal, packed_length};
 pub use crate::contact::footprint::TangentialPart;
 pub use crate::contact::geometry::Geometry;
 pub use crate::contact::history::{DirectHistory, INSTANTS, LagKernel, ModalHistory, PastForces};

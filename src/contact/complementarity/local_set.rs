@@ -60,7 +60,7 @@ use super::ldlt::Ldlt;
 use super::pieces::{HeldPiece, LocalSlice};
 use super::residue::Residue;
 use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface, move_on};
-use super::tiles::{LINE, add_to_diagonal, room};
+use super::tiles::{LINE, add_to_diagonal, packed_length};
 use super::unsolved::Unsolved;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{Aligned, largest_or_zero};
@@ -170,7 +170,7 @@ impl LocalSet {
             own: Vec::with_capacity(columns),
             left: Vec::with_capacity(columns),
             band,
-            matrix: Aligned::new(room(columns)),
+            matrix: Aligned::new(packed_length(columns)),
             right: Aligned::new(columns.next_multiple_of(LINE)),
             solver: Ldlt::new(columns),
         }
@@ -393,7 +393,7 @@ impl LocalSet {
                 break;
             }
             let stride = rows.next_multiple_of(LINE);
-            let (matrix, right) = (self.matrix.part(0, room(rows)), self.right.part(0, stride));
+            let (matrix, right) = (self.matrix.part(0, packed_length(rows)), self.right.part(0, stride));
             right[..rows].copy_from_slice(&self.left);
             self.solver.solve_band(matrix, right, stride, rows, band)?;
             let entries = band_entries(rows, band);
@@ -432,7 +432,7 @@ impl LocalSet {
     fn factorise(&mut self, band: usize, meter: &mut Meter) -> Result<(), Unsolved> {
         let rows = self.points.len();
         let mut laps = meter.laps();
-        let matrix = self.matrix.part(0, room(rows));
+        let matrix = self.matrix.part(0, packed_length(rows));
         self.solver.assemble_band(&self.points, &self.surface.influence, matrix, band);
         add_to_diagonal(matrix, &self.own);
         self.solver.factorise_band(matrix, rows, band)?;

@@ -47,8 +47,8 @@ fn elements_that_the_tyre_does_not_have_are_refused() {
 /// The base scene on a made road with keys under `[numerics]`, without the settings that a row of the table chooses.
 fn open(keys: &str) -> String {
     let chosen = ["elements", "substeps", "time_rule", "history"];
-    let left = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));
-    let text = left.collect::<Vec<_>>().join("\n").replace("kind = \"smooth\"", "kind = \"made\"");
+    let others = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));
+    let text = others.collect::<Vec<_>>().join("\n").replace("kind = \"smooth\"", "kind = \"made\"");
     text.replace("[numerics]", &format!("[numerics]\nfmax = 1000\n{keys}"))
 }
 

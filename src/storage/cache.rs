@@ -345,8 +345,8 @@ mod tests {
         assert_eq!(roomy.load(&[0; 32]).unwrap(), Some(Ok(Weather(vec![1.5; 100]))));
         let size = roomy.list(&[Weather::KIND]).unwrap()[0].bytes;
         Cache::at(folder.path().to_owned(), 3 * size).store(&[3; 32], &weather).unwrap();
-        let left = [0, 1, 2, 3].map(|name| roomy.load::<Weather>(&[name; 32]).unwrap().is_some());
-        assert_eq!(left, [true, false, true, true]);
+        let remain = [0, 1, 2, 3].map(|name| roomy.load::<Weather>(&[name; 32]).unwrap().is_some());
+        assert_eq!(remain, [true, false, true, true]);
         assert!(roomy.list(&[]).unwrap().iter().all(|entry| entry.usable.is_err()), "of no known kind");
         // A folder in the place of the first entry is no file to remove.
         fs::create_dir(folder.path().join("0".repeat(64))).unwrap();

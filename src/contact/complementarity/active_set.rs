@@ -356,8 +356,8 @@ struct Prescribed {
 
 impl OwnForce for Prescribed {
     #[inline(always)]
-    fn force(&mut self, _: usize, force: f64, left: f64) -> f64 {
-        (force + left * self.own).max(0.0)
+    fn force(&mut self, _: usize, force: f64, residual: f64) -> f64 {
+        (force + residual * self.own).max(0.0)
     }
 }
 

@@ -97,8 +97,8 @@ impl TransferSearch<'_> {
         let (greens, summary, grooves) = self.greens(&air, &body, &contact.gaps, warnings, progress, meter)?;
         let (delays, of_points) = delays(sound, &body, &air);
         // Points in grooves have no delay.
-        let left = |streamed| sound.spectrum_of(streamed).map_or(0.0, |spectrum| of_points[spectrum % sound.points()]);
-        let left = (0..greens.len()).map(left).collect();
+        let delay = |streamed| sound.spectrum_of(streamed).map_or(0.0, |spectrum| of_points[spectrum % sound.points()]);
+        let delays_of_all = (0..greens.len()).map(delay).collect();
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
         let rule = sound.flank(&body).map(|flank| flank.rule);
         let around = Sound::GRID.around / 2;
@@ -122,7 +122,7 @@ impl TransferSearch<'_> {
             density: air.density,
             air: sound.radiation.air,
             highest: sound.radiation.fmax,
-            delays: left,
+            delays: delays_of_all,
             strips: None,
         };
         meter.close(open, Stage::Radiation);
@@ -203,7 +203,7 @@ impl TransferSearch<'_> {
             frequencies: report.count,
             solved: report.solved,
             unknowns: report.solve.unknowns,
-            interpolation_error: report.largest_passed.max(report.largest_left),
+            interpolation_error: report.largest_passed.max(report.largest_unhalved),
             reciprocal_condition: (report.solved > 0).then_some(report.reciprocal_condition),
             ..BodySummary::of(RadiationQuality::Full, body, air)
         };

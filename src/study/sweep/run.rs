@@ -172,11 +172,11 @@ pub(crate) fn sweep(
     let mut known = Inputs::default();
     let outcomes: Vec<Mutex<Option<Outcome>>> =
         variants.iter().map(|variant| Mutex::new(finished(variant, target, &mut known))).collect();
-    let left: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
+    let pending: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
     // 2. Fit the models that several variants share.
     progress.stage(Stage::Influence);
-    share_models(left.iter().map(|&index| &variants[index]), stop);
-    let plans = || left.iter().map(|&index| &variants[index].plan);
+    share_models(pending.iter().map(|&index| &variants[index]), stop);
+    let plans = || pending.iter().map(|&index| &variants[index].plan);
     let shared = shared_notes(plans());
     shared.iter().for_each(|note| progress.note(note));
     let time: f64 = plans().map(|plan| plan.steps as f64 * plan.time_step).sum();
@@ -184,13 +184,13 @@ pub(crate) fn sweep(
     let watch = Mutex::new(Watch { progress, rolled: 0.0, shared });
 
     // 3. Run the rest. The boundary elements of a body are solved once, by the first variant that needs them.
-    let sounds = left.iter().any(|&index| !variants[index].plan.scene.receivers.is_empty());
-    let workers = if sounds { 1 } else { threads.min(left.len()).max(1) };
+    let sounds = pending.iter().any(|&index| !variants[index].plan.scene.receivers.is_empty());
+    let workers = if sounds { 1 } else { threads.min(pending.len()).max(1) };
     let next = AtomicUsize::new(0);
     let work = |worker: usize| {
         let share = threads / workers + usize::from(worker < threads % workers);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(share.max(1)).build().ok();
-        while let Some(&index) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
+        while let Some(&index) = pending.get(next.fetch_add(1, Ordering::Relaxed)) {
             let variant = &variants[index];
             let one = || carry_out(variant, target, share.max(1), stop, &watch);
             // Without a pool of its own it runs on the caller's: slower for the others, with the same results.

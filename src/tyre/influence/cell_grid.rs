@@ -152,10 +152,10 @@ mod tests {
             println!("{:?}", [0.1, 0.05, 0.02, 0.01].map(numbers));
             let numbers = grid.numbers_in_mean(0.02, 1000);
             let width = tyre.contact_width;
-            let left = |count: usize| {
+            let remainder = |count: usize| {
                 1.0 - numbers[..count].iter().map(|&m| grid.waves().lateral_weight(m, width) * width).sum::<f64>()
             };
-            assert!(left(numbers.len()) <= 0.02 && left(numbers.len() - 1) > 0.02, "{numbers:?}");
+            assert!(remainder(numbers.len()) <= 0.02 && remainder(numbers.len() - 1) > 0.02, "{numbers:?}");
             assert!(numbers.iter().all(|&m| grid.waves().is_even(m)));
             assert!(grid.numbers_in_mean(0.0, 7).iter().all(|&m| m <= 7));
         }

@@ -19,7 +19,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use num_complex::Complex64;
 use pulp::Arch;
-use tyrewave::internals::{Aligned, LINE, Ldlt, Ring, add_to_diagonal, add_windows, plate_scene, room};
+use tyrewave::internals::{Aligned, LINE, Ldlt, Ring, add_to_diagonal, add_windows, packed_length, plate_scene};
 use tyrewave::tyre::{Field, InfluenceSum, Projection, Truncation};
 
 /// G0 by distance: the default tyre with `elements` elements at 80 km/h, its rule's first weight at `rate`/dt;
@@ -101,7 +101,7 @@ fn solvers(criterion: &mut Criterion) {
             solver.solve(memory, right, stride, points).expect("G0 is positive definite");
         };
         let by_panels = || {
-            let (mut memory, mut right) = (vec![0.0; room(points)], vec![0.0; stride]);
+            let (mut memory, mut right) = (vec![0.0; packed_length(points)], vec![0.0; stride]);
             anew(&mut Ldlt::new(points), &mut memory, &mut right);
             right.truncate(points);
             right
@@ -131,7 +131,8 @@ fn solvers(criterion: &mut Criterion) {
         group.bench_function(BenchmarkId::new("LDLT", "made anew"), |bench| {
             bench.iter(|| black_box(&matrix).ldlt(Side::Lower).map(|factor| factor.solve(right())));
         });
-        let (mut solver, mut memory, mut values) = (Ldlt::new(points), vec![0.0; room(points)], vec![0.0; stride]);
+        let (mut solver, mut memory, mut values) =
+            (Ldlt::new(points), vec![0.0; packed_length(points)], vec![0.0; stride]);
         group.bench_function(BenchmarkId::new("LDLT by panels", "made anew"), |bench| {
             bench.iter(|| anew(&mut solver, black_box(&mut memory), black_box(&mut values)));
         });
@@ -284,8 +285,8 @@ fn yielding(criterion: &mut Criterion) {
         let compliance = KAPPA / (tyre.circumference / elements as f64 * tyre.contact_width);
         let slices = Slices::new(&influence, points, compliance, 0);
         let mut solver = Ldlt::new(points);
-        let [mut matrix, mut kept] = [room(points), room(points)].map(Aligned::new);
-        let (matrix, kept) = (matrix.part(0, room(points)), kept.part(0, room(points)));
+        let [mut matrix, mut kept] = [packed_length(points), packed_length(points)].map(Aligned::new);
+        let (matrix, kept) = (matrix.part(0, packed_length(points)), kept.part(0, packed_length(points)));
         let (mut forces, mut left) = (vec![0.0; points], Aligned::new(points.next_multiple_of(LINE)));
         let left = left.part(0, points.next_multiple_of(LINE));
         let mut directions = vec![[vec![0.0; left.len()], vec![0.0; left.len()]]; MOST_CORRECTIONS];

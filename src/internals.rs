@@ -10,7 +10,7 @@ use crate::plan::Plan;
 use crate::report::Stored;
 use crate::results::ContactQuality;
 use crate::road::RoadDescription;
-use crate::run::{HeardVibration, Simulation};
+use crate::run::{Simulation, VibrationResults};
 
 pub use crate::contact::ContactError;
 pub use crate::contact::axle::AxleHeight;
@@ -27,7 +27,7 @@ pub use crate::contact::cells::zone::CellPast;
 pub use crate::contact::complementarity::SliceLaw;
 pub use crate::contact::complementarity::active_set::ActiveSet;
 pub use crate::contact::complementarity::ldlt::Ldlt;
-pub use crate::contact::complementarity::{FactorCache, FactorCounts, LINE, add_to_diagonal, room};
+pub use crate::contact::complementarity::{FactorCache, FactorCounts, LINE, add_to_diagonal, packed_length};
 pub use crate::contact::footprint::TangentialPart;
 pub use crate::contact::geometry::Geometry;
 pub use crate::contact::history::{DirectHistory, INSTANTS, LagKernel, ModalHistory, PastForces};
@@ -223,7 +223,7 @@ pub fn stored_spectra(results: &Stored) -> &[StoredSpectrum] {
 }
 
 /// What a run's vibration adds to its summary.
-pub fn vibration_summary(vibration: &HeardVibration) -> &impl Serialize {
+pub fn vibration_summary(vibration: &VibrationResults) -> &impl Serialize {
     &vibration.summary
 }
 

@@ -89,7 +89,7 @@ fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Trial, &Trial)> 
 }
 
 /// Change of the level of each band that is valid in both runs \[dB\].
-fn vouched<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
+fn valid_changes<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
     changes(found, reference).filter(|(band, _)| band.valid)
 }
 
@@ -116,7 +116,7 @@ fn report(comparison: &Comparison) -> Report {
             (Some(now), _) => format!("{now:.2} N"),
             (None, _) => "-".to_owned(),
         };
-        let worst = reference.map_or(String::new(), |reference| largest(vouched(found, reference)));
+        let worst = reference.map_or(String::new(), |reference| largest(valid_changes(found, reference)));
         [
             name.to_owned(),
             change(1.0, Trial::mean_force, "N"),
@@ -141,16 +141,16 @@ fn report(comparison: &Comparison) -> Report {
     report.table(aligned(header, rows));
     report.text("\n+ alone, compared with none; - all but this, compared with all\n");
     report.text("levels in brackets: of bands that the scene's settings do not vouch for\n");
-    if comparison.doubts.iter().any(|(name, _)| name.ends_with("local compliance")) {
+    if comparison.uncertainties.iter().any(|(name, _)| name.ends_with("local compliance")) {
         report.text("local compliance: known within a factor of two; compared with all\n");
     }
     report.text("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
     if comparison.all.results.friction.is_some() {
         report.text("rolling resistance with friction: by hysteresis and by slip\n");
     }
-    for worth in &comparison.effects {
-        if let Err(reason) = &worth.found {
-            report.text(format!("{}: {reason}\n", worth.effect.title));
+    for contribution in &comparison.effects {
+        if let Err(reason) = &contribution.found {
+            report.text(format!("{}: {reason}\n", contribution.effect.title));
         }
     }
     for (way, name, base) in [(Way::Added, "none", &comparison.base), (Way::TakenAway, "all", &comparison.all)] {
@@ -170,26 +170,26 @@ fn report(comparison: &Comparison) -> Report {
         report.text("\n");
         report.table(aligned(header, base.levels.iter().enumerate().map(row)));
     }
-    if let Some(heard) = heard(comparison) {
+    if let Some(table) = receiver_table(comparison) {
         report.text("\nSound with all effects, with all but one, and by another model:\n");
-        report.table(heard);
+        report.table(table);
         report.text("changes of levels: over the bands that both runs vouch for, told where these are not all\n");
     }
     report
 }
 
 /// Table of the levels at the receivers with all effects and of their changes; `None` without receivers.
-fn heard(comparison: &Comparison) -> Option<Table> {
-    let Comparison { all, doubts, .. } = comparison;
-    let of_all = all.heard();
+fn receiver_table(comparison: &Comparison) -> Option<Table> {
+    let Comparison { all, uncertainties, .. } = comparison;
+    let of_all = all.receiver_levels();
     if of_all.is_empty() {
         return None;
     }
     let row = |name: String, found: &Trial, changed: bool| -> Vec<String> {
-        let heard = found.heard();
+        let receiver_levels = found.receiver_levels();
         let mut cells = vec![name];
         for (rated, levels) in &of_all {
-            let found = heard.iter().find(|(other, _)| other.name == rated.name);
+            let found = receiver_levels.iter().find(|(other, _)| other.name == rated.name);
             let change = found.map(|(other, found)| (change(other, rated), worst_of(found, levels)));
             let level = rated.level.as_ref();
             let bands = level.map_or_else(String::new, TotalLevel::range);
@@ -209,7 +209,7 @@ fn heard(comparison: &Comparison) -> Option<Table> {
     for (effect, found, _) in comparison.runs(Way::TakenAway) {
         rows.push(row(format!("- {}", effect.title), found, true));
     }
-    rows.extend(doubts.iter().map(|(name, found)| row(name.clone(), found, true)));
+    rows.extend(uncertainties.iter().map(|(name, found)| row(name.clone(), found, true)));
     let mut header = vec!["effects".to_owned()];
     header.extend(of_all.iter().flat_map(|(rated, _)| [rated.label(), "worst band".to_owned()]));
     header.extend(["set-up", "in the steps"].map(str::to_owned));
@@ -245,7 +245,7 @@ const LARGEST_DRAWN: f64 = 12.0;
 /// spectrum.
 fn plot<'a>(comparison: &Comparison, way: Way, title: &'a str) -> Option<LinePlot<'a>> {
     let points = |found, reference| -> Vec<(f64, f64)> {
-        vouched(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()
+        valid_changes(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()
     };
     let runs = changing(comparison, way).into_iter();
     let series: Vec<Series<'_>> = runs

@@ -335,9 +335,9 @@ fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a
         panel(title, &[], by_patch(&|index| of(points[index].mobility)), by_patch(&|index| of(fit.mobilities[index])))
     };
     // The axis shows at least one uncertainty to either side: smaller residuals need no attention.
-    let left = |title: &str, part: usize| {
-        let left = by_patch(&|index| fit.residuals[2 * index + part].clamp(-WORST, WORST));
-        panel(title, &[-1.0, 1.0], left, Vec::new())
+    let residuals = |title: &str, part: usize| {
+        let residuals = by_patch(&|index| fit.residuals[2 * index + part].clamp(-WORST, WORST));
+        panel(title, &[-1.0, 1.0], residuals, Vec::new())
     };
     let frequencies = points.iter().map(|point| point.frequency);
     let x = Axis::logarithmic_around("Frequency [Hz]", frequencies, [0.97, 1.03]);
@@ -350,6 +350,6 @@ fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a
     };
     [
         plot(&titles[0], [compared("Mobility [dB re 1 m/(N s)]", level), compared("Phase [degrees]", phase)]),
-        plot(&titles[1], [left("Level residual / uncertainty", 0), left("Phase residual / uncertainty", 1)]),
+        plot(&titles[1], [residuals("Level residual / uncertainty", 0), residuals("Phase residual / uncertainty", 1)]),
     ]
 }

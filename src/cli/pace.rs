@@ -31,13 +31,15 @@ impl Pace {
     }
 
     /// Remaining time of `all` steps \[s\]; `None` while that cannot be predicted.
-    pub(super) fn left(&self, all: u64) -> Option<f64> {
+    pub(super) fn seconds_left(&self, all: u64) -> Option<f64> {
         let (&first, &last) = (self.marks.first()?, self.marks.last()?);
         let &middle = self.marks.iter().rfind(|mark| mark.0 <= 0.5 * last.0)?;
         let pace = |from: (f64, u64)| (last.1 - from.1) as f64 / (last.0 - from.0);
         let (whole, late) = (pace(first), pace(middle));
         let is_steady = last.0 >= SHORTEST && (late - whole).abs() <= STEADY * whole;
-        is_steady.then(|| all.saturating_sub(last.1) as f64 / whole.min(late)).filter(|left| left.is_finite())
+        is_steady
+            .then(|| all.saturating_sub(last.1) as f64 / whole.min(late))
+            .filter(|seconds_left| seconds_left.is_finite())
     }
 }
 
@@ -57,19 +59,19 @@ mod tests {
 
     #[test]
     fn the_rest_is_told_by_a_steady_pace_alone() {
-        assert_eq!(pace([10; 10]).left(300), Some(10.0));
-        assert_eq!(pace([10; 4]).left(300), None, "too early");
+        assert_eq!(pace([10; 10]).seconds_left(300), Some(10.0));
+        assert_eq!(pace([10; 4]).seconds_left(300), None, "too early");
         // The slower pace counts.
-        assert_eq!(pace([12, 12, 12, 12, 12, 10, 10, 10, 10, 10]).left(310), Some(10.0));
+        assert_eq!(pace([12, 12, 12, 12, 12, 10, 10, 10, 10, 10]).seconds_left(310), Some(10.0));
         // First fast, as a tyre that does not touch the road yet; then ten times as slow: no time is reported
         // meanwhile.
         let mut rates = vec![100; 5];
         rates.extend([10; 5]);
-        assert_eq!(pace(rates.clone()).left(10_000), None);
+        assert_eq!(pace(rates.clone()).seconds_left(10_000), None);
         rates.extend([10; 300]);
-        let left = pace(rates).left(10_000).unwrap();
-        assert!((left * 10.0 / (10_000.0 - 100.0 - 500.0 - 3050.0) - 1.0).abs() < 1e-9, "{left}");
-        assert_eq!(pace([0; 10]).left(300), None, "a run that stands still");
-        assert_eq!(Pace::after(0).left(10), None);
+        let seconds_left = pace(rates).seconds_left(10_000).unwrap();
+        assert!((seconds_left * 10.0 / (10_000.0 - 100.0 - 500.0 - 3050.0) - 1.0).abs() < 1e-9, "{seconds_left}");
+        assert_eq!(pace([0; 10]).seconds_left(300), None, "a run that stands still");
+        assert_eq!(Pace::after(0).seconds_left(10), None);
     }
 }

@@ -118,8 +118,8 @@ impl Progress for TerminalProgress {
             })
             .with_key("left", move |state: &ProgressState, out: &mut dyn Write| {
                 let pace = pace.lock().unwrap_or_else(PoisonError::into_inner);
-                if let Some(left) = pace.left(state.len().unwrap_or(0)) {
-                    let _ = write!(out, ", {} to go", in_words(left));
+                if let Some(seconds) = pace.seconds_left(state.len().unwrap_or(0)) {
+                    let _ = write!(out, ", {} to go", in_words(seconds));
                 }
             });
         self.bar.set_style(style);

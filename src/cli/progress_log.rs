@@ -34,8 +34,11 @@ impl Doing {
             Self::Steps { done, all, time_step, pace } => {
                 let [rolled, to_roll] = [done, all].map(|steps| *steps as f64 * time_step);
                 let percent = 100.0 * *done as f64 / (*all).max(1) as f64;
-                let left = pace.left(*all).map(|left| format!(", about {} to go", in_words(left)));
-                format!("{seconds} s: rolled {rolled:.2} of {to_roll:.2} s, {percent:.0} %{}", left.unwrap_or_default())
+                let to_go = pace.seconds_left(*all).map(|seconds| format!(", about {} to go", in_words(seconds)));
+                format!(
+                    "{seconds} s: rolled {rolled:.2} of {to_roll:.2} s, {percent:.0} %{}",
+                    to_go.unwrap_or_default()
+                )
             }
             Self::Share(share, name) => format!("{seconds} s: {:.0} % of all work, {name}", 100.0 * share),
         }

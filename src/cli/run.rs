@@ -140,8 +140,8 @@ fn report_text(report: &RunReport) -> String {
             lines.push(format!("free rolling        creep {:.5}, torque {torque:.1e} of that of sliding", free.creep));
         }
     }
-    for heard in report.summary.sound.iter().flat_map(|sound| &sound.receivers) {
-        lines.push(format!("{:18}  {}", heard.name, heard.text()));
+    for receiver in report.summary.sound.iter().flat_map(|sound| &sound.receivers) {
+        lines.push(format!("{:18}  {}", receiver.name, receiver.text()));
     }
     let wall = report.wall.as_secs_f64();
     lines.push(format!(

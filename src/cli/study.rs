@@ -143,11 +143,11 @@ const MEASURES: [(&str, fn(&Difference) -> f64); 6] = [
     ("rolling resistance", |difference| difference.rolling_resistance),
 ];
 
-/// Texts of all measures; those below the doubt are marked.
-fn errors(difference: &Difference, doubt: &Difference) -> [String; 6] {
+/// Texts of all measures; those below the uncertainty of the reference are marked.
+fn errors(difference: &Difference, uncertainty: &Difference) -> [String; 6] {
     MEASURES.map(|(name, measure)| {
-        let (value, doubt) = (measure(difference), measure(doubt));
-        let mark = if value.abs() < doubt.abs() && value != 0.0 { "~" } else { "" };
+        let (value, uncertainty) = (measure(difference), measure(uncertainty));
+        let mark = if value.abs() < uncertainty.abs() && value != 0.0 { "~" } else { "" };
         if name.ends_with("[dB]") { format!("{mark}{value:.2}") } else { format!("{mark}{value:.1e}") }
     })
 }
@@ -164,7 +164,7 @@ fn points_table(study: &Study) -> table::Table {
         let (work, march) = (format!("{:.2e}", cost.multiply_adds), format!("{:.3}", cost.march));
         let cost = [optional(band), work, march, fit, front.to_owned()];
         let label = knob.map_or_else(|| label.clone(), |knob| format!("{knob} {label}"));
-        [label].into_iter().chain(errors(difference, &study.doubt)).chain(cost).collect::<Vec<_>>()
+        [label].into_iter().chain(errors(difference, &study.uncertainty)).chain(cost).collect::<Vec<_>>()
     });
     aligned(header, rows)
 }
@@ -175,15 +175,15 @@ fn report(study: &Study) -> Report {
     if !study.complete {
         report.text(format!("INTERRUPTED after {} runs: this is what they gave.\n\n", study.points().count() + 1));
     }
-    let doubts = MEASURES.iter().zip(errors(&study.doubt, &Difference::default()));
-    let doubts: Vec<String> = doubts.map(|((name, _), value)| format!("{name} {value}")).collect();
+    let uncertainties = MEASURES.iter().zip(errors(&study.uncertainty, &Difference::default()));
+    let uncertainties: Vec<String> = uncertainties.map(|((name, _), value)| format!("{name} {value}")).collect();
     report.text(format!(
         "Third octaves of the contact force from {LOWEST_BAND} to {} Hz over {} s, axle held\nreference: {}\n\
          doubt, by the same half as fine: {}; smaller errors are marked ~\n",
         study.options.highest,
         study.options.duration,
         study.reference.settings.label(),
-        doubts.join(", ")
+        uncertainties.join(", ")
     ));
     report.text("\nSettings of the discretisation, the rest at the reference; * marks the least work for an error:\n");
     report.table(points_table(study));
@@ -225,8 +225,8 @@ fn picture<'a>(study: &'a Study, title: &'a str) -> Option<WorkPrecisionPlot<'a>
     if largest == 0.0 {
         return None;
     }
-    // A decade below the doubt is shown.
-    let smallest = (0.1 * study.doubt.worst).clamp(1e-3 * largest, 0.5 * largest);
+    // A decade below the uncertainty is shown.
+    let smallest = (0.1 * study.uncertainty.worst).clamp(1e-3 * largest, 0.5 * largest);
     let panel = |title: &str, cost: fn(&Point) -> f64| {
         let at = |point: &Point| (cost(point), point.difference.worst);
         let costs = study.points().map(cost).filter(|cost| *cost > 0.0);
@@ -241,7 +241,7 @@ fn picture<'a>(study: &'a Study, title: &'a str) -> Option<WorkPrecisionPlot<'a>
         title,
         error: Axis::logarithmic("Largest error of a third octave [dB]", smallest..1.3 * largest),
         knobs: drawn.iter().map(|knob| knob.name).collect(),
-        doubt: study.doubt.worst,
+        uncertainty: study.uncertainty.worst,
         panels: vec![
             panel("Multiply-adds in a second rolled", |point| point.cost.multiply_adds),
             panel("Time of the march for a second rolled [s]", |point| point.cost.march),

@@ -148,7 +148,7 @@ fn judged(loaded: &LoadedScene, contacts: &[StaticContact]) -> Result<Vec<String
             Overload::Beyond(wrong) if !allow_implausible => {
                 return Err(CliError::Failed(format!("--loads: {wrong}; loads without a unit are in kg")));
             }
-            Overload::Doubtful(wrong) | Overload::Beyond(wrong) => warnings.push(wrong),
+            Overload::Unusual(wrong) | Overload::Beyond(wrong) => warnings.push(wrong),
         }
     }
     Ok(warnings)

@@ -90,23 +90,23 @@ pub(crate) struct StageMut<'a> {
 }
 
 impl StageMut<'_> {
-    /// Writes the cells `told` of a window, stored column by column; `displacement` gives that of a cell \[m\]. Forces
-    /// on columns outside `told` are added to its outermost columns, so that none is lost.
+    /// Writes the `output_cells` of a window, stored column by column; `displacement` gives that of a cell \[m\].
+    /// Forces on columns outside `output_cells` are added to its outermost columns, so that none is lost.
     pub(crate) fn write(
         &mut self,
-        told: Range<usize>,
+        output_cells: Range<usize>,
         across: usize,
         forces: &[f64],
         required: &[f64],
         displacement: impl Fn(usize) -> f64,
     ) {
-        for (out, cell) in self.displacement.iter_mut().zip(told.clone()) {
+        for (out, cell) in self.displacement.iter_mut().zip(output_cells.clone()) {
             *out = displacement(cell);
         }
-        self.required.copy_from_slice(&required[told.clone()]);
-        self.force.copy_from_slice(&forces[told.clone()]);
-        let last = told.len() - across;
-        for (end, outside) in [(0, &forces[..told.start]), (last, &forces[told.end..])] {
+        self.required.copy_from_slice(&required[output_cells.clone()]);
+        self.force.copy_from_slice(&forces[output_cells.clone()]);
+        let last = output_cells.len() - across;
+        for (end, outside) in [(0, &forces[..output_cells.start]), (last, &forces[output_cells.end..])] {
             for column in outside.chunks_exact(across) {
                 for (force, outside) in self.force[end..].iter_mut().zip(column) {
                     *force += outside;

@@ -75,7 +75,7 @@ impl MarchTotals {
 /// The state of a rolling contact.
 pub struct March {
     geometry: Geometry,
-    /// The window in which contact is sought: for cells it may be longer than that of `geometry`, which is reported.
+    /// The search window: for cells it may be longer than that of `geometry`, the output window.
     window: Geometry,
     /// See [`Geometry::rises`].
     rises: Vec<f64>,
@@ -204,7 +204,7 @@ impl March {
     /// Solves for the contact at an instant of the step; returns the total force \[N\].
     fn stage(
         &mut self,
-        first_told: i64,
+        first_output: i64,
         stage: usize,
         indentation: f64,
         road: &RoadStrip,
@@ -215,10 +215,10 @@ impl March {
         let rises = &self.rises[row * self.window.columns..];
         let first_element = self.window.first_element(step);
         let at = Instant { step, stage, first_element, indentation, rises };
-        let solved = self.zone.solve(at, road, self.footprint.stage(stage, first_told), meter)?;
+        let solved = self.zone.solve(at, road, self.footprint.stage(stage, first_output), meter)?;
         let total_force = self.footprint.total_at(stage);
         let time = step as f64 * self.time_step;
-        if !total_force.is_finite() || !solved.is_sound {
+        if !total_force.is_finite() || !solved.has_no_nan {
             return Err(ContactError::NotFinite { step, time });
         }
         let (displacement, radius) = (solved.largest_displacement, self.geometry.radius);

@@ -75,7 +75,7 @@ impl Zone for SliceZone {
             residuals,
             largest_force: largest_or_zero(force),
             largest_displacement: largest_or_zero(required),
-            is_sound: required.iter().fold(true, |sound, required| sound & !required.is_nan()),
+            has_no_nan: required.iter().fold(true, |none, required| none & !required.is_nan()),
             is_at_end: force.first().zip(force.last()).is_some_and(|(&first, &last)| first > 0.0 || last > 0.0),
         })
     }

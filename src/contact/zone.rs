@@ -14,7 +14,7 @@ pub(crate) struct Instant<'a> {
     pub step: u64,
     /// Number of the instant within it.
     pub stage: usize,
-    /// Element number of the first column, of the window in which contact is sought.
+    /// Element number of the first column, of the search window.
     pub first_element: i64,
     /// Indentation of the rigid tyre \[m\].
     pub indentation: f64,
@@ -30,7 +30,7 @@ pub(crate) struct Solved {
     /// Largest required displacement \[m\].
     pub largest_displacement: f64,
     /// True if no required displacement is NaN.
-    pub is_sound: bool,
+    pub has_no_nan: bool,
     /// True if an outermost column of the window carries force, or the window has no room for the past of its forces.
     pub is_at_end: bool,
 }
@@ -53,7 +53,7 @@ pub(crate) trait Zone: Evolving + Send {
         1
     }
 
-    /// Columns by which the window in which contact is sought is longer, at either end, than the one that is reported.
+    /// Columns by which the search window is longer, at either end, than the output window.
     fn margin(&self) -> usize {
         0
     }

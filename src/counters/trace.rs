@@ -19,7 +19,7 @@ const SHORTEST_BLOCK: u64 = 64;
 /// Room for spans outside of the steps.
 const OUTSIDE: usize = 4000;
 /// Room for spans of background work.
-const BEHIND: usize = 20_000;
+const BACKGROUND: usize = 20_000;
 
 /// Row of a timeline: the thread that did the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub(crate) enum Row {
     /// The run's thread.
     March,
     /// A background thread.
-    Behind,
+    Background,
 }
 
 /// Kind of a span.
@@ -74,7 +74,7 @@ pub struct Trace {
     block_first: u64,
     block_staged: [Duration; Stage::ALL.len()],
     block_steps: u64,
-    behind: usize,
+    background: usize,
     /// Time of the whole run, once it has ended.
     wall: Duration,
 }
@@ -94,7 +94,7 @@ impl Default for Trace {
             block_first: 0,
             block_staged: [Duration::ZERO; Stage::ALL.len()],
             block_steps: SHORTEST_BLOCK,
-            behind: 0,
+            background: 0,
             wall: Duration::ZERO,
         }
     }
@@ -111,7 +111,7 @@ impl Trace {
         self.block_steps = steps.div_ceil(MOST_BLOCKS).max(SHORTEST_BLOCK).next_multiple_of(SHORTEST_BLOCK);
         self.block_first = first;
         let blocks = (steps / self.block_steps + 2) as usize;
-        self.spans.reserve_exact(OUTSIDE + BEHIND + blocks * (1 + Stage::ALL.len()));
+        self.spans.reserve_exact(OUTSIDE + BACKGROUND + blocks * (1 + Stage::ALL.len()));
     }
 
     /// True if a block of steps ends before `step`.
@@ -159,11 +159,11 @@ impl Trace {
 
     /// Records a stage in the background.
     pub(super) fn add_background(&mut self, stage: Stage, began: Instant, length: Duration) {
-        self.behind += 1;
-        if self.behind > BEHIND {
+        self.background += 1;
+        if self.background > BACKGROUND {
             self.dropped += 1;
         } else {
-            self.push(Row::Behind, What::Stage(stage), began, length);
+            self.push(Row::Background, What::Stage(stage), began, length);
         }
     }
 

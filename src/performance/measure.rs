@@ -96,8 +96,8 @@ pub fn value(workload: Workload, results: &Results) -> f64 {
     let value = match workload {
         Workload::Smooth => results.mean_force,
         Workload::Sound => {
-            let heard = results.sound.as_ref().and_then(|sound| sound.receivers.first());
-            heard.map(|receiver| receiver.spectrum.mean_square().sqrt())
+            let receiver = results.sound.as_ref().and_then(|sound| sound.receivers.first());
+            receiver.map(|receiver| receiver.spectrum.mean_square().sqrt())
         }
         _ => results.rms_force_variation,
     };

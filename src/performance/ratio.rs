@@ -13,7 +13,7 @@ use serde::Serialize;
 /// Blocks longer than this many medians count as disturbed.
 const CUT: f64 = 1.3;
 /// Probability that an interval misses its median.
-pub(super) const DOUBT: f64 = 1e-3;
+pub(super) const MISS_PROBABILITY: f64 = 1e-3;
 
 /// A ratio of times with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -44,14 +44,14 @@ impl Ratio {
     }
 }
 
-/// Largest k for which x_(k) ... x_(n+1-k) misses the median of n pairs with a probability of at most [`DOUBT`]; 0 if
+/// Largest k for which x_(k) ... x_(n+1-k) misses the median of n pairs with a probability of at most [`MISS_PROBABILITY`]; 0 if
 /// none does.
 fn rank(pairs: usize) -> usize {
     // P(B(n, 1/2) < k), summed from below.
     let (mut term, mut below, mut k) = (0.5_f64.powf(pairs as f64), 0.0, 0);
     loop {
         below += term;
-        if 2.0 * below > DOUBT {
+        if 2.0 * below > MISS_PROBABILITY {
             return k;
         }
         term *= (pairs - k) as f64 / (k + 1) as f64;

@@ -44,7 +44,8 @@ pub enum Place {
     /// In the steps, on all threads.
     MarchOnAll,
     /// Beside the steps, on the threads that they leave free.
-    Behind,
+    #[serde(rename = "behind")]
+    Background,
 }
 
 /// Work of one kind.
@@ -194,9 +195,9 @@ impl Amounts {
         let work = ModalHistory::expected(rule, numerics.elements, self.poles, columns as usize, turns);
         let stages = rule.nodes().len() as f64;
         self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
-        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * work.poles, Place::Behind);
+        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * work.poles, Place::Background);
         self.add(Stage::History, Unit::SearchMultiplyAdd, steps * work.near, Place::March);
-        self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * work.transforms, Place::Behind);
+        self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * work.transforms, Place::Background);
         self.hold("poles and their states", work.pole_bytes);
         self.hold("forces, displacements and influences of blocks", work.block_bytes);
     }
@@ -209,7 +210,7 @@ impl Amounts {
         let rows = passed as f64 + self.expected.columns;
         let length = rows * plan.element;
         match &scene.road {
-            Road::Smooth => self.add(Stage::Road, Unit::ResampledHeight, rows, Place::Behind),
+            Road::Smooth => self.add(Stage::Road, Unit::ResampledHeight, rows, Place::Background),
             Road::Made(made) => {
                 let limit = scene.numerics.memory_bytes();
                 let sizes =
@@ -220,13 +221,13 @@ impl Amounts {
                     let drawing = sizes.drawing(rows * plan.element, rows * lattice.along as f64);
                     let unit = Unit::TextureMultiplyAdd;
                     self.add(Stage::Road, unit, opening.multiply_adds as f64, Place::BeforeOnAll);
-                    self.add(Stage::Road, unit, drawing, Place::Behind);
+                    self.add(Stage::Road, unit, drawing, Place::Background);
                     self.hold("texture of the road", TEXTURE_RESERVE * opening.bytes as f64);
                     self.memory_per_thread += THREAD_BYTES;
                 }
             }
             Road::Profile(_) | Road::OpenCrg(_) | Road::Grid(_) => {
-                self.add(Stage::Road, Unit::ResampledHeight, rows * lattice.cells() as f64, Place::Behind);
+                self.add(Stage::Road, Unit::ResampledHeight, rows * lattice.cells() as f64, Place::Background);
                 self.hold("heights of the road", 8.0 * length * across);
             }
         }
@@ -235,9 +236,9 @@ impl Amounts {
         let cells = rows * lattice.cells() as f64;
         match plan.decisions.slices {
             Some(Slices::Pressed) if lattice.cells() > 1 => self.pressed(plan, lattice, rows),
-            Some(Slices::HalfSpace) => self.add(Stage::Slices, Unit::HalfSpacePair, cells * across, Place::Behind),
+            Some(Slices::HalfSpace) => self.add(Stage::Slices, Unit::HalfSpacePair, cells * across, Place::Background),
             Some(Slices::Winkler | Slices::Pressed) | None => {
-                self.add(Stage::Slices, Unit::SpringCell, cells, Place::Behind);
+                self.add(Stage::Slices, Unit::SpringCell, cells, Place::Background);
             }
         }
         self.count(Counter::Slices, rows);

@@ -288,8 +288,11 @@ impl Amounts {
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
         let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles, turns);
-        let (recursion, place) =
-            if has_tractions { (FRICTION_CHANNEL * recursion, Place::MarchOnAll) } else { (recursion, Place::Behind) };
+        let (recursion, place) = if has_tractions {
+            (FRICTION_CHANNEL * recursion, Place::MarchOnAll)
+        } else {
+            (recursion, Place::Background)
+        };
         self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, place);
     }
 }

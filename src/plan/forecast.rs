@@ -106,7 +106,7 @@ impl Forecast {
         let many = threads > 1;
         // 1. Sum the work by place in the run, and by stage.
         let mut stages: Vec<StageForecast> = Vec::new();
-        let (mut before, mut march, mut march_on_all, mut behind) = (0.0, 0.0, 0.0, 0.0);
+        let (mut before, mut march, mut march_on_all, mut background_seconds) = (0.0, 0.0, 0.0, 0.0);
         for amount in &amounts.work {
             let seconds = amount.amount * costs.of(amount.stage, amount.unit);
             match amount.place {
@@ -114,9 +114,9 @@ impl Forecast {
                 Place::BeforeOnAll => before += seconds / (1.0 + EFFICIENCY * (threads as f64 - 1.0)),
                 Place::March => march += seconds,
                 Place::MarchOnAll => march_on_all += seconds,
-                Place::Behind => behind += seconds,
+                Place::Background => background_seconds += seconds,
             }
-            let background = many && amount.place == Place::Behind;
+            let background = many && amount.place == Place::Background;
             match stages.iter_mut().find(|known| known.stage == amount.stage && known.background == background) {
                 Some(known) => known.seconds += seconds,
                 None => stages.push(StageForecast { stage: amount.stage, seconds, background }),
@@ -125,8 +125,8 @@ impl Forecast {
         stages.sort_by_key(|entry| entry.stage as usize);
         let rest_seconds = steps as f64 * costs.step;
         march += rest_seconds;
-        let all = march + march_on_all + behind;
-        // 2. One thread marches; work behind the steps, or shared, fills the others.
+        let all = march + march_on_all + background_seconds;
+        // 2. One thread marches; background work, or shared, fills the others.
         let rolling = if many { (march + march_on_all / threads as f64).max(all / threads as f64) } else { all };
         Self {
             stages,

@@ -9,7 +9,7 @@ impl Plan {
     /// Problems that need the user's attention before the run: a speed at which the tyre rolls into its own waves, a
     /// load beyond the range of its model, a warm-up that takes most of the run, keys that override a preset's.
     pub fn warnings(&self) -> Vec<String> {
-        let told = [self.outrun_waves(), self.doubtful_load(), self.long_warm_up()].into_iter().flatten();
+        let told = [self.outrun_waves(), self.load_warning(), self.long_warm_up()].into_iter().flatten();
         told.chain(self.overridden.iter().cloned()).collect()
     }
 

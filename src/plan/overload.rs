@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Overload {
     /// To be warned of; the reason in words.
-    Doubtful(String),
+    Unusual(String),
     /// To be refused; the reason in words.
     Beyond(String),
 }
@@ -44,13 +44,13 @@ pub(crate) fn overload(tyre: &Tyre, standing: &StaticContact) -> Option<Overload
             mm(length),
             100.0 * share
         );
-        return Some(if share > most { Overload::Beyond(wrong) } else { Overload::Doubtful(wrong) });
+        return Some(if share > most { Overload::Beyond(wrong) } else { Overload::Unusual(wrong) });
     }
     let index = tyre.load_index?;
     let borne = load_of(index);
     (force > GRAVITY * borne * (1.0 + ROUNDING)).then(|| {
         let weight = force / GRAVITY;
-        Overload::Doubtful(format!(
+        Overload::Unusual(format!(
             "{under}, {weight:.0} kg, the tyre bears more than load index {index} stands for, \
             {borne:.0} kg"
         ))
@@ -62,15 +62,15 @@ impl Plan {
     fn overload(&self) -> Option<Overload> {
         let found = overload(&self.decisions.tyre, &self.standing()?)?;
         Some(match found {
-            Overload::Beyond(wrong) if self.scene.allow_implausible => Overload::Doubtful(wrong),
+            Overload::Beyond(wrong) if self.scene.allow_implausible => Overload::Unusual(wrong),
             other => other,
         })
     }
 
     /// Warning of a load beyond the accurate range of the model.
-    pub(super) fn doubtful_load(&self) -> Option<String> {
+    pub(super) fn load_warning(&self) -> Option<String> {
         self.overload().and_then(|found| match found {
-            Overload::Doubtful(wrong) => Some(wrong),
+            Overload::Unusual(wrong) => Some(wrong),
             Overload::Beyond(_) => None,
         })
     }
@@ -111,16 +111,16 @@ mod tests {
         // 925 kg are those of the index 105.
         for usual in [&["tyre.load_index=91"][..], &["tyre.load_index=105", "rolling.axle={ load = 9075.0 }"]] {
             let (loaded, usual) = plan(usual);
-            assert!(usual.check_standing(&loaded).is_ok() && usual.doubtful_load().is_none());
+            assert!(usual.check_standing(&loaded).is_ok() && usual.load_warning().is_none());
         }
         let (loaded, over) = plan(&["tyre.load_index=91", "rolling.axle={ load = 6500.0 }"]);
-        let told = over.doubtful_load().unwrap();
+        let told = over.load_warning().unwrap();
         assert!(
             told.contains("load index 91") && told.contains("kg") && over.check_standing(&loaded).is_ok(),
             "{told}"
         );
         let (loaded, long) = plan(&["rolling.axle={ load = 12500.0 }"]);
-        let told = long.doubtful_load().unwrap();
+        let told = long.load_warning().unwrap();
         assert!(told.contains("of the circumference") && long.check_standing(&loaded).is_ok(), "{told}");
         let (loaded, rim) = plan(&["rolling.axle={ indentation = 0.097 }"]);
         let error = rim.check_standing(&loaded).unwrap_err().to_string();

@@ -32,7 +32,7 @@ impl Amounts {
         let cells = all * lattice.cells() as f64;
         let product = transform_multiply_adds(4 * cells as usize);
         let blocks = (elements / own).ceil() + 1.0;
-        self.add(Stage::Slices, Unit::TransformMultiplyAdd, blocks * PRODUCTS * product, Place::Behind);
+        self.add(Stage::Slices, Unit::TransformMultiplyAdd, blocks * PRODUCTS * product, Place::Background);
         self.hold("a block of road that is pressed", CELL_BYTES * cells);
     }
 }

@@ -152,11 +152,11 @@ impl Settling<'_> {
             || "no error is stated for such a scene,".to_owned(),
             |error| format!("third octaves within {} dB up to fmax", short(error)),
         );
-        let worth = format!("{error} at {} times the work of \"standard\"", short(row.cost));
+        let error_and_work = format!("{error} at {} times the work of \"standard\"", short(row.cost));
         if self.scene.numerics.preset.is_some() {
-            self.choose("numerics.preset", name.to_owned(), format!("given: {worth}"));
+            self.choose("numerics.preset", name.to_owned(), format!("given: {error_and_work}"));
         } else {
-            self.choose("numerics.accuracy", why.clone(), format!("the cheapest that keeps it: {worth}"));
+            self.choose("numerics.accuracy", why.clone(), format!("the cheapest that keeps it: {error_and_work}"));
         }
         if self.scene.contact.zone != self.loaded.scene.contact.zone {
             let reason = format!("{why} of a sound: slices drive no waves that are odd across, and end below fmax");

@@ -157,7 +157,7 @@ impl Plan {
                 format!("up to {end} Hz")
             }
         };
-        let (heard, end) = if receivers.is_empty() {
+        let (of_sound, end) = if receivers.is_empty() {
             (String::new(), force)
         } else {
             (format!(", of sound {}", up_to(sound)), force.min(sound))
@@ -166,7 +166,7 @@ impl Plan {
         let wanted = missed.as_deref().unwrap_or_default();
         let told = format!(
             "on this road at {:.0} km/h, levels of force and vibration by slices are within {largest} dB of those by \
-             cells {}{heard}{wanted}; contact.zone = \"cells\" has no such end, contact.largest_slice_error admits \
+             cells {}{of_sound}{wanted}; contact.zone = \"cells\" has no such end, contact.largest_slice_error admits \
              more",
             rolling.speed_kmh,
             up_to(force)

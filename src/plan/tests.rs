@@ -47,8 +47,8 @@ fn elements_that_the_tyre_does_not_have_are_refused() {
 /// The base scene on a made road with keys under `[numerics]`, without the settings that a row of the table chooses.
 fn open(keys: &str) -> String {
     let chosen = ["elements", "substeps", "time_rule", "history"];
-    let left = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));
-    let text = left.collect::<Vec<_>>().join("\n").replace("kind = \"smooth\"", "kind = \"made\"");
+    let others = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));
+    let text = others.collect::<Vec<_>>().join("\n").replace("kind = \"smooth\"", "kind = \"made\"");
     text.replace("[numerics]", &format!("[numerics]\nfmax = 1000\n{keys}"))
 }
 
@@ -190,18 +190,18 @@ fn the_estimate_knows_how_the_past_is_carried() {
 fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
     let rough = Plan::new(&Scene::from_str(PLATE, "default").unwrap().scene);
     let of = |plan: &Plan, threads| plan.forecast(&UnitCosts::default(), threads, 1e7);
-    let behind = |plan: &Plan, of_road: bool| -> f64 {
+    let background = |plan: &Plan, of_road: bool| -> f64 {
         let stages = of(plan, 2).stages;
         let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
         stages.iter().filter(|it| it.background && road(it.stage) == of_road).map(|it| it.seconds).sum()
     };
-    // Work behind the march delays nobody.
-    assert!(behind(&rough, true) > 0.0 && behind(&rough, false) > 0.0);
+    // Work in the background delays nobody.
+    assert!(background(&rough, true) > 0.0 && background(&rough, false) > 0.0);
     assert!(of(&rough, 2).wall_seconds < 0.8 * of(&rough, 1).wall_seconds);
     assert!((of(&rough, 2).core_seconds() - of(&rough, 1).core_seconds()).abs() < 1e-9);
     let text = PLATE.replace("kind = \"made\"\nseed = 1", "kind = \"smooth\"");
     let smooth = Plan::new(&Scene::from_str(&text, "smooth").unwrap().scene);
-    let road = behind(&smooth, true);
+    let road = background(&smooth, true);
     assert!(road < 0.01 * of(&smooth, 2).wall_seconds, "{road}");
     let held = |plan: &Plan| plan.amounts().memory.iter().map(|(_, bytes)| bytes).sum::<f64>();
     assert!(held(&smooth) < held(&rough));

@@ -3,8 +3,8 @@
 //! Axes: x fore and aft, y across (the tyre's axle), z up. With a road (the plane z = 0) the middle of the body is at
 //! (0, 0, height); without one at the origin. Both bodies are mirror-symmetric in x and in y.
 //!
-//! A body lower than its radius is cut by the road: the cut surface is welded to it, there is no air between. The tyre
-//! keeps its radius and its shoulders above the cut (no bulge), so that along the sides of the patch the shoulder
+//! A body lower than its radius is cut by the road: the cut surface is sealed against it, there is no air between. The
+//! tyre keeps its radius and its shoulders above the cut (no bulge), so that along the sides of the patch the shoulder
 //! meets the road at an angle larger than the tread's at the leading edge, nowhere in a cusp.
 
 use super::error::{RadiationError, positive};
@@ -105,8 +105,8 @@ impl Body {
         Self::new(Shape::Tyre { radius, width, shoulder }, Some(height))
     }
 
-    /// The same tyre over a slit: the flat underside that the cut leaves is not welded to the road but `gap` \[m\]
-    /// above it, as over the hollows of a rough road; the whole body is raised by that. 0 is the welded body.
+    /// The same tyre over a slit: the flat underside that the cut leaves is not sealed against the road but `gap` \[m\]
+    /// above it, as over the hollows of a rough road; the whole body is raised by that. 0 is the sealed body.
     ///
     /// # Errors
     /// [`RadiationError::Gap`] where the gap is negative or no number, above a tenth of the patch's half length, below
@@ -134,7 +134,7 @@ impl Body {
         Ok(Self { gap, ..self })
     }
 
-    /// Height of the slit under the patch \[m\]; 0 where the patch is welded to the road.
+    /// Height of the slit under the patch \[m\]; 0 where the patch is sealed.
     pub fn gap(&self) -> f64 {
         self.gap
     }

@@ -150,12 +150,12 @@ pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Trans
                 let theta = width * (cell as f64 + 0.5);
                 let at = |y: f64| [radius * theta.sin(), y, body.middle() - radius * theta.cos()];
                 let from = |y: f64| monopole(at(y), receiver, wavenumber);
-                let heard = match (sides, side) {
+                let pressure = match (sides, side) {
                     (1, _) => (from(y) + from(-y)) * (0.5 * gain),
                     (_, 0) => from(y) * *gain,
                     _ => from(-y) * *gain,
                 };
-                values.push(single(heard));
+                values.push(single(pressure));
             }
         }
         Transfer { receiver, wavenumber, grid, sides, values }

@@ -164,7 +164,7 @@ pub(crate) struct FrequencyReport {
     /// Largest error of an interpolated middle that was accepted \[dB\].
     pub largest_passed: f64,
     /// Largest error of a middle in intervals that were too short to halve \[dB\]; 0 if there is none.
-    pub largest_left: f64,
+    pub largest_unhalved: f64,
     /// Smallest reciprocal condition number of those solved now.
     pub reciprocal_condition: f64,
     /// Sums over those solved now: assembly work, operations and seconds; unknowns and points are the largest.
@@ -275,7 +275,7 @@ pub(crate) fn transfers(
             if error <= range.tolerance {
                 search.report.largest_passed = search.report.largest_passed.max(error);
             } else if 0.5 * (high - low) < 2.0 * range.finest {
-                search.report.largest_left = search.report.largest_left.max(error);
+                search.report.largest_unhalved = search.report.largest_unhalved.max(error);
             } else {
                 next.extend([[*low, middle.frequency], [middle.frequency, *high]]);
             }

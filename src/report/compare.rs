@@ -240,10 +240,10 @@ impl Comparison {
         let title = if spectrum.name.is_empty() { "Hz".to_owned() } else { format!("Hz, {}", spectrum.name) };
         let rows = spectrum.bands.iter().map(|band| {
             let first = band.levels.first().copied().flatten();
-            let doubt = |text: String| if band.valid { text } else { format!("({text})") };
-            let cell = |level: &Option<f64>| level.map_or(String::new(), |level| doubt(format!("{level:.2}")));
+            let bracketed = |text: String| if band.valid { text } else { format!("({text})") };
+            let cell = |level: &Option<f64>| level.map_or(String::new(), |level| bracketed(format!("{level:.2}")));
             let difference = |level: &Option<f64>| {
-                first.zip(*level).map_or(String::new(), |(first, level)| doubt(format!("{:+.2}", level - first)))
+                first.zip(*level).map_or(String::new(), |(first, level)| bracketed(format!("{:+.2}", level - first)))
             };
             self.row(band.nominal_hz.to_string(), &band.levels, cell, difference)
         });
@@ -344,9 +344,9 @@ fn figures(all: &[Stored]) -> Vec<FigureComparison> {
     let figure = |(name, unit): (&str, &'static str)| {
         let found = |(list, stored): (&Vec<Figure>, &Stored)| {
             let figure = list.iter().find(|figure| figure.name == name)?.clone();
-            let mut heard = stored.summary.sound.iter().flat_map(|sound| &sound.receivers);
-            let passed = heard.find(|heard| name == format!("level at {}, L_AFmax", heard.name));
-            Some(FoundFigure { figure, pass_by: passed.and_then(|heard| heard.pass_by.clone()) })
+            let mut receivers = stored.summary.sound.iter().flat_map(|sound| &sound.receivers);
+            let passed = receivers.find(|receiver| name == format!("level at {}, L_AFmax", receiver.name));
+            Some(FoundFigure { figure, pass_by: passed.and_then(|receiver| receiver.pass_by.clone()) })
         };
         FigureComparison { name: name.to_owned(), unit, found: lists.iter().zip(all).map(found).collect() }
     };

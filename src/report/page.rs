@@ -134,10 +134,10 @@ pub(super) fn curves(
         };
         let points = level_changes(&own.levels, &reference.levels)
             .map(|(band, change)| ((band.band.mid_frequency(), change), band.valid));
-        let (points, vouched): (Vec<(f64, f64)>, Vec<bool>) = points.unzip();
-        (Series { name: &of.names[index], points }, vouched)
+        let (points, valid): (Vec<(f64, f64)>, Vec<bool>) = points.unzip();
+        (Series { name: &of.names[index], points }, valid)
     });
-    let (series, vouched): (Vec<Series<'_>>, Vec<Vec<bool>>) = changes.unzip();
+    let (series, valid): (Vec<Series<'_>>, Vec<Vec<bool>>) = changes.unzip();
     let points = || series.iter().flat_map(|series| &series.points).filter(|(_, change)| change.is_finite());
     if points().next().is_some() {
         let mut compared: Vec<usize> = references.iter().flatten().copied().collect();
@@ -154,7 +154,7 @@ pub(super) fn curves(
             y: Axis::linear_around("Difference [dB]", points().map(|point| point.1).chain([-0.5, 0.5])),
             series: series.clone(),
         };
-        pictures.push((plot.to_svg_vouched(|curve, point| vouched[curve][point]), format!("{title}. {GREY}")));
+        pictures.push((plot.to_svg_by_validity(|curve, point| valid[curve][point]), format!("{title}. {GREY}")));
     }
     Ok(pictures)
 }

@@ -43,7 +43,7 @@ pub(crate) fn texture_spectrum(title: &str, road: &RoadDescription) -> Option<St
         y: Axis::linear_around("Texture level [dB re 1e-6 m]", points.iter().map(|point| point.1)),
         series: vec![Series { name: "", points }],
     };
-    Some(plot.to_svg_vouched(|_, point| road.levels[point].valid))
+    Some(plot.to_svg_by_validity(|_, point| road.levels[point].valid))
 }
 
 /// A road in words and numbers.

@@ -30,7 +30,8 @@ impl Stored {
         if summary.outcome.steps == 0 {
             return Err(content("its command was not `tyrewave run`, or nothing was rolled".to_owned()));
         }
-        let sounds = summary.sound.iter().flat_map(|sound| &sound.receivers).filter_map(|heard| heard.audio.as_ref());
+        let sounds =
+            summary.sound.iter().flat_map(|sound| &sound.receivers).filter_map(|receiver| receiver.audio.as_ref());
         for name in summary.files.iter().chain(sounds.map(|audio| &audio.file)) {
             file(folder, name)?;
         }

@@ -31,9 +31,10 @@ impl StoredSweep {
     pub(crate) fn page(&self) -> Result<String, ReportError> {
         let found = |stored: &Stored| {
             let levels = stored.spectrum(FORCE_LEVEL, "").map_or_else(Vec::new, |spectrum| spectrum.levels.clone());
-            let heard = stored.spectra.iter().filter(|spectrum| spectrum.quantity == SOUND_LEVEL);
-            let heard: Vec<_> = heard.map(|spectrum| (spectrum.name.clone(), spectrum.levels.clone())).collect();
-            Done::new(true, levels, &heard, &json!(stored.summary))
+            let receiver_levels = stored.spectra.iter().filter(|spectrum| spectrum.quantity == SOUND_LEVEL);
+            let receiver_levels: Vec<_> =
+                receiver_levels.map(|spectrum| (spectrum.name.clone(), spectrum.levels.clone())).collect();
+            Done::new(true, levels, &receiver_levels, &json!(stored.summary))
         };
         let runs: Vec<(Label, Option<Done>)> =
             self.variants.iter().map(|(label, stored)| (label.clone(), stored.as_ref().map(found))).collect();
@@ -141,13 +142,13 @@ fn third_octaves(names: &[String], shown: &[Stored]) -> Result<Markup, ReportErr
 
 /// Players of all runs side by side, receiver by receiver, up to [`MOST_SOUND`].
 fn sounds(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
-    let (mut room, mut left, mut receivers) = (MOST_SOUND, Vec::new(), Vec::<(String, Vec<Markup>)>::new());
+    let (mut room, mut left_out, mut receivers) = (MOST_SOUND, Vec::new(), Vec::<(String, Vec<Markup>)>::new());
     for (name, stored) in names.iter().zip(shown) {
         for section in EFFECTS.into_iter().map(|effect| effect.sections(stored, shown)) {
             for block in section?.into_iter().flat_map(|section| section.blocks) {
                 let Block::Sound { words, file, bytes } = block else { continue };
                 if bytes.len() > room {
-                    left.push(format!("{}/{file} ({:.1} MB)", stored.name(), 1e-6 * bytes.len() as f64));
+                    left_out.push(format!("{}/{file} ({:.1} MB)", stored.name(), 1e-6 * bytes.len() as f64));
                     continue;
                 }
                 room -= bytes.len();
@@ -166,10 +167,10 @@ fn sounds(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
             h3 { (receiver) }
             dl.figures.players { @for player in players { (player) } }
         }
-        @if !left.is_empty() {
+        @if !left_out.is_empty() {
             p {
                 "A page holds " (MOST_SOUND >> 20) " MB of sound. These files stay in the folder of the sweep: "
-                (left.join(", ")) "."
+                (left_out.join(", ")) "."
             }
         }
     })

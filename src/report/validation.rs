@@ -10,7 +10,7 @@ use crate::results::table::{Report, Table, words};
 use crate::scene::NamedTexture;
 use crate::sound::TotalLevel;
 use crate::study::validation::{
-    Group, HeardRun, Measured, Missing, PUBLISHED_SPEEDS, Row, Summary, Verdict, summaries,
+    Group, Measured, Missing, PUBLISHED_SPEEDS, Row, Summary, ValidationRun, Verdict, summaries,
 };
 
 /// Lines of a Markdown file between which the section is placed.
@@ -110,7 +110,7 @@ pub(crate) fn report(title: &str, rows: &[Row]) -> Report {
 }
 
 /// A run as JSON, with bands, bound and error of its levels, and the passages of the maximum.
-fn run(run: &HeardRun) -> Value {
+fn run(run: &ValidationRun) -> Value {
     let mut record = json!(run);
     for (name, level) in [("coast_by", &run.coast_by), ("cpx", &run.cpx)] {
         let bands = level.as_ref().and_then(TotalLevel::covered);
@@ -308,7 +308,7 @@ mod tests {
         let band = |n: i32| BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level: 50.0, valid: true };
         let level = |error| Some(TotalLevel { error, ..TotalLevel::of((-16..=-11).map(band).collect()).unwrap() });
         let mut measured = nothing();
-        measured.runs.push(HeardRun {
+        measured.runs.push(ValidationRun {
             texture: NamedTexture::DenseAsphalt11,
             speed_kmh: 80.0,
             coast_by: level(Some(0.4)),

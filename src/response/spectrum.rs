@@ -163,7 +163,7 @@ impl PowerSpectrum {
             .map(|band| {
                 let mean_square = self.power_within(band.lower_edge()..band.upper_edge());
                 let level = 10.0 * (mean_square / (reference * reference)).log10();
-                let valid = band.is_vouched_for(self.valid_to);
+                let valid = band.is_valid_up_to(self.valid_to);
                 BandLevel { band, mean_square, level, valid }
             })
             .collect()

@@ -46,7 +46,7 @@ impl ThirdOctaveBand {
     }
 
     /// True for a band of a signal that is valid up to a frequency \[Hz\].
-    pub fn is_vouched_for(self, valid_to: f64) -> bool {
+    pub fn is_valid_up_to(self, valid_to: f64) -> bool {
         // Exact mid-frequencies lie up to half a percent above the nominal ones that people ask for.
         self.mid_frequency() <= 1.01 * valid_to
     }

@@ -319,8 +319,8 @@ impl ReceiverSummary {
         };
         if let Some(bands) = &self.bands {
             text.push_str(&format!(", {}", bands.text()));
-            if let Some(doubt) = bands.doubt() {
-                text.push_str(&format!(" ({doubt})"));
+            if let Some(why) = bands.lower_bound_reason() {
+                text.push_str(&format!(" ({why})"));
             }
         }
         if let Some(why) = &self.no_level_a_error {
@@ -410,7 +410,7 @@ mod tests {
 
     #[test]
     fn a_power_has_the_bound_and_the_error_of_its_level() {
-        let heard = ReceiverSummary {
+        let summary = ReceiverSummary {
             name: "hemisphere".to_owned(),
             points: 10,
             tyres: None,
@@ -428,7 +428,7 @@ mod tests {
             intensity: None,
             audio: None,
         };
-        let told = heard.text();
+        let told = summary.text();
         assert!(told.starts_with("at least 43.4 +- 0.4 dB(A)"), "{told}");
         assert!(told.ends_with("sound power at least 60.7 +- 0.4 dB(A)"), "{told}");
     }

@@ -20,10 +20,10 @@ pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid,error_db,\
                   slice_error_db";
-    let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid: vouched }| {
-        let valid = f64::from(u8::from(vouched));
+    let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid: is_valid }| {
+        let valid = f64::from(u8::from(is_valid));
         let edges = [band.lower_edge(), band.upper_edge()];
-        let known = [errors.numerical(band).filter(|_| vouched), errors.by_slices(band)];
+        let known = [errors.numerical(band).filter(|_| is_valid), errors.by_slices(band)];
         let [own, slices] = known.map(|error| error.unwrap_or(f64::NAN));
         let middle = band.mid_frequency();
         [band.nominal_frequency(), middle, edges[0], edges[1], mean_square, level, valid, own, slices]

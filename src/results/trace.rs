@@ -21,7 +21,7 @@ pub(crate) const FOLDED_HEAD: &str = "tyrewave;run";
 pub(crate) fn chrome_trace(trace: &Trace, title: &str) -> String {
     let thread = |row: Row| match row {
         Row::March => 1,
-        Row::Behind => 2,
+        Row::Background => 2,
     };
     let named = |row: Row, name: &str| {
         let tid = thread(row);
@@ -30,7 +30,7 @@ pub(crate) fn chrome_trace(trace: &Trace, title: &str) -> String {
     let mut events: Vec<Value> = vec![
         json!({ "name": "process_name", "ph": "M", "pid": 1, "args": { "name": format!("tyrewave: {title}") } }),
         named(Row::March, "run"),
-        named(Row::Behind, "behind the run"),
+        named(Row::Background, "behind the run"),
     ];
     // Outer spans before those within them, as readers expect.
     let mut spans: Vec<_> = trace.spans().iter().collect();

@@ -39,7 +39,7 @@ pub(crate) enum FileFault {
         "line {line}: {found:?}: every number with a comma has three digits behind it, which may be decimals or \
          thousands: export it with decimal points, and with nothing between thousands"
     )]
-    DoubtfulComma { line: u64, found: String },
+    AmbiguousComma { line: u64, found: String },
     #[error("no column {name:?}; the file has: {available}")]
     NoSuchColumn { name: String, available: String },
     /// Not a table of numbers, and nothing else that is read.

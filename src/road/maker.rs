@@ -203,17 +203,17 @@ mod tests {
         let expected: Vec<_> = (0..12).map(|number| here.take(chunk(number), &mut meter).unwrap()).collect();
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let (mut behind, mut begun) = (maker(6), 0);
+            let (mut ahead, mut begun) = (maker(6), 0);
             pool.install(|| {
                 for (number, expected) in expected.iter().enumerate() {
                     while number == 0 && begun < MOST_READY as i64 {
-                        if behind.is_free() {
-                            behind.begin(chunk(begun));
+                        if ahead.is_free() {
+                            ahead.begin(chunk(begun));
                             begun += 1;
                         }
                         rayon::yield_now();
                     }
-                    assert_eq!(&behind.take(chunk(number as i64), &mut meter).unwrap(), expected);
+                    assert_eq!(&ahead.take(chunk(number as i64), &mut meter).unwrap(), expected);
                 }
             });
         }
@@ -236,11 +236,11 @@ mod tests {
     fn an_error_waits_for_its_chunk_and_is_that_made_here() {
         let mut meter = Meter::default();
         let expected = maker(7).take(chunk(0), &mut meter).unwrap_err().to_string();
-        let mut behind = maker(7);
-        behind.begin(chunk(0));
-        while !behind.is_free() {
+        let mut ahead = maker(7);
+        ahead.begin(chunk(0));
+        while !ahead.is_free() {
             std::thread::yield_now();
         }
-        assert_eq!(behind.take(chunk(0), &mut meter).unwrap_err().to_string(), expected);
+        assert_eq!(ahead.take(chunk(0), &mut meter).unwrap_err().to_string(), expected);
     }
 }

@@ -73,7 +73,7 @@ impl ZoneMaker for CellContact<'_> {
 
     fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {
         let plan = self.plan;
-        let Window { told, margin, columns, at_rest, .. } = window;
+        let Window { output_window, margin, columns, at_rest, .. } = window;
         if matches!(plan.scene.rolling.axle, Axle::Mass { .. }) {
             let right = "an axle without a mass";
             let problem = self.loaded.complain("rolling.axle.mass", "no mass moves on cells yet", right);
@@ -84,7 +84,7 @@ impl ZoneMaker for CellContact<'_> {
             let (loaded, sums, tread, stop) = (self.loaded, &self.sums, &self.tread, self.stop);
             let contact = FrictionContact { loaded, plan, sums, tread, friction, stop };
             return Ok(Made {
-                march: contact.march(at_rest, (told, margin), meter, warnings)?,
+                march: contact.march(at_rest, (output_window, margin), meter, warnings)?,
                 form: SliceForm::Cells,
                 moving: None,
                 local_compliance: None,
@@ -104,7 +104,7 @@ impl ZoneMaker for CellContact<'_> {
             models.waves = Some((waves, beyond));
         }
         Ok(Made {
-            march: March::with_cells(told, zone, numerics.time_rule, plan.time_step),
+            march: March::with_cells(output_window, zone, numerics.time_rule, plan.time_step),
             form: SliceForm::Cells,
             moving: None,
             local_compliance: None,

@@ -57,7 +57,7 @@ impl FrictionContact<'_> {
     pub(super) fn march(
         &self,
         at_rest: StaticContact,
-        (told, margin): (Geometry, usize),
+        (output_window, margin): (Geometry, usize),
         meter: &mut Meter,
         warnings: &mut Vec<String>,
     ) -> Result<March, RunError> {
@@ -73,7 +73,7 @@ impl FrictionContact<'_> {
             }
         };
         let rolling = Rolling {
-            geometry: told.clone(),
+            geometry: output_window.clone(),
             margin,
             lateral: (0..grid.across).map(|j| grid.from_middle(j)).collect(),
             tread: tread.clone(),
@@ -85,14 +85,14 @@ impl FrictionContact<'_> {
             rule,
             time_step: *time_step,
         };
-        let window = told.columns + 2 * margin;
+        let window = output_window.columns + 2 * margin;
         let columns = window + rolling.ahead(window);
         let influence = meter.time(Stage::Influence, || sums.traction_instant(rate, columns));
         let past = self.past(columns, meter, warnings)?;
         let cells = grid.elements() * grid.across;
         let law = CellLaw::new(friction.coefficient(), scene.adhesion.clone(), *time_step, cells);
         let search = FrictionSearch::new(influence, plan.friction_tolerance());
-        Ok(March::with_friction(told, FrictionZone::new(rolling, past, search, law), rule, *time_step))
+        Ok(March::with_friction(output_window, FrictionZone::new(rolling, past, search, law), rule, *time_step))
     }
 
     /// Past of a window of `columns` columns.

@@ -81,32 +81,32 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let chord = Geometry::half_chord(*radius, deepest(&plan.decisions.axle, at_rest.indentation));
     let (mut surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
     warnings.extend(road_warnings(&surface, plan));
-    warnings.extend(zone.doubt(&surface));
+    warnings.extend(zone.law_warning(&surface));
     let excited = surface.report().highest_frequency(plan.speed);
     let slice_errors = plan.slice_errors_on(&surface);
     let mut notes: Vec<String> = plan.notes().collect();
     if let Some(errors) = &slice_errors {
-        let (told, missed) = plan.end_of_slices(errors);
-        if missed { &mut warnings } else { &mut notes }.push(told);
+        let (message, missed) = plan.end_of_slices(errors);
+        if missed { &mut warnings } else { &mut notes }.push(message);
     }
 
     // 3. The window, the voids' air, and the kernels of the contact.
     let reach = window_reach(&plan.decisions.axle, at_rest.indentation, surface.highest(), *radius, plan.element);
     let (numerics, around) = (&scene.numerics, plan.decisions.tyre.circumference);
-    let told = Geometry::new(around, numerics.elements, numerics.substeps, start, plan.reach * reach);
-    let margin = plan.window_margin(told.columns);
-    let sought = told.wider(margin);
-    let (first, columns) = (sought.first_element(0), sought.columns);
+    let output_window = Geometry::new(around, numerics.elements, numerics.substeps, start, plan.reach * reach);
+    let margin = plan.window_margin(output_window.columns);
+    let search_window = output_window.wider(margin);
+    let (first, columns) = (search_window.first_element(0), search_window.columns);
     let elements = surface
         .extent()
         .map(|(from, to)| ((from / plan.element - 1e-6).ceil() as i64, (to / plan.element + 1e-6).floor() as i64));
     let strip = RoadStrip::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
-    let reached = sought.first_element(plan.steps.saturating_sub(1)) + columns as i64;
+    let reached = search_window.first_element(plan.steps.saturating_sub(1)) + columns as i64;
 
     let standing = Standing { surface: &mut surface, elements, start, at_rest, reach };
     let gaps = meter.time(Stage::Axle, || zone.gaps(standing))?;
     notes.extend(closed(&gaps, 0.5 * at_rest.length));
-    let window = Window { told, margin, columns, surface: &surface, at_rest };
+    let window = Window { output_window, margin, columns, surface: &surface, at_rest };
     let Made { march, form, moving, local_compliance, models } = zone.make(window, meter, &mut warnings)?;
     let axle = match plan.decisions.axle {
         Axle::Indentation { indentation, .. } => AxleHeight::Fixed { indentation, ramp: plan.ramp_steps() },

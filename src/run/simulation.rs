@@ -14,8 +14,8 @@ use crate::contact::march::StepResult;
 use crate::counters::{Counter, Meter, Phase, Progress, Stage, Timing, Unwatched, Watch, Work};
 use crate::effects::RunError;
 use crate::effects::force::ForceObserver;
-use crate::effects::sound::{HeardSound, SoundObserver};
-use crate::effects::vibration::{HeardVibration, VibrationObserver};
+use crate::effects::sound::{SoundObserver, SoundResults};
+use crate::effects::vibration::{VibrationObserver, VibrationResults};
 use crate::effects::{Arrays, EFFECTS, EffectObserver, End, Found, KeptArray, Observer, Step, channels};
 use crate::plan::Plan;
 use crate::response::PowerSpectrum;
@@ -97,7 +97,7 @@ pub struct Results {
     /// Largest residuals of the contact conditions, relative to the largest force and displacement.
     pub(crate) residuals: Residuals,
     /// Sound at the receivers, where there are any and the run was long enough.
-    pub sound: Option<HeardSound>,
+    pub sound: Option<SoundResults>,
     /// Choices of the plan, and effects that it leaves out.
     pub notes: Vec<String>,
     /// Warnings that need the user's attention.
@@ -246,9 +246,9 @@ impl Simulation {
     }
 
     /// Velocities of the steps so far, if the scene asks for them and one of their segments is complete.
-    pub fn vibration(&mut self) -> Option<HeardVibration> {
+    pub fn vibration(&mut self) -> Option<VibrationResults> {
         let Self { observers, meter, .. } = self;
-        first_of::<VibrationObserver>(observers).and_then(|observer| observer.heard_so_far(meter))
+        first_of::<VibrationObserver>(observers).and_then(|observer| observer.results_so_far(meter))
     }
 
     /// Ends the run after any step.
@@ -258,7 +258,7 @@ impl Simulation {
         let (sound, spectrum) =
             (first_of::<SoundObserver>(&self.observers), first_of::<ForceObserver>(&self.observers));
         let (sound, spectrum) =
-            (sound.and_then(|sound| sound.heard().ok()), spectrum.and_then(ForceObserver::spectrum));
+            (sound.and_then(|sound| sound.results().ok()), spectrum.and_then(ForceObserver::spectrum));
         let Self { prepared, meter, .. } = self;
         let spectrum = spectrum.map(|spectrum| spectrum.valid_to(prepared.contact.force_valid_to()));
         Results {

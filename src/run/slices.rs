@@ -45,7 +45,7 @@ impl ZoneMaker for SliceContact<'_> {
         Ok((at_rest, bedding.scale))
     }
 
-    fn doubt(&self, surface: &RoadSurface) -> Option<String> {
+    fn law_warning(&self, surface: &RoadSurface) -> Option<String> {
         let asked = self.plan.decisions.slices.is_some();
         // A smooth road has no texture to resolve, and without a slice law none is asked for.
         let single = surface.lattice().cells() == 1 && !surface.is_smooth() && asked;
@@ -55,7 +55,7 @@ impl ZoneMaker for SliceContact<'_> {
     fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {
         let Self { loaded, plan, sum, bedding, stop } = self;
         let Plan { scene, field, .. } = plan;
-        let Window { told, columns, surface, at_rest, .. } = window;
+        let Window { output_window, columns, surface, at_rest, .. } = window;
         let (numerics, tyre) = (&scene.numerics, &plan.decisions.tyre);
         let pressed = pressed_road(plan, surface.lattice());
         let spring = pressed.as_ref().map(PressedRoad::spring);
@@ -89,7 +89,7 @@ impl ZoneMaker for SliceContact<'_> {
             .transpose()?;
         let law = spring.map_or_else(|| slice_law(plan, local_compliance), SliceLaw::Local);
         Ok(Made {
-            march: March::new(told, kernel, law, history, numerics, plan.time_step),
+            march: March::new(output_window, kernel, law, history, numerics, plan.time_step),
             form,
             moving,
             local_compliance,

@@ -13,11 +13,11 @@ use crate::road::maker::SliceForm;
 
 /// Window that a zone is made for.
 pub(super) struct Window<'a> {
-    /// Window of the elements whose forces are reported.
-    pub(super) told: Geometry,
-    /// Columns by which the window in which contact is sought is longer at either end.
+    /// Elements whose forces are reported.
+    pub(super) output_window: Geometry,
+    /// Columns by which the search window is longer at either end.
     pub(super) margin: usize,
-    /// Columns of the longer window.
+    /// Columns of the search window.
     pub(super) columns: usize,
     /// Opened road.
     pub(super) surface: &'a RoadSurface,
@@ -60,7 +60,7 @@ pub(super) trait ZoneMaker {
     fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError>;
 
     /// Warning if the road makes the zone's law pointless.
-    fn doubt(&self, _surface: &RoadSurface) -> Option<String> {
+    fn law_warning(&self, _surface: &RoadSurface) -> Option<String> {
         None
     }
 

@@ -269,23 +269,23 @@ fn stated(scene: &Scene, table: &Table<'_>) -> Option<()> {
 
 /// Refuses sound without a receiver, sound that an effect excludes, and impossible places; `None` after a complaint.
 fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
-    let heard = !scene.receivers.is_empty();
+    let has_receivers = !scene.receivers.is_empty();
     match scene.effects.radiation {
-        Switch::On if !heard => {
+        Switch::On if !has_receivers => {
             let right = "\"auto\", or a place to hear it: [[receiver]] with position = [x, y, z]";
             return table.complain("effects.radiation", Problem::new("there is no [[receiver]] to hear it", right));
         }
-        Switch::Off if heard => {
+        Switch::Off if has_receivers => {
             let wrong = "this asks for what effects.radiation = \"off\" leaves out";
             return table.complain("receiver", Problem::new(wrong, "leave it out, or effects.radiation = \"auto\""));
         }
         _ => {}
     }
-    if !heard && scene.radiation != Radiation::default() {
+    if !has_receivers && scene.radiation != Radiation::default() {
         let wrong = "there is no [[receiver]]: nothing of this would be computed";
         return table.complain("radiation", Problem::new(wrong, "add a [[receiver]], or leave this table out"));
     }
-    if !heard {
+    if !has_receivers {
         return Some(());
     }
     let (patch, radius) = (scene.radiation.patch_length.unwrap_or(0.0), scene.tyre.radius());

@@ -186,7 +186,7 @@ impl<'a> Complaints<'a> {
     }
 
     /// An empty collection for the same scene, whose complaints are not reported.
-    pub(super) fn unheard(&self) -> Self {
+    pub(super) fn unreported(&self) -> Self {
         Self::new(self.document, self.slack)
     }
 

@@ -125,8 +125,8 @@ impl<'a> Table<'a> {
     /// outer one if its value is wrong.
     pub(super) fn peek<K: Kind>(&self, key: &str, kind: &K) -> Option<Option<K::Output>> {
         let Some(value) = self.entries.get(key) else { return Some(None) };
-        let unheard = self.complaints.unheard();
-        kind.read(&Value { complaints: &unheard, key: join(&self.key, key), value: value.get_ref() }).map(Some)
+        let unreported = self.complaints.unreported();
+        kind.read(&Value { complaints: &unreported, key: join(&self.key, key), value: value.get_ref() }).map(Some)
     }
 
     /// True if a key within this table is in the file, as a path such as `layers[0].tension`.

@@ -51,13 +51,13 @@ mod tests {
     fn tones_within_a_band_stay_and_those_beyond_are_gone() {
         let rate = 48_000.0;
         let band = 22.4..2239.0;
-        for (frequency, left) in [(25.0, 1.0), (1000.0, 1.0), (2230.0, 1.0), (2300.0, 0.0), (5000.0, 0.0), (19.0, 0.0)]
+        for (frequency, gain) in [(25.0, 1.0), (1000.0, 1.0), (2230.0, 1.0), (2300.0, 0.0), (5000.0, 0.0), (19.0, 0.0)]
         {
             let tone: Vec<f64> = (0..60_000).map(|n| (TAU * frequency * f64::from(n) / rate).sin()).collect();
             let found = band_pass(&tone, rate, &band);
             assert_eq!(found.len(), tone.len());
             // Away from the ends, where the tone begins and ends.
-            let error = (20_000..40_000).map(|n| (found[n] - left * tone[n]).abs()).fold(0.0, f64::max);
+            let error = (20_000..40_000).map(|n| (found[n] - gain * tone[n]).abs()).fold(0.0, f64::max);
             assert!(error < 0.01, "{frequency} Hz: {error}");
         }
     }

@@ -54,7 +54,7 @@ impl CoveredBands {
     }
 
     /// Reason why the level is a lower bound, if it is.
-    pub(crate) fn doubt(&self) -> Option<String> {
+    pub(crate) fn lower_bound_reason(&self) -> Option<String> {
         self.lower_bound.then(|| match self.missing {
             Some(missing) => {
                 format!("a lower bound: by the slope of the last three bands those above add {missing:.1} dB")
@@ -116,11 +116,14 @@ mod tests {
             let missing = exact - energetic_sum(cut.iter().map(|band| band.level));
             assert!((covered.missing.unwrap() - missing).abs() < 1e-9, "{covered:?} for {missing}");
             assert_eq!((covered.text().as_str(), covered.lower_bound), (text, false));
-            assert_eq!(covered.doubt(), None);
+            assert_eq!(covered.lower_bound_reason(), None);
         }
         // Cut where it is loudest nothing is known of the rest.
         let cut = CoveredBands::of(&bands(0, noise)).unwrap();
-        assert!(cut.lower_bound && cut.missing.is_none() && cut.doubt().unwrap().contains("do not fall"), "{cut:?}");
+        assert!(
+            cut.lower_bound && cut.missing.is_none() && cut.lower_bound_reason().unwrap().contains("do not fall"),
+            "{cut:?}"
+        );
         // A gentle slope leaves more than half a decibel.
         let gentle = CoveredBands::of(&bands(0, |n| 70.0 - f64::from(n))).unwrap();
         let ratio = 10.0_f64.powf(-0.1);
@@ -129,11 +132,14 @@ mod tests {
         let exact = 10.0 * (1.0 + sum(above) / sum(below)).log10();
         assert!((gentle.missing.unwrap() - exact).abs() < 1e-9, "{gentle:?} for {exact}");
         let steep = CoveredBands::of(&bands(0, |n| 70.0 - 0.4 * f64::from(n))).unwrap();
-        assert!(steep.lower_bound && steep.doubt().unwrap().contains("slope of the last three bands"), "{steep:?}");
+        assert!(
+            steep.lower_bound && steep.lower_bound_reason().unwrap().contains("slope of the last three bands"),
+            "{steep:?}"
+        );
         // However steep they fall, bands below 1 kHz give no bound for those that a road excites above.
         let low = CoveredBands::of(&bands(-3, |n| 70.0 - 5.0 * f64::from(n))).unwrap();
         assert!(
-            low.lower_bound && low.missing.is_none() && low.doubt().unwrap().contains("ends below 1 kHz"),
+            low.lower_bound && low.missing.is_none() && low.lower_bound_reason().unwrap().contains("ends below 1 kHz"),
             "{low:?}"
         );
         assert_eq!(CoveredBands::of(&bands(-16, noise)).map(|of| of.lower_bound), Some(true), "one band has no slope");

@@ -72,7 +72,7 @@ impl SoundLevels {
 
     /// The same bands; the overall levels become sums over the valid bands alone.
     #[must_use]
-    pub fn vouched(self) -> Self {
+    pub fn over_valid_bands(self) -> Self {
         let overall = |bands: &[BandLevel]| level_of(bands.iter().filter(|band| band.valid));
         Self { overall: overall(&self.third_octaves), overall_a: overall(&self.a_weighted), ..self }
     }

@@ -196,32 +196,32 @@ impl PassBy {
     /// # Panics
     /// If there is no such receiver.
     pub(crate) fn needed(&self, receiver: usize) -> Range<i64> {
-        let heard = self.heard(receiver);
-        if heard.is_empty() {
+        let reached = self.reached(receiver);
+        if reached.is_empty() {
             return 0..0;
         }
         let reach = half_width() * self.ratio() + 1.0;
-        let first = self.position(receiver, heard.start) - reach;
-        let last = self.position(receiver, heard.end - 1) + reach;
+        let first = self.position(receiver, reached.start) - reach;
+        let last = self.position(receiver, reached.end - 1) + reach;
         first.floor() as i64..last.ceil() as i64 + 1
     }
 
-    /// Adds the contribution of one point to `heard`, the pressure at the microphone, of [`Self::samples`] samples.
+    /// Adds the contribution of one point to `sound`, the pressure at the microphone, of [`Self::samples`] samples.
     /// `excerpt` has the samples [`Self::needed`] of the point's pressure \[Pa\].
     ///
     /// # Errors
     /// [`PassByError::ExcerptLength`].
     ///
     /// # Panics
-    /// If there is no such receiver, or `heard` is too short.
-    pub(crate) fn add(&self, receiver: usize, excerpt: &[f64], heard: &mut [f64]) -> Result<(), PassByError> {
+    /// If there is no such receiver, or `sound` is too short.
+    pub(crate) fn add(&self, receiver: usize, excerpt: &[f64], sound: &mut [f64]) -> Result<(), PassByError> {
         let needed = self.needed(receiver);
         let length = (needed.end - needed.start) as usize;
         if excerpt.len() != length {
             return Err(PassByError::ExcerptLength { receiver, needed: length, given: excerpt.len() });
         }
         let mut weights = Vec::new();
-        for sample in self.heard(receiver) {
+        for sample in self.reached(receiver) {
             let instant = self.instant(sample);
             let (first, fades) = instant.stencil;
             let Some(fade) = receiver.checked_sub(first).and_then(|place| fades.get(place)) else {
@@ -229,7 +229,7 @@ impl PassBy {
             };
             let position = self.position(receiver, sample);
             let pressure = weighted(excerpt, needed.start, position, self.ratio(), &mut weights);
-            heard[sample] += fade * instant.gain * self.distances[receiver] * pressure;
+            sound[sample] += fade * instant.gain * self.distances[receiver] * pressure;
         }
         Ok(())
     }
@@ -242,11 +242,11 @@ impl PassBy {
         &self,
         mut pressure: impl FnMut(usize, Range<i64>) -> Vec<f64>,
     ) -> Result<Vec<f64>, PassByError> {
-        let mut heard = vec![0.0; self.samples];
+        let mut sound = vec![0.0; self.samples];
         for receiver in 0..self.distances.len() {
-            self.add(receiver, &pressure(receiver, self.needed(receiver)), &mut heard)?;
+            self.add(receiver, &pressure(receiver, self.needed(receiver)), &mut sound)?;
         }
-        Ok(heard)
+        Ok(sound)
     }
 
     /// Highest of the levels at the microphone, and its sample before it, while the tyre is no farther than
@@ -254,8 +254,8 @@ impl PassBy {
     /// without such a sample.
     pub(crate) fn highest(&self, levels: &[f64], half_length: f64) -> Option<(usize, f64)> {
         let within = |sample: &usize| self.place(*sample).abs() <= half_length * (1.0 + 1e-12);
-        let heard = (0..self.samples.min(levels.len())).filter(within).map(|sample| (sample, levels[sample]));
-        heard.max_by(|a, b| a.1.total_cmp(&b.1))
+        let within_length = (0..self.samples.min(levels.len())).filter(within).map(|sample| (sample, levels[sample]));
+        within_length.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Distance r travelled since the emission, and R, of the sound received at x \[m\].
@@ -278,7 +278,7 @@ impl PassBy {
     }
 
     /// Samples to which a point contributes, and one more at either end.
-    fn heard(&self, receiver: usize) -> Range<usize> {
+    fn reached(&self, receiver: usize) -> Range<usize> {
         let count = self.distances.len();
         let from = if receiver < STENCIL { 0 } else { receiver - 2 };
         let to = if receiver + STENCIL >= count { count } else { receiver + 2 };

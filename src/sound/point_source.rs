@@ -113,8 +113,8 @@ mod tests {
                 let mean = (0..steps).map(square).sum::<f64>() / f64::from(steps);
                 4.0 * PI * air().impedance() * power * mean
             };
-            let heard = |position: &Position| 0.8 * mean_square(*position, 0.01) + 0.2 * mean_square(*position, 0.3);
-            let mean = positions.iter().map(heard).sum::<f64>() / positions.len() as f64;
+            let received = |position: &Position| 0.8 * mean_square(*position, 0.01) + 0.2 * mean_square(*position, 0.3);
+            let mean = positions.iter().map(received).sum::<f64>() / positions.len() as f64;
             let found = PointSources::NORD2000.power_level(level(mean), band, &positions, &air());
             let exact = 10.0 * (power / 1e-12).log10();
             assert!((found - exact).abs() < 1e-4, "{}: {found} dB, given {exact} dB", band.label());

@@ -109,8 +109,8 @@ mod tests {
     fn what_the_lower_rate_cannot_carry_is_gone() {
         let signal = tone(0.6 * RATE, FILE_RATE, 48_000);
         let found = resample(&signal, FILE_RATE, RATE);
-        let left = found[40..found.len() - 40].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        assert!(left < 2e-5, "{left}");
+        let residual = found[40..found.len() - 40].iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+        assert!(residual < 2e-5, "{residual}");
     }
 
     #[test]

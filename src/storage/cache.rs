@@ -68,7 +68,7 @@ pub trait Cached: Serialize + DeserializeOwned {
     const KIND: Kind;
 
     /// True if a value that was read is valid, as all its numbers being finite.
-    fn is_sound(&self) -> bool;
+    fn is_valid(&self) -> bool;
 }
 
 /// Key of a value: SHA-256 over the version of its kind and all that it depends on, in JSON (numbers are written with
@@ -289,7 +289,7 @@ fn value<T: Cached>(mut body: Body, key: &[u8; 32]) -> Result<T, Unusable> {
     if body.take::<[u8; 32]>()? != *key {
         return Err(Unusable::Key);
     }
-    body.finish().and_then(|value: T| if value.is_sound() { Ok(value) } else { Err(Unusable::Damaged) })
+    body.finish().and_then(|value: T| if value.is_valid() { Ok(value) } else { Err(Unusable::Damaged) })
 }
 
 /// Limit \[bytes\] for entries that take `entries` bytes on a disk with `free` free ones, if those are known.
@@ -325,7 +325,7 @@ mod tests {
         const KIND: Kind =
             Kind { extension: "weather", format: Format { magic: b"TWAVEWTR", version: 2, name: "the weather" } };
 
-        fn is_sound(&self) -> bool {
+        fn is_valid(&self) -> bool {
             self.0.iter().all(|value| value.is_finite())
         }
     }
@@ -345,8 +345,8 @@ mod tests {
         assert_eq!(roomy.load(&[0; 32]).unwrap(), Some(Ok(Weather(vec![1.5; 100]))));
         let size = roomy.list(&[Weather::KIND]).unwrap()[0].bytes;
         Cache::at(folder.path().to_owned(), 3 * size).store(&[3; 32], &weather).unwrap();
-        let left = [0, 1, 2, 3].map(|name| roomy.load::<Weather>(&[name; 32]).unwrap().is_some());
-        assert_eq!(left, [true, false, true, true]);
+        let remain = [0, 1, 2, 3].map(|name| roomy.load::<Weather>(&[name; 32]).unwrap().is_some());
+        assert_eq!(remain, [true, false, true, true]);
         assert!(roomy.list(&[]).unwrap().iter().all(|entry| entry.usable.is_err()), "of no known kind");
         // A folder in the place of the first entry is no file to remove.
         fs::create_dir(folder.path().join("0".repeat(64))).unwrap();

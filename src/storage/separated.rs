@@ -115,7 +115,7 @@ impl<'a> Table<'a> {
 
     /// Returns the first number whose comma may part thousands as well as decimals, and its line, where all numbers
     /// with a comma are of this kind.
-    pub(crate) fn doubtful_comma(&self) -> Option<(u64, &str)> {
+    pub(crate) fn ambiguous_comma(&self) -> Option<(u64, &str)> {
         if !self.style.decimal_comma {
             return None;
         }
@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn commas_that_may_part_thousands_are_told_from_decimals() {
-        for (text, doubtful) in [
+        for (text, ambiguous) in [
             ("0;4,123\n1;-6,001\n", Some((1, "4,123"))),
             ("x;z\n\"1\";\"800\"\n\"2\";\"1,024\"\n", Some((3, "1,024"))),
             ("0;4,123\n1;0,001\n", None),
@@ -281,7 +281,7 @@ mod tests {
             ("0;1234,123\n1;6,001\n", None),
             ("0;4.123\n1;6.001\n", None),
         ] {
-            assert_eq!(Table::of(text.as_bytes()).doubtful_comma(), doubtful, "{text}");
+            assert_eq!(Table::of(text.as_bytes()).ambiguous_comma(), ambiguous, "{text}");
         }
     }
 

@@ -15,7 +15,7 @@ use std::collections::HashSet;
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
-use crate::contact::local_compliance::{DOUBTS, formula_for};
+use crate::contact::local_compliance::{UNCERTAINTY, formula_for};
 use crate::counters::{Progress, Stage};
 use crate::plan::decisions::Row;
 use crate::plan::{Forecast, Plan, UnitCosts};
@@ -84,7 +84,7 @@ fn beside_cells(scene: &Scene, effect: Effect) -> Option<String> {
 
 /// Contribution of one effect.
 #[derive(Clone)]
-pub(crate) struct Worth {
+pub(crate) struct Contribution {
     /// The switched row of the plan's table.
     pub effect: Effect,
     /// Runs with it alone, and with all but it; or why the scene cannot have it, or cannot be without it.
@@ -99,10 +99,10 @@ pub(crate) struct Comparison {
     /// With all that the scene can have.
     pub all: Trial,
     /// Each effect with its two runs.
-    pub effects: Vec<Worth>,
+    pub effects: Vec<Contribution>,
     /// All effects, with half and twice the compliance of the local law, and with each other motion of the air where
     /// there are receivers: the uncertainty of the model itself.
-    pub doubts: Vec<(String, Trial)>,
+    pub uncertainties: Vec<(String, Trial)>,
 }
 
 /// Forecasts of runs that follow one another.
@@ -168,8 +168,8 @@ pub(crate) fn compare(
         SliceCoupling::Explicit => None,
     };
     let airs = AIRS.into_iter().filter(|(air, _)| !complete.receivers.is_empty() && *air != complete.radiation.air);
-    let doubted: Vec<(String, Scene)> = {
-        let factors = DOUBTS.into_iter().filter_map(|(name, factor)| Some((name, factor * kappa?)));
+    let varied: Vec<(String, Scene)> = {
+        let factors = UNCERTAINTY.into_iter().filter_map(|(name, factor)| Some((name, factor * kappa?)));
         let compliances = factors.map(|(name, kappa)| {
             let mut scene = complete.clone();
             scene.contact.local_compliance = Some(kappa);
@@ -189,14 +189,14 @@ pub(crate) fn compare(
     planned.extend(possible_only().map(|effect| (named(Way::TakenAway, effect), with(&|other| !same(other, effect)))));
     planned.push(("none".to_owned(), with(&|_| false)));
     planned.extend(possible_only().map(|effect| (named(Way::Added, effect), with(&|other| same(other, effect)))));
-    planned.extend(doubted.iter().cloned());
+    planned.extend(varied.iter().cloned());
     let threads = rayon::current_num_threads();
     let mut forecasts = Forecasts { costs, threads, made: HashSet::new() };
     let expected: Vec<(String, f64)> =
         planned.into_iter().map(|(name, scene)| (name, forecasts.next(&scene))).collect();
     let seconds: f64 = expected.iter().map(|(_, seconds)| seconds).sum();
     progress.note(&format!("{} runs, about {seconds:.0} s on {threads} threads as planned", expected.len()));
-    let mut trials = Trials::shared(seconds, stop, progress).heard();
+    let mut trials = Trials::shared(seconds, stop, progress).with_sound();
     let mut roll = |name: &str, scene: &Scene| {
         let seconds = expected.iter().find(|(known, _)| known == name).map_or(0.0, |(_, seconds)| *seconds);
         trials.announce(name, seconds);
@@ -228,12 +228,12 @@ pub(crate) fn compare(
                 Ok([alone, without.clone()])
             }
         };
-        effects.push(Worth { effect, found });
+        effects.push(Contribution { effect, found });
     }
-    let rolled = doubted.into_iter().map(|(name, scene)| Ok((name.clone(), roll(&name, &scene)?)));
-    let doubts = rolled.collect::<Result<_, RunError>>()?;
+    let rolled = varied.into_iter().map(|(name, scene)| Ok((name.clone(), roll(&name, &scene)?)));
+    let uncertainties = rolled.collect::<Result<_, RunError>>()?;
     trials.finish();
-    Ok(Comparison { base, all, effects, doubts })
+    Ok(Comparison { base, all, effects, uncertainties })
 }
 
 /// Direction of a comparison.
@@ -270,26 +270,26 @@ impl Comparison {
     /// The effects that the scene can have, each with its run and the run that it is compared with.
     pub(crate) fn runs(&self, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
         let Self { base, all, effects, .. } = self;
-        let run = |worth| match worth {
-            &Worth { effect, found: Ok([ref alone, ref without]) } => Some(match way {
+        let run = |contribution| match contribution {
+            &Contribution { effect, found: Ok([ref alone, ref without]) } => Some(match way {
                 Way::Added => (effect, alone, base),
                 Way::TakenAway => (effect, without, all),
             }),
-            Worth { found: Err(_), .. } => None,
+            Contribution { found: Err(_), .. } => None,
         };
         effects.iter().filter_map(run).collect()
     }
 
     /// Every run with its name and the run that it is compared with, in the order of the tables.
     pub(crate) fn rolled(&self) -> Vec<(String, &Trial, Option<&Trial>)> {
-        let Self { base, all, doubts, .. } = self;
+        let Self { base, all, uncertainties, .. } = self;
         let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
         for way in Way::ALL {
             let name = |effect: Effect| format!("{} {}", way.sign(), effect.title);
             let runs = self.runs(way).into_iter();
             rolled.extend(runs.map(|(effect, found, reference)| (name(effect), found, Some(reference))));
         }
-        rolled.extend(doubts.iter().map(|(name, found)| (name.clone(), found, Some(all))));
+        rolled.extend(uncertainties.iter().map(|(name, found)| (name.clone(), found, Some(all))));
         rolled
     }
 
@@ -297,7 +297,7 @@ impl Comparison {
     pub(crate) fn csv(&self) -> String {
         let level = |band: &BandLevel| format!("level_db_re_1n_{}hz", band.band.nominal_frequency());
         let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"];
-        let receivers: Vec<String> = self.all.heard().into_iter().map(|(rated, _)| rated.name).collect();
+        let receivers: Vec<String> = self.all.receiver_levels().into_iter().map(|(rated, _)| rated.name).collect();
         let sounds = receivers.iter().flat_map(|name| {
             ["level_db_a", "level_error_db", "highest_hz", "lower_bound"].map(|column| format!("{column}_{name}"))
         });
@@ -310,10 +310,10 @@ impl Comparison {
             let mut cells = row([&name, &force, &length, &found.seconds, &memory, &valid]);
             cells.extend(RollingResistance::cells(found.resistance()));
             cells.extend(found.levels.iter().map(|band| band.level.to_string()));
-            let heard = found.heard();
+            let receiver_levels = found.receiver_levels();
             // Empty in a run without sound.
             cells.extend(receivers.iter().flat_map(|receiver| {
-                let rated = heard.iter().map(|(rated, _)| rated).find(|rated| rated.name == *receiver);
+                let rated = receiver_levels.iter().map(|(rated, _)| rated).find(|rated| rated.name == *receiver);
                 let level = rated.and_then(|rated| rated.level.as_ref());
                 let bands = level.and_then(TotalLevel::covered);
                 [

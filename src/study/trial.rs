@@ -92,10 +92,10 @@ impl Trial {
     }
 
     /// A-weighted levels at the receivers, by which runs are compared, and third octaves.
-    pub(crate) fn heard(&self) -> Vec<(RatedLevel, SoundLevels)> {
+    pub(crate) fn receiver_levels(&self) -> Vec<(RatedLevel, SoundLevels)> {
         let receivers = self.results.sound.iter().flat_map(|sound| sound.rated.iter().zip(&sound.receivers));
-        let levels = |heard: &ReceiverSpectrum| SoundLevels::of(&heard.spectrum, LOWEST_FREQUENCY..f64::INFINITY);
-        receivers.map(|(rated, heard)| (rated.clone(), levels(heard))).collect()
+        let levels = |receiver: &ReceiverSpectrum| SoundLevels::of(&receiver.spectrum, LOWEST_FREQUENCY..f64::INFINITY);
+        receivers.map(|(rated, receiver)| (rated.clone(), levels(receiver))).collect()
     }
 
     /// Planned memory on the present threads, without the process itself \[bytes\].
@@ -107,7 +107,7 @@ impl Trial {
 /// Rolls one variant after the other.
 pub(crate) struct Trials<'a> {
     /// True if the runs compute the sound at the receivers.
-    heard: bool,
+    with_sound: bool,
     stop: &'a AtomicBool,
     progress: &'a mut dyn Progress,
     /// Simulated time, or expected wall time of the runs so far \[s\].
@@ -129,14 +129,14 @@ impl<'a> Trials<'a> {
     /// Runs of about `time` \[s\] of simulated time in all.
     pub(crate) fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         progress.march(0, (time / UNIT) as u64, UNIT);
-        Self { heard: false, stop, progress, done: 0.0, shared: None }
+        Self { with_sound: false, stop, progress, done: 0.0, shared: None }
     }
 
     /// Runs that are expected to take about `all` \[s\] of wall time: progress is their share of it, see
     /// [`Self::announce`].
     pub(crate) fn shared(all: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         let shared = Shared { all, name: String::new(), seconds: 0.0 };
-        Self { heard: false, stop, progress, done: 0.0, shared: Some(shared) }
+        Self { with_sound: false, stop, progress, done: 0.0, shared: Some(shared) }
     }
 
     /// Announces what is rolled or prepared next, and the wall time that it is expected to take \[s\].
@@ -160,8 +160,8 @@ impl<'a> Trials<'a> {
 
     /// The same, with the sound at the receivers.
     #[must_use]
-    pub(crate) fn heard(self) -> Self {
-        Self { heard: true, ..self }
+    pub(crate) fn with_sound(self) -> Self {
+        Self { with_sound: true, ..self }
     }
 
     /// Rolls a variant to its end. The road is made on another thread where there is one; the march has its thread to
@@ -198,7 +198,7 @@ impl<'a> Trials<'a> {
         let loaded = LoadedScene::from_scene(scene, "variant")?;
         let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
-        let without: &[&str] = if self.heard { &[] } else { &["sound"] };
+        let without: &[&str] = if self.with_sound { &[] } else { &["sound"] };
         let meter = Meter::new(Watch::EVERY);
         let setup = Setup { stop: self.stop, meter, progress: &mut Unwatched, in_memory: true, without };
         let run = Simulation::prepare(&loaded, &plan, setup)?;

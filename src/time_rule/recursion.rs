@@ -309,13 +309,13 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
         [re, im]: [&mut State<E, S, P>; 2],
         steps: usize,
     ) {
-        let (mut square, mut left) = (maps.whole, steps);
-        while left > 0 {
-            if left % 2 == 1 {
+        let (mut square, mut remaining) = (maps.whole, steps);
+        while remaining > 0 {
+            if remaining % 2 == 1 {
                 (re.end, im.end) = (times::<E, _, _>(simd, square, re.end), times::<E, _, _>(simd, square, im.end));
             }
-            left /= 2;
-            if left > 0 {
+            remaining /= 2;
+            if remaining > 0 {
                 square = times::<E, _, _>(simd, square, square);
             }
         }

@@ -311,12 +311,12 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
         // Step 1 of the head, then steps 2 to 4 for each diagonal entry.
         let sampled: Vec<Matrix3> = line.points.iter().map(|&z| compliance(z + line.shift)).collect();
         let mut modes = Modes::default();
-        let mut doubtful = Vec::new();
+        let mut unconfirmed = Vec::new();
         for entry in 0..3 {
             let values: Vec<Complex64> = sampled.iter().map(|compliance| compliance[entry][entry]).collect();
             for (start, felt) in line.poles(&values)? {
                 let Some(pole) = polished(|s| compliance(s)[entry][entry], start) else {
-                    doubtful.extend(felt.then_some(start));
+                    unconfirmed.extend(felt.then_some(start));
                     continue;
                 };
                 if !line.rings(pole) {
@@ -330,8 +330,8 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
             }
         }
         // Another entry may have confirmed it.
-        doubtful.retain(|&start| !modes.confirmed.iter().any(|mode| same(mode.pole, start, LONGEST_WAY)));
-        modes.unconfirmed = doubtful.into_iter().map(|pole| (n, m, pole)).collect();
+        unconfirmed.retain(|&start| !modes.confirmed.iter().any(|mode| same(mode.pole, start, LONGEST_WAY)));
+        modes.unconfirmed = unconfirmed.into_iter().map(|pole| (n, m, pole)).collect();
         modes.confirmed.sort_by(|a, b| a.pole.im.total_cmp(&b.pole.im).then(a.motion.cmp(&b.motion)));
         modes.evaluations = evaluations.get();
         Ok(modes)

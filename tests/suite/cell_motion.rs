@@ -160,8 +160,8 @@ fn plans_count_what_cells_need_and_refuse_what_does_not_fit() {
     };
     // Odd waves of a plate, as far as the sums of the scene go; all of them put in power.
     let all = segments("lateral_tolerance = 1e-6");
-    assert_eq!((all.heard, all.carried), ((1..18).step_by(2).collect(), 18));
-    assert!(segments("").heard.len() < 9);
+    assert_eq!((all.in_mean, all.carried), ((1..18).step_by(2).collect(), 18));
+    assert!(segments("").in_mean.len() < 9);
 }
 
 #[test]

@@ -18,7 +18,7 @@ fn measured(loaded: &LoadedScene, highest: f64, reference: Option<(usize, usize)
         let worst = point.difference.worst;
         println!(
             "{:>9}: {worst:.2} dB found, {stated} dB stated, {:.2e} multiply-adds/s; doubt {:.2} dB",
-            point.label, point.cost.multiply_adds, found.doubt.worst
+            point.label, point.cost.multiply_adds, found.uncertainty.worst
         );
         assert!(worst <= stated, "{}: {worst}", point.label);
     }

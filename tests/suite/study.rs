@@ -44,7 +44,7 @@ fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
     let elements: Vec<f64> =
         knob("elements").points.iter().map(|point| point.difference.contact_length.abs()).collect();
     println!("elements: {elements:?}");
-    assert!(found.complete && found.doubt.worst > 0.0, "{:?}", found.doubt);
+    assert!(found.complete && found.uncertainty.worst > 0.0, "{:?}", found.uncertainty);
 
     // The front: rising work, falling error, nothing beats it, and nothing that is not on it is unbeaten.
     let on: Vec<(f64, f64)> = found.front.iter().map(Point::coordinates).collect();
@@ -98,13 +98,17 @@ fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
             && told.iter().any(|(_, doing)| doing.contains("pole tolerance"))
     );
     // No presets.
-    assert!(whole.doubt.worst > 0.0 && whole.named.len() == 1 && whole.knobs.iter().any(|knob| knob.points.len() == 1));
+    assert!(
+        whole.uncertainty.worst > 0.0
+            && whole.named.len() == 1
+            && whole.knobs.iter().any(|knob| knob.points.len() == 1)
+    );
 
     let (stopped, _) = until("the scene");
     let stopped = stopped.unwrap();
     assert!(!stopped.complete && stopped.named.is_empty() && stopped.points().count() == 0, "{:?}", stopped.named);
     assert_eq!(stopped.reference.cost.multiply_adds.to_bits(), whole.reference.cost.multiply_adds.to_bits());
-    assert_eq!(stopped.doubt, whole.doubt);
+    assert_eq!(stopped.uncertainty, whole.uncertainty);
     let (nothing, _) = until("reference");
     assert!(matches!(nothing, Err(RunError::Interrupted { kept: None })), "{nothing:?}");
 }
@@ -172,7 +176,7 @@ fn contact_over_cells_is_studied_with_its_own_knobs() {
     let knob = |name: &str| found.knobs.iter().find(|knob| knob.name == name);
     let cells = &knob("cells").unwrap().points;
     assert!(cells.len() == 3 && cells.iter().all(|point| point.difference.worst > 0.0), "{cells:?}");
-    assert!(knob("slice tolerance").is_none() && found.doubt.worst > 0.0);
+    assert!(knob("slice tolerance").is_none() && found.uncertainty.worst > 0.0);
     assert!(found.named.iter().all(|point| point.label == "the scene"));
 }
 

@@ -35,7 +35,7 @@ pub(super) struct BlockShares {
     /// C U^T R r.
     yields: Vec<f64>,
     /// r - U C U^T R r.
-    left: Vec<f32>,
+    without_blocks: Vec<f32>,
 }
 
 /// Factorised band matrices of ribs, one behind the other.
@@ -165,7 +165,7 @@ impl BlockShares {
 
     /// r - U C U^T R r on A: W times that is the preconditioned residual.
     pub(super) fn taken_off(&mut self, residual: &[f32]) -> &[f32] {
-        let Self { of_cell, rows, sums, factors, yields, ribs, left, .. } = self;
+        let Self { of_cell, rows, sums, factors, yields, ribs, without_blocks, .. } = self;
         sums.fill(0.0);
         for ((row, residual), &part) in rows.iter().zip(residual).zip(&*of_cell) {
             sums[part as usize] += f64::from(row * residual);
@@ -173,14 +173,12 @@ impl BlockShares {
         yields.clear();
         yields.extend(sums.iter().zip(&*factors).map(|(sum, factor)| sum * factor));
         ribs.apply(sums, yields);
-        left.clear();
+        without_blocks.clear();
         let own = residual.iter().zip(&*of_cell);
-        left.extend(own.map(
-            |(&residual, &part)| {
-                if residual.abs() > 0.0 { residual - yields[part as usize] as f32 } else { 0.0 }
-            },
-        ));
-        left
+        without_blocks.extend(own.map(|(&residual, &part)| {
+            if residual.abs() > 0.0 { residual - yields[part as usize] as f32 } else { 0.0 }
+        }));
+        without_blocks
     }
 }
 

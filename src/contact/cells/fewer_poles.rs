@@ -134,14 +134,14 @@ pub(super) fn fewer_poles(
     let targets: Vec<Vec<f64>> =
         [modes.residues, modes.odd].into_iter().filter(|residues| !residues.is_empty()).map(flat).collect();
     let products = columns.products(targets.first()?.len());
-    let mut left = Left::new(&products, &targets);
+    let mut residual = Residual::new(&products, &targets);
     let mut taken: Vec<usize> = Vec::new();
     let enough = (ROOT_MEAN_SQUARE * tolerance).powi(2) * columns.values.len() as f64;
     while taken.len() + 1 < modes.poles.len() {
-        let pole = left.best(&columns.places, &taken)?;
-        columns.places[pole].iter().for_each(|&place| left.take(place));
+        let pole = residual.best(&columns.places, &taken)?;
+        columns.places[pole].iter().for_each(|&place| residual.take(place));
         taken.push(pole);
-        if left.square > enough {
+        if residual.square > enough {
             continue;
         }
         let places: Vec<usize> = taken.iter().flat_map(|&pole| columns.places[pole].iter().copied()).collect();
@@ -169,7 +169,7 @@ pub(super) fn fewer_poles(
 }
 
 /// Remainder that the unknowns taken so far do not explain: Schur complements.
-struct Left {
+struct Residual {
     products: Vec<Vec<f64>>,
     /// Squares of the columns at the beginning.
     squares: Vec<f64>,
@@ -179,7 +179,7 @@ struct Left {
     square: f64,
 }
 
-impl Left {
+impl Residual {
     fn new(products: &[Vec<f64>], targets: &[Vec<f64>]) -> Self {
         let times = |target: &Vec<f64>| products.iter().map(|row| dot(row, target)).collect::<Vec<f64>>();
         let right: Vec<Vec<f64>> = targets.iter().map(times).collect();

@@ -31,7 +31,7 @@ pub(super) struct Progress {
     /// Forces that were cut.
     pub cuts: u64,
     /// How far the conditions are missed, as far as single precision can resolve \[m\].
-    pub left: f32,
+    pub residual: f32,
 }
 
 /// Scratch of the method; whole vectors of cells, zeros behind the last one.
@@ -233,8 +233,8 @@ impl Gradients {
         let count = forces.len();
         self.forces[..count].copy_from_slice(forces);
         loop {
-            progress.left = self.pass(Pass::Residual)[0];
-            if progress.iterations == most || progress.left <= goal {
+            progress.residual = self.pass(Pass::Residual)[0];
+            if progress.iterations == most || progress.residual <= goal {
                 break;
             }
             if let (0, Some(shares), Some(blocks)) = (progress.iterations, &mut self.blocks, cells.blocks()) {
@@ -274,8 +274,8 @@ impl Gradients {
     /// Computes z, also off A.
     fn precondition(&mut self, count: usize) {
         let (residual, z) = (&self.residual[..count], &mut self.preconditioned[..count]);
-        let left = self.blocks.as_mut().map_or(residual, |blocks| blocks.taken_off(residual));
-        self.filter.apply(left, z);
+        let own = self.blocks.as_mut().map_or(residual, |blocks| blocks.taken_off(residual));
+        self.filter.apply(own, z);
     }
 
     /// Corrects u for the cuts: a few one by one, many by a product.

@@ -5,7 +5,7 @@
 //! - [`search`]: which cells touch, and with which forces.
 //!
 //! - [`wave_transform`]: between cells and waves; [`component_transforms`]: of tractions;
-//! - [`past`]: displacements by past forces, by poles, most of it found behind the march (`waves`, `short_ring`);
+//! - [`past`]: displacements by past forces, by poles, most of it found in the background (`waves`, `short_ring`);
 //!   [`direct`]: as sums, the reference;
 //! - [`resting`]: contact at rest; [`gaps`]: gaps under a tyre that stands on a road;
 //! - [`zone`]: one instant, from the past to the forces.

@@ -1,4 +1,4 @@
-//! The past of cells carried by poles: one recursion for each pole of each wave, block by block, behind the march.
+//! The past of cells carried by poles: one recursion for each pole of each wave, block by block, in the background.
 //!
 //! Poles and states of all waves do not fit into a processor's nearest memory. They are gone through once in a *block*
 //! of [`STEPS`] steps, a part of them at each instant, and another thread, if there is one, does so while the march
@@ -41,7 +41,7 @@ struct Ring<N: WaveNumber> {
 
 /// Waves of all rings and their past, in single or double precision.
 pub struct WavePast<N: WaveNumber = f64> {
-    /// Ring by ring; `None`: a short one, which is behind the march except for the last forces' displacements.
+    /// Ring by ring; `None`: a short one, which is in the background except for the last forces' displacements.
     rings: Vec<Option<Ring<N>>>,
     /// Effect of the last forces on all short rings.
     next: Option<NextInstant<N>>,

@@ -179,7 +179,7 @@ impl<N: WaveNumber> RingWaves<N> {
         arch.dispatch(Weighted { sums, within, turning, forces, instants, stages, turned, now, earlier, both });
     }
 
-    /// Does the work behind the march at an instant: a part of the pass, and the sum for the next instant.
+    /// Does the work in the background at an instant: a part of the pass, and the sum for the next instant.
     pub(super) fn go_on<R: Recursion>(&mut self, instant: usize, recursion: R) {
         let Self { groups, precise, instants, forces, foretold, turned, remembered, earliest, arch, .. } = self;
         let (instants, turned, size) = (*instants, *turned, tile::<N>());
@@ -438,14 +438,14 @@ impl<N: Element> Weighted<'_, N> {
             // Four forces at a time, so that sums are read and written a fourth as often.
             let mut number = self.earlier.start;
             while number < self.earlier.end {
-                let left = self.earlier.end - number;
-                match (left >= 4, turns) {
+                let remaining = self.earlier.end - number;
+                match (remaining >= 4, turns) {
                     (true, true) => self.add_forces::<S, INSTANTS, 4, true>(simd, sums, own, forces, number),
                     (true, false) => self.add_forces::<S, INSTANTS, 4, false>(simd, sums, own, forces, number),
                     (false, true) => self.add_forces::<S, INSTANTS, 1, true>(simd, sums, own, forces, number),
                     (false, false) => self.add_forces::<S, INSTANTS, 1, false>(simd, sums, own, forces, number),
                 }
-                number += if left >= 4 { 4 } else { 1 };
+                number += if remaining >= 4 { 4 } else { 1 };
             }
         }
     }

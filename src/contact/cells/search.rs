@@ -44,7 +44,7 @@ pub struct CellResiduals {
 /// Work of a search over all instants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct CellCounts {
-    /// Instants at which forces were sought.
+    /// Instants at which forces were searched for.
     pub solves: u64,
     /// Iterations.
     pub iterations: u64,
@@ -252,13 +252,13 @@ impl CellSearch {
             self.counts.iterations += done.iterations;
             self.counts.single_products += done.products;
             self.counts.cuts += done.cuts;
-            if self.is_single() && done.left <= goal_now && self.is_clear_beyond(&part, forces) {
-                return self.end_on(part, f64::from(done.left) / largest);
+            if self.is_single() && done.residual <= goal_now && self.is_clear_beyond(&part, forces) {
+                return self.end_on(part, f64::from(done.residual) / largest);
             }
             // 2. u = G F everywhere; a longer part where the conditions are missed beyond it.
             let residuals = self.displace(forces, largest);
-            let left = residuals.penetration.max(residuals.complementarity);
-            if left <= self.tolerance {
+            let residual = residuals.penetration.max(residuals.complementarity);
+            if residual <= self.tolerance {
                 return residuals;
             }
             let (d, u) = (&self.required, &self.displacement);
@@ -270,13 +270,13 @@ impl CellSearch {
                 self.cells.look_at(part.start);
             }
             // 3. Too slow even in a fresh direction: the method that always ends.
-            let is_slow = left > 0.5 * missing;
-            if is_same && is_slow && is_fresh || left.is_nan() {
+            let is_slow = residual > 0.5 * missing;
+            if is_same && is_slow && is_fresh || residual.is_nan() {
                 return self.prove(forces, largest);
             }
             is_fresh = !is_same || is_slow;
-            missing = left;
-            goal = least.max(DIGITS * left);
+            missing = residual;
+            goal = least.max(DIGITS * residual);
             let (d, u) = (&self.required[part.clone()], &self.displacement[part.clone()]);
             self.gradients.go_on(d, u, is_fresh);
         }

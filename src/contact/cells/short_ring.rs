@@ -1,8 +1,8 @@
-//! Waves of a ring shorter than the tyre, between cells and waves behind the march.
+//! Waves of a ring shorter than the tyre, between cells and waves in the background.
 //!
 //! Short waves are damped out within a few elements, so they are seen from a part of the window that goes with the
 //! contact. The displacements by the last forces, all that the march has to wait for, come from a product between
-//! cells ([`NextInstant`]); those by earlier forces are brought to cells behind the march ([`ShortRing`]).
+//! cells ([`NextInstant`]); those by earlier forces are brought to cells in the background ([`ShortRing`]).
 
 use num_complex::Complex;
 
@@ -111,7 +111,7 @@ impl<N: WaveNumber> NextInstant<N> {
     }
 }
 
-/// The ring behind the march.
+/// The ring in the background.
 pub(super) struct ShortRing<N: WaveNumber> {
     transform: WaveTransform<N>,
     spectrum: Vec<Complex<N>>,

@@ -227,17 +227,17 @@ impl<R: Element> Pass<R> {
 impl<R: Element> Transform<R> {
     /// Plans a length. The factor that remains without 2, 3 and 5 is one pass, whose work grows with its square.
     pub(super) fn new(length: usize) -> Self {
-        let (mut left, mut stride, mut passes) = (length, 1, Vec::new());
-        while left > 1 {
-            let planned = RADICES.into_iter().find(|radix| left.is_multiple_of(*radix));
-            let radix = planned.unwrap_or(left);
-            let factors = left / radix;
+        let (mut remaining, mut stride, mut passes) = (length, 1, Vec::new());
+        while remaining > 1 {
+            let planned = RADICES.into_iter().find(|radix| remaining.is_multiple_of(*radix));
+            let radix = planned.unwrap_or(remaining);
+            let factors = remaining / radix;
             let twiddles = match planned {
-                Some(radix) => (1..factors).flat_map(|p| (1..radix).map(move |k| unit(p * k, left))).collect(),
+                Some(radix) => (1..factors).flat_map(|p| (1..radix).map(move |k| unit(p * k, remaining))).collect(),
                 None => (0..radix).map(|k| unit(k, radix)).collect(),
             };
             passes.push(Pass { radix, factors, stride, twiddles });
-            left = factors;
+            remaining = factors;
             stride *= radix;
         }
         Self { length, passes }

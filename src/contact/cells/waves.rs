@@ -1,4 +1,4 @@
-//! Work behind the march: displacements by the past at the coming instant, ring by ring.
+//! Work in the background: displacements by the past at the coming instant, ring by ring.
 
 use super::ring_waves::RingWaves;
 use super::short_ring::ShortRing;
@@ -20,13 +20,13 @@ pub(super) struct Waves<N: WaveNumber> {
     /// Clock of processor time in addition to wall time, if there is one, and times of the last part.
     cpu: Option<CpuClock>,
     spent: Spent,
-    /// True if the last part ran behind the march.
-    behind: bool,
+    /// True if the last part ran in the background.
+    in_background: bool,
 }
 
 impl<N: WaveNumber> Waves<N> {
     pub(super) fn new(rings: Vec<(RingWaves<N>, Option<ShortRing<N>>)>, rule: TimeRule) -> Self {
-        Self { rings, rule, instant: 0, last: None, cpu: None, spent: Spent::default(), behind: false }
+        Self { rings, rule, instant: 0, last: None, cpu: None, spent: Spent::default(), in_background: false }
     }
 
     /// Sets what is to be done while the march is at an instant of the block; `last` is the previous instant.
@@ -36,15 +36,15 @@ impl<N: WaveNumber> Waves<N> {
 
     /// Reports the time of the last part where it ran in the background; within the march it is measured there.
     pub(super) fn report(&self, meter: &mut Meter) {
-        if self.behind {
+        if self.in_background {
             meter.add_background(Stage::History, self.spent.wall);
         }
     }
 }
 
 impl<N: WaveNumber> Task for Waves<N> {
-    fn carry_out(&mut self, behind: bool) {
-        self.behind = behind;
+    fn carry_out(&mut self, in_background: bool) {
+        self.in_background = in_background;
         let mut clock = Clock::start(self.cpu);
         self.rule.with_recursion(GoOn(self));
         self.spent = clock.lap();

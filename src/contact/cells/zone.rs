@@ -68,7 +68,7 @@ impl CellZone {
     }
 
     /// Cells that are reported, among those of the window.
-    fn told(&self) -> Range<usize> {
+    fn output_cells(&self) -> Range<usize> {
         let outside = self.margin * self.across;
         outside..self.forces.len() - outside
     }
@@ -79,7 +79,7 @@ impl Zone for CellZone {
         &mut self,
         at: Instant<'_>,
         road: &RoadStrip,
-        mut told: StageMut<'_>,
+        mut output: StageMut<'_>,
         meter: &mut Meter,
     ) -> Result<Solved, ContactError> {
         let Instant { step, stage, first_element, indentation, rises } = at;
@@ -129,7 +129,7 @@ impl Zone for CellZone {
         let is_seen = self.past.push(stage, first_element, self.forces.as_chunks().0);
         meter.lap(&mut laps, Stage::History);
         let (old, u) = (&self.old, self.search.displacement());
-        told.write(self.told(), self.across, &self.forces, &self.required, |cell| old[cell] + u[cell]);
+        output.write(self.output_cells(), self.across, &self.forces, &self.required, |cell| old[cell] + u[cell]);
         let is_touched = |column: Option<&[f64]>| column.is_some_and(|cells| cells.iter().any(|&force| force > 0.0));
         let mut columns = self.forces.chunks_exact(self.across);
         let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back()) || !is_seen;
@@ -138,8 +138,8 @@ impl Zone for CellZone {
             penetration: relative.penetration * largest_displacement,
             complementarity: relative.complementarity * largest_displacement * largest_force,
         };
-        let is_sound = self.required.iter().fold(true, |sound, required| sound & !required.is_nan());
-        Ok(Solved { residuals, largest_force, largest_displacement, is_sound, is_at_end })
+        let has_no_nan = self.required.iter().fold(true, |none, required| none & !required.is_nan());
+        Ok(Solved { residuals, largest_force, largest_displacement, has_no_nan, is_at_end })
     }
 
     fn across(&self) -> usize {

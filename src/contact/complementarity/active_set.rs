@@ -43,7 +43,7 @@ const SWEEPS: usize = 2;
 /// Corrections that a tyre that turns is expected to take at a tolerance of 1e-12, beyond the first solution.
 pub(super) const CORRECTIONS: f64 = 3.0;
 
-/// Expected work of a search for the forces, for each instant at which they are sought.
+/// Expected work of a search for the forces, for each instant of the search.
 #[derive(Clone, Copy, Debug)]
 pub struct ExpectedSearch {
     /// Points in contact to be visited.
@@ -338,8 +338,8 @@ struct Prescribed {
 
 impl OwnForce for Prescribed {
     #[inline(always)]
-    fn force(&mut self, _: usize, force: f64, left: f64) -> f64 {
-        (force + left * self.own).max(0.0)
+    fn force(&mut self, _: usize, force: f64, residual: f64) -> f64 {
+        (force + residual * self.own).max(0.0)
     }
 }
 

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::ldlt::{Ldlt, Singular, finite};
 use super::neighbour_set::{MOST_DIFFERENT, NeighbourSet};
 use super::pattern_index::PatternIndex;
-use super::tiles::{LINE, room};
+use super::tiles::{LINE, packed_length};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Aligned;
 use crate::storage::state::{StateError, StateStream, Value, ensure};
@@ -117,7 +117,7 @@ impl FactorCache {
             hand: 0,
             pattern: vec![0; words],
             values: Aligned::new(stride * (1 + MOST_DIFFERENT)),
-            small: Aligned::new(SMALL + room(MOST_DIFFERENT)),
+            small: Aligned::new(SMALL + packed_length(MOST_DIFFERENT)),
             neighbour: NeighbourSet::new(points),
             last: (0, false),
             solver: Ldlt::new(points.max(MOST_DIFFERENT)),
@@ -191,7 +191,7 @@ impl FactorCache {
         let entries = (rows * rows * columns) as u64;
         self.work += Work { multiply_adds: entries, bytes: 8 * (rows * rows) as u64 };
         let Sizes { points: most, stride, .. } = self.sizes;
-        let factor = self.factors.part(slot * stride * most, room(rows));
+        let factor = self.factors.part(slot * stride * most, packed_length(rows));
         self.solver.solve(factor, self.values.part(0, stride * columns), stride, rows)
     }
 
@@ -207,7 +207,7 @@ impl FactorCache {
         self.neighbour.right_sides(points, influence, values, stride, self.values.part(0, stride * columns));
         self.solve_kept(slot, self.neighbour.kept_points(), columns)?;
         let z = (&*self.values.part(0, stride * columns), stride);
-        let (right, matrix) = self.small.part(0, SMALL + room(size)).split_at_mut(SMALL);
+        let (right, matrix) = self.small.part(0, SMALL + packed_length(size)).split_at_mut(SMALL);
         self.neighbour.system(points, influence, values, z, matrix, right);
         self.solver.factorise(matrix, size)?;
         self.solver.solve(matrix, right, SMALL, size)?;
@@ -231,7 +231,7 @@ impl FactorCache {
         self.neighbour.right_side(values, self.values.part(0, stride));
         self.solve_kept(slot, self.neighbour.kept_points(), 1)?;
         let z = (&*self.values.part(0, stride * (1 + size)), stride);
-        let (right, matrix) = self.small.part(0, SMALL + room(size)).split_at_mut(SMALL);
+        let (right, matrix) = self.small.part(0, SMALL + packed_length(size)).split_at_mut(SMALL);
         self.neighbour.system_right(points, influence, values, z, right);
         self.solver.solve(matrix, right, SMALL, size)?;
         self.neighbour.forces(z, right, values);
@@ -282,7 +282,7 @@ impl FactorCache {
         let mut laps = meter.laps();
         let rows = points.len();
         let Sizes { points: most, stride, .. } = self.sizes;
-        let factor = self.factors.part(slot * stride * most, room(rows));
+        let factor = self.factors.part(slot * stride * most, packed_length(rows));
         self.solver.assemble(points, influence, factor);
         let done = self.solver.factorise(factor, rows);
         self.counts.factorisations += 1;

@@ -6,7 +6,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::tiles::{Assembly, LINE, first_column, room};
+use super::tiles::{Assembly, LINE, first_column, packed_length};
 use crate::numeric::Aligned;
 
 /// Columns that are done together; a divisor of a tile's rows.
@@ -62,7 +62,7 @@ impl Ldlt {
             return Ok(());
         }
         let factors = self.scratch.part(0, (PANEL + 1) * rows.next_multiple_of(LINE));
-        self.arch.dispatch(ByPanels { matrix: &mut matrix[..room(rows)], factors, rows, band })
+        self.arch.dispatch(ByPanels { matrix: &mut matrix[..packed_length(rows)], factors, rows, band })
     }
 
     /// Solves in place with such factors; right sides stand `stride` apart, whole lines.
@@ -94,7 +94,7 @@ impl Ldlt {
         if rows == 0 {
             return Ok(());
         }
-        let (padded, factor) = (rows.next_multiple_of(LINE), &factor[..room(rows)]);
+        let (padded, factor) = (rows.next_multiple_of(LINE), &factor[..packed_length(rows)]);
         for right in right_sides.chunks_exact_mut(stride) {
             let right = &mut right[..padded];
             right[rows..].fill(0.0);

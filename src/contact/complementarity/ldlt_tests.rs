@@ -11,8 +11,8 @@ fn entry(i: usize, j: usize) -> f64 {
 #[test]
 fn factors_make_the_matrix_and_solve() {
     for rows in [1_usize, 2, 4, 7, 8, 9, 31, 33, 64, 100] {
-        let mut matrix = Aligned::new(room(rows));
-        let matrix = matrix.part(0, room(rows));
+        let mut matrix = Aligned::new(packed_length(rows));
+        let matrix = matrix.part(0, packed_length(rows));
         assemble_entries(rows, entry, matrix);
         let mut solver = Ldlt::new(rows);
         solver.factorise(matrix, rows).unwrap();
@@ -45,7 +45,7 @@ fn processors_with_narrow_vectors_factorise_and_solve_alike() {
     {
         let padded = rows.next_multiple_of(LINE);
         let solved = |narrow: Option<Narrow>| {
-            let (mut matrix, mut right) = (vec![0.0; room(rows)], vec![1.0; padded]);
+            let (mut matrix, mut right) = (vec![0.0; packed_length(rows)], vec![1.0; padded]);
             assemble_entries(rows, entry, &mut matrix);
             let (mut factors, mut sums) = (vec![0.0; (PANEL + 1) * padded], vec![0.0; LINE * rows]);
             let panels = ByPanels { matrix: &mut matrix, factors: &mut factors, rows, band };
@@ -72,7 +72,8 @@ fn a_band_is_factorised_and_solved_as_the_whole_matrix_with_zeros_beside_it() {
         let own: Vec<f64> = (0..rows).map(|i| 0.1 * (1 + i % 5) as f64).collect();
         let points: Vec<usize> = (0..rows).collect();
         let padded = rows.next_multiple_of(LINE);
-        let (mut whole, mut part, mut solver) = (vec![0.0; room(rows)], vec![f64::NAN; room(rows)], Ldlt::new(rows));
+        let (mut whole, mut part, mut solver) =
+            (vec![0.0; packed_length(rows)], vec![f64::NAN; packed_length(rows)], Ldlt::new(rows));
         assemble_entries(rows, within, &mut whole);
         solver.assemble_band(&points, &influence, &mut part, band);
         add_to_diagonal(&mut part, &own);
@@ -115,7 +116,7 @@ fn points_with_gaps_are_assembled_over_whatever_lay_there() {
     let points: Vec<usize> = runs.into_iter().flatten().collect();
     let rows = points.len();
     let own: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64).collect();
-    let (mut made, mut expected) = (vec![f64::NAN; room(rows)], vec![f64::NAN; room(rows)]);
+    let (mut made, mut expected) = (vec![f64::NAN; packed_length(rows)], vec![f64::NAN; packed_length(rows)]);
     let mut solver = Ldlt::new(rows);
     solver.assemble(&points, &influence, &mut made);
     add_to_diagonal(&mut made, &own);
@@ -133,7 +134,7 @@ fn points_with_gaps_are_assembled_over_whatever_lay_there() {
 
 #[test]
 fn a_singular_matrix_is_named() {
-    let mut matrix = vec![0.0; room(2)];
+    let mut matrix = vec![0.0; packed_length(2)];
     assemble_entries(2, |_, _| 1.0, &mut matrix);
     assert_eq!(Ldlt::new(2).factorise(&mut matrix, 2), Err(Singular));
 }

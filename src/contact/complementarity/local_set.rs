@@ -58,7 +58,7 @@ use super::ldlt::Ldlt;
 use super::pieces::{HeldPiece, LocalSlice};
 use super::residue::Residue;
 use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface, move_on};
-use super::tiles::{LINE, add_to_diagonal, room};
+use super::tiles::{LINE, add_to_diagonal, packed_length};
 use super::unsolved::Unsolved;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{Aligned, largest_or_zero};
@@ -114,7 +114,7 @@ pub(crate) struct LocalSet {
     /// c (1/s_i - 1) of the points \[m/N\].
     own: Vec<f64>,
     /// (S(v) - c F)/s of the points \[m\].
-    left: Vec<f64>,
+    residual: Vec<f64>,
     /// Blocks of columns of a band of the matrix that serves in place of the whole.
     band: usize,
     matrix: Aligned,
@@ -159,9 +159,9 @@ impl LocalSet {
             points: Vec::with_capacity(columns),
             next_points: Vec::with_capacity(columns),
             own: Vec::with_capacity(columns),
-            left: Vec::with_capacity(columns),
+            residual: Vec::with_capacity(columns),
             band,
-            matrix: Aligned::new(room(columns)),
+            matrix: Aligned::new(packed_length(columns)),
             right: Aligned::new(columns.next_multiple_of(LINE)),
             solver: Ldlt::new(columns),
         }
@@ -265,8 +265,8 @@ impl LocalSet {
             if patience.is_some() && wrong < lowest {
                 lowest = wrong;
                 patience = self.patience;
-            } else if let Some(left) = patience.and_then(|patience| patience.checked_sub(1)) {
-                patience = Some(left);
+            } else if let Some(tries) = patience.and_then(|patience| patience.checked_sub(1)) {
+                patience = Some(tries);
             } else if rounds < MOST_ROUNDS {
                 self.surface.displace_estimate();
                 self.sweep(slices, y, 4 << rounds, true);
@@ -309,9 +309,9 @@ impl LocalSet {
         let (own, law) = (surface.influence[0], *law);
         points.clear();
         let alone = SliceAlone { own, law, slices, pieces: &mut *pieces };
-        let (forces, left) = surface.sweep(alone, sweeps, y, reach.clone(), lagged);
-        for (column, (left, force)) in reach.clone().zip(left.iter().zip(forces)) {
-            let v = left + self.compliance * force;
+        let (forces, residual) = surface.sweep(alone, sweeps, y, reach.clone(), lagged);
+        for (column, (residual, force)) in reach.clone().zip(residual.iter().zip(forces)) {
+            let v = residual + self.compliance * force;
             if v > 0.0 && pieces[column].go_to(v, law, || slices.get(column)) {
                 points.push(column);
             }
@@ -384,13 +384,13 @@ impl LocalSet {
                 break;
             }
             let stride = rows.next_multiple_of(LINE);
-            let (matrix, right) = (self.matrix.part(0, room(rows)), self.right.part(0, stride));
-            right[..rows].copy_from_slice(&self.left);
+            let (matrix, right) = (self.matrix.part(0, packed_length(rows)), self.right.part(0, stride));
+            right[..rows].copy_from_slice(&self.residual);
             self.solver.solve_band(matrix, right, stride, rows, band)?;
             let entries = band_entries(rows, band);
             self.surface.counts.work += Work { multiply_adds: 2 * entries, bytes: 8 * entries };
             solves += 1;
-            if residue.stalls(right.iter().zip(&self.left).map(|(change, left)| change * left).sum()) {
+            if residue.stalls(right.iter().zip(&self.residual).map(|(change, residual)| change * residual).sum()) {
                 if band >= rows {
                     break;
                 }
@@ -409,12 +409,12 @@ impl LocalSet {
 
     /// Finds (S(v) - c F)/s of the points and returns whether S(v) - c F is small enough.
     fn is_solved(&mut self, y: &[f64], residue: &mut Residue, forces: &[f64]) -> bool {
-        let Self { surface, compliance, pieces, points, left, .. } = self;
-        left.clear();
+        let Self { surface, compliance, pieces, points, residual, .. } = self;
+        residual.clear();
         residue.is_small(points.iter().map(|&point| {
             let (piece, taken) = (&pieces[point], *compliance * forces[point]);
             let missing = piece.displacement(y[point] - (surface.displacement[point] - taken)) - taken;
-            left.push(missing / piece.slope);
+            residual.push(missing / piece.slope);
             missing
         }))
     }
@@ -423,7 +423,7 @@ impl LocalSet {
     fn factorise(&mut self, band: usize, meter: &mut Meter) -> Result<(), Unsolved> {
         let rows = self.points.len();
         let mut laps = meter.laps();
-        let matrix = self.matrix.part(0, room(rows));
+        let matrix = self.matrix.part(0, packed_length(rows));
         self.solver.assemble_band(&self.points, &self.surface.influence, matrix, band);
         add_to_diagonal(matrix, &self.own);
         self.solver.factorise_band(matrix, rows, band)?;
@@ -470,9 +470,9 @@ struct SliceAlone<'a> {
 
 impl OwnForce for SliceAlone<'_> {
     #[inline(always)]
-    fn force(&mut self, column: usize, force: f64, left: f64) -> f64 {
+    fn force(&mut self, column: usize, force: f64, residual: f64) -> f64 {
         let slices = self.slices;
-        self.pieces[column].force(left + self.own * force, self.law, || slices.get(column))
+        self.pieces[column].force(residual + self.own * force, self.law, || slices.get(column))
     }
 }
 

@@ -197,8 +197,8 @@ proptest! {
         let mut change = f64::INFINITY;
         while change > 1e-13 {
             let skewed = |i: usize| (0..12).map(|j| odd[(RING + i - j) % RING] * exact[j]).sum::<f64>();
-            let left: Vec<f64> = (0..12).map(|i| y[i] - skewed(i)).collect();
-            let next = gauss_seidel(even, compliance, &curves, &left);
+            let residual: Vec<f64> = (0..12).map(|i| y[i] - skewed(i)).collect();
+            let next = gauss_seidel(even, compliance, &curves, &residual);
             change = next.iter().zip(&exact).fold(0.0, |a: f64, (b, c)| a.max((b - c).abs()));
             exact = next;
         }

@@ -32,4 +32,4 @@ pub(crate) use local_set::{LocalSet, SlicesUnder};
 pub(crate) use search::Search;
 pub use search::SliceLaw;
 pub(crate) use sweeps::SearchCounts;
-pub use tiles::{LINE, add_to_diagonal, room};
+pub use tiles::{LINE, add_to_diagonal, packed_length};

@@ -15,7 +15,7 @@ pub(super) struct Residue {
     /// Largest value at which corrections end \[m\].
     enough: f64,
     /// The last one \[m\].
-    left: Option<f64>,
+    residual: Option<f64>,
     /// r.G_s^-1 r of the residual before the last correction \[N m\].
     work: Option<f64>,
 }
@@ -25,14 +25,14 @@ impl Residue {
     /// is for the solution. `whole`: corrections go on to rounding.
     pub(super) fn new(largest: f64, tolerance: f64, whole: bool) -> Self {
         let allowed = tolerance.max(ROUNDING * largest);
-        Self { allowed, enough: if whole { 0.0 } else { ENOUGH * allowed }, left: None, work: None }
+        Self { allowed, enough: if whole { 0.0 } else { ENOUGH * allowed }, residual: None, work: None }
     }
 
     /// Records the residuals of the equations; returns whether they are small enough, which needs one correction at
     /// least.
     pub(super) fn is_small(&mut self, equations: impl Iterator<Item = f64>) -> bool {
-        let left = equations.fold(0.0, |largest: f64, value| largest.max(value.abs()));
-        self.left.replace(left).is_some() && left <= self.enough
+        let residual = equations.fold(0.0, |largest: f64, value| largest.max(value.abs()));
+        self.residual.replace(residual).is_some() && residual <= self.enough
     }
 
     /// Takes the work r.G_s^-1 r of the next correction; returns whether that is of no use: the work has not fallen to
@@ -48,6 +48,6 @@ impl Residue {
 
     /// [`Unsolved::Unsettled`] if the residual of a solution exceeds its tolerance.
     pub(super) fn settled(self) -> Result<(), Unsolved> {
-        if self.left.is_some_and(|left| left > self.allowed) { Err(Unsolved::Unsettled) } else { Ok(()) }
+        if self.residual.is_some_and(|residual| residual > self.allowed) { Err(Unsolved::Unsettled) } else { Ok(()) }
     }
 }

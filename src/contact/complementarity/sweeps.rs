@@ -57,7 +57,7 @@ pub(super) struct Surface {
     /// Forces of the last step, moved with the road, then of the sweeps \[N\].
     pub estimate: Vec<f64>,
     /// Scratch for y - G0 F.
-    left: Vec<f64>,
+    residual: Vec<f64>,
     /// Work counts so far.
     pub counts: SearchCounts,
 }
@@ -73,7 +73,7 @@ impl Surface {
             arch: Arch::new(),
             displacement: vec![0.0; columns.next_multiple_of(BLOCK)],
             estimate: vec![0.0; columns],
-            left: Vec::with_capacity(columns.next_multiple_of(BLOCK)),
+            residual: Vec::with_capacity(columns.next_multiple_of(BLOCK)),
             counts: SearchCounts::default(),
         }
     }
@@ -173,27 +173,28 @@ impl Surface {
         reach: Range<usize>,
         lagged: bool,
     ) -> (&[f64], &[f64]) {
-        let Self { row, symmetric, arch, displacement, estimate, left, counts, .. } = self;
+        let Self { row, symmetric, arch, displacement, estimate, residual, counts, .. } = self;
         let row = if lagged && !symmetric.is_empty() { &*symmetric } else { &*row };
-        left.clear();
-        left.extend(y[reach.clone()].iter().zip(&displacement[reach.clone()]).map(|(y, u)| y - u));
-        left.resize(reach.len().next_multiple_of(BLOCK), 0.0);
+        residual.clear();
+        residual.extend(y[reach.clone()].iter().zip(&displacement[reach.clone()]).map(|(y, u)| y - u));
+        residual.resize(reach.len().next_multiple_of(BLOCK), 0.0);
         let own = (row.len() - BLOCK) / 2;
         let at = |place: Option<usize>| -place.and_then(|place| row[..2 * own + 1].get(place)).copied().unwrap_or(0.0);
         let near = std::array::from_fn(|c| std::array::from_fn(|other| at((own + other).checked_sub(c))));
         let estimate = &mut estimate[reach.clone()];
-        let sweeps = Sweeps { sweeps, law, first: reach.start, estimate: &mut *estimate, left: &mut *left, row, near };
+        let sweeps =
+            Sweeps { sweeps, law, first: reach.start, estimate: &mut *estimate, residual: &mut *residual, row, near };
         let changes = arch.dispatch(sweeps);
-        let multiply_adds = (changes * left.len()) as u64;
+        let multiply_adds = (changes * residual.len()) as u64;
         counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
-        (estimate, left)
+        (estimate, residual)
     }
 
     /// u = G0 F of the estimate from the residual that sweeps with the whole G0 left of y, within their reach; it is
     /// not known elsewhere.
     pub(crate) fn displaced_within(&mut self, y: &[f64], reach: Range<usize>) {
         let within = self.displacement[reach.clone()].iter_mut().zip(&y[reach]);
-        within.zip(&self.left).for_each(|((displacement, y), left)| *displacement = y - left);
+        within.zip(&self.residual).for_each(|((displacement, y), residual)| *displacement = y - residual);
     }
 
     /// Records that nothing touches.
@@ -238,9 +239,9 @@ pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
 
 /// The law of a point alone.
 pub(super) trait OwnForce {
-    /// Force of the point while all others stay as they are, from its force so far and the penetration `left` by all
+    /// Force of the point while all others stay as they are, from its force so far and the penetration `residual` by all
     /// of them.
-    fn force(&mut self, column: usize, force: f64, left: f64) -> f64;
+    fn force(&mut self, column: usize, force: f64, residual: f64) -> f64;
 }
 
 /// Columns of a sweep whose changes reach the others together.
@@ -254,7 +255,7 @@ struct Sweeps<'a, L> {
     /// Forces by column.
     estimate: &'a mut [f64],
     /// y - G0 F, kept up to date.
-    left: &'a mut [f64],
+    residual: &'a mut [f64],
     /// [`Surface::row`].
     row: &'a [f64],
     /// -G0 within a block.
@@ -267,7 +268,7 @@ impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> usize {
-        let Self { sweeps, mut law, first, estimate, left, row, near } = self;
+        let Self { sweeps, mut law, first, estimate, residual, row, near } = self;
         let mut blocks = 0;
         let middle = (row.len() - BLOCK) / 2;
         for _ in 0..sweeps {
@@ -275,7 +276,7 @@ impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
                 let begin = BLOCK * number;
                 // Within the block a change counts at once.
                 let (mut own, mut changes) = ([0.0; BLOCK], [0.0; BLOCK]);
-                own.copy_from_slice(&left[begin..begin + BLOCK]);
+                own.copy_from_slice(&residual[begin..begin + BLOCK]);
                 let mut changed = false;
                 for (c, (estimate, near)) in estimate.iter_mut().zip(&near).enumerate() {
                     let force = law.force(first + begin + c, *estimate, own[c]);
@@ -290,7 +291,7 @@ impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
                 }
                 if changed {
                     blocks += 1;
-                    add_windows_in(simd, left, row, middle - begin, &changes[..estimate.len()]);
+                    add_windows_in(simd, residual, row, middle - begin, &changes[..estimate.len()]);
                 }
             }
         }

@@ -9,7 +9,7 @@ use pulp::{Simd, WithSimd};
 pub const LINE: usize = 8;
 
 /// Numbers that a matrix of `rows` rows takes, padding included.
-pub const fn room(rows: usize) -> usize {
+pub const fn packed_length(rows: usize) -> usize {
     rows.next_multiple_of(LINE) * rows
 }
 
@@ -81,7 +81,7 @@ fn gather(tile: &mut [f64; LINE], lines: &[usize], point: usize, influence: &[f6
 
 /// Writes a matrix by its lower triangle, given as entry(row, column).
 pub(crate) fn assemble_entries(rows: usize, entry: impl Fn(usize, usize) -> f64, matrix: &mut [f64]) {
-    for (number, tiles) in matrix[..room(rows)].chunks_exact_mut(LINE * rows.max(1)).enumerate() {
+    for (number, tiles) in matrix[..packed_length(rows)].chunks_exact_mut(LINE * rows.max(1)).enumerate() {
         for (column, tile) in tiles.chunks_exact_mut(LINE).enumerate() {
             for (lane, value) in tile.iter_mut().enumerate() {
                 let row = LINE * number + lane;

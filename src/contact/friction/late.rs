@@ -85,7 +85,7 @@ pub(super) fn late_channels(
     let mut samples: Vec<Sample> = (0..SAMPLES).map(sample).collect();
     let largest = samples.iter().fold(f64::MIN_POSITIVE, |largest, sample| largest.max(sample.size));
     samples.iter_mut().for_each(|sample| sample.size = sample.size.max(LEAST_SCALE * largest));
-    let heard = |index: usize| {
+    let largest_share = |index: usize| {
         let size = norm(&residues[index][0]).hypot(norm(&residues[index][1]));
         let most = |sample: &Sample| {
             let [upper, lower] = sample.late[index];
@@ -94,7 +94,7 @@ pub(super) fn late_channels(
         samples.iter().map(most).fold(0.0, f64::max)
     };
     // 3. Leave out channels, those with the smallest contributions first, within the tolerance.
-    let mut order: Vec<(f64, usize)> = (0..count).map(|index| (heard(index), index)).collect();
+    let mut order: Vec<(f64, usize)> = (0..count).map(|index| (largest_share(index), index)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut late = vec![true; count];
     let mut sums = vec![[[Complex64::ZERO; PAIRS]; 2]; SAMPLES];

@@ -40,7 +40,7 @@ const COARSE: f64 = 0.1;
 /// Work of a search over all instants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub(crate) struct FrictionCounts {
-    /// Instants at which forces were sought.
+    /// Instants at which forces were searched for.
     pub solves: u64,
     /// Newton steps.
     pub steps: u64,

@@ -48,7 +48,7 @@ struct Channels<E, const PARTS: usize> {
     numbers: Vec<E>,
     turns: bool,
     /// Response when a force is forgotten, and one step before it, of the first channels: those that need it.
-    left: Vec<E>,
+    remainder: Vec<E>,
 }
 
 /// Rule, time step and the other parameters of a past by poles.
@@ -76,7 +76,7 @@ impl Stepping {
 struct Coefficients {
     g: Complex64,
     /// Response when forces are forgotten, and one step before it; 0 where it is too small to be subtracted.
-    left: [Complex64; 2],
+    remainder: [Complex64; 2],
     input: [Complex64; COMPONENTS],
     output: [Complex64; COMPONENTS],
     odd: [Complex64; COMPONENTS],
@@ -93,16 +93,16 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
 
     /// Arranges the channels of neighbouring waves, those first that forget.
     fn new(mut waves: Vec<Vec<Coefficients>>, turns: bool) -> Self {
-        let forgets = |channel: &Coefficients| channel.left[0] != Complex64::ZERO;
+        let forgets = |channel: &Coefficients| channel.remainder[0] != Complex64::ZERO;
         waves.iter_mut().for_each(|channels| channels.sort_by_key(|channel| !forgets(channel)));
         let count = waves.iter().map(Vec::len).max().unwrap_or(0);
         let forgetting =
             waves.iter().map(|channels| channels.iter().filter(|own| forgets(own)).count()).max().unwrap_or(0);
-        let mut left = vec![E::default(); forgetting * 2 * PARTS * E::MOST_LANES];
-        for (number, record) in left.chunks_exact_mut(2 * PARTS * E::MOST_LANES).enumerate() {
+        let mut remainder = vec![E::default(); forgetting * 2 * PARTS * E::MOST_LANES];
+        for (number, record) in remainder.chunks_exact_mut(2 * PARTS * E::MOST_LANES).enumerate() {
             for (lane, channels) in waves.iter().enumerate() {
                 let Some(channel) = channels.get(number) else { continue };
-                put_parts::<E, PARTS>(record, 0, lane, &channel.left);
+                put_parts::<E, PARTS>(record, 0, lane, &channel.remainder);
             }
         }
         let [input, output, odd, _, length] = Self::places(turns);
@@ -119,7 +119,7 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
                 }
             }
         }
-        Self { numbers, turns, left }
+        Self { numbers, turns, remainder }
     }
 
     /// States, channel by channel.
@@ -160,11 +160,17 @@ impl<E: Element> WaveGroup<E> {
             let channel = |(index, (&pole, &Channel { input, output, odd })): (usize, (&Complex64, &Channel))| {
                 let times = if index < of_pairs { 2.0 } else { 1.0 };
                 let (g, w) = rule.coefficients(pole, Complex64::new(times, 0.0), time_step);
-                let left = match blocks {
+                let remainder = match blocks {
                     0 => [Complex64::ZERO; 2],
-                    _ => left_after(g, rule.before_last(), blocks * STEPS, FORGOTTEN * tolerance),
+                    _ => remainder_after(g, rule.before_last(), blocks * STEPS, FORGOTTEN * tolerance),
                 };
-                Coefficients { g, left, input, output: output.map(|value| value * w), odd: odd.map(|value| value * w) }
+                Coefficients {
+                    g,
+                    remainder,
+                    input,
+                    output: output.map(|value| value * w),
+                    odd: odd.map(|value| value * w),
+                }
             };
             let late = late_channels(model, wave, rule, time_step, STEPS, tolerance);
             let all = poles.iter().zip(channels).enumerate();
@@ -232,11 +238,11 @@ impl<E: Element> WaveGroup<E> {
         };
         let [.., of_pair] = Channels::<E, 2>::places(self.turns);
         let [.., of_real] = Channels::<E, 1>::places(self.turns);
-        let forgetting = |left: usize, parts: usize| left * STEPS * SYSTEMS * (COMPONENTS + parts) / 2;
+        let forgetting = |remainder: usize, parts: usize| remainder * STEPS * SYSTEMS * (COMPONENTS + parts) / 2;
         of_kind(self.pairs.numbers.len(), of_pair, 2)
             + of_kind(self.reals.numbers.len(), of_real, 1)
-            + forgetting(self.pairs.left.len(), 2)
-            + forgetting(self.reals.left.len(), 1)
+            + forgetting(self.pairs.remainder.len(), 2)
+            + forgetting(self.reals.remainder.len(), 1)
     }
 
     /// Real and imaginary parts of a component in the forces of a step of the block, to be written.
@@ -389,7 +395,7 @@ fn add_real<E: Element, S: Simd, const PARTS: usize, const ADDS: bool>(
 }
 
 /// Remainder of a unit state after `steps` steps, and one step before; 0 if it is less than `least`.
-fn left_after(g: Complex64, before: f64, steps: usize, least: f64) -> [Complex64; 2] {
+fn remainder_after(g: Complex64, before: f64, steps: usize, least: f64) -> [Complex64; 2] {
     let (mut now, mut last) = (Complex64::ONE, Complex64::ZERO);
     for _ in 0..steps {
         (now, last) = (g * (now - before * last), now);
@@ -423,10 +429,10 @@ fn pass_all<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
     foretold: &mut [E::Vector<S>],
 ) {
     let [.., length] = Channels::<E, PARTS>::places(TURNS);
-    let Channels { numbers, left, .. } = channels;
-    let (forgetting, others) = numbers.split_at_mut(left.len() / (2 * PARTS) * length);
-    let left = E::vectors::<S>(left);
-    pass::<E, S, PARTS, TURNS, true>(simd, forgetting, c, (forces, old, left), foretold);
+    let Channels { numbers, remainder, .. } = channels;
+    let (forgetting, others) = numbers.split_at_mut(remainder.len() / (2 * PARTS) * length);
+    let remainder = E::vectors::<S>(remainder);
+    pass::<E, S, PARTS, TURNS, true>(simd, forgetting, c, (forces, old, remainder), foretold);
     pass::<E, S, PARTS, TURNS, false>(simd, others, c, (forces, &[], &[]), foretold);
 }
 
@@ -439,7 +445,7 @@ fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool, const FORGET
     simd: S,
     numbers: &mut [E],
     c: E::Vector<S>,
-    (forces, old, left): Taken<'_, E::Vector<S>>,
+    (forces, old, remainder): Taken<'_, E::Vector<S>>,
     foretold: &mut [E::Vector<S>],
 ) {
     let vectors = E::MOST_LANES / E::lanes::<S>();
@@ -466,7 +472,7 @@ fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool, const FORGET
             let mut gone = [zero; 2];
             if FORGETS {
                 for which in 0..2 * PARTS {
-                    gone[which / PARTS][which % PARTS] = left[(2 * PARTS * number + which) * vectors + v];
+                    gone[which / PARTS][which % PARTS] = remainder[(2 * PARTS * number + which) * vectors + v];
                 }
             }
             // 1. Forces of the block before the last, less the remainder of those that are forgotten.

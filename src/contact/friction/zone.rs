@@ -41,7 +41,7 @@ const FULL: f64 = 1.0 - 1e-7;
 pub(crate) struct Rolling {
     /// Window of the elements whose forces are reported.
     pub geometry: Geometry,
-    /// Columns by which the window in which contact is sought is longer at either end.
+    /// Columns by which the search window is longer at either end.
     pub margin: usize,
     /// Distance of the cells across from the middle, to the left \[m\].
     pub lateral: Vec<f64>,
@@ -141,7 +141,7 @@ impl FrictionZone {
     }
 
     /// Cells that are reported.
-    fn told(&self) -> Range<usize> {
+    fn output_cells(&self) -> Range<usize> {
         let outside = self.rolling.margin * self.across();
         outside..self.window().end - outside
     }
@@ -206,7 +206,7 @@ impl FrictionZone {
     /// Updates the states by the forces of a step: displacements, coefficients, bonds and creep; writes the tangential
     /// part.
     fn follow(&mut self, step: u64, out: Option<&mut TangentialPart>) {
-        let (across, told, window) = (self.across(), self.told(), self.window().end);
+        let (across, output_cells, window) = (self.across(), self.output_cells(), self.window().end);
         let rate = self.rolling.rule.backward_difference()[0] / self.rolling.time_step;
         let mut part = TangentialPart::default();
         self.last.swap(0, 1);
@@ -215,7 +215,7 @@ impl FrictionZone {
             out.forces.fill([0.0; 2]);
             out.slip.fill([0.0; 2]);
         }
-        let ends = [0, told.len().saturating_sub(across)];
+        let ends = [0, output_cells.len().saturating_sub(across)];
         for cell in 0..self.forces.len() {
             let (place, own) = (self.place(cell), self.search.displacements()[cell]);
             self.last[0][place] = [0, 1].map(|component| own[component] + self.old[cell][component]);
@@ -247,9 +247,9 @@ impl FrictionZone {
             let Some(out) = &mut out else { continue };
             // Forces beyond the reported columns go to the outermost of these.
             let place = match cell {
-                _ if cell < told.start => ends[0] + cell % across,
-                _ if cell >= told.end => ends[1] + cell % across,
-                _ => cell - told.start,
+                _ if cell < output_cells.start => ends[0] + cell % across,
+                _ if cell >= output_cells.end => ends[1] + cell % across,
+                _ => cell - output_cells.start,
             };
             out.forces[place][0] += force[0];
             out.forces[place][1] += force[1];
@@ -272,7 +272,7 @@ impl Zone for FrictionZone {
         &mut self,
         at: Instant<'_>,
         road: &RoadStrip,
-        mut told: StageMut<'_>,
+        mut output: StageMut<'_>,
         meter: &mut Meter,
     ) -> Result<Solved, ContactError> {
         let Instant { step, stage, first_element, .. } = at;
@@ -289,11 +289,11 @@ impl Zone for FrictionZone {
         let cells = self.forces.len() as u64;
         meter.add_work(Stage::Penetration, Work { multiply_adds: 20 * cells, bytes: 200 * cells });
         meter.lap(&mut laps, Stage::Penetration);
-        let is_sound = self.required.iter().all(|required| !required.is_nan());
+        let has_no_nan = self.required.iter().all(|required| !required.is_nan());
         let conditions = Conditions { required: &self.required, shift: &self.shift, friction: &self.friction };
         let relative = self.search.solve(&conditions, &mut self.forces);
         let largest_force = self.forces.iter().fold(0.0_f64, |largest, force| largest.max(force[2]));
-        if self.search.is_unsettled() && is_sound {
+        if self.search.is_unsettled() && has_no_nan {
             let points = self.forces.iter().filter(|force| force[2] > 0.0).count();
             let friction = largest_or_zero(&self.friction);
             return Err(ContactError::FrictionUnsettled { points, friction, step });
@@ -306,11 +306,17 @@ impl Zone for FrictionZone {
         self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);
         let is_seen = self.past.push(stage, first_element, &self.all);
         meter.lap(&mut laps, Stage::History);
-        self.follow(step, told.tangential.as_deref_mut());
+        self.follow(step, output.tangential.as_deref_mut());
         let (window, across) = (self.window(), self.across());
         let (old, u) = (&self.old, self.search.displacements());
         let displacement = |cell: usize| old[cell][2] + u[cell][2];
-        told.write(self.told(), across, &self.normal[window.clone()], &self.required[window.clone()], displacement);
+        output.write(
+            self.output_cells(),
+            across,
+            &self.normal[window.clone()],
+            &self.required[window.clone()],
+            displacement,
+        );
         let is_touched = |column: Option<&[Vector]>| column.is_some_and(|cells| cells.iter().any(|f| f[2] > 0.0));
         let mut columns = self.forces[window].chunks_exact(across);
         let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back()) || !is_seen;
@@ -320,7 +326,7 @@ impl Zone for FrictionZone {
             penetration: relative.normal * largest_displacement,
             complementarity: relative.normal.max(relative.tangential) * largest_displacement * largest_force,
         };
-        Ok(Solved { residuals, largest_force, largest_displacement, is_sound, is_at_end })
+        Ok(Solved { residuals, largest_force, largest_displacement, has_no_nan, is_at_end })
     }
 
     fn across(&self) -> usize {

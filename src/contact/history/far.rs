@@ -35,8 +35,8 @@ pub(super) struct Far {
     work: [Work; 2],
     /// Times of the last pass likewise.
     times: [Spent; 2],
-    /// True if the last pass ran behind the march.
-    behind: bool,
+    /// True if the last pass ran in the background.
+    in_background: bool,
     arch: Arch,
 }
 
@@ -76,7 +76,7 @@ impl Far {
             cpu: None,
             work: [sums, transforms],
             times: Default::default(),
-            behind: false,
+            in_background: false,
             arch: Arch::new(),
         })
     }
@@ -84,11 +84,11 @@ impl Far {
     /// Reports the time of the last pass: in the background, or within the history of the step under way.
     pub(super) fn report(&self, meter: &mut Meter) {
         let [sums, transforms] = self.times;
-        if self.behind {
+        if self.in_background {
             meter.add_background(Stage::History, sums.wall);
             meter.add_background(Stage::Transforms, transforms.wall);
         }
-        meter.lap_within(Stage::Transforms, if self.behind { Spent::default() } else { transforms });
+        meter.lap_within(Stage::Transforms, if self.in_background { Spent::default() } else { transforms });
         meter.add_work(Stage::History, self.work[0]);
         meter.add_work(Stage::Transforms, self.work[1]);
     }
@@ -101,8 +101,8 @@ impl Evolving for Far {
 }
 
 impl Task for Far {
-    fn carry_out(&mut self, behind: bool) {
-        self.behind = behind;
+    fn carry_out(&mut self, in_background: bool) {
+        self.in_background = in_background;
         self.rule.with_recursion(OverAllPoles(self));
     }
 }

@@ -27,7 +27,7 @@ use crate::scene::{Road, Tyre};
 pub(crate) const PRESSURES: [f64; 10] = [5e4, 1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5, 4e5, 4.5e5, 5e5];
 /// Tolerance of the contact in three dimensions, relative to the approach: far below any difference of interest.
 const TOLERANCE: f64 = 1e-5;
-/// Values of c between which the best one is sought \[m\]: waves of a hundredth of a millimetre to some metres.
+/// Values of c between which the best one is searched for \[m\]: waves of a hundredth of a millimetre to some metres.
 const SOUGHT: (f64, f64) = (1e-5, 1.0);
 /// Values tried before the search closes in, evenly on the logarithmic scale: about two in an octave.
 const TRIED: usize = 33;

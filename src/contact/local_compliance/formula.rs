@@ -24,7 +24,7 @@ use crate::tyre::layers::material;
 const MODULUS_FREQUENCY: f64 = 100.0;
 
 /// Uncertainty of the model: formula, approach and line pressure give kappa within a factor of two of each other.
-pub(crate) const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
+pub(crate) const UNCERTAINTY: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
 
 /// kappa \[m/Pa\] by formula; `None` for a road without texture (a smooth one, an exactly level one) and a tyre
 /// without layers.

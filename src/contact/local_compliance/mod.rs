@@ -10,4 +10,4 @@ pub(crate) mod patch;
 
 pub(crate) use calibrate::{Calibration, CalibrationError, calibrate};
 pub use formula::local_compliance;
-pub(crate) use formula::{DOUBTS, formula_for};
+pub(crate) use formula::{UNCERTAINTY, formula_for};

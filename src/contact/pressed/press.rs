@@ -31,7 +31,7 @@ const CLOSER: f64 = 1.3;
 /// How far cells may be from where they are required to be, relative to the depth; a thirtieth of it changes no third
 /// octave by 0.1 dB.
 const TOLERANCE: f64 = 3e-4;
-/// The same while the last depth is sought, and how near to its load it is found.
+/// The same while the last depth is searched for, and how near to its load it is found.
 const ROUGHLY: f64 = 1e-2;
 const NEAR: f64 = 0.05;
 /// First depth that is tried, in thicknesses of the tread, and the most depths.

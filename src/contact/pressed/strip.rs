@@ -42,8 +42,8 @@ impl Cached for KeptBlock {
     const KIND: Kind =
         Kind { extension: "pressed", format: Format { magic: b"TWAVEPRS", version: 2, name: "a pressed road" } };
 
-    fn is_sound(&self) -> bool {
-        self.0.iter().all(Yielding::is_sound)
+    fn is_valid(&self) -> bool {
+        self.0.iter().all(Yielding::is_valid)
     }
 }
 

@@ -119,7 +119,7 @@ impl Yielding {
     }
 
     /// True if the values make a curve: finite, increasing, not negative.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let increasing = |values: &[f64]| values.windows(2).all(|pair| pair[0] <= pair[1]);
         self.forces.len() == self.yields.len()
             && self.peak.is_finite()

@@ -73,10 +73,10 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     amounts.hold("spectra of the sound", sound.spectra() as f64 * spectrum_bytes(plan));
     let steps = plan.steps - plan.warm_up_steps;
     if taken_pattern(&plan.scene).is_some() {
-        amounts.hold("sound by order", sound.heard.len() as f64 * Orders::bytes(layout.elements * layout.substeps));
+        amounts.hold("sound by order", sound.receivers.len() as f64 * Orders::bytes(layout.elements * layout.substeps));
     }
     let samples = PressureStream::samples(&layout, steps) as usize;
-    let [kept, read] = sound.heard_samples(samples, plan.speed);
+    let [kept, read] = sound.recorded_samples(samples, plan.speed);
     amounts.add(Stage::Response, Unit::PassedSample, read, Place::BeforeOnAll);
     amounts.hold("pressures to listen to", 4.0 * kept);
 }

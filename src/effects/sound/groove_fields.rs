@@ -18,7 +18,7 @@ pub(crate) struct GrooveFields {
     pub(super) resonances: Vec<Option<Resonance>>,
     pub(super) frequencies: Vec<f64>,
     /// |G| in the middle of a groove by point, frequency and groove \[1/m\].
-    pub(super) amid: Vec<Vec<Vec<f64>>>,
+    pub(super) middle: Vec<Vec<Vec<f64>>>,
     /// |G| at the first point, at the frequency at which it is largest in a groove; `None` without a point.
     pub(super) loudest: Option<UnderPatchLevels>,
     /// Root mean square of G over the patch by point, frequency and place \[1/m\]; empty for grooves alone.
@@ -54,11 +54,11 @@ impl GrooveFields {
     /// places, and the lowest and highest value of a place; `None` for grooves alone.
     pub(super) fn voids_to_csv(&self, sound: &Sound) -> Option<String> {
         let mut rows = Vec::new();
-        for heard in &sound.heard {
-            for (frequency, places) in self.frequencies.iter().zip(self.of_places.get(heard.points.start)?) {
+        for receiver in &sound.receivers {
+            for (frequency, places) in self.frequencies.iter().zip(self.of_places.get(receiver.points.start)?) {
                 let ends = [f64::min, f64::max].map(|best| places.iter().copied().reduce(best).unwrap_or(0.0));
                 let mean = root_mean(places, |place| *place);
-                rows.push(row([&heard.name, frequency, &mean, &ends[0], &ends[1]]));
+                rows.push(row([&receiver.name, frequency, &mean, &ends[0], &ends[1]]));
             }
         }
         let header = ["receiver", "frequency_hz", "green_1_per_m", "lowest_1_per_m", "highest_1_per_m"];
@@ -66,16 +66,16 @@ impl GrooveFields {
     }
 
     /// Table of the grooves: resonances, largest pressures, and |G| in their middles by receiver, at its first point.
-    pub(super) fn to_csv(&self, sound: &Sound, pressures: &[AmidGroove]) -> String {
+    pub(super) fn to_csv(&self, sound: &Sound, pressures: &[MiddlePressure]) -> String {
         let mut rows = Vec::new();
         for (groove, (channel, found)) in sound.channels.iter().zip(&self.resonances).enumerate() {
             let resonance = optional(found.map(|found| found.frequency));
             let quality = optional(found.map(|found| found.quality));
-            let largest = optional(pressures.get(groove).map(|amid| amid.largest));
-            for heard in &sound.heard {
-                for (frequency, amid) in self.frequencies.iter().zip(&self.amid[heard.points.start]) {
+            let largest = optional(pressures.get(groove).map(|middle| middle.largest));
+            for receiver in &sound.receivers {
+                for (frequency, middle) in self.frequencies.iter().zip(&self.middle[receiver.points.start]) {
                     let Channel { position, width, depth } = channel;
-                    let level = amid[groove];
+                    let level = middle[groove];
                     rows.push(row([
                         &groove,
                         position,
@@ -84,7 +84,7 @@ impl GrooveFields {
                         &resonance,
                         &quality,
                         &largest,
-                        &heard.name,
+                        &receiver.name,
                         frequency,
                         &level,
                     ]));
@@ -117,7 +117,7 @@ const NOT_LINEAR: f64 = 0.01 * 1.4 * 101_325.0;
 
 /// Statistics of the pressure in the middle of a groove.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct AmidGroove {
+pub(super) struct MiddlePressure {
     samples: u64,
     /// Samples above [`NOT_LINEAR`].
     above: u64,
@@ -125,13 +125,13 @@ pub(super) struct AmidGroove {
     largest: f64,
 }
 
-impl Evolving for AmidGroove {
+impl Evolving for MiddlePressure {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.all([&mut self.samples, &mut self.above, &mut self.largest])
     }
 }
 
-impl AmidGroove {
+impl MiddlePressure {
     /// Takes the next pressures \[Pa\].
     pub(super) fn take(&mut self, pressures: &[f64]) {
         self.samples += pressures.len() as u64;
@@ -157,11 +157,11 @@ mod tests {
 
     #[test]
     fn pressures_above_a_hundredth_of_the_airs_are_counted_and_warned_of() {
-        let mut amid = AmidGroove::default();
-        amid.take(&[0.0, -1400.0, 1400.0]);
-        assert_eq!(amid.warning(1), None);
-        amid.take(&[-1500.0, 1450.0, 3.0]);
-        let told = amid.warning(1).unwrap();
+        let mut middle = MiddlePressure::default();
+        middle.take(&[0.0, -1400.0, 1400.0]);
+        assert_eq!(middle.warning(1), None);
+        middle.take(&[-1500.0, 1450.0, 3.0]);
+        let told = middle.warning(1).unwrap();
         assert!(told.contains("grooves[1]") && told.contains("2 of 6 samples, at most 1500 Pa"), "{told}");
     }
 }

@@ -27,14 +27,14 @@ impl Cached for KeptReceiver {
     const KIND: Kind =
         Kind { extension: "radiation", format: Format { magic: b"TWAVERAD", version: 1, name: "radiation transfers" } };
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.frequency.is_finite()
             && self.values.iter().flatten().all(|value| value.re.is_finite() && value.im.is_finite())
     }
 }
 
 /// Largest relative error of the expected patch length before the static contact is solved.
-const PATCH_DOUBT: f64 = 0.2;
+const PATCH_ERROR: f64 = 0.2;
 
 impl Plan {
     /// Frequencies that are stored for the sound of the run \[Hz\]; none without receivers, or where no equations are
@@ -47,9 +47,9 @@ impl Plan {
         let range = sound.range(&air);
         let at_rest = self.expected().length;
         let step = self.patch_step();
-        let doubt = (PATCH_DOUBT * at_rest / step) as i64;
+        let reach = (PATCH_ERROR * at_rest / step) as i64;
         // The nearest first; a patch length that the scene gives is the same for all of them.
-        let mut tried: Vec<i64> = (-doubt..=doubt).collect();
+        let mut tried: Vec<i64> = (-reach..=reach).collect();
         tried.sort_by_key(|steps| steps.abs());
         let mut found = tried.into_iter().filter_map(|steps| {
             let body = self.radiating_body(&sound.radiation, at_rest + steps as f64 * step).ok()?;
@@ -87,7 +87,7 @@ impl<'a> KeptTransfers<'a> {
     /// Key of a receiver's points at a frequency; `None` where it cannot be formed.
     fn key(&self, receiver: usize, frequency: f64) -> Option<[u8; 32]> {
         let TransferProblem { body, grid, flank, resolution, .. } = self.problem;
-        let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
+        let points = &self.sound.positions[self.sound.receivers[receiver].points.clone()];
         // Frequencies that are equal but for rounding have the same key.
         let millihertz = (1e3 * frequency).round();
         let content = (
@@ -111,7 +111,7 @@ impl<'a> KeptTransfers<'a> {
             let (cache, key) = self.cache.as_ref().zip(self.key(receiver, frequency))?;
             Some(cache.path::<KeptReceiver>(&key).exists())
         };
-        (0..self.sound.heard.len()).all(|receiver| entry(receiver).unwrap_or(false))
+        (0..self.sound.receivers.len()).all(|receiver| entry(receiver).unwrap_or(false))
     }
 
     /// The cache, unless it has failed.
@@ -141,7 +141,7 @@ impl<'a> KeptTransfers<'a> {
     /// Transfers at a frequency if they are stored for every receiver, or a warning about an entry that cannot be used.
     fn at(&self, cache: &Cache, frequency: f64) -> Result<Result<Option<FrequencyTransfers>, String>, CacheError> {
         let mut transfers = Vec::new();
-        for receiver in 0..self.sound.heard.len() {
+        for receiver in 0..self.sound.receivers.len() {
             let Some(key) = self.key(receiver, frequency) else { return Ok(Ok(None)) };
             match cache.load::<KeptReceiver>(&key)? {
                 Some(Ok(kept)) => transfers.extend(self.restored(receiver, kept)),
@@ -157,7 +157,7 @@ impl<'a> KeptTransfers<'a> {
     }
 
     fn restored(&self, receiver: usize, kept: KeptReceiver) -> Vec<Transfer> {
-        let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
+        let points = &self.sound.positions[self.sound.receivers[receiver].points.clone()];
         let (grid, sides, values_of_each) = (self.problem.grid, self.problem.sides(), self.problem.values());
         let wavenumber = self.range.wavenumber(kept.frequency);
         let transfer = |(values, position): (Vec<Complex32>, &[f64; 3])| Transfer {
@@ -173,9 +173,9 @@ impl<'a> KeptTransfers<'a> {
 
     /// Stores a finished frequency, receiver by receiver; a failure gives one warning, and ends the use of the cache.
     pub(crate) fn store(&self, found: &FrequencyTransfers, warnings: &mut Vec<String>) {
-        for (receiver, heard) in self.sound.heard.iter().enumerate() {
-            let Some((cache, key)) = self.usable().zip(self.key(receiver, found.frequency)) else { return };
-            let transfers = found.transfers[heard.points.clone()].iter();
+        for (index, receiver) in self.sound.receivers.iter().enumerate() {
+            let Some((cache, key)) = self.usable().zip(self.key(index, found.frequency)) else { return };
+            let transfers = found.transfers[receiver.points.clone()].iter();
             let values = transfers.map(|transfer| transfer.values.clone()).collect();
             if let Err(error) = cache.store(&key, &KeptReceiver { frequency: found.frequency, values }) {
                 warnings.push(format!("cache not written: {error}"));

@@ -39,15 +39,15 @@ use crate::results::sound::{
 };
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::state::{StateError, StateStream, ensure};
-use groove_fields::AmidGroove;
+use groove_fields::MiddlePressure;
 use kept_signal::KeptSignal;
 pub(crate) use kept_transfers::KeptReceiver;
 use passing::Passing;
-pub(crate) use planned::{Heard, Sound};
+pub(crate) use planned::{PlannedReceiver, Sound};
 use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
 use squeeze::{PARTS, SqueezeStream, found_blocks};
 pub(crate) use way::WAVES;
-use way::{Seeking, Way};
+use way::{TransferSearch, Way};
 
 pub(crate) struct SoundEffect;
 
@@ -86,7 +86,7 @@ impl Effect for SoundEffect {
     }
 
     fn missing(&self, plan: &Plan) -> Vec<String> {
-        unheard(plan)
+        missing_sounds(plan)
     }
 
     fn levels(&self) -> &'static [LevelTable] {
@@ -130,7 +130,7 @@ pub(crate) struct SoundObserver {
     /// By point, pressures over time as far as they are stored.
     signals: Vec<KeptSignal>,
     /// By open groove, pressures in its middle.
-    amid: Vec<AmidGroove>,
+    middle_pressures: Vec<MiddlePressure>,
     /// By receiver, pressures at its first point by order of the revolution; empty without a tread pattern.
     orders: Vec<Orders>,
     valid_to: f64,
@@ -144,7 +144,7 @@ pub(crate) struct SoundObserver {
 
 /// Sound of a run that keeps its results in memory.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HeardSound {
+pub struct SoundResults {
     /// Spectra by receiver.
     pub receivers: Vec<ReceiverSpectrum>,
     /// A-weighted levels by receiver.
@@ -167,7 +167,7 @@ fn radiated(sound: &Sound) -> Range<f64> {
 }
 
 /// Messages on sounds for which a run of a plan is too short, known before it.
-fn unheard(plan: &Plan) -> Vec<String> {
+fn missing_sounds(plan: &Plan) -> Vec<String> {
     let Some(sound) = plan.sound() else { return Vec::new() };
     let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
     if samples == 0 {
@@ -181,11 +181,11 @@ fn told_of_passages(plan: &Plan, sound: &Sound, tell: impl Fn(&Passing, usize) -
     let Some(way) = Way::expected(plan, sound) else { return Vec::new() };
     let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
     let kept = sound.kept_samples().min(samples as usize);
-    let told = |heard: &Heard| {
-        let passing = Passing::of(sound, &way, heard, plan.speed, &radiated(sound))?;
-        Some(format!("{}: {}", heard.name, tell(&passing, kept)?))
+    let told = |receiver: &PlannedReceiver| {
+        let passing = Passing::of(sound, &way, receiver, plan.speed, &radiated(sound))?;
+        Some(format!("{}: {}", receiver.name, tell(&passing, kept)?))
     };
-    sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(told).collect()
+    sound.receivers.iter().filter(|receiver| receiver.is_passed()).filter_map(told).collect()
 }
 
 /// Pressures of blocks due to vibration and, where blocks squeeze air, due to that.
@@ -244,8 +244,8 @@ impl SoundObserver {
             return Ok(None);
         }
         // 1. Transfers and fields in the grooves.
-        let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
-        let (way, transfers) = seeking.find(contact, warnings, *progress, meter)?;
+        let search = TransferSearch { loaded, plan, sound: &sound, layout, stop };
+        let (way, transfers) = search.find(contact, warnings, *progress, meter)?;
         if let Some(grooves) = &way.grooves {
             let across = contact.gaps.first().map(|gap| gap.across);
             let needed = waves_for(&sound.channels, plan.decisions.tyre.contact_width, across);
@@ -264,15 +264,15 @@ impl SoundObserver {
         let points = sound.points();
         let speed = plan.speed;
         let mut signals = vec![KeptSignal::default(); points];
-        for heard in &sound.heard {
-            if heard.is_passed() {
+        for receiver in &sound.receivers {
+            if receiver.is_passed() {
                 // The samples are the same whatever band is recorded.
-                let passing = Passing::of(&sound, &way, heard, speed, &radiated(&sound));
+                let passing = Passing::of(&sound, &way, receiver, speed, &radiated(&sound));
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
-                warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
+                warnings.extend(missing.map(|why| format!("{}: {why}", receiver.name)));
                 passing.iter().for_each(|passing| passing.keep(kept, &mut signals));
-            } else if heard.standard().is_kept(sound.radiation.audio) {
-                signals[heard.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
+            } else if receiver.standard().is_kept(sound.radiation.audio) {
+                signals[receiver.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
             }
         }
         // 3. Spectra, orders and lateral forces.
@@ -280,7 +280,7 @@ impl SoundObserver {
             .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
         let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;
-        let receivers = if taken_pattern(&plan.scene).is_some() { sound.heard.len() } else { 0 };
+        let receivers = if taken_pattern(&plan.scene).is_some() { sound.receivers.len() } else { 0 };
         let over_cells = plan.decisions.zone == Zone::Cells;
         let lateral = over_cells.then(|| {
             let (grid, numbers) = (plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre));
@@ -295,7 +295,7 @@ impl SoundObserver {
             spectra,
             signals,
             orders: vec![Orders::new(steps); receivers],
-            amid: vec![AmidGroove::default(); sound.channels.len()],
+            middle_pressures: vec![MiddlePressure::default(); sound.channels.len()],
             speed,
             valid_to: contact.sound_valid_to().min(sound.complete_to()),
             by_slices: plan.by_slices(),
@@ -326,40 +326,40 @@ impl SoundObserver {
         }
         if complete && streams().any(PressureStream::is_due) {
             let multiply_adds = streams().map(PressureStream::multiply_adds).sum();
-            meter.time(Stage::Sound, || self.hear());
+            meter.time(Stage::Sound, || self.receive());
             meter.add_work(Stage::Sound, Work { multiply_adds, bytes: 0 });
         }
     }
 
     /// Computes the pressures of the blocks that wait, and adds them to spectra, orders and stored signals.
-    fn hear(&mut self) {
-        let Self { sound, stream, signals, spectra, squeeze, orders, amid, .. } = self;
+    fn receive(&mut self) {
+        let Self { sound, stream, signals, spectra, squeeze, orders, middle_pressures, .. } = self;
         let (other, parts) = match squeeze.as_deref_mut() {
             None => (None, &mut [][..]),
             Some(SqueezeStream { stream, parts, .. }) => (Some(stream), &mut parts[..]),
         };
-        stream.hear(other, |streamed, pressures, squeezed| {
-            let heard = Summed { pressures, squeezed };
+        stream.receive(other, |streamed, pressures, squeezed| {
+            let summed = Summed { pressures, squeezed };
             let [start, end] = [streamed.start, streamed.end].map(|point| point.min(sound.points()));
             for point in end..streamed.end {
                 let of = point - streamed.start;
                 let Some(place) = sound.spectrum_of(point) else {
-                    heard.of(of, |sum| amid[point - sound.points()].take(sum));
+                    summed.of(of, |sum| middle_pressures[point - sound.points()].take(sum));
                     continue;
                 };
-                heard.of(of, |sum| sum.iter().for_each(|&pressure| spectra[place].push(pressure)));
+                summed.of(of, |sum| sum.iter().for_each(|&pressure| spectra[place].push(pressure)));
                 take_parts(of, parts.get_mut(place), pressures, squeezed);
             }
             let points = start..end;
-            for (receiver, orders) in sound.heard.iter().zip(orders.iter_mut()) {
+            for (receiver, orders) in sound.receivers.iter().zip(orders.iter_mut()) {
                 if points.contains(&receiver.points.start) {
                     let first = receiver.points.start - points.start;
-                    heard.of(first, |sum| sum.iter().for_each(|&pressure| orders.push(pressure)));
+                    summed.of(first, |sum| sum.iter().for_each(|&pressure| orders.push(pressure)));
                 }
             }
             let each = signals[points.clone()].par_iter_mut().zip(&mut spectra[points.clone()]).enumerate();
             each.for_each(|(point, (signal, spectrum))| {
-                heard.of(point, |sum| {
+                summed.of(point, |sum| {
                     sum.iter().for_each(|&pressure| spectrum.push(pressure));
                     signal.push(sum);
                 });
@@ -375,10 +375,10 @@ impl SoundObserver {
     ///
     /// # Errors
     /// Too few samples for a spectrum.
-    pub(crate) fn heard(&self) -> Result<HeardSound, RunError> {
+    pub(crate) fn results(&self) -> Result<SoundResults, RunError> {
         let receivers = self.receiver_spectra(&self.point_spectra()?)?;
         let rated = self.rated(&receivers);
-        Ok(HeardSound { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
+        Ok(SoundResults { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
     }
 }
 
@@ -396,21 +396,23 @@ impl EffectObserver for SoundObserver {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.all([&mut self.stream, &mut self.squeeze, &mut self.spectra])?;
         ensure(self.squeeze.iter().all(|squeeze| squeeze.stream.is_level_with(&self.stream)))?;
-        state.all([&mut self.signals, &mut self.orders, &mut self.amid])
+        state.all([&mut self.signals, &mut self.orders, &mut self.middle_pressures])
     }
 
     fn tell(&self, end: &End<'_>, found: &mut Found) {
         let rate = self.speed / end.plan.scene.tyre.circumference;
-        let one = |(heard, orders): (&Heard, &Orders)| {
+        let one = |(receiver, orders): (&PlannedReceiver, &Orders)| {
             let pressures = orders.found(rate)?.into_iter().map(|order| order.all).collect();
-            Some(ReceiverOrders { receiver: heard.file.clone(), pressures })
+            Some(ReceiverOrders { receiver: receiver.file.clone(), pressures })
         };
-        found.pressures_by_order = self.sound.heard.iter().zip(&self.orders).filter_map(one).collect();
+        found.pressures_by_order = self.sound.receivers.iter().zip(&self.orders).filter_map(one).collect();
     }
 
     fn write(&self, end: &End<'_>, files: &dyn ResultFiles, found: &mut Found, _: &mut Meter) -> Result<(), RunError> {
         found.sound = Some(self.write_all(end.loaded, files)?);
-        found.warnings.extend(self.amid.iter().enumerate().filter_map(|(groove, amid)| amid.warning(groove)));
+        found
+            .warnings
+            .extend(self.middle_pressures.iter().enumerate().filter_map(|(groove, middle)| middle.warning(groove)));
         Ok(())
     }
 }

@@ -48,13 +48,13 @@ struct Solved {
     /// By place and point.
     fields: Vec<Vec<Field>>,
     /// By groove, G of the point in its middle on the grid's cells \[1/m\]; empty where no field is computed.
-    of_amid: Vec<Vec<Complex32>>,
+    of_middles: Vec<Vec<Complex32>>,
 }
 
 /// Field of a receiver's point.
 struct Field {
     /// |G| in the middle of each groove \[1/m\].
-    amid: Vec<f64>,
+    middle: Vec<f64>,
     /// Root mean square of G over the patch \[1/m\].
     mean: f64,
     /// G exp(i k r0) on the grid's cells \[1/m\].
@@ -96,7 +96,7 @@ pub(super) struct Opened {
     /// By place and point.
     pub(super) under: Vec<Vec<UnderPatch>>,
     /// By groove, G of the point in its middle.
-    pub(super) of_amid: Vec<UnderPatch>,
+    pub(super) of_middles: Vec<UnderPatch>,
     pub(super) fields: GrooveFields,
 }
 
@@ -127,14 +127,14 @@ impl<'a> OpenPatch<'a> {
     /// Solves at a frequency for the responses in all grooves to fields that are equal before and behind the tyre, and
     /// for the fields of transfers.
     fn solve(&self, frequency: f64, transfers: &[Transfer]) -> Result<Solved, RadiationError> {
-        let (mut responses, mut fields, mut of_amid) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut responses, mut fields, mut of_middles) = (Vec::new(), Vec::new(), Vec::new());
         for sheet in &self.sheets {
             let factored = sheet.factorise(&self.air, self.wavenumber(frequency))?;
-            let amid = |field: &[Complex64]| -> Vec<Complex64> {
-                self.channels.iter().map(|channel| sheet.amid(field, channel.position)).collect()
+            let middle = |field: &[Complex64]| -> Vec<Complex64> {
+                self.channels.iter().map(|channel| sheet.in_middle(field, channel.position)).collect()
             };
             let driven = factored.between_equal_ends();
-            let mut response = amid(&driven);
+            let mut response = middle(&driven);
             if self.has_voids {
                 let [sum, area] = sheet
                     .within(&driven)
@@ -149,21 +149,21 @@ impl<'a> OpenPatch<'a> {
                 let squares = sheet.within(field).map(|(value, area)| [value.norm_sqr() * area, area]);
                 let [square, area] = squares.fold([0.0; 2], |[sum, all], [square, area]| [sum + square, all + area]);
                 Field {
-                    amid: amid(field).into_iter().map(|value| value.norm()).collect(),
+                    middle: middle(field).into_iter().map(|value| value.norm()).collect(),
                     mean: (square / area).sqrt(),
                     values: sheet.on_grid(field).into_iter().map(|value| single(turn * value)).collect(),
                 }
             };
             fields.push(solved.iter().zip(transfers).map(of_point).collect());
             // Pressures in the middle of grooves are computed at the first place.
-            if of_amid.is_empty() && !transfers.is_empty() {
+            if of_middles.is_empty() && !transfers.is_empty() {
                 let of_groove = |channel: &Channel| {
-                    sheet.on_grid(&factored.sourced_amid(channel.position)).into_iter().map(single).collect()
+                    sheet.on_grid(&factored.sourced_in_middle(channel.position)).into_iter().map(single).collect()
                 };
-                of_amid = self.channels.iter().map(of_groove).collect();
+                of_middles = self.channels.iter().map(of_groove).collect();
             }
         }
-        Ok(Solved { frequency, responses, fields, of_amid })
+        Ok(Solved { frequency, responses, fields, of_middles })
     }
 
     fn wavenumber(&self, frequency: f64) -> f64 {
@@ -269,11 +269,11 @@ impl<'a> OpenPatch<'a> {
         let sealed = || UnderPatch { cells, ends: ends.to_vec(), values: Vec::new() };
         let at_place = |_: &PatchSheet| (0..points).map(|_| sealed()).collect();
         let mut under: Vec<Vec<UnderPatch>> = self.sheets.iter().map(at_place).collect();
-        let mut of_amid: Vec<UnderPatch> = self.channels.iter().map(|_| sealed()).collect();
+        let mut of_middles: Vec<UnderPatch> = self.channels.iter().map(|_| sealed()).collect();
         let loudest = {
             let first = |solved: &Solved| -> Option<f64> {
-                let Field { amid, mean, .. } = solved.fields.first()?.first()?;
-                Some(amid.iter().copied().reduce(f64::max).unwrap_or(*mean))
+                let Field { middle, mean, .. } = solved.fields.first()?.first()?;
+                Some(middle.iter().copied().reduce(f64::max).unwrap_or(*mean))
             };
             let of = known.iter().max_by(|one, other| first(one).partial_cmp(&first(other)).unwrap_or(Ordering::Equal));
             of.and_then(|solved| Some((solved.frequency, solved.fields.first()?.first()?))).map(|(frequency, field)| {
@@ -281,13 +281,13 @@ impl<'a> OpenPatch<'a> {
                 UnderPatchLevels { frequency, green, ends: ends.to_vec() }
             })
         };
-        let [mut amid, mut of_places] =
+        let [mut middle, mut of_places] =
             [vec![Vec::new(); points], vec![Vec::new(); if self.has_voids { points } else { 0 }]];
         for solved in known {
-            of_amid.iter_mut().zip(solved.of_amid).for_each(|(under, values)| under.values.push(values));
-            for (point, amid) in amid.iter_mut().enumerate() {
-                let groove = |groove: usize| root_mean(&solved.fields, |points| points[point].amid[groove]);
-                amid.push((0..self.channels.len()).map(groove).collect());
+            of_middles.iter_mut().zip(solved.of_middles).for_each(|(under, values)| under.values.push(values));
+            for (point, middle) in middle.iter_mut().enumerate() {
+                let groove = |groove: usize| root_mean(&solved.fields, |points| points[point].middle[groove]);
+                middle.push((0..self.channels.len()).map(groove).collect());
             }
             for (point, means) in of_places.iter_mut().enumerate() {
                 means.push(solved.fields.iter().map(|points| points[point].mean).collect());
@@ -296,7 +296,7 @@ impl<'a> OpenPatch<'a> {
                 under.iter_mut().zip(fields).for_each(|(under, field)| under.values.push(field.values));
             }
         }
-        Opened { set, under, of_amid, fields: GrooveFields { resonances, frequencies, amid, loudest, of_places } }
+        Opened { set, under, of_middles, fields: GrooveFields { resonances, frequencies, middle, loudest, of_places } }
     }
 }
 

@@ -15,7 +15,7 @@ use std::ops::Range;
 
 use super::kept_signal::KeptSignal;
 use super::passages::Passages;
-use super::planned::{Heard, Sound};
+use super::planned::{PlannedReceiver, Sound};
 use super::way::Way;
 use crate::numeric::in_parallel;
 use crate::results::pass_by::PassBySummary;
@@ -51,7 +51,7 @@ struct Tyre {
 }
 
 /// Sound at a microphone beside the road.
-pub(super) struct HeardPassing {
+pub(super) struct RecordedPassage {
     /// By passage, A-weighted levels F \[dB\] at the samples of a line; minus infinity at samples outside the passage.
     pub(super) levels: Vec<Vec<f64>>,
     /// Pressure of the first passage \[Pa\]: all tyres if each has its own stretch of the run, else the first one
@@ -63,16 +63,22 @@ pub(super) struct HeardPassing {
 
 impl Passing {
     /// Passing of a receiver, over a band \[Hz\]; `None` where the tyre does not pass it.
-    pub(super) fn of(sound: &Sound, way: &Way, heard: &Heard, speed: f64, band: &Range<f64>) -> Option<Self> {
-        let passage = heard.passage()?;
+    pub(super) fn of(
+        sound: &Sound,
+        way: &Way,
+        receiver: &PlannedReceiver,
+        speed: f64,
+        band: &Range<f64>,
+    ) -> Option<Self> {
+        let passage = receiver.passage()?;
         let line =
             |points: Range<usize>| Some(Line { passages: Passages::of(sound, way, points.clone(), speed)?, points });
         // 1. Lines of points, one for each side.
-        let lines: Option<Vec<Line>> = heard.lines().into_iter().map(line).collect();
+        let lines: Option<Vec<Line>> = receiver.lines().into_iter().map(line).collect();
         let lines = lines?;
         let count = lines.iter().map(|line| line.passages.passing.samples()).min()?;
         // 2. Tyres on them.
-        let tyres: Vec<Tyre> = match heard.vehicle() {
+        let tyres: Vec<Tyre> = match receiver.vehicle() {
             None => vec![Tyre { line: 0, early: 0 }],
             // The vehicle's middle as its tyres see it: the left ones on their right, the front ones behind.
             Some(vehicle) => vehicle
@@ -141,7 +147,7 @@ impl Passing {
     }
 
     /// All passages in the stored pressures of the points, of `kept` samples; `None` if there is none.
-    pub(super) fn hear(&self, kept: usize, signals: &[KeptSignal]) -> Option<HeardPassing> {
+    pub(super) fn record(&self, kept: usize, signals: &[KeptSignal]) -> Option<RecordedPassage> {
         let stretches = Some(self.passages(kept)).filter(|&stretches| stretches > 0)?;
         let sounding = if stretches < self.tyres.len() { 1 } else { self.tyres.len() };
         let mut sound: Vec<f64> = Vec::new();
@@ -158,17 +164,17 @@ impl Passing {
             let shown = in_parallel::made(stretches, shown).into_iter().collect::<Option<Vec<_>>>()?;
             let (levels, sounds): (Vec<_>, Vec<_>) = shown.into_iter().unzip();
             for (tyre, pressures) in sounds.into_iter().flatten() {
-                let heard = self.samples().map(|sample| pressures[tyre.at(sample)]);
+                let receiver = self.samples().map(|sample| pressures[tyre.at(sample)]);
                 if sound.is_empty() {
-                    sound = heard.collect();
+                    sound = receiver.collect();
                 } else {
-                    sound.iter_mut().zip(heard).for_each(|(sum, pressure)| *sum += pressure);
+                    sound.iter_mut().zip(receiver).for_each(|(sum, pressure)| *sum += pressure);
                 }
             }
             alone.push(levels);
         }
         let levels = (0..stretches).map(|passage| self.together(&alone, passage)).collect();
-        Some(HeardPassing { levels, sound, sounding })
+        Some(RecordedPassage { levels, sound, sounding })
     }
 
     /// Reading of a sound level meter for a line's pressures \[dB\]. It starts from the mean square of the lead, so

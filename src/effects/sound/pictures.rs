@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::groove_fields::UnderPatchLevels;
-use super::planned::{Heard, Sound};
+use super::planned::{PlannedReceiver, Sound};
 use crate::effects::error::RunError;
 use crate::response::{BandLevel, LevelErrors};
 use crate::results::files::ResultFiles;
@@ -22,8 +22,8 @@ pub(super) fn draw_levels(
 ) -> Result<(), RunError> {
     let drawn: Vec<(&str, Vec<BandLevel>)> = spectra
         .iter()
-        .map(|heard| {
-            (heard.name.as_str(), SoundLevels::of(&heard.spectrum, LOWEST_FREQUENCY..f64::INFINITY).a_weighted)
+        .map(|receiver| {
+            (receiver.name.as_str(), SoundLevels::of(&receiver.spectrum, LOWEST_FREQUENCY..f64::INFINITY).a_weighted)
         })
         .collect();
     if drawn.iter().all(|(_, levels)| levels.is_empty()) {
@@ -42,7 +42,7 @@ pub(super) fn draw_levels(
 
 const ROWS: usize = 120;
 
-/// Draws |G| under the patch, as it is at the first point of a receiver; welded ribs have no value.
+/// Draws |G| under the patch, as it is at the first point of a receiver; closed ribs have no value.
 pub(super) fn draw_under_patch(
     loaded: &LoadedScene,
     receiver: &str,
@@ -76,12 +76,12 @@ pub(super) fn draw_under_patch(
 /// Draws the level over the position of the tyre, or of the vehicle's middle; rows are time, position, level.
 pub(super) fn draw_pass_by(
     loaded: &LoadedScene,
-    heard: &Heard,
+    receiver: &PlannedReceiver,
     rows: &[[f64; 3]],
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
-    let title = format!("Passing {}: {}", heard.name, loaded.title());
-    let who = if heard.vehicle().is_some() { "Middle of the vehicle" } else { "Tyre" };
+    let title = format!("Passing {}: {}", receiver.name, loaded.title());
+    let who = if receiver.vehicle().is_some() { "Middle of the vehicle" } else { "Tyre" };
     let points: Vec<(f64, f64)> = rows.iter().map(|[_, place, level]| (-place, *level)).collect();
     let plot = LinePlot {
         title: &title,
@@ -89,18 +89,18 @@ pub(super) fn draw_pass_by(
         y: Axis::linear_around("A-weighted level, F [dB(A)]", points.iter().map(|point| point.1)),
         series: vec![Series { name: "", points }],
     };
-    folder.write_text(&format!("pass_by_{}.svg", heard.file), &plot.to_svg())?;
+    folder.write_text(&format!("pass_by_{}.svg", receiver.file), &plot.to_svg())?;
     Ok(())
 }
 
 /// Draws the level over the angle from straight ahead, by the left.
 pub(super) fn draw_directivity(
     loaded: &LoadedScene,
-    heard: &Heard,
+    receiver: &PlannedReceiver,
     levels: &[f64],
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
-    let title = format!("Directivity, {}: {}", heard.name, loaded.title());
+    let title = format!("Directivity, {}: {}", receiver.name, loaded.title());
     let angle = |index: usize| 360.0 * index as f64 / levels.len() as f64;
     // The first point again closes the circle.
     let points: Vec<(f64, f64)> =
@@ -111,6 +111,6 @@ pub(super) fn draw_directivity(
         quantity: "A-weighted level [dB(A)]",
         series: vec![Series { name: "", points }],
     };
-    folder.write_text(&format!("directivity_{}.svg", heard.file), &plot.to_svg())?;
+    folder.write_text(&format!("directivity_{}.svg", receiver.file), &plot.to_svg())?;
     Ok(())
 }

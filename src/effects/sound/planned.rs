@@ -59,7 +59,7 @@ const PATCH_STEP: f64 = 0.01;
 
 /// A `[[receiver]]` with its points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Heard {
+pub struct PlannedReceiver {
     /// Name in the scene, or that of its standard; unique.
     pub name: String,
     /// Name as part of file names; unique.
@@ -70,7 +70,7 @@ pub struct Heard {
     pub points: Range<usize>,
 }
 
-impl Heard {
+impl PlannedReceiver {
     /// Microphones of its standard.
     pub(crate) fn standard(&self) -> Box<dyn Standard> {
         standard(&self.place)
@@ -116,7 +116,7 @@ pub struct Sound {
     /// Settings, with a highest frequency that the time step can represent.
     pub radiation: Radiation,
     /// Receivers.
-    pub heard: Vec<Heard>,
+    pub receivers: Vec<PlannedReceiver>,
     /// Positions of the points of all receivers \[m\], in the frame of [`crate::scene::Receiver`].
     pub positions: Vec<[f64; 3]>,
     /// Frequency from which on the error of the forces' third octaves holds that `preset` or `accuracy` states \[Hz\],
@@ -238,13 +238,13 @@ impl Sound {
 
     /// Errors of the levels, at the receiver where the transfer's is largest.
     pub(crate) fn error(&self) -> SoundError {
-        let all = self.heard.iter().map(|heard| self.error_at(heard));
+        let all = self.receivers.iter().map(|receiver| self.error_at(receiver));
         let worst = all.reduce(|a, b| if b.way > a.way { b } else { a });
         worst.unwrap_or_else(|| self.with_way(0.0, 0.0, 0.0))
     }
 
     /// Errors of the levels at a receiver.
-    pub(crate) fn error_at(&self, heard: &Heard) -> SoundError {
+    pub(crate) fn error_at(&self, receiver: &PlannedReceiver) -> SoundError {
         let Radiation { quality, nodes_per_wavelength, frequency_tolerance, lateral_waves, .. } = self.radiation;
         let waves = WAVES_ERROR * (Radiation::default().lateral_waves as f64 / lateral_waves as f64).powi(2);
         match quality {
@@ -258,8 +258,8 @@ impl Sound {
                 self.with_way(way, way, 0.0)
             }
             RadiationQuality::Draft => {
-                let points = self.positions.get(heard.points.clone()).unwrap_or_default();
-                let DraftError { band, from, level } = self.draft_error(&heard.place, points);
+                let points = self.positions.get(receiver.points.clone()).unwrap_or_default();
+                let DraftError { band, from, level } = self.draft_error(&receiver.place, points);
                 self.with_way(band + waves, level + waves, from)
             }
         }
@@ -292,8 +292,8 @@ impl Sound {
 
 impl Sound {
     /// Length of a line of points that is passed \[m\].
-    fn line_length(&self, heard: &Heard) -> f64 {
-        let line = heard.lines().first().cloned().and_then(|line| self.positions.get(line));
+    fn line_length(&self, receiver: &PlannedReceiver) -> f64 {
+        let line = receiver.lines().first().cloned().and_then(|line| self.positions.get(line));
         line.and_then(|line| Some(line.first()?[0] - line.last()?[0])).unwrap_or(0.0)
     }
 
@@ -309,7 +309,8 @@ impl Sound {
     /// Shortest `rolling.duration` at a speed \[m/s\] that gives sound, a passage at every receiver that is passed
     /// included \[s\]; the propagation from the ends of a line counts as the whole line at 343 m/s.
     pub(crate) fn least_duration(&self, speed: f64) -> f64 {
-        let lines = self.heard.iter().filter(|heard| heard.is_passed()).map(|heard| self.line_length(heard));
+        let lines =
+            self.receivers.iter().filter(|receiver| receiver.is_passed()).map(|receiver| self.line_length(receiver));
         let longest = lines.fold(0.0, f64::max);
         let seconds = longest / speed + longest / 343.0;
         let ends = if longest > 0.0 { 2.0 * EXCERPT_ENDS } else { 0.0 };
@@ -318,23 +319,23 @@ impl Sound {
 
     /// For so many samples of all points at a speed \[m/s\]: the number of samples that are stored, and the number of
     /// samples of passages that are computed.
-    pub(crate) fn heard_samples(&self, samples: usize, speed: f64) -> [f64; 2] {
+    pub(crate) fn recorded_samples(&self, samples: usize, speed: f64) -> [f64; 2] {
         let kept = self.kept_samples().min(samples) as f64;
-        let one = |heard: &Heard| {
-            if !heard.is_passed() {
-                let recorded = heard.standard().is_kept(self.radiation.audio);
-                return [if recorded { kept * heard.points.len() as f64 } else { 0.0 }, 0.0];
+        let one = |receiver: &PlannedReceiver| {
+            if !receiver.is_passed() {
+                let recorded = receiver.standard().is_kept(self.radiation.audio);
+                return [if recorded { kept * receiver.points.len() as f64 } else { 0.0 }, 0.0];
             }
-            let lines = heard.lines();
+            let lines = receiver.lines();
             let points = lines.first().map_or(0, ExactSizeIterator::len) as f64;
-            let length = self.line_length(heard);
+            let length = self.line_length(receiver);
             let seconds = length / speed;
             let passages = (kept * self.layout.time_step / seconds).floor();
             let spacing = length / (points - 1.0);
             let excerpt = STENCIL as f64 * spacing / speed / self.layout.time_step + EXCERPT_ENDS;
             [points * excerpt, seconds * FILE_RATE].map(|samples| lines.len() as f64 * passages * samples)
         };
-        self.heard.iter().map(one).fold([0.0; 2], |[kept, read], [k, r]| [kept + k, read + r])
+        self.receivers.iter().map(one).fold([0.0; 2], |[kept, read], [k, r]| [kept + k, read + r])
     }
 }
 
@@ -407,7 +408,7 @@ impl Plan {
         let mut files: Vec<String> = Vec::new();
         let patch_length = || self.patch_length(&radiation, self.expected().length);
         let beside = Beside { half_width: 0.5 * tyre.width + radiation.shoulder, patch_length: &patch_length };
-        let heard = receivers.iter().enumerate().map(|(index, receiver)| {
+        let planned = receivers.iter().enumerate().map(|(index, receiver)| {
             let (first, microphones) = (positions.len(), standard(&receiver.place));
             positions.extend(microphones.points(&beside));
             if receiver.name.is_empty() {
@@ -421,9 +422,9 @@ impl Plan {
             let plain = name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '-' });
             let file = unlike(&plain.collect::<String>(), index, &files);
             files.push(file.clone());
-            Heard { name, file, place: receiver.place, points: first..positions.len() }
+            PlannedReceiver { name, file, place: receiver.place, points: first..positions.len() }
         });
-        let heard: Vec<Heard> = heard.collect();
+        let planned: Vec<PlannedReceiver> = planned.collect();
         let stated = FrontRow::stated_error(&self.scene);
         let draft = DraftErrors::of(self.radius, tyre.width + 2.0 * radiation.shoulder);
         let arc = tyre.sidewall_arc(0.0).filter(|_| radiation.hears_sides(tyre));
@@ -431,7 +432,19 @@ impl Plan {
         let channels = channels(&self.scene);
         let squeezes = self.scene.squeezes_blocks();
         let places = if self.scene.opens_voids() { PLACES } else { 1 };
-        Some(Sound { radiation, heard, positions, stated, layout, lateral, bead, draft, channels, places, squeezes })
+        Some(Sound {
+            radiation,
+            receivers: planned,
+            positions,
+            stated,
+            layout,
+            lateral,
+            bead,
+            draft,
+            channels,
+            places,
+            squeezes,
+        })
     }
 }
 
@@ -485,7 +498,7 @@ mod tests {
         let place = |vehicle| Receiver { name: String::new(), place: ReceiverPlace::Standard(coast_by(vehicle)) };
         scene.receivers = vec![place(None), place(Some(vehicle)), place(Some(Vehicle { wheelbase: 2.0, ..vehicle }))];
         let sound = Plan::new(&scene).sound().unwrap();
-        let [one, four, short] = [0, 1, 2].map(|receiver| &sound.heard[receiver]);
+        let [one, four, short] = [0, 1, 2].map(|receiver| &sound.receivers[receiver]);
         // Three times 7.595 m, and 6 m for the detector before them: 116 steps of 0.25 m, and 92 behind.
         assert_eq!((one.points.clone(), one.lines().len(), one.tyres()), (0..209, 1, 1));
         assert_eq!((sound.positions[0], sound.positions[208]), ([29.0, 7.5, 1.2], [-23.0, 7.5, 1.2]));
@@ -503,7 +516,7 @@ mod tests {
                 assert!(along.contains(&ahead) && (aside - line[0][1]).abs() < 1e-12, "tyre {tyre}: {ahead}");
             }
         }
-        let files: Vec<&str> = sound.heard.iter().map(|heard| heard.file.as_str()).collect();
+        let files: Vec<&str> = sound.receivers.iter().map(|receiver| receiver.file.as_str()).collect();
         assert_eq!(files, ["coast-by", "coast-by-2", "coast-by-3"]);
     }
 
@@ -514,10 +527,10 @@ mod tests {
             |name: &&str| Receiver { name: (*name).to_owned(), place: ReceiverPlace::Standard(coast_by(None)) };
         scene.receivers = ["a b", "a-b-3", "a.b", "", "", "A/B", "coast-by-5"].iter().map(receiver).collect();
         let sound = Plan::new(&scene).sound().unwrap();
-        let of = |field: fn(&Heard) -> &str| sound.heard.iter().map(field).collect::<Vec<_>>();
-        let names = of(|heard| &heard.name);
+        let of = |field: fn(&PlannedReceiver) -> &str| sound.receivers.iter().map(field).collect::<Vec<_>>();
+        let names = of(|receiver| &receiver.name);
         assert_eq!(names, ["a b", "a-b-3", "a.b", "coast-by", "coast-by-6", "A/B", "coast-by-5"]);
-        let files = of(|heard| &heard.file);
+        let files = of(|receiver| &receiver.file);
         assert_eq!(files, ["a-b", "a-b-3", "a-b-4", "coast-by", "coast-by-6", "A-B-6", "coast-by-5"]);
     }
 
@@ -556,7 +569,7 @@ mod tests {
         scene.radiation.quality = RadiationQuality::Draft;
         (scene.numerics.preset, scene.numerics.fmax) = (Some(Preset::Standard), Some(1000.0));
         let sound = Plan::new(&scene).sound().unwrap();
-        let [cpx, beside, ahead] = [0, 1, 2].map(|receiver| sound.error_at(&sound.heard[receiver]));
+        let [cpx, beside, ahead] = [0, 1, 2].map(|receiver| sound.error_at(&sound.receivers[receiver]));
         assert!(cpx.band < beside.band && beside.band < ahead.band, "{cpx:?} {beside:?} {ahead:?}");
         assert_eq!(sound.error(), ahead, "the worst stands for all");
         for error in [cpx, beside, ahead] {
@@ -589,8 +602,8 @@ mod tests {
         for &position in &sound.positions {
             assert_eq!(body.check_receiver(position), Ok(()), "{position:?}");
         }
-        let front = sound.positions[sound.heard[1].points.start];
+        let front = sound.positions[sound.receivers[1].points.start];
         assert!((body.depth(front) + 0.2).abs() < 1e-12, "0.2 m from the sidewall: {}", body.depth(front));
-        assert_eq!(sound.heard.last().map(|heard| heard.points.end), Some(sound.points()));
+        assert_eq!(sound.receivers.last().map(|receiver| receiver.points.end), Some(sound.points()));
     }
 }

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::groove_fields::{GAP_FILE, VOIDS_FILE};
-use super::planned::{Heard, SOUND_FADE, SOUND_SEGMENT, Sound};
+use super::planned::{PlannedReceiver, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;
-use crate::effects::sound::passing::{HeardPassing, Passing};
+use crate::effects::sound::passing::{Passing, RecordedPassage};
 use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by, draw_under_patch};
 use crate::numeric::in_parallel;
 use crate::response::{BandLevel, LevelErrors, PowerSpectrum, SliceErrors, SpectrumAccumulator, ThirdOctaveBand};
@@ -46,26 +46,26 @@ impl SoundObserver {
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         if let Some(grooves) = &self.way.grooves {
             if !self.sound.channels.is_empty() {
-                folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound, &self.amid))?;
+                folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound, &self.middle_pressures))?;
             }
             if let Some(table) = grooves.voids_to_csv(&self.sound) {
                 folder.write_text(VOIDS_FILE, &table)?;
             }
-            let drawn = grooves.loudest.as_ref().zip(self.sound.heard.first());
-            if let Some((levels, heard)) = drawn.filter(|_| loaded.scene.outputs.plots) {
-                draw_under_patch(loaded, &heard.name, levels, folder)?;
+            let drawn = grooves.loudest.as_ref().zip(self.sound.receivers.first());
+            if let Some((levels, receiver)) = drawn.filter(|_| loaded.scene.outputs.plots) {
+                draw_under_patch(loaded, &receiver.name, levels, folder)?;
             }
         }
         let (mut receivers, mut recordings) = (Vec::new(), Vec::new());
-        for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {
-            let (summary, recording) = self.receiver(loaded, heard, spectrum, &points, folder)?;
+        for (receiver, spectrum) in self.sound.receivers.iter().zip(&spectra) {
+            let (summary, recording) = self.receiver(loaded, receiver, spectrum, &points, folder)?;
             recordings.extend(recording.map(|recording| (receivers.len(), recording)));
             receivers.push(summary);
         }
         let peak = recordings.iter().map(|(_, recording)| recording.peak()).fold(0.0, f64::max);
         let full_scale = self.sound.radiation.full_scale.unwrap_or_else(|| full_scale_for(peak));
         for (receiver, recording) in recordings {
-            let file = format!("sound_{}.wav", self.sound.heard[receiver].file);
+            let file = format!("sound_{}.wav", self.sound.receivers[receiver].file);
             receivers[receiver].audio = Some(recording.write(folder, file, full_scale)?);
         }
         if loaded.scene.outputs.plots {
@@ -100,36 +100,37 @@ impl SoundObserver {
         let count = self.sound.points();
         let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(count, self.valid_to)).transpose()?;
         let places = if self.sound.places > 1 { self.place_spectra()? } else { Vec::new() };
-        let at = |heard: &Heard, points: &[PowerSpectrum]| {
-            let mut spectrum = PowerSpectrum::mean_of(self.sound.counted(heard).map(|point| &points[point]))?;
-            let tyres = heard.tyres() as f64;
+        let at = |receiver: &PlannedReceiver, points: &[PowerSpectrum]| {
+            let mut spectrum = PowerSpectrum::mean_of(self.sound.counted(receiver).map(|point| &points[point]))?;
+            let tyres = receiver.tyres() as f64;
             spectrum.power.iter_mut().for_each(|power| *power *= tyres);
             Some(spectrum)
         };
-        let one = |heard: &Heard| {
-            let [vibration, squeeze] = [0, 1].map(|part| parts.as_ref().and_then(|parts| at(heard, &parts[part])));
+        let one = |receiver: &PlannedReceiver| {
+            let [vibration, squeeze] = [0, 1].map(|part| parts.as_ref().and_then(|parts| at(receiver, &parts[part])));
             Some(ReceiverSpectrum {
-                name: heard.name.clone(),
-                spectrum: at(heard, points)?,
+                name: receiver.name.clone(),
+                spectrum: at(receiver, points)?,
                 parts: vibration.zip(squeeze).map(|(vibration, squeeze)| SoundParts { vibration, squeeze }),
-                places: places.chunks_exact(count).filter_map(|points| at(heard, points)).collect(),
-                error: self.sound.error_at(heard),
+                places: places.chunks_exact(count).filter_map(|points| at(receiver, points)).collect(),
+                error: self.sound.error_at(receiver),
             })
         };
-        Ok(self.sound.heard.iter().filter_map(one).collect())
+        Ok(self.sound.receivers.iter().filter_map(one).collect())
     }
 
     fn receiver(
         &self,
         loaded: &LoadedScene,
-        heard: &Heard,
+        receiver: &PlannedReceiver,
         ReceiverSpectrum { spectrum, parts, places, .. }: &ReceiverSpectrum,
         points: &[PowerSpectrum],
         folder: &dyn ResultFiles,
     ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
-        let levels = vouched(spectrum);
-        let level_of = |part: fn(&SoundParts) -> &PowerSpectrum| Some(vouched(part(parts.as_ref()?)).overall_a);
-        let (error, level_a_error) = (self.sound.error_at(heard), self.level_a_error(heard, &levels));
+        let levels = over_valid_bands(spectrum);
+        let level_of =
+            |part: fn(&SoundParts) -> &PowerSpectrum| Some(over_valid_bands(part(parts.as_ref()?)).overall_a);
+        let (error, level_a_error) = (self.sound.error_at(receiver), self.level_a_error(receiver, &levels));
         let unknown = || match &self.sound.stated {
             Err(why) => why.to_string(),
             Ok(_) if self.by_slices && self.slice_errors.is_none() => "error by slices not known".to_owned(),
@@ -137,14 +138,14 @@ impl SoundObserver {
         };
         let mut recording = None;
         let mut summary = ReceiverSummary {
-            name: heard.name.clone(),
-            points: heard.points.len(),
-            tyres: heard.vehicle().map(|_| heard.tyres()),
+            name: receiver.name.clone(),
+            points: receiver.points.len(),
+            tyres: receiver.vehicle().map(|_| receiver.tyres()),
             level: levels.overall,
             level_a: levels.overall_a,
             vibration_level_a: level_of(|parts| &parts.vibration),
             squeeze_level_a: level_of(|parts| &parts.squeeze),
-            voids_spread_a: spread(places.iter().map(|place| vouched(place).overall_a)),
+            voids_spread_a: spread(places.iter().map(|place| over_valid_bands(place).overall_a)),
             level_a_error,
             no_level_a_error: level_a_error.is_none().then(unknown),
             bands: levels.covered(),
@@ -155,34 +156,36 @@ impl SoundObserver {
             audio: None,
         };
         let audio = self.sound.radiation.audio;
-        let standard = heard.standard();
+        let standard = receiver.standard();
         match standard.finding() {
             Finding::SoundPower(radius) => {
-                let squares: Vec<f64> =
-                    points[heard.points.clone()].iter().map(|point| mean_square(vouched(point).overall_a)).collect();
+                let squares: Vec<f64> = points[receiver.points.clone()]
+                    .iter()
+                    .map(|point| mean_square(over_valid_bands(point).overall_a))
+                    .collect();
                 summary.power_level_a = Some(power_level(Iso3744::power(&squares, radius, &self.way.air)));
             }
             Finding::Directivity => {
                 if loaded.scene.outputs.plots {
-                    let levels = points[heard.points.clone()].iter().map(|point| vouched(point).overall_a);
-                    draw_directivity(loaded, heard, &levels.collect::<Vec<_>>(), folder)?;
+                    let levels = points[receiver.points.clone()].iter().map(|point| over_valid_bands(point).overall_a);
+                    draw_directivity(loaded, receiver, &levels.collect::<Vec<_>>(), folder)?;
                 }
             }
             Finding::Passage => {
-                let Some((passing, found)) = self.passing(heard) else { return Ok((summary, None)) };
+                let Some((passing, found)) = self.passing(receiver) else { return Ok((summary, None)) };
                 match found {
                     Err(missing) => summary.no_pass_by = Some(missing),
                     Ok(found) => {
-                        summary.pass_by = Some(write_pass_by(loaded, heard, &passing, &found.levels, folder)?);
-                        recording = audio.then(|| Audible::passing(heard, found));
+                        summary.pass_by = Some(write_pass_by(loaded, receiver, &passing, &found.levels, folder)?);
+                        recording = audio.then(|| Audible::passing(receiver, found));
                     }
                 }
             }
-            Finding::Intensity(probes) => summary.intensity = self.write_intensity(heard, &probes, folder)?,
+            Finding::Intensity(probes) => summary.intensity = self.write_intensity(receiver, &probes, folder)?,
             Finding::Level => {}
         }
         if audio && standard.is_recorded() {
-            let channels = heard.points.clone().map(|point| self.at_file_rate(point)).collect();
+            let channels = receiver.points.clone().map(|point| self.at_file_rate(point)).collect();
             let description = "a tyre, heard moving along";
             recording = Some(Audible { channels, description, tyres: None });
         }
@@ -190,8 +193,8 @@ impl SoundObserver {
     }
 
     /// Error of the overall A-weighted level of a receiver \[dB(A)\], where it is known.
-    fn level_a_error(&self, heard: &Heard, levels: &SoundLevels) -> Option<f64> {
-        let error = self.sound.error_at(heard);
+    fn level_a_error(&self, receiver: &PlannedReceiver, levels: &SoundLevels) -> Option<f64> {
+        let error = self.sound.error_at(receiver);
         self.level_errors(error.of_bands()).overall(error.level_a, &levels.a_weighted)
     }
 
@@ -203,17 +206,17 @@ impl SoundObserver {
     /// Writes the intensity by the pairs of a receiver; `None` where too few pressures are stored.
     fn write_intensity(
         &self,
-        heard: &Heard,
+        receiver: &PlannedReceiver,
         probes: &Probes,
         folder: &dyn ResultFiles,
     ) -> Result<Option<IntensitySummary>, RunError> {
         let time_step = self.sound.layout.time_step;
         // Pressures are early by the whole time steps of each point's delay.
-        let delays = heard.points.clone().map(|point| self.way.delays[point]);
+        let delays = receiver.points.clone().map(|point| self.way.delays[point]);
         let latest = delays.clone().max().unwrap_or(0);
         let signal = |point: usize| -> Vec<f64> {
-            let early = latest - self.way.delays[heard.points.start + point];
-            self.signals[heard.points.start + point].excerpt(0).skip(early as usize).collect()
+            let early = latest - self.way.delays[receiver.points.start + point];
+            self.signals[receiver.points.start + point].excerpt(0).skip(early as usize).collect()
         };
         let (mut rows, mut levels, mut seconds, mut bands) = (Vec::new(), BTreeMap::new(), 0.0, None);
         for (name, [first, second]) in &probes.pairs {
@@ -247,7 +250,7 @@ impl SoundObserver {
             "pressure_intensity_index_db",
             "valid",
         ];
-        let file = format!("intensity_{}.csv", heard.file);
+        let file = format!("intensity_{}.csv", receiver.file);
         folder.write_text(&file, &csv(header, rows))?;
         let known = |level: f64| level.is_finite().then_some(level);
         let level_a = known(energetic_mean(levels.values().copied()));
@@ -257,12 +260,12 @@ impl SoundObserver {
 
     /// Levels by which runs are compared.
     pub(super) fn rated(&self, spectra: &[ReceiverSpectrum]) -> Vec<RatedLevel> {
-        let one = |(heard, spectrum): (&Heard, &ReceiverSpectrum)| {
-            let levels = vouched(&spectrum.spectrum);
-            let error = self.level_a_error(heard, &levels);
+        let one = |(receiver, spectrum): (&PlannedReceiver, &ReceiverSpectrum)| {
+            let levels = over_valid_bands(&spectrum.spectrum);
+            let error = self.level_a_error(receiver, &levels);
             let level = levels.overall_a;
             let mean = TotalLevel::of(levels.a_weighted).map(|mean| TotalLevel { level, error, ..mean });
-            let (level, pass_by) = match self.passing(heard) {
+            let (level, pass_by) = match self.passing(receiver) {
                 Some((passing, found)) => {
                     let pass_by = found.ok().map(|found| passing.summary(String::new(), &found.levels));
                     let level = mean.zip(pass_by.as_ref()).map(|(mean, pass_by)| mean.at_most(pass_by.maximum));
@@ -270,24 +273,24 @@ impl SoundObserver {
                 }
                 None => (mean, None),
             };
-            RatedLevel { name: heard.name.clone(), passed: heard.is_passed(), level, pass_by }
+            RatedLevel { name: receiver.name.clone(), passed: receiver.is_passed(), level, pass_by }
         };
-        self.sound.heard.iter().zip(spectra).map(one).collect()
+        self.sound.receivers.iter().zip(spectra).map(one).collect()
     }
 
     /// A receiver that is passed, and its passages or the reason why there is none; `None` for one that is not passed.
-    fn passing(&self, heard: &Heard) -> Option<(Passing, Result<HeardPassing, String>)> {
-        let passing = Passing::of(&self.sound, &self.way, heard, self.speed, &self.band())?;
-        let kept = self.sound.kept_samples().min(self.signals[heard.points.start].taken());
+    fn passing(&self, receiver: &PlannedReceiver) -> Option<(Passing, Result<RecordedPassage, String>)> {
+        let passing = Passing::of(&self.sound, &self.way, receiver, self.speed, &self.band())?;
+        let kept = self.sound.kept_samples().min(self.signals[receiver.points.start].taken());
         let missing = || passing.missing(&self.sound, kept).unwrap_or_else(|| "no passage".to_owned());
-        let found = passing.hear(kept, &self.signals).ok_or_else(missing);
+        let found = passing.record(kept, &self.signals).ok_or_else(missing);
         Some((passing, found))
     }
 
     /// Band of the valid third octaves \[Hz\], to which levels and sound files are restricted.
     pub(super) fn band(&self) -> Range<f64> {
         let bands = ThirdOctaveBand::within(LOWEST_FREQUENCY..0.5 / self.sound.layout.time_step);
-        let last = bands.iter().rfind(|band| band.is_vouched_for(self.valid_to));
+        let last = bands.iter().rfind(|band| band.is_valid_up_to(self.valid_to));
         let edges = |(first, last): (&ThirdOctaveBand, &ThirdOctaveBand)| first.lower_edge()..last.upper_edge();
         bands.first().zip(last).map_or(LOWEST_FREQUENCY..LOWEST_FREQUENCY, edges)
     }
@@ -302,17 +305,17 @@ impl SoundObserver {
 impl Sound {
     /// Points of a receiver over which its spectrum is averaged: all but those in which the detector settles before a
     /// passage.
-    pub(crate) fn counted(&self, heard: &Heard) -> impl Iterator<Item = usize> {
-        let rear = self.positions[heard.points.clone()].last().map_or(0.0, |last| last[0]);
-        let counts = move |point: &usize| !heard.is_passed() || self.positions[*point][0] <= 1e-9 - rear;
-        heard.points.clone().filter(counts)
+    pub(crate) fn counted(&self, receiver: &PlannedReceiver) -> impl Iterator<Item = usize> {
+        let rear = self.positions[receiver.points.clone()].last().map_or(0.0, |last| last[0]);
+        let counts = move |point: &usize| !receiver.is_passed() || self.positions[*point][0] <= 1e-9 - rear;
+        receiver.points.clone().filter(counts)
     }
 }
 
 /// Writes and draws the mean level of all passages over time; returns the summary of their maxima.
 fn write_pass_by(
     loaded: &LoadedScene,
-    heard: &Heard,
+    receiver: &PlannedReceiver,
     passing: &Passing,
     levels: &[Vec<f64>],
     folder: &dyn ResultFiles,
@@ -326,14 +329,14 @@ fn write_pass_by(
             [middle.time(sample), middle.place(sample), mean]
         })
         .collect();
-    let who = if heard.vehicle().is_some() { "vehicle" } else { "tyre" };
+    let who = if receiver.vehicle().is_some() { "vehicle" } else { "tyre" };
     let place = format!("{who}_ahead_of_microphone_m");
     let rows = told.iter().map(|&[time, place, level]| [time, -place, level]);
     let text = csv(["time_s", &place, "level_db_a_fast"], rows);
-    let file = format!("pass_by_{}.csv", heard.file);
+    let file = format!("pass_by_{}.csv", receiver.file);
     folder.write_text(&file, &text)?;
     if loaded.scene.outputs.plots {
-        draw_pass_by(loaded, heard, &told, folder)?;
+        draw_pass_by(loaded, receiver, &told, folder)?;
     }
     Ok(passing.summary(file, levels))
 }
@@ -348,13 +351,13 @@ struct Audible {
 
 impl Audible {
     /// A passage; for a vehicle the description has the number of tyres in it.
-    fn passing(heard: &Heard, HeardPassing { sound, sounding, .. }: HeardPassing) -> Self {
-        let description = match (heard.vehicle(), sounding) {
+    fn passing(receiver: &PlannedReceiver, RecordedPassage { sound, sounding, .. }: RecordedPassage) -> Self {
+        let description = match (receiver.vehicle(), sounding) {
             (None, _) => "a tyre passing by",
             (Some(_), 1) => "the front left tyre of a vehicle passing by: the run is too short for all four",
             (Some(_), _) => "the four tyres of a vehicle passing by, from four stretches of the run",
         };
-        Self { channels: vec![sound], description, tyres: heard.vehicle().map(|_| sounding) }
+        Self { channels: vec![sound], description, tyres: receiver.vehicle().map(|_| sounding) }
     }
 
     /// Largest magnitude of the pressure \[Pa\].
@@ -380,6 +383,6 @@ impl Audible {
 }
 
 /// Levels whose overall ones are those of the valid bands.
-fn vouched(spectrum: &PowerSpectrum) -> SoundLevels {
-    SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).vouched()
+fn over_valid_bands(spectrum: &PowerSpectrum) -> SoundLevels {
+    SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).over_valid_bands()
 }

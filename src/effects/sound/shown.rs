@@ -10,12 +10,12 @@ const PLAYED_PEAK: f64 = -3.0;
 
 pub(super) fn figures(stored: &Stored) -> Vec<Figure> {
     let mut figures = Vec::new();
-    for heard in stored.summary.sound.iter().flat_map(|sound| &sound.receivers) {
-        let bands = stored.spectrum(SOUND_LEVEL, &heard.name).map_or(&[][..], |spectrum| &spectrum.levels);
-        let rated = heard.rated(bands);
+    for receiver in stored.summary.sound.iter().flat_map(|sound| &sound.receivers) {
+        let bands = stored.spectrum(SOUND_LEVEL, &receiver.name).map_or(&[][..], |spectrum| &spectrum.levels);
+        let rated = receiver.rated(bands);
         figures.extend(Figure::level(format!("level at {}", rated.label()), rated.level));
         if rated.passed {
-            figures.extend(Figure::level(format!("mean along the line at {}", heard.name), heard.mean(bands)));
+            figures.extend(Figure::level(format!("mean along the line at {}", receiver.name), receiver.mean(bands)));
         }
     }
     figures
@@ -33,12 +33,12 @@ fn played_full_scale<'a>(all: impl Iterator<Item = &'a AudioSummary>) -> f64 {
 /// beside the road are far below those close to the tyre.
 pub(super) fn blocks(stored: &Stored, all: &[Stored]) -> Result<Vec<Block>, ReportError> {
     let Some(sound) = &stored.summary.sound else { return Ok(Vec::new()) };
-    let levels_at = sound.receivers.iter().map(|heard| [heard.name.clone(), heard.text()]);
+    let levels_at = sound.receivers.iter().map(|receiver| [receiver.name.clone(), receiver.text()]);
     let mut blocks = vec![Block::List(levels_at.collect())];
-    for heard in &sound.receivers {
-        let Some(audio) = &heard.audio else { continue };
+    for receiver in &sound.receivers {
+        let Some(audio) = &receiver.audio else { continue };
         let every = all.iter().filter_map(|stored| stored.summary.sound.as_ref()).flat_map(|sound| &sound.receivers);
-        let here = every.filter(|other| other.name == heard.name);
+        let here = every.filter(|other| other.name == receiver.name);
         let full_scale = played_full_scale(here.filter_map(|other| other.audio.as_ref()));
         let mut bytes = stored.bytes(&audio.file)?;
         let mut gain = 0.0;
@@ -48,7 +48,7 @@ pub(super) fn blocks(stored: &Stored, all: &[Stored]) -> Result<Vec<Block>, Repo
         }
         let words = format!(
             "{}, {:.1} s, {gain:+.1} dB over the calibrated {}, whose full scale is {} Pa: ",
-            heard.name, audio.seconds, audio.file, audio.full_scale
+            receiver.name, audio.seconds, audio.file, audio.full_scale
         );
         blocks.push(Block::Sound { words, file: audio.file.clone(), bytes });
     }

@@ -61,7 +61,7 @@ fn delays(sound: &Sound, body: &Body, air: &Air) -> (Vec<u64>, Vec<f64>) {
 }
 
 /// Input of a transfer path.
-pub(super) struct Seeking<'a> {
+pub(super) struct TransferSearch<'a> {
     /// Scene of the run.
     pub(super) loaded: &'a LoadedScene,
     /// Plan of the run.
@@ -74,7 +74,7 @@ pub(super) struct Seeking<'a> {
     pub(super) stop: &'a AtomicBool,
 }
 
-impl Seeking<'_> {
+impl TransferSearch<'_> {
     /// Finds the transfers to all points.
     ///
     /// # Errors
@@ -97,8 +97,8 @@ impl Seeking<'_> {
         let (greens, summary, grooves) = self.greens(&air, &body, &contact.gaps, warnings, progress, meter)?;
         let (delays, of_points) = delays(sound, &body, &air);
         // Points in grooves have no delay.
-        let left = |streamed| sound.spectrum_of(streamed).map_or(0.0, |spectrum| of_points[spectrum % sound.points()]);
-        let left = (0..greens.len()).map(left).collect();
+        let delay = |streamed| sound.spectrum_of(streamed).map_or(0.0, |spectrum| of_points[spectrum % sound.points()]);
+        let delays_of_all = (0..greens.len()).map(delay).collect();
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
         let rule = sound.flank(&body).map(|flank| flank.rule);
         let around = Sound::GRID.around / 2;
@@ -122,7 +122,7 @@ impl Seeking<'_> {
             density: air.density,
             air: sound.radiation.air,
             highest: sound.radiation.fmax,
-            delays: left,
+            delays: delays_of_all,
             strips: None,
         };
         meter.close(open, Stage::Radiation);
@@ -157,7 +157,7 @@ impl Seeking<'_> {
         meter: &mut Meter,
     ) -> Result<(Vec<SurfaceGreen>, BodySummary, Option<GrooveFields>), RunError> {
         let Self { plan, sound, .. } = *self;
-        // 1. Transfers of the welded body: a draft, or stored ones and boundary elements.
+        // 1. Transfers of the sealed body: a draft, or stored ones and boundary elements.
         let problem = sound.problem(body, plan.scene.numerics.memory_bytes());
         let range = sound.range(air);
         if sound.radiation.quality == RadiationQuality::Draft {
@@ -203,30 +203,30 @@ impl Seeking<'_> {
             frequencies: report.count,
             solved: report.solved,
             unknowns: report.solve.unknowns,
-            interpolation_error: report.largest_passed.max(report.largest_left),
+            interpolation_error: report.largest_passed.max(report.largest_unhalved),
             reciprocal_condition: (report.solved > 0).then_some(report.reciprocal_condition),
             ..BodySummary::of(RadiationQuality::Full, body, air)
         };
         // 2. Fields under an open patch.
         let Some(open) = open else { return Ok((surface_greens(set, body, sound), summary, None)) };
         let opened = open.open(set).map_err(|error| self.refused("air_pumping", error.to_string(), "other grooves"))?;
-        let Opened { set, under, of_amid, fields } = opened;
+        let Opened { set, under, of_middles, fields } = opened;
         let mut greens = surface_greens(set, body, sound);
         // 3. G by point: the first place, points in grooves, then the other places.
         let mut under = under.into_iter();
         let first = under.next().unwrap_or_default();
-        let welded = if under.len() > 0 { greens.clone() } else { Vec::new() };
+        let sealed = if under.len() > 0 { greens.clone() } else { Vec::new() };
         // The pressures in grooves leave out sources beyond the sheet.
-        let silent = greens.first().filter(|_| !of_amid.is_empty()).map(|first| {
+        let silent = greens.first().filter(|_| !of_middles.is_empty()).map(|first| {
             let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
             SurfaceGreen { values, ..first.clone() }
         });
         greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
         let of = |under| silent.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
-        greens.extend(of_amid.into_iter().filter_map(of));
+        greens.extend(of_middles.into_iter().filter_map(of));
         // Then those of the other places, point by point.
         for under in under {
-            let pairs = welded.iter().cloned().zip(under);
+            let pairs = sealed.iter().cloned().zip(under);
             greens.extend(pairs.map(|(green, under)| SurfaceGreen { under_patch: Some(under), ..green }));
         }
         Ok((greens, summary, Some(fields)))

@@ -9,12 +9,12 @@ use crate::results::table::csv;
 const DEPTH: f64 = 80.0;
 
 /// Table with a row for each order: the force, and the pressures at some receivers.
-pub(super) fn to_csv(orders: &[Order], heard: &[ReceiverOrders]) -> String {
-    let pressures = heard.iter().map(|heard| format!("pressure_pa_{}", heard.receiver));
+pub(super) fn to_csv(orders: &[Order], receivers: &[ReceiverOrders]) -> String {
+    let pressures = receivers.iter().map(|of| format!("pressure_pa_{}", of.receiver));
     let header = ["order", "frequency_hz", "force_n", "repeated_force_n"].map(str::to_owned);
     let header: Vec<String> = header.into_iter().chain(pressures).collect();
     let line = |of: &Order| {
-        let pressures = heard.iter().map(|heard| heard.pressures.get(of.order).copied().unwrap_or_default());
+        let pressures = receivers.iter().map(|receiver| receiver.pressures.get(of.order).copied().unwrap_or_default());
         [of.order as f64, of.frequency, of.all, of.repeated].into_iter().chain(pressures).collect::<Vec<f64>>()
     };
     csv(header.iter().map(String::as_str), orders.iter().map(line))

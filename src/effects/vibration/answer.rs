@@ -46,11 +46,11 @@ impl TyreAnswer {
     ///
     /// # Errors
     /// A fit that was refused; [`RunError::Interrupted`].
-    pub(super) fn new(begin: &mut Begin<'_>, heard: Option<&[usize]>) -> Result<Self, RunError> {
+    pub(super) fn new(begin: &mut Begin<'_>, numbers: Option<&[usize]>) -> Result<Self, RunError> {
         let Begin { loaded, plan, contact, models, warnings, stop, meter, .. } = begin;
         let (scale, spring) = (contact.scale, contact.spring);
         let component = |share, number, model| Component { share, number, model, tangential: None };
-        let components = match (heard, models.poles.take()) {
+        let components = match (numbers, models.poles.take()) {
             (Some(numbers), _) => {
                 let models = lateral_models(loaded, plan, numbers, stop, meter, warnings)?;
                 let grid = plan.cell_grid();

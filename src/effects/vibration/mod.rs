@@ -18,8 +18,8 @@ use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::decisions::Row;
 use crate::plan::{Amounts, Choice, Plan, bytes};
 use crate::response::vibration::{
-    ElementVelocities, Heard, HeardVelocity, SegmentLayout, TransferKind, VelocityTable, VibrationAccumulator,
-    VibrationField, point_bytes,
+    ElementVelocities, ResolvedQuantities, ResolvedVelocity, SegmentLayout, TransferKind, VelocityTable,
+    VibrationAccumulator, VibrationField, point_bytes,
 };
 use crate::response::{LateralForces, LevelErrors, SliceErrors};
 use crate::results::files::ResultFiles;
@@ -28,7 +28,7 @@ use crate::scene::{LoadedScene, Scene, SceneError, Vibration};
 use crate::storage::state::{StateError, StateStream};
 use answer::TyreAnswer;
 use resolved::ResolvedForces;
-pub(crate) use results::HeardVibration;
+pub(crate) use results::VibrationResults;
 
 pub(crate) struct VibrationEffect;
 
@@ -69,7 +69,7 @@ impl Effect for VibrationEffect {
     }
 
     fn choice(&self, plan: &Plan) -> Option<Choice> {
-        plan.heard_waves()
+        plan.waves_in_mean()
     }
 
     fn add_amounts(&self, plan: &Plan, amounts: &mut Amounts) {
@@ -109,7 +109,7 @@ pub struct VibrationObserver {
     accumulator: VibrationAccumulator,
     tyre: TyreAnswer,
     /// Lateral waves, for forces on cells, that the velocities depend on.
-    heard: Option<LateralForces>,
+    lateral_forces: Option<LateralForces>,
     /// Power that forces on cells put into the waves that the run carries; `None` with friction.
     resolved: Option<ResolvedForces>,
     fields: Vec<VibrationField>,
@@ -184,7 +184,7 @@ impl VibrationObserver {
         check_memory(begin, &layout, fields.len(), &vibration)?;
 
         let cells = segments.cells.as_ref();
-        let numbers = cells.map(|cells| cells.heard.as_slice());
+        let numbers = cells.map(|cells| cells.in_mean.as_slice());
         let mut tyre = TyreAnswer::new(begin, numbers)?;
         let meter = &mut *begin.meter;
         if vibration.tangential {
@@ -198,25 +198,25 @@ impl VibrationObserver {
         let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
         let known = cells.map(|_| known(&layout, &tyre, &fields, at_places));
         meter.close(open, Stage::Vibration);
-        let heard_here = known.is_some();
+        let tables_known = known.is_some();
         let (accumulator, tables) = match known {
             None => (VibrationAccumulator::new(layout), None),
             Some((velocities, kept)) => {
-                (VibrationAccumulator::resolved(layout, Heard::Velocities(velocities)), Some(kept))
+                (VibrationAccumulator::resolved(layout, ResolvedQuantities::Velocities(velocities)), Some(kept))
             }
         };
         let (valid_to, errors) = (contact.force_valid_to(), level_errors(plan, contact.slice_errors.as_ref()));
-        let heard = cells.map(|cells| {
+        let lateral_forces = cells.map(|cells| {
             let grid = plan.cell_grid();
-            let numbers = LateralForces::new(&grid, cells.heard.clone());
+            let numbers = LateralForces::new(&grid, cells.in_mean.clone());
             numbers.with_tangential(&grid, plan.scene.has_tractions())
         });
         let mut observer =
-            Self { wanted: vibration, accumulator, tyre, heard, resolved, fields, valid_to, errors, steps };
+            Self { wanted: vibration, accumulator, tyre, lateral_forces, resolved, fields, valid_to, errors, steps };
         if at_places {
             meter.time(Stage::Vibration, || observer.add_points(first_element, tables));
         }
-        if at_places || heard_here {
+        if at_places || tables_known {
             meter.count(Counter::VibrationEvaluations, observer.evaluations(observer.fields.len()));
         }
         Ok(Some(observer))
@@ -265,12 +265,12 @@ impl VibrationObserver {
             if !step.counts {
                 return [false; 2];
             }
-            match &mut self.heard {
+            match &mut self.lateral_forces {
                 None => [self.accumulator.push(forces, power), false],
-                Some(heard) => {
+                Some(lateral_forces) => {
                     let of_power = self.resolved.as_mut().is_some_and(|resolved| resolved.push(forces, of_waves));
                     let tangential = footprint.tangential().map(|part| part.forces.as_slice());
-                    let components = heard.of_all(forces, tangential, columns);
+                    let components = lateral_forces.of_all(forces, tangential, columns);
                     [self.accumulator.push(components, power), of_power]
                 }
             }
@@ -312,10 +312,10 @@ fn known(
     tyre: &TyreAnswer,
     fields: &[VibrationField],
     keep: bool,
-) -> (Vec<HeardVelocity>, Vec<VelocityTable>) {
+) -> (Vec<ResolvedVelocity>, Vec<VelocityTable>) {
     let (mut velocities, mut kept) = (Vec::new(), Vec::new());
     tables(layout, tyre, fields, &mut |table| {
-        velocities.push(HeardVelocity::of(&table, layout));
+        velocities.push(ResolvedVelocity::of(&table, layout));
         if keep {
             kept.push(table);
         }

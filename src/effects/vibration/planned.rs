@@ -6,7 +6,7 @@ use crate::plan::amounts::wavenumbers;
 use crate::plan::settle::Choice;
 use crate::plan::{Amounts, Place, Plan, Unit};
 use crate::response::vibration::{
-    Across, ElementVelocities, HeardPower, HeardVelocity, SegmentLayout, VelocityTable, VibrationAccumulator,
+    Across, ElementVelocities, ResolvedPower, ResolvedVelocity, SegmentLayout, VelocityTable, VibrationAccumulator,
     point_bytes,
 };
 use crate::scene::{Diagnostic, LoadedScene, Numerics, Scene, SceneError, Vibration, Zone, short};
@@ -37,7 +37,7 @@ pub struct VibrationSegments {
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellSegments {
     /// Lateral numbers that contribute to the velocities, which are means across the strip.
-    pub heard: Vec<usize>,
+    pub in_mean: Vec<usize>,
     /// Number of lateral waves that the run carries: there may be more than a machine can list.
     pub carried: usize,
     /// Segments of the power, to which all waves contribute.
@@ -69,18 +69,18 @@ impl Plan {
         }
         let (grid, last) = (self.cell_grid(), self.last_lateral_number());
         let tolerance = vibration.lateral_tolerance.unwrap_or(Vibration::LATERAL_TOLERANCE);
-        let heard = grid.heard_by_mean(tolerance, last);
+        let in_mean = grid.numbers_in_mean(tolerance, last);
         let carried = last + 1 - grid.waves().first_lateral_number();
         let resolved = |components: usize, kept: usize| Across::Resolved { components, kept };
         let forces = if self.scene.has_tractions() { 3 } else { 1 };
-        let velocities = SegmentLayout { across: resolved(forces * heard.len(), vibration.fields()), ..even };
+        let velocities = SegmentLayout { across: resolved(forces * in_mean.len(), vibration.fields()), ..even };
         let revolutions = revolutions.min(POWER_REVOLUTIONS);
         let power = SegmentLayout { revolutions, across: resolved(carried, 1), ..even };
-        Some(VibrationSegments { velocities, cells: Some(CellSegments { heard, carried, power }) })
+        Some(VibrationSegments { velocities, cells: Some(CellSegments { in_mean, carried, power }) })
     }
 
     /// Number of lateral waves that contribute to the velocities for forces on cells, as a choice.
-    pub(super) fn heard_waves(&self) -> Option<Choice> {
+    pub(super) fn waves_in_mean(&self) -> Option<Choice> {
         let vibration = self.vibration().filter(|_| self.decisions.zone == Zone::Cells)?;
         let cells = self.vibration_segments(&vibration, 1)?.cells?;
         Some(Choice {
@@ -88,7 +88,7 @@ impl Plan {
             value: short(vibration.lateral_tolerance.unwrap_or(Vibration::LATERAL_TOLERANCE)),
             reason: format!(
                 "means across the strip hear {} of the {} waves across that the run carries",
-                cells.heard.len(),
+                cells.in_mean.len(),
                 cells.carried
             ),
         })
@@ -155,7 +155,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let times = parts * times;
     let poles = match &segments.cells {
         None => 0.5 * amounts.poles,
-        Some(cells) => add_models(amounts, plan, cells.heard.len()),
+        Some(cells) => add_models(amounts, plan, cells.in_mean.len()),
     };
     let bins = (layout.stages() * layout.bins()) as f64;
     amounts.add(Stage::Vibration, Unit::VibrationPole, times * poles * bins, Place::Before);
@@ -172,7 +172,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let held = point_bytes(&layout, wanted, vibration, turns);
     amounts.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
     if plan.scene.has_tractions() {
-        let tables = fields * (HeardVelocity::bytes(&layout, turns) + VelocityTable::bytes(&layout, turns));
+        let tables = fields * (ResolvedVelocity::bytes(&layout, turns) + VelocityTable::bytes(&layout, turns));
         amounts.hold("transfers of tangential forces", tables);
     } else if let Some(CellSegments { power, .. }) = &segments.cells {
         let [waves, ..] = plan.expected_waves(amounts.expected.columns);
@@ -181,8 +181,8 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         amounts.count(Counter::VibrationEvaluations, parts * waves * of_stages);
         // Tables exist one after the other, unless places need them all.
         let double = if at_places { fields } else { 1.0 } * VelocityTable::bytes(&layout, turns);
-        let of_power = HeardPower::bytes(power, waves, turns);
-        let tables = fields * HeardVelocity::bytes(&layout, turns) + double + of_power;
+        let of_power = ResolvedPower::bytes(power, waves, turns);
+        let tables = fields * ResolvedVelocity::bytes(&layout, turns) + double + of_power;
         amounts.hold("transfers of the cells' waves", tables);
         amounts.hold("forces and spectra of the power", VibrationAccumulator::bytes(power, 0));
     }

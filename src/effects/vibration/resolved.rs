@@ -7,7 +7,8 @@ use crate::effects::effect::TyreModels;
 use crate::plan::Plan;
 use crate::response::LateralForces;
 use crate::response::vibration::{
-    ContactPower, Dissipation, Heard, HeardPower, SegmentLayout, VibrationAccumulator, heard_dissipation,
+    ContactPower, Dissipation, ResolvedPower, ResolvedQuantities, SegmentLayout, VibrationAccumulator,
+    resolved_dissipation,
 };
 use crate::storage::state::{Evolving, StateError, StateStream};
 
@@ -39,7 +40,7 @@ impl ResolvedForces {
         let numbers: Vec<usize> = grid.lateral_numbers().take(segments.carried).collect();
         let SegmentLayout { columns, phase, first_position, .. } = *begin;
         let layout = SegmentLayout { columns, phase, first_position, ..segments.power };
-        let power = HeardPower::new(&layout, &waves, &numbers);
+        let power = ResolvedPower::new(&layout, &waves, &numbers);
         let count: usize = waves.iter().map(|waves| waves.model.len()).sum();
         let parts = if plan.decisions.tyre.turns() { 2 } else { 1 };
         let evaluations = parts * count * layout.stages() * layout.stages() * layout.bins();
@@ -48,7 +49,7 @@ impl ResolvedForces {
         let beyond = CellProduct::whole(beyond.columns, &beyond);
         Some(Self {
             carried: LateralForces::new(&grid, numbers),
-            power: VibrationAccumulator::resolved(layout, Heard::Power(power)),
+            power: VibrationAccumulator::resolved(layout, ResolvedQuantities::Power(power)),
             displacements: vec![0.0; layout.stages() * cells],
             put_in: ContactPower::new(layout.rule, layout.time_step, cells),
             beyond,
@@ -88,7 +89,7 @@ impl ResolvedForces {
     /// Power put into the waves \[W\], and the dissipated power.
     pub(super) fn power(&self) -> Option<(f64, Dissipation)> {
         let patch = self.power.finish()?;
-        Some((patch.mean_power, heard_dissipation(&patch)))
+        Some((patch.mean_power, resolved_dissipation(&patch)))
     }
 }
 

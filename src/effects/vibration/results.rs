@@ -5,7 +5,7 @@ use crate::effects::error::RunError;
 use crate::effects::vibration::VibrationObserver;
 use crate::response::vibration::{
     Dissipation, FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, element_spectrum,
-    field_spectra, heard_spectra, point_spectrum,
+    field_spectra, point_spectrum, resolved_spectra,
 };
 use crate::response::{BandLevel, LateralForces, LevelErrors, PowerSpectrum};
 use crate::results::files::ResultFiles;
@@ -25,7 +25,7 @@ const NON_ROTATING: &str = "non-rotating";
 
 /// Velocities of a run that keeps its results in memory.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HeardVibration {
+pub struct VibrationResults {
     /// Spectra by field, frame and place.
     pub spectra: Vec<VelocitySpectrum>,
     /// Their part of the run's summary.
@@ -33,7 +33,7 @@ pub struct HeardVibration {
 }
 
 /// Results of a complete run.
-struct Heard {
+struct SpectraAndBalance {
     spectra: Vec<FieldSpectra>,
     /// With the exact transfer of the tyre, where it was computed.
     of_tyre: Vec<FieldSpectra>,
@@ -60,7 +60,7 @@ impl VibrationObserver {
         folder: &dyn ResultFiles,
         meter: &mut Meter,
     ) -> Result<Option<VibrationSummary>, RunError> {
-        let Some((HeardVibration { spectra: named, summary }, fields)) = self.found(self.wanted.map, meter) else {
+        let Some((VibrationResults { spectra: named, summary }, fields)) = self.found(self.wanted.map, meter) else {
             return Ok(None);
         };
         folder.write_text(VIBRATION_FILE, &vibration_levels_csv(&named, LOWEST_FREQUENCY, &self.errors))?;
@@ -73,18 +73,18 @@ impl VibrationObserver {
     }
 
     /// Velocities of the steps so far; `None` before the first segment is complete.
-    pub(crate) fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
-        self.found(false, meter).map(|(heard, _)| heard)
+    pub(crate) fn results_so_far(&self, meter: &mut Meter) -> Option<VibrationResults> {
+        self.found(false, meter).map(|(results, _)| results)
     }
 
     /// Vibration of a complete run, with maps if `maps`.
-    pub(super) fn found(&self, maps: bool, meter: &mut Meter) -> Option<(HeardVibration, Vec<FieldSpectra>)> {
+    pub(super) fn found(&self, maps: bool, meter: &mut Meter) -> Option<(VibrationResults, Vec<FieldSpectra>)> {
         let patch = self.accumulator.finish()?;
         // The power balance is that of the tread.
         let mut fields = vec![VibrationField::Tread];
         fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
         let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule, maps };
-        let Heard { spectra, of_tyre, balance } = self.heard(&patch, &request, meter)?;
+        let SpectraAndBalance { spectra, of_tyre, balance } = self.spectra_and_balance(&patch, &request, meter)?;
 
         let layout = &patch.layout;
         let taken = (patch.segments + 1) * layout.hop() as u64;
@@ -106,17 +106,22 @@ impl VibrationObserver {
             revolutions: layout.revolutions,
             resolution: layout.resolution(),
             seconds_left_out: self.steps.saturating_sub(taken) as f64 * layout.time_step,
-            waves_across: self.heard.as_ref().map(LateralForces::count),
+            waves_across: self.lateral_forces.as_ref().map(LateralForces::count),
             fields: spectra.iter().map(|field| summary_of(field, &of_tyre)).collect(),
             power,
             tangential_error: self.tyre.tangential_error(),
         };
-        Some((HeardVibration { spectra: self.named(&self.wanted, &patch, &spectra), summary }, spectra))
+        Some((VibrationResults { spectra: self.named(&self.wanted, &patch, &spectra), summary }, spectra))
     }
 
     /// Velocities and power balance.
-    fn heard(&self, patch: &PatchSpectra, request: &SpectraRequest<'_>, meter: &mut Meter) -> Option<Heard> {
-        if self.heard.is_some() {
+    fn spectra_and_balance(
+        &self,
+        patch: &PatchSpectra,
+        request: &SpectraRequest<'_>,
+        meter: &mut Meter,
+    ) -> Option<SpectraAndBalance> {
+        if self.lateral_forces.is_some() {
             // With the exact transfer every segment would have to be transformed again.
             let balance = match &self.resolved {
                 Some(resolved) => {
@@ -125,8 +130,8 @@ impl VibrationObserver {
                 }
                 None => None,
             };
-            let spectra = heard_spectra(patch, &self.fields, request.maps);
-            return Some(Heard { spectra, of_tyre: Vec::new(), balance });
+            let spectra = resolved_spectra(patch, &self.fields, request.maps);
+            return Some(SpectraAndBalance { spectra, of_tyre: Vec::new(), balance });
         }
         let exact = SpectraRequest { kind: TransferKind::Exact, maps: false, ..request.clone() };
         let (_, response) = self.tyre.responses().into_iter().next()?;
@@ -136,7 +141,7 @@ impl VibrationObserver {
         let ((mut spectra, dissipated), (of_tyre, by_tyre)) = (by_rule, by_tyre);
         spectra.retain(|field| self.fields.contains(&field.field));
         let balance = Balance { put_into_waves: None, dissipated, by_tyre: Some(by_tyre.total()) };
-        Some(Heard { spectra, of_tyre, balance: Some(balance) })
+        Some(SpectraAndBalance { spectra, of_tyre, balance: Some(balance) })
     }
 
     /// All spectra that are written, in order.

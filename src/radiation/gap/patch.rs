@@ -2,7 +2,7 @@
 //!
 //! Along, the sheet has the cells of a transfer's grid, to [`REACH`] beyond the patch. Across, it is the straight
 //! tread, cut at the sides of the channels. Its height is the rise of the round tyre over the road, plus the depth of
-//! the channels; the ribs between them are closed within the patch. With the total Green function G of the welded body
+//! the channels; the ribs between them are closed within the patch. With the total Green function G of the sealed body
 //! the edges are
 //!
 //! ```text
@@ -109,8 +109,8 @@ impl PatchSheet {
             MEAN.iter().map(|[node, weight]| weight * rise(ends[0] + node * (ends[1] - ends[0]))).sum()
         };
         let beyond = |ends: &[f64]| {
-            let welded = (ends[1].min(half_patch) - ends[0].max(-half_patch)).max(0.0);
-            1.0 - welded / (ends[1] - ends[0])
+            let closed = (ends[1].min(half_patch) - ends[0].max(-half_patch)).max(0.0);
+            1.0 - closed / (ends[1] - ends[0])
         };
         let depth = |ends: &[f64]| {
             let middle = 0.5 * (ends[0] + ends[1]);
@@ -177,7 +177,7 @@ impl PatchSheet {
         Ok(FactoredPatch { patch: self, factored, wavenumber })
     }
 
-    /// Drive of the edges by a transfer of the welded body.
+    /// Drive of the edges by a transfer of the sealed body.
     pub(crate) fn drive(&self, transfer: &Transfer) -> Drive {
         let edges = self.edges(transfer.wavenumber);
         let radius_turn = |cell: i64| {
@@ -237,7 +237,7 @@ impl PatchSheet {
         self.sheet.y.windows(2).map(|ends| self.at(transfer, cell, &middle(ends))).collect()
     }
 
-    /// G of the welded body on the grid's cells, cell by cell across, as [`Self::on_grid`].
+    /// G of the sealed body on the grid's cells, cell by cell across, as [`Self::on_grid`].
     #[cfg(test)]
     pub(crate) fn outside(&self, transfer: &Transfer) -> Vec<Complex64> {
         let cells = self.cells as i64;
@@ -248,7 +248,7 @@ impl PatchSheet {
         self.reach() / (std::f64::consts::TAU * self.cells as f64 / self.grid.around as f64).sin()
     }
 
-    /// Means over the grid's cells of values on the sheet's: ribs welded to the road count as 0, as in a transfer.
+    /// Means over the grid's cells of values on the sheet's: ribs closed by the road count as 0, as in a transfer.
     pub(crate) fn on_grid(&self, values: &[Complex64]) -> Vec<Complex64> {
         values.iter().zip(&self.open).map(|(value, open)| value * open).collect()
     }
@@ -266,21 +266,21 @@ impl PatchSheet {
     }
 
     /// The two cells of the sheet in the middle of the patch at a distance across.
-    fn cells_amid(&self, y: f64) -> [usize; 2] {
+    fn middle_cells(&self, y: f64) -> [usize; 2] {
         let [along, across] = self.sheet.cells();
         let j = self.sheet.y.partition_point(|&end| end <= y).clamp(1, across) - 1;
         [along / 2 - 1, along / 2].map(|i| i * across + j)
     }
 
     /// Pressure in the middle of the patch at a distance across, from values on the sheet's cells.
-    pub(crate) fn amid(&self, values: &[Complex64], y: f64) -> Complex64 {
-        let [one, other] = self.cells_amid(y);
+    pub(crate) fn in_middle(&self, values: &[Complex64], y: f64) -> Complex64 {
+        let [one, other] = self.middle_cells(y);
         0.5 * (values[one] + values[other])
     }
 }
 
 impl FactoredPatch<'_> {
-    /// Field in the sheet for some transfers of the welded body, each on the sheet's cells.
+    /// Field in the sheet for some transfers of the sealed body, each on the sheet's cells.
     pub(crate) fn solve(&self, transfers: &[Transfer]) -> Vec<Vec<Complex64>> {
         let drives: Vec<Drive> = transfers.iter().map(|transfer| self.patch.drive(transfer)).collect();
         debug_assert!(transfers.iter().all(|transfer| (transfer.wavenumber / self.wavenumber - 1.0).abs() < 1e-9));
@@ -289,10 +289,10 @@ impl FactoredPatch<'_> {
 
     /// G of a point in the middle of the patch at a distance across, on the sheet's cells \[1/m\]: by reciprocity the
     /// field of a source there that radiates through the edges.
-    pub(crate) fn sourced_amid(&self, y: f64) -> Vec<Complex64> {
+    pub(crate) fn sourced_in_middle(&self, y: f64) -> Vec<Complex64> {
         let [along, across] = self.patch.sheet.cells();
         let mut sources = vec![Complex64::ZERO; along * across];
-        for cell in self.patch.cells_amid(y) {
+        for cell in self.patch.middle_cells(y) {
             sources[cell] = Complex64::new(-0.5 / self.factored.area(cell), 0.0);
         }
         self.factored.solve(&[Drive { sources, ..Drive::default() }]).remove(0)

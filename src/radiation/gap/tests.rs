@@ -1,5 +1,5 @@
 //! The gap equation against closed forms, its symmetry and its power; grooves through a tyre's patch against fields in
-//! three dimensions, and the sheet of a welded tyre against boundary elements.
+//! three dimensions, and the sheet of a sealed tyre against boundary elements.
 
 use std::f64::consts::{PI, TAU};
 
@@ -168,16 +168,16 @@ fn a_point_amid_a_groove_hears_a_source_as_the_source_would_hear_it() {
     let edges = patch.edges(TAU * 1100.0 / AIR.sound_speed);
     let plain = patch.sheet.factorise(&AIR, TAU * 1100.0, &edges).unwrap();
     for Channel { position, .. } in CHANNELS {
-        let heard = factored.sourced_amid(position);
+        let field = factored.sourced_in_middle(position);
         for cell in [3, along / 2 * across + across / 3, along * across - 5] {
             // A unit volume source: div(h F grad G) + ... = -1 over its cell.
             let mut sources = vec![Complex64::ZERO; along * across];
             sources[cell] = Complex64::new(-1.0 / plain.area(cell), 0.0);
             let field = plain.solve(&[Drive { sources, ..Drive::default() }]).remove(0);
-            let there = patch.amid(&field, position);
-            assert!((there - heard[cell]).norm() <= 1e-9 * there.norm(), "{position} {cell}: {there} {}", heard[cell]);
+            let there = patch.in_middle(&field, position);
+            assert!((there - field[cell]).norm() <= 1e-9 * there.norm(), "{position} {cell}: {there} {}", field[cell]);
         }
-        assert!(patch.amid(&heard, position).norm() > 0.0);
+        assert!(patch.in_middle(&field, position).norm() > 0.0);
     }
 }
 
@@ -232,7 +232,7 @@ fn groove(patch: f64, width: f64, depth: f64) -> Resonance {
     let response = (0..41).map(|step| 700.0 + 20.0 * f64::from(step)).map(|frequency| {
         let wavenumber = TAU * frequency / AIR.sound_speed;
         let factored = sheet.factorise(&AIR, wavenumber).unwrap();
-        (frequency, sheet.amid(&factored.between_equal_ends(), 0.0).norm())
+        (frequency, sheet.in_middle(&factored.between_equal_ends(), 0.0).norm())
     });
     Resonance::of(&response.collect::<Vec<_>>()).unwrap()
 }
@@ -277,7 +277,7 @@ fn transfers(body: &Body, frequency: f64) -> Vec<Transfer> {
     problem.solve(TAU * frequency / AIR.sound_speed).unwrap().0
 }
 
-/// Largest difference in level between the sheet's field and G within the sheet of a welded tyre, averaged over the
+/// Largest difference in level between the sheet's field and G within the sheet of a sealed tyre, averaged over the
 /// width \[dB\].
 fn off_boundary_elements(frequency: f64) -> f64 {
     let body = tyre(0.108);
@@ -300,7 +300,7 @@ fn off_boundary_elements(frequency: f64) -> f64 {
 }
 
 #[test]
-fn the_sheet_of_a_welded_tyre_has_the_field_of_boundary_elements() {
+fn the_sheet_of_a_sealed_tyre_has_the_field_of_boundary_elements() {
     for frequency in [400.0, 1600.0] {
         let off = off_boundary_elements(frequency);
         println!("{frequency} Hz: {off:.3} dB");
@@ -321,11 +321,13 @@ fn a_groove_of_no_depth_lets_nothing_through_and_leaves_the_field_beside_it() {
     let [(patch, open), (_, closed), (_, none)] = [0.008, 1e-7, 0.0].map(solve);
     for ((open, closed), none) in open.iter().zip(&closed).zip(&none) {
         let largest = none.iter().map(|value| value.norm()).fold(0.0, f64::max);
-        let [amid_open, amid_closed] = [open, closed].map(|field| patch.amid(field, 0.0).norm());
-        assert!(amid_open > 0.0 && amid_closed < 1e-12 * amid_open, "{amid_open} {amid_closed:e}");
+        let [middle_open, middle_closed] = [open, closed].map(|field| patch.in_middle(field, 0.0).norm());
+        assert!(middle_open > 0.0 && middle_closed < 1e-12 * middle_open, "{middle_open} {middle_closed:e}");
         let beside = closed.iter().zip(none).filter(|(_, none)| none.norm() > 0.0);
         let off = beside.map(|(closed, none)| (closed - none).norm()).fold(0.0, f64::max);
-        println!("open {amid_open:.3}, closed {amid_closed:.1e}, largest of none {largest:.3} 1/m, off by {off:.1e}");
+        println!(
+            "open {middle_open:.3}, closed {middle_closed:.1e}, largest of none {largest:.3} 1/m, off by {off:.1e}"
+        );
         assert!(off < 1e-3 * largest, "{off:e} of {largest:e}");
     }
 }
@@ -351,13 +353,13 @@ fn a_gap_that_is_told_cell_by_cell_is_the_one_of_its_channels_and_closed_pockets
         sheet.on_grid(&factored.between_equal_ends())
     };
     let (one, other) = (field(&known), field(&told));
-    let [one, other] = [&one, &other].map(|field| known.amid(field, channel.position).norm());
-    println!("amid the groove {one} and {other}");
+    let [one, other] = [&one, &other].map(|field| known.in_middle(field, channel.position).norm());
+    println!("in the middle of the groove {one} and {other}");
     assert!((other / one - 1.0).abs() < 1e-9, "{one} {other}");
     let pocket = |x: f64, y: f64| if x.abs() < 0.01 && (y + 0.02).abs() < 0.01 { 3e-3 } else { 0.0 };
     let closed = rough(&[], &|x, y| is_under(x).then(|| pocket(x, y)));
     let found = field(&closed);
-    assert!(closed.amid(&found, -0.02).norm() <= 0.0);
+    assert!(closed.in_middle(&found, -0.02).norm() <= 0.0);
     let (open, all) =
         closed.within(&found).fold((0.0, 0.0), |(open, all), (value, area)| (open + value.norm() * area, all + area));
     assert!(open <= 0.0 && all > 0.0);

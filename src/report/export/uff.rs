@@ -194,8 +194,8 @@ impl Source {
         valid: Option<&[f64]>,
         rows: Range<usize>,
     ) {
-        let vouched = |row: &usize| valid.is_none_or(|valid| valid[*row] > 0.0);
-        let rows: Vec<usize> = rows.filter(vouched).collect();
+        let is_valid = |row: &usize| valid.is_none_or(|valid| valid[*row] > 0.0);
+        let rows: Vec<usize> = rows.filter(is_valid).collect();
         let abscissas: Vec<f64> = rows.iter().map(|&row| abscissas[row]).collect();
         let ordinates: Vec<f64> = rows.iter().map(|&row| (self.scale)(ordinates[row])).collect();
         let what = if name.is_empty() { self.what.to_owned() } else { format!("{}: {name}", self.what) };

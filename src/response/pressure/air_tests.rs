@@ -82,7 +82,7 @@ fn green_within(degrees: f64, frequencies: Vec<f64>) -> SurfaceGreen {
 }
 
 /// Root mean square of the pressure under forces by step and column, in each motion of the air \[Pa\].
-fn heard(models: &[PressureModel; 3], green: &SurfaceGreen, force: impl Fn(usize, usize) -> f64) -> [f64; 3] {
+fn received(models: &[PressureModel; 3], green: &SurfaceGreen, force: impl Fn(usize, usize) -> f64) -> [f64; 3] {
     models.each_ref().map(|model| {
         let (layout, steps) = (model.layout, 2 * model.layout.length());
         let transfers = PressureTransfers { model: model.clone(), greens: vec![green.clone()].into() };
@@ -92,7 +92,7 @@ fn heard(models: &[PressureModel; 3], green: &SurfaceGreen, force: impl Fn(usize
             stream.push(&(0..layout.width()).map(column).collect::<Vec<f64>>());
         }
         let (mut sum, mut count) = (0.0, 0.0);
-        stream.hear(None, |_, pressures, _| {
+        stream.receive(None, |_, pressures, _| {
             pressures.of(0, |block| {
                 sum += block.iter().map(|pressure| pressure * pressure).sum::<f64>();
                 count += block.len() as f64;
@@ -110,7 +110,7 @@ fn a_texture_frozen_with_the_road_is_silent_where_tyre_and_road_touch() {
             let models = models(layout(across, rule));
             // An element finds what the one before it found a step earlier: f(x + V t).
             let frozen = |step: usize, column: usize| (TAU * (n * (column + step)) as f64 / ELEMENTS as f64).cos();
-            let [axle, road, with_tread] = heard(&models, &green_within(5.0, vec![50.0, 1500.0]), frozen);
+            let [axle, road, with_tread] = received(&models, &green_within(5.0, vec![50.0, 1500.0]), frozen);
             println!("{across:?}, n = {n}: road {:.1e}, with-tread {:.1e}", road / axle, with_tread / axle);
             assert!(with_tread < 1e-6 * axle, "{across:?}, n = {n}: {with_tread} {axle}");
             assert!(road < 1e-2 * axle && road > 1e-4 * axle, "{across:?}, n = {n}: {road} {axle}");
@@ -120,7 +120,7 @@ fn a_texture_frozen_with_the_road_is_silent_where_tyre_and_road_touch() {
                 of.chunks_exact(AROUND).flat_map(|row| [&row[AROUND / 2..], &row[..AROUND / 2]].concat()).collect()
             });
             let top = SurfaceGreen { values: values.collect(), ..top };
-            let [axle, road, _] = heard(&models, &top, frozen);
+            let [axle, road, _] = received(&models, &top, frozen);
             assert!((road / axle - 2.0).abs() < 0.01, "{across:?}, n = {n}, top: {road} {axle}");
         }
     }
@@ -146,8 +146,8 @@ fn a_static_flattening_is_silent_in_every_air() {
     let models = models(layout(Across::Even, TimeRule::Sdirk2));
     let green = green_within(90.0, vec![50.0, 1500.0]);
     let patch = |column: usize| if column.abs_diff(ELEMENTS / 2) < 7 { 1.0 } else { 0.0 };
-    let still = heard(&models, &green, |_, column| patch(column));
-    let shaken = heard(&models, &green, |step, column| patch(column) * (TAU * 20.0 * step as f64 / 256.0).cos());
+    let still = received(&models, &green, |_, column| patch(column));
+    let shaken = received(&models, &green, |step, column| patch(column) * (TAU * 20.0 * step as f64 / 256.0).cos());
     for (still, shaken) in still.iter().zip(shaken) {
         assert!(*still < 1e-9 * shaken && shaken > 0.0, "{still} {shaken}");
     }

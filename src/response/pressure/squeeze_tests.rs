@@ -111,7 +111,7 @@ fn field(along: fn(f64) -> f64, aside: fn(f64) -> f64, strips: Option<(&[f64], &
 }
 
 /// Pressures of the volumes that `volumes` gives by step, in the order of time, and the step of the first.
-fn heard(
+fn received(
     model: &PressureModel,
     green: SurfaceGreen,
     steps: u64,
@@ -123,7 +123,7 @@ fn heard(
         stream.push(&volumes(step));
     }
     let mut found = Vec::new();
-    stream.hear(None, |_, pressures, _| pressures.of(0, |block| found.extend_from_slice(block)));
+    stream.receive(None, |_, pressures, _| pressures.of(0, |block| found.extend_from_slice(block)));
     (found, PressureStream::first_step(&model.layout))
 }
 
@@ -166,7 +166,7 @@ fn a_volume_on_a_cell_that_goes_by_sounds_as_its_change_in_time_at_its_place() {
                 volumes
             };
             let green = field(along, aside, is_open.then_some((&strips[..], &of_strip[..])));
-            let (found, first) = heard(&model, green, steps, volumes);
+            let (found, first) = received(&model, green, steps, volumes);
             let cell = [ends[j], ends[j + 1]];
             let across = if is_open { in_strips(cell) } else { mean(aside, cell) };
             let flow = |time: f64| {
@@ -202,7 +202,7 @@ fn squeeze_is_silent_in_a_field_that_is_the_same_everywhere_and_not_in_another()
         let mut volumes = SqueezedVolumes::new(Squeeze::new(&blocks, ACROSS), &forces);
         let model = model(&volumes.window().clone(), TimeRule::Bdf2);
         let steps = 2 * model.layout.length() as u64;
-        let (found, _) = heard(&model, field(along, aside, None), steps, |step| {
+        let (found, _) = received(&model, field(along, aside, None), steps, |step| {
             let first = forces.first_element(step);
             let force = |cell: usize| {
                 let (column, j) = (cell / ACROSS, cell % ACROSS);

@@ -169,7 +169,7 @@ impl PressureStream {
     /// Computes the pressures of the blocks that wait and hands them to `take`, batch by batch of receivers; beside
     /// them those of `other`, a stream that has taken as many steps and has the same receivers. No block waits
     /// afterwards.
-    pub(crate) fn hear(
+    pub(crate) fn receive(
         &mut self,
         mut other: Option<&mut Self>,
         mut take: impl FnMut(Range<usize>, &BlockPressures<'_>, Option<&BlockPressures<'_>>),
@@ -178,8 +178,8 @@ impl PressureStream {
         let (batches, most) = Self::batches(receivers);
         for batch in 0..batches {
             let some = (batch * most).min(receivers)..((batch + 1) * most).min(receivers);
-            let beside = other.as_deref().map(|other| other.heard_by(some.clone()));
-            take(some.clone(), &self.heard_by(some), beside.as_ref());
+            let beside = other.as_deref().map(|other| other.pressures_at(some.clone()));
+            take(some.clone(), &self.pressures_at(some), beside.as_ref());
         }
         self.waiting.clear();
         if let Some(other) = &mut other {
@@ -187,7 +187,7 @@ impl PressureStream {
         }
     }
 
-    fn heard_by(&self, receivers: Range<usize>) -> BlockPressures<'_> {
+    fn pressures_at(&self, receivers: Range<usize>) -> BlockPressures<'_> {
         let Self { transfers, backward, waiting, .. } = self;
         let spectra = transfers.pressures(receivers, waiting);
         BlockPressures { layout: &transfers.model.layout, backward: &**backward, spectra }
@@ -202,7 +202,7 @@ impl PressureStream {
         let (layout, forward, forces) = (self.layout(), &self.forward, &self.forces);
         let (length, width, places) = (layout.length(), layout.width(), layout.places());
         let bins = self.transfers.model.bins();
-        // A block begins half a block after the one before it, which may be amid an element.
+        // A block begins half a block after the one before it, which may be within an element.
         let begun = self.steps as usize - length;
         let mut by_place = vec![Complex32::ZERO; places * bins];
         by_place.par_chunks_mut(bins).enumerate().for_each(|(place, out)| {

@@ -329,7 +329,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
         let length = layout.length();
         let bins = length / 2 + 1;
         // One place alone radiates, later by whole steps.
-        let heard = (layout.columns + 2) * substeps + substeps - 1;
+        let place = (layout.columns + 2) * substeps + substeps - 1;
         let waves = Arc::new(SurfaceWaves::new(&plate_tyre(), 2, 1, 100.0, 1e-3));
         let model = PressureModel {
             highest: f64::INFINITY,
@@ -355,7 +355,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
                 let blocks = stream.blocks_that_wait();
                 let spectra = PressureSpectra::of([1, blocks.len(), bins], |_, block, bin| {
                     let turn = -TAU * (bin * late) as f64 / length as f64;
-                    double(blocks[block][bin * layout.places() + heard]) * Complex64::from_polar(2.0, turn)
+                    double(blocks[block][bin * layout.places() + place]) * Complex64::from_polar(2.0, turn)
                 });
                 assert!(found.is_empty(), "all blocks wait for the last one");
                 BlockPressures::new(&layout, &*backward, spectra).of(0, |block| found.extend_from_slice(block));
@@ -377,8 +377,8 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
             let mean = forces.iter().sum::<f64>() / length as f64;
             let fastest = forces.iter().enumerate().map(|(n, force)| sign(n) * force).sum::<f64>() / length as f64;
             for (index, value) in pressures.iter().enumerate() {
-                let heard = first + index - late;
-                let expected = forces[heard] - mean - sign(heard) * fastest;
+                let emitted = first + index - late;
+                let expected = forces[emitted] - mean - sign(emitted) * fastest;
                 assert!((value - expected).abs() < 1e-5, "q = {substeps}, block {block}: {value} {expected}");
             }
         }

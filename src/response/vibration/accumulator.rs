@@ -15,7 +15,7 @@
 //! s times the transforms and s^2 times the squares and their memory.
 //!
 //! Forces that are resolved across have a transform for each component, and the motion that they cause is found in
-//! step 3: [`super::heard`].
+//! step 3: [`super::resolved`].
 
 use std::sync::Arc;
 
@@ -25,8 +25,9 @@ use realfft::{RealFftPlanner, RealToComplex};
 use rustfft::FftPlanner;
 
 use super::elements::ElementVelocities;
-use super::heard::Heard;
+use super::heard::ResolvedQuantities;
 use super::layout::SegmentLayout;
+use super::resolved::ResolvedQuantities;
 use super::share::{Share, change};
 use super::velocity_table::VelocityTable;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
@@ -69,19 +70,19 @@ impl VibrationAccumulator {
         Self::keeping(layout, None)
     }
 
-    /// An accumulator of forces that are resolved across, which keeps the motion `heard` of them.
-    pub fn resolved(layout: SegmentLayout, heard: Heard) -> Self {
-        Self::keeping(layout, Some(Arc::new(heard)))
+    /// An accumulator of forces that are resolved across, which keeps these `quantities` of them.
+    pub fn resolved(layout: SegmentLayout, quantities: ResolvedQuantities) -> Self {
+        Self::keeping(layout, Some(Arc::new(quantities)))
     }
 
-    fn keeping(layout: SegmentLayout, heard: Option<Arc<Heard>>) -> Self {
+    fn keeping(layout: SegmentLayout, quantities: Option<Arc<ResolvedQuantities>>) -> Self {
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(layout.base_length());
         let over_columns = FftPlanner::<f64>::new().plan_fft_forward(layout.elements);
         let (places, bases) = (layout.places(), layout.base_bins());
         let shares = (0..SHARES)
             .map(|share| bases * share / SHARES..bases * (share + 1) / SHARES)
             .filter(|bases| !bases.is_empty())
-            .map(|bases| Share::new(layout, bases, over_columns.clone(), heard.clone()))
+            .map(|bases| Share::new(layout, bases, over_columns.clone(), quantities.clone()))
             .collect();
         Self {
             forces: vec![0.0; layout.length() * layout.width()],
@@ -304,7 +305,7 @@ pub struct PatchSpectra {
     /// Mean of |F_n(k)|^2 \[N^2\], bins 0..=K/2 x wavenumbers -N/2..=N/2, the mean pattern taken off; a bin counts
     /// [`SegmentLayout::sides`] times, a wavenumber [`SegmentLayout::share`]. For several stages a bin has a row of
     /// wavenumbers for |F_i|^2 of each stage, then two for each pair of stages i < j: real and imaginary part of the
-    /// mean of F_i conj F_j. For resolved forces a bin has instead a row for each quantity of [`Heard`].
+    /// mean of F_i conj F_j. For resolved forces a bin has instead a row for each quantity of [`ResolvedQuantities`].
     pub powers: Vec<f64>,
     /// The same of the mean pattern: numbers of its bins, with their rows.
     pub mean_pattern: Vec<(usize, Vec<f64>)>,

@@ -27,7 +27,7 @@
 //! - [`velocity_table`]: the same of all wavenumbers, and for points beside the axle, coherent over n;
 //! - [`tangential_forces`]: velocities by tangential forces;
 //! - [`elements`]: velocities of points that turn with the tyre;
-//! - [`heard`]: velocities and power of forces that are resolved across the strip;
+//! - [`resolved`]: velocities and power of forces that are resolved across the strip;
 //! - `share`: a part of the bins with its sums, for a thread; [`accumulator`]: forces, step by step, to mean powers
 //!   |F_n|^2 by bin, averaged over half overlapping segments (Welch 1967);
 //! - [`spectra`]: spectra of the velocities, maps, dissipated power;
@@ -44,9 +44,9 @@ mod both_ways;
 pub(crate) mod contact_power;
 pub(crate) mod dispersion;
 pub(crate) mod elements;
-pub(crate) mod heard;
 pub(crate) mod layout;
 mod products;
+pub(crate) mod resolved;
 mod share;
 pub(crate) mod spectra;
 mod stage_transfer;
@@ -62,13 +62,13 @@ pub(crate) use accumulator::{PatchSpectra, VibrationAccumulator};
 pub(crate) use contact_power::ContactPower;
 pub(crate) use dispersion::{DispersionBranch, dispersion_branches};
 pub(crate) use elements::ElementVelocities;
-pub(crate) use heard::{CarriedWaves, Heard, HeardPower, HeardVelocity};
 pub use layout::{Across, SegmentLayout};
+pub(crate) use resolved::{CarriedWaves, ResolvedPower, ResolvedQuantities, ResolvedVelocity};
 pub use spectra::SpectraRequest;
 pub use spectra::field_spectra;
 pub use spectra::point_spectrum;
 pub(crate) use spectra::{
-    Dissipation, FieldSpectra, WavenumberMap, element_spectrum, heard_dissipation, heard_spectra,
+    Dissipation, FieldSpectra, WavenumberMap, element_spectrum, resolved_dissipation, resolved_spectra,
 };
 pub(crate) use tangential_forces::TangentialForces;
 pub use transfer::{TransferKind, TyreResponse, VibrationField};

@@ -17,7 +17,6 @@ use std::sync::Arc;
 use num_complex::Complex64;
 use rustfft::Fft;
 
-use super::heard::Heard;
 use super::layout::{SegmentLayout, SharedBin};
 use super::products;
 use crate::storage::state::{Evolving, StateError, StateStream};
@@ -28,9 +27,9 @@ pub(super) struct Share {
     layout: SegmentLayout,
     transform: Arc<dyn Fft<f64>>,
     /// Transfers of resolved forces; `None` where products of the forces are kept.
-    heard: Option<Arc<Heard>>,
+    quantities: Option<Arc<ResolvedQuantities>>,
     /// Sums over the segments of the stages' products, |F_n|^2 for one stage, by base bin, shared bin and wavenumber:
-    /// see [`products`]; for resolved forces the quantities of [`Heard`].
+    /// see [`products`]; for resolved forces the quantities of [`ResolvedQuantities`].
     pub(super) powers: Vec<f64>,
     /// By point: velocity at the point for unit force at each place, by base bin, shared bin and place.
     pub(super) point_transfers: Vec<Vec<Complex64>>,
@@ -54,7 +53,7 @@ impl Share {
         layout: SegmentLayout,
         bases: Range<usize>,
         transform: Arc<dyn Fft<f64>>,
-        heard: Option<Arc<Heard>>,
+        quantities: Option<Arc<ResolvedQuantities>>,
     ) -> Self {
         let shared = bases.len() * layout.most_shared();
         Self {
@@ -65,7 +64,7 @@ impl Share {
             row: vec![Complex64::ZERO; layout.channels() * layout.wavenumbers()],
             scratch: vec![Complex64::ZERO; transform.get_inplace_scratch_len()],
             transform,
-            heard,
+            quantities,
             bases,
             layout,
         }
@@ -107,7 +106,7 @@ impl Share {
     }
 
     pub(super) fn keeper(&self) -> Keeper {
-        Keeper { layout: self.layout, heard: self.heard.clone() }
+        Keeper { layout: self.layout, quantities: self.quantities.clone() }
     }
 
     /// Index of the first row of a base bin.
@@ -182,16 +181,16 @@ impl Share {
 /// Kept of the forces' waves: mean products of the stages' forces, or the motion of resolved ones.
 pub(super) struct Keeper {
     layout: SegmentLayout,
-    heard: Option<Arc<Heard>>,
+    quantities: Option<Arc<ResolvedQuantities>>,
 }
 
 impl Keeper {
     /// Adds the kept quantities of F_n at a bin, given by channel and wavenumber.
     pub(super) fn add(&self, bin: usize, row: &[Complex64], sums: &mut [f64]) {
         let (width, stages) = (self.layout.wavenumbers(), self.layout.stages());
-        match &self.heard {
+        match &self.quantities {
             None => products::add(sums, width, stages, |a| row[a].norm_sqr(), |a, b| row[a] * row[b].conj()),
-            Some(heard) => heard.add(&self.layout, bin, row, sums),
+            Some(quantities) => quantities.add(&self.layout, bin, row, sums),
         }
     }
 
@@ -199,7 +198,7 @@ impl Keeper {
     /// sum |X - D|^2 = sum |X|^2 - 2 Re(conj D sum X) + S |D|^2, and likewise for every form quadratic in the forces.
     pub(super) fn correct(&self, bin: usize, [offset, row]: [&[Complex64]; 2], segments: f64, sums: &mut [f64]) {
         let (width, stages) = (self.layout.wavenumbers(), self.layout.stages());
-        let Some(heard) = &self.heard else {
+        let Some(quantities) = &self.quantities else {
             let cross = |a: usize, b: usize| {
                 segments * offset[a] * offset[b].conj() - offset[a] * row[b].conj() - row[a] * offset[b].conj()
             };
@@ -211,16 +210,16 @@ impl Keeper {
             let forces: Vec<Complex64> =
                 offset.iter().zip(row).map(|(offset, row)| forward * offset + of_row * row).collect();
             part.fill(0.0);
-            heard.add(&self.layout, bin, &forces, &mut part);
+            quantities.add(&self.layout, bin, &forces, &mut part);
             sums.iter_mut().zip(&part).for_each(|(sum, part)| *sum += factor * part);
         }
     }
 
     /// Number of a bin's values, the first ones, that are squares, and so not negative.
     pub(super) fn squares(&self) -> usize {
-        match &self.heard {
+        match &self.quantities {
             None => self.layout.stages() * self.layout.wavenumbers(),
-            Some(heard) if heard.is_velocity() => self.layout.row(),
+            Some(quantities) if quantities.is_velocity() => self.layout.row(),
             Some(_) => 0,
         }
     }

@@ -11,7 +11,7 @@
 //! it turns Y_n and Y_-n differ (`both_ways`); gyroscopic forces do no work.
 //!
 //! With the forces of several stages |Y_n|^2 and Re Y_n are quadratic forms of all of them (`stage_transfer`); the rest
-//! is the same. For forces that are resolved across |v_n|^2 and the power are known already ([`super::heard`]).
+//! is the same. For forces that are resolved across |v_n|^2 and the power are known already ([`super::resolved`]).
 
 use super::accumulator::PatchSpectra;
 use super::both_ways::BothWays;
@@ -207,7 +207,7 @@ impl Dissipation {
 }
 
 /// Spectra of fields whose velocities were kept of resolved forces, in their order.
-pub(crate) fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], maps: bool) -> Vec<FieldSpectra> {
+pub(crate) fn resolved_spectra(patch: &PatchSpectra, fields: &[VibrationField], maps: bool) -> Vec<FieldSpectra> {
     let layout = &patch.layout;
     let width = layout.wavenumbers();
     let of_field = |(place, &field): (usize, &VibrationField)| {
@@ -226,7 +226,7 @@ pub(crate) fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], map
 }
 
 /// Power that resolved forces put in and the tyre dissipates.
-pub(crate) fn heard_dissipation(patch: &PatchSpectra) -> Dissipation {
+pub(crate) fn resolved_dissipation(patch: &PatchSpectra) -> Dissipation {
     let layout = &patch.layout;
     let mut dissipation = Dissipation::default();
     for Line { bin, row, standing } in patch.lines() {

@@ -22,7 +22,7 @@ pub(super) const GOLD: Colour = Colour(0xFFCD28);
 /// Range between two curves.
 pub(super) const RANGE: Colour = Colour(0xD5E5F0);
 /// Levels that are not valid.
-pub(super) const UNVOUCHED: Colour = Colour(0xBEBEBE);
+pub(super) const INVALID: Colour = Colour(0xBEBEBE);
 /// Cells of a map that have no value.
 pub(super) const NO_VALUE: Colour = Colour(0xC8C8C8);
 

@@ -43,13 +43,13 @@ pub(crate) struct LinePlot<'a> {
 impl LinePlot<'_> {
     /// The picture as SVG.
     pub(crate) fn to_svg(&self) -> String {
-        self.to_svg_vouched(|_, _| true)
+        self.to_svg_by_validity(|_, _| true)
     }
 
-    /// The same with points that are not valid, and the lines to them, in grey; `vouched(curve, point)` is true for
+    /// The same with points that are not valid, and the lines to them, in grey; `is_valid(curve, point)` is true for
     /// valid points.
-    pub(crate) fn to_svg_vouched(&self, vouched: impl Fn(usize, usize) -> bool) -> String {
-        self.drawn(None, vouched)
+    pub(crate) fn to_svg_by_validity(&self, is_valid: impl Fn(usize, usize) -> bool) -> String {
+        self.drawn(None, is_valid)
     }
 
     /// The picture with a range as a band beneath the curves: its name, and the place, lower and upper end of each of
@@ -58,7 +58,7 @@ impl LinePlot<'_> {
         self.drawn(Some((name, range)), |_, _| true)
     }
 
-    fn drawn(&self, range: Option<(&str, Band)>, vouched: impl Fn(usize, usize) -> bool) -> String {
+    fn drawn(&self, range: Option<(&str, Band)>, is_valid: impl Fn(usize, usize) -> bool) -> String {
         let mut sheet = Sheet::default();
         let axes = sheet.axes(self.title, [&self.x, &self.y], HEIGHT, EDGE);
         if let Some((_, range)) = range {
@@ -68,9 +68,9 @@ impl LinePlot<'_> {
             sheet.band(&lower.chain(upper).collect::<Vec<_>>(), colour::RANGE);
         }
         for (index, series) in self.series.iter().enumerate() {
-            let valid = |point: usize| vouched(index, point);
+            let valid = |point: usize| is_valid(index, point);
             if !(0..series.points.len()).all(valid) {
-                sheet.curve(&axes, &series.points, colour::UNVOUCHED, STROKE);
+                sheet.curve(&axes, &series.points, colour::INVALID, STROKE);
             }
             let points = series.points.iter().enumerate();
             let known = points.map(|(point, &(x, y))| (x, if valid(point) { y } else { f64::NAN }));
@@ -84,7 +84,7 @@ impl LinePlot<'_> {
             let across = at.0.clamp(axes.frame.across(half), axes.frame.across(1.0 - half));
             sheet.text(&value, (across, at.1), anchor, TICK_LABEL);
         }
-        for (part, text) in self.values(&vouched) {
+        for (part, text) in self.values(&is_valid) {
             sheet.value(axes.frame.strip(part), &text);
         }
         sheet.outline(axes.frame);
@@ -114,7 +114,7 @@ impl LinePlot<'_> {
 
     /// Texts with the values of the curves in each strip across the picture: of every curve the point nearest to the
     /// strip's middle.
-    fn values(&self, vouched: impl Fn(usize, usize) -> bool) -> Vec<([f64; 2], String)> {
+    fn values(&self, is_valid: impl Fn(usize, usize) -> bool) -> Vec<([f64; 2], String)> {
         // By strip and curve: distance from the strip's middle, and number of the nearest point.
         let mut nearest = vec![vec![None::<(f64, usize)>; self.series.len()]; STRIPS];
         for (index, series) in self.series.iter().enumerate() {
@@ -138,8 +138,8 @@ impl LinePlot<'_> {
                     text = format!("{}: {}", self.x.title(), four_digits(x));
                 }
                 let name = if name.is_empty() { self.y.title() } else { name };
-                let doubt = if vouched(index, point) { "" } else { ", not vouched for" };
-                text += &format!("\n{name}: {}{doubt}", four_digits(y));
+                let mark = if is_valid(index, point) { "" } else { ", not vouched for" };
+                text += &format!("\n{name}: {}{mark}", four_digits(y));
             }
             (!text.is_empty()).then_some(text)
         };
@@ -207,10 +207,10 @@ mod tests {
         let (x, y) = (Axis::linear("x", 0.0..4.0), Axis::linear("y", 0.0..1.0));
         let plot = LinePlot { title: "t", x, y, series: vec![Series { name: "", points }] };
         let grey = |svg: String| svg.contains("#BEBEBE");
-        assert!(!grey(plot.to_svg()) && !grey(plot.to_svg_vouched(|_, point| point < 5)));
-        assert!(grey(plot.to_svg_vouched(|curve, point| curve == 0 && point > 0)));
+        assert!(!grey(plot.to_svg()) && !grey(plot.to_svg_by_validity(|_, point| point < 5)));
+        assert!(grey(plot.to_svg_by_validity(|curve, point| curve == 0 && point > 0)));
         // A gap in the middle is not bridged in colour: two stretches of it, of two points each.
-        let svg = plot.to_svg_vouched(|_, point| point != 2);
+        let svg = plot.to_svg_by_validity(|_, point| point != 2);
         let lines = |colour: &str| -> Vec<usize> {
             let drawn = svg.lines().filter(|line| line.contains("<polyline") && line.contains(colour));
             drawn.filter_map(|line| Some(line.split("points=\"").nth(1)?.matches(',').count())).collect()

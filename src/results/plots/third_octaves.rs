@@ -60,12 +60,12 @@ impl ThirdOctavePlot<'_> {
                 for level in *levels {
                     let [(left, top), (right, _)] = ends(level, 0.42);
                     let bar = Frame { left, top, width: right - left, height: axes.frame.up(0.0) - top };
-                    sheet.fill(bar, if level.valid { colour } else { colour::UNVOUCHED });
+                    sheet.fill(bar, if level.valid { colour } else { colour::INVALID });
                 }
             } else {
                 // All bands in grey where some are not valid; the valid ones lie over it.
                 if levels.iter().any(|level| !level.valid) {
-                    sheet.line(&steps(levels), colour::UNVOUCHED, 2.0);
+                    sheet.line(&steps(levels), colour::INVALID, 2.0);
                 }
                 for valid in levels.chunk_by(|a, b| a.valid == b.valid).filter(|chunk| chunk[0].valid) {
                     sheet.line(&steps(valid), colour, 2.0);
@@ -96,8 +96,8 @@ impl ThirdOctavePlot<'_> {
             if let Some(level) = levels.iter().find(|level| level.band.0 == band) {
                 let name = if name.is_empty() { self.quantity } else { name };
                 let error = error_of(level, errors.get(index)).map_or(String::new(), |error| format!(" ± {error:.1}"));
-                let doubt = if level.valid { "" } else { ", not vouched for" };
-                text.push_str(&format!("\n{name}: {}{error} dB{doubt}", four_digits(level.level)));
+                let mark = if level.valid { "" } else { ", not vouched for" };
+                text.push_str(&format!("\n{name}: {}{error} dB{mark}", four_digits(level.level)));
             }
         }
         text

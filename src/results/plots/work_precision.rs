@@ -31,7 +31,7 @@ pub(crate) struct WorkPrecisionPlot<'a> {
     /// Names of the knobs in the legend.
     pub knobs: Vec<&'a str>,
     /// Uncertainty of the reference: smaller errors cannot be distinguished from it.
-    pub doubt: f64,
+    pub uncertainty: f64,
     /// Panels, from the top.
     pub panels: Vec<WorkPrecisionPanel<'a>>,
 }
@@ -56,9 +56,9 @@ impl WorkPrecisionPlot<'_> {
         // An error of 0 has no position on a logarithmic axis.
         let place = |&(cost, error): &(f64, f64)| axes.within((cost, error.max(self.error.range().start)));
         let places = |points: &[(f64, f64)]| points.iter().map(place).collect::<Vec<Point>>();
-        let doubt = self.error.place(self.doubt);
-        if (0.0..=1.0).contains(&doubt) {
-            let up = frame.up(doubt);
+        let uncertainty = self.error.place(self.uncertainty);
+        if (0.0..=1.0).contains(&uncertainty) {
+            let up = frame.up(uncertainty);
             sheet.dashes([(frame.left, up), (frame.across(1.0), up)], GREY);
             let at = (frame.left + 6.0, up - 0.5 * TICK_LABEL);
             sheet.text("doubt of the reference", at, Anchor::Right, TICK_LABEL);
@@ -148,7 +148,7 @@ mod tests {
             title: "t",
             error: Axis::logarithmic("Error [dB]", 0.1..10.0),
             knobs: vec!["elements", "poles"],
-            doubt: 0.2,
+            uncertainty: 0.2,
             panels: vec![panel("Work"), panel("Time")],
         };
         let svg = plot.to_svg();

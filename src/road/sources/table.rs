@@ -114,8 +114,8 @@ impl Layout {
         if table.is_binary() {
             return Err(FileFault::NotRead);
         }
-        if let Some((line, cell)) = table.doubtful_comma() {
-            return Err(FileFault::DoubtfulComma { line, found: excerpt(cell) });
+        if let Some((line, cell)) = table.ambiguous_comma() {
+            return Err(FileFault::AmbiguousComma { line, found: excerpt(cell) });
         }
         let all: Vec<Record<'_>> = table.records().take(SAMPLE).collect();
         let captif = all.iter().rposition(|record| record.cells.first() == Some(&CAPTIF_MARK)).map_or(0, |at| at + 1);

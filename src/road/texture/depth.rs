@@ -104,8 +104,8 @@ fn segment_depths(heights: &[f64], origins: &[HeightOrigin], spacing: f64) -> Ve
     let valid = |number: usize| {
         let (from, to) = (number * per_segment, (number + 1) * per_segment);
         let part = origins.get(from..to).unwrap_or_default();
-        let few = |sought, allowed: f64| {
-            part.iter().filter(|origin| **origin == sought).count() as f64 <= allowed * per_segment as f64
+        let few = |wanted, allowed: f64| {
+            part.iter().filter(|origin| **origin == wanted).count() as f64 <= allowed * per_segment as f64
         };
         let reaches = [from < held[0], to > heights.len() - held[1]];
         let unknown = (0..2).any(|end| reaches[end] && held[end] as f64 * spacing > LONGEST_HELD * (1.0 + 1e-9));

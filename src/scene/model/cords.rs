@@ -123,8 +123,8 @@ impl Orthotropic {
     /// Constants in the plane and outwards; not positive if no material can have these moduli.
     pub(crate) fn constants(&self) -> PlaneConstants {
         let Self { e_theta, e_y, e_r, nu_theta_y, nu_theta_r, nu_y_r, .. } = *self;
-        let left = self.determinant();
-        let plane = [e_theta / left, e_y / left, nu_theta_y * e_y / left];
+        let determinant = self.determinant();
+        let plane = [e_theta / determinant, e_y / determinant, nu_theta_y * e_y / determinant];
         let [tt, yy, ty] = plane;
         let along = tt * nu_theta_r / e_theta + ty * nu_y_r / e_y;
         let across = ty * nu_theta_r / e_theta + yy * nu_y_r / e_y;
@@ -189,12 +189,12 @@ fn cords(table: &mut Table<'_>) -> Option<Cords> {
 
 fn orthotropic(table: &mut Table<'_>) -> Option<Orthotropic> {
     let read = Orthotropic::read(table)?;
-    let left = read.determinant();
-    if left <= 0.0 {
+    let determinant = read.determinant();
+    if determinant <= 0.0 {
         let wrong = format!(
             "{} makes 1 - nu_theta_y^2 E_y/E_theta = {}: a strain along and across would give energy back",
             short(read.nu_theta_y),
-            short(left)
+            short(determinant)
         );
         let most = (read.e_theta / read.e_y).sqrt();
         return table.complain("nu_theta_y", Problem::new(wrong, format!("write a number between +-{}", short(most))));

@@ -87,8 +87,8 @@ impl Scene {
 
     /// True if air under an open patch contributes to the sound at the receivers.
     fn hears_patch(&self) -> bool {
-        let is_heard = !self.receivers.is_empty() && self.radiation.quality == RadiationQuality::Full;
-        is_heard && self.effects.air_pumping != Switch::Off && self.contact.tread == Tread::Elastic
+        let sounds = !self.receivers.is_empty() && self.radiation.quality == RadiationQuality::Full;
+        sounds && self.effects.air_pumping != Switch::Off && self.contact.tread == Tread::Elastic
     }
 
     /// True if the air in all voids between tread and road contributes to the sound.

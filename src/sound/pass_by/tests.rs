@@ -26,7 +26,7 @@ fn distance(source: Position, point: Position) -> f64 {
 
 /// Cosine and sine of a tone from a monopole in the tyre's frame at the microphone, 1 Pa at 1 m: two pass-bys, a
 /// quarter of a period apart.
-fn heard(pass_by: &PassBy, frequency: f64, source: Position) -> Vec<[f64; 2]> {
+fn received(pass_by: &PassBy, frequency: f64, source: Position) -> Vec<[f64; 2]> {
     let tone = |shift: f64| {
         let pressure = |receiver: usize, needed: Range<i64>| -> Vec<f64> {
             let r = distance(source, pass_by.passage.receivers[receiver]);
@@ -70,7 +70,7 @@ fn a_monopole_at_the_origin_is_heard_as_the_closed_form_says() {
     let pass_by = PassBy::new(passage(81)).unwrap();
     assert!((pass_by.time(pass_by.samples() - 1) - pass_by.time(0) - 20.0 / SPEED).abs() < 1.0 / 48_000.0);
     for frequency in [100.0, 1000.0, 2500.0] {
-        for (sample, found) in heard(&pass_by, frequency, [0.0; 3]).into_iter().enumerate() {
+        for (sample, found) in received(&pass_by, frequency, [0.0; 3]).into_iter().enumerate() {
             let exact = exact(&pass_by, frequency, [0.0; 3], sample);
             let off = size([found[0] - exact[0], found[1] - exact[1]]) / size(exact);
             // The near field that is left out, V/(omega r), and the interpolation.
@@ -85,7 +85,7 @@ fn a_monopole_at_the_origin_is_heard_as_the_closed_form_says() {
 fn pitch_glides_by_the_doppler_ratio() {
     let frequency = 1000.0;
     let pass_by = PassBy::new(passage(81)).unwrap();
-    let tone = heard(&pass_by, frequency, [0.0; 3]);
+    let tone = received(&pass_by, frequency, [0.0; 3]);
     for sample in 0..tone.len() - 1 {
         let [[a, b], [c, d]] = [tone[sample], tone[sample + 1]];
         let turn = (a * d - b * c).atan2(a * c + b * d);
@@ -108,7 +108,7 @@ fn pitch_glides_by_the_doppler_ratio() {
 #[test]
 fn without_amplification_the_level_falls_with_the_distance_run() {
     let pass_by = PassBy::new(Passage { amplification: false, ..passage(81) }).unwrap();
-    for (sample, found) in heard(&pass_by, 1000.0, [0.0; 3]).into_iter().enumerate() {
+    for (sample, found) in received(&pass_by, 1000.0, [0.0; 3]).into_iter().enumerate() {
         let (r, _) = pass_by.path(pass_by.place(sample));
         assert!(decibels(size(found) * r).abs() < 0.001, "sample {sample}");
     }
@@ -131,7 +131,7 @@ fn sources_about_the_contact_patch_interfere_as_they_do_when_they_move() {
         let pass_by = PassBy::new(Passage { output_rate: 12e3, ..passage(receivers) }).unwrap();
         let mut sums = vec![[[0.0; 2]; 2]; pass_by.samples()];
         for source in sources.iter().flat_map(|&[x, y, z]| [[x, y, z], [x, y, -z]]) {
-            for (sample, found) in heard(&pass_by, frequency, source).into_iter().enumerate() {
+            for (sample, found) in received(&pass_by, frequency, source).into_iter().enumerate() {
                 let exact = exact(&pass_by, frequency, source, sample);
                 for part in 0..2 {
                     sums[sample][0][part] += found[part];
@@ -153,7 +153,7 @@ fn sources_about_the_contact_patch_interfere_as_they_do_when_they_move() {
 fn a_meter_at_the_roadside_reads_what_the_closed_form_gives() {
     let (frequency, rate) = (1000.0, 48_000.0);
     let pass_by = PassBy::new(passage(81)).unwrap();
-    let tone: Vec<f64> = heard(&pass_by, frequency, [0.0; 3]).into_iter().map(|[cosine, _]| cosine).collect();
+    let tone: Vec<f64> = received(&pass_by, frequency, [0.0; 3]).into_iter().map(|[cosine, _]| cosine).collect();
     let read = meter_levels(&tone, rate, FrequencyWeighting::A, TimeWeighting::Fast).unwrap();
     let mut detector = Detector::new(TimeWeighting::Fast, rate);
     let expected: Vec<f64> = (0..pass_by.samples())
@@ -180,7 +180,7 @@ fn a_meter_at_the_roadside_reads_what_the_closed_form_gives() {
 fn nothing_jumps_from_one_receiver_to_the_next() {
     let pass_by = PassBy::new(passage(81)).unwrap();
     let frequency = 2000.0;
-    let tone = heard(&pass_by, frequency, [0.15, 0.1, 0.0]);
+    let tone = received(&pass_by, frequency, [0.15, 0.1, 0.0]);
     let sizes: Vec<f64> = tone.iter().map(|&p| size(p)).collect();
     for (sample, pair) in sizes.windows(2).enumerate() {
         // The slope of 1/r at 13 m/s and 48 kHz, 3e-5 a sample at most, and the interpolation's ripple.

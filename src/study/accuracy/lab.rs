@@ -83,7 +83,7 @@ fn cost(trial: &Trial, rolled: f64) -> Cost {
     let counted: u64 = march.iter().map(|&stage| meter.whole(stage).work.multiply_adds).sum();
     let amounts = trial.plan.amounts();
     let is_road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
-    let road = amounts.work.iter().filter(|amount| amount.place == Place::Behind && is_road(amount.stage));
+    let road = amounts.work.iter().filter(|amount| amount.place == Place::Background && is_road(amount.stage));
     let road = road.map(|amount| amount.amount * amount.unit.typical() / Unit::TextureMultiplyAdd.typical());
     let seconds = |stages: &[Stage]| -> f64 { stages.iter().map(|&stage| meter.whole(stage).seconds()).sum() };
     Cost {

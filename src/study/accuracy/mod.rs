@@ -78,7 +78,8 @@ pub struct Study {
     pub reference: Point,
     /// Difference of a reference half as fine, and so the uncertainty of the reference: smaller differences from it
     /// say nothing.
-    pub doubt: Difference,
+    #[serde(rename = "doubt")]
+    pub uncertainty: Difference,
     /// The swept knobs, with their runs.
     pub knobs: Vec<Knob>,
     /// The scene's own settings, and the presets.
@@ -143,7 +144,7 @@ pub fn study(
     let mut study = Study {
         options: *options,
         reference: lab.point("reference", &reference)?,
-        doubt: Difference::default(),
+        uncertainty: Difference::default(),
         knobs,
         named: Vec::new(),
         front: Vec::new(),
@@ -190,7 +191,7 @@ impl Study {
         half: &Settings,
         named: &[(&str, Settings)],
     ) -> Result<(), RunError> {
-        self.doubt = lab.point("half as fine", half)?.difference;
+        self.uncertainty = lab.point("half as fine", half)?.difference;
         for (label, settings) in named {
             self.named.push(lab.point(label, settings)?);
         }

@@ -9,14 +9,14 @@
 //!
 //! A row is valid where the band is valid in every run that contributes.
 
-mod heard;
 mod rows;
+mod run_levels;
 mod table;
 
 use crate::study::sweep::StoredSweep;
-pub(crate) use heard::EmissionError;
-use heard::{Heard, listen};
 use rows::EmissionRow;
+pub(crate) use run_levels::EmissionError;
+use run_levels::{RunLevels, run_levels};
 pub(crate) use table::EMISSION_HEAD;
 
 /// Emission of all groups and receivers.
@@ -34,22 +34,22 @@ impl Emission {
     /// # Errors
     /// [`EmissionError`].
     pub(crate) fn of(sweep: &StoredSweep) -> Result<Self, EmissionError> {
-        let mut heard = Vec::new();
+        let mut runs = Vec::new();
         for (label, run) in &sweep.variants {
             let unfinished = || EmissionError::Unfinished { name: label.name.clone() };
-            heard.extend(listen(label, run.as_ref().ok_or_else(unfinished)?)?);
+            runs.extend(run_levels(label, run.as_ref().ok_or_else(unfinished)?)?);
         }
         let (mut rows, mut missing) = (Vec::new(), Vec::new());
         let mut places: Vec<(&str, &str)> = Vec::new();
-        for Heard { group, receiver, .. } in &heard {
+        for RunLevels { group, receiver, .. } in &runs {
             let place = (group.as_str(), receiver.as_str());
             if !places.contains(&place) {
                 places.push(place);
             }
         }
         for place in places {
-            let all: Vec<&Heard> =
-                heard.iter().filter(|of| (of.group.as_str(), of.receiver.as_str()) == place).collect();
+            let all: Vec<&RunLevels> =
+                runs.iter().filter(|of| (of.group.as_str(), of.receiver.as_str()) == place).collect();
             let speed = all[0].speed;
             if all.iter().all(|other| other.speed.total_cmp(&speed).is_eq()) {
                 return Err(EmissionError::OneSpeed { group: place.0.to_owned(), speed });

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::heard::{Heard, octaves};
+use super::run_levels::{RunLevels, octaves};
 use crate::response::{BandLevel, ThirdOctaveBand};
 use crate::scene::Vehicle;
 use crate::sound::{Compared, SpeedCoefficient, TotalLevel};
@@ -85,15 +85,15 @@ struct Point {
 }
 
 /// Rows of one group at one receiver, from its runs.
-pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
+pub(super) fn rows(runs: &[&RunLevels]) -> Vec<EmissionRow> {
     let row = |model: EmissionModel, nominal_hz, tyres, points: Vec<Point>| {
         let points: Vec<Point> = points.into_iter().filter(|point| point.level.is_finite()).collect();
         let reference = model.reference_speed();
         let line = SpeedCoefficient::fit(points.iter().map(|point| (point.speed, point.level)), reference)?;
         let speeds = || points.iter().map(|point| point.speed);
         Some(EmissionRow {
-            group: heard[0].group.clone(),
-            receiver: heard[0].receiver.clone(),
+            group: runs[0].group.clone(),
+            receiver: runs[0].receiver.clone(),
             model,
             nominal_hz,
             tyres,
@@ -110,17 +110,17 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
         })
     };
     // Points of each band from all runs, bands rising; a band reaches over so many third octaves on either side.
-    let banded = |model: EmissionModel, reach: i32, bands: &dyn Fn(&Heard) -> Vec<BandLevel>| -> Vec<EmissionRow> {
-        let spectra: Vec<(&Heard, Vec<BandLevel>)> = heard.iter().map(|of| (*of, bands(of))).collect();
+    let banded = |model: EmissionModel, reach: i32, bands: &dyn Fn(&RunLevels) -> Vec<BandLevel>| -> Vec<EmissionRow> {
+        let spectra: Vec<(&RunLevels, Vec<BandLevel>)> = runs.iter().map(|of| (*of, bands(of))).collect();
         let mut numbers: Vec<_> = spectra.iter().flat_map(|(_, bands)| bands).map(|of| of.band).collect();
         numbers.sort_unstable();
         numbers.dedup();
         let points = |band: ThirdOctaveBand| -> Vec<Point> {
-            let of_run = |(heard, bands): &(&Heard, Vec<BandLevel>)| {
+            let of_run = |(run, bands): &(&RunLevels, Vec<BandLevel>)| {
                 let of = bands.iter().find(|of| of.band == band)?;
                 let thirds = (band.0 - reach..=band.0 + reach).map(ThirdOctaveBand);
-                let error = largest(thirds.map(|third| heard.errors.total(third)));
-                Some(Point { speed: heard.speed, level: of.level, valid: of.valid, error })
+                let error = largest(thirds.map(|third| run.errors.total(third)));
+                Some(Point { speed: run.speed, level: of.level, valid: of.valid, error })
             };
             spectra.iter().filter_map(of_run).collect()
         };
@@ -130,8 +130,8 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
     let mut all = banded(EmissionModel::CnossosEu, 1, &|of| octaves(&of.power[0]));
     let in_nord2000 = |of: &BandLevel| NORD2000_BANDS.contains(&of.band.0);
     all.extend(banded(EmissionModel::Nord2000, 0, &|of| of.power[1].iter().copied().filter(in_nord2000).collect()));
-    let maximum = row(EmissionModel::UnR117, None, heard[0].tyres, maxima(heard).unwrap_or_default());
-    let passed = || heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed)).filter_map(|of| of.passages);
+    let maximum = row(EmissionModel::UnR117, None, runs[0].tyres, maxima(runs).unwrap_or_default());
+    let passed = || runs.iter().filter(|of| R117_SPEEDS.contains(&of.speed)).filter_map(|of| of.passages);
     let fewest = passed().map(|(count, _)| count).min();
     let passages = fewest.map(|fewest| (fewest, largest(passed().map(|(_, error)| error))));
     all.extend(maximum.map(|row| EmissionRow { passages, ..row }));
@@ -142,8 +142,8 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
 ///
 /// # Errors
 /// Why these are not of one kind: maxima of different bands, or of bands that do not reach the loudest.
-fn maxima(heard: &[&Heard]) -> Result<Vec<Point>, String> {
-    let passed = heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
+fn maxima(runs: &[&RunLevels]) -> Result<Vec<Point>, String> {
+    let passed = runs.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
     let (speeds, levels): (Vec<f64>, Vec<&TotalLevel>) =
         passed.filter_map(|of| Some((of.speed, of.maximum.as_ref()?))).unzip();
     if levels.is_empty() {
@@ -161,16 +161,16 @@ fn maxima(heard: &[&Heard]) -> Result<Vec<Point>, String> {
 }
 
 /// Why a receiver has no row of UN R117 if its maxima cannot be compared.
-pub(super) fn no_maxima(heard: &[&Heard]) -> Option<String> {
-    let why = maxima(heard).err()?;
-    let place = [heard[0].group.as_str(), heard[0].receiver.as_str()];
+pub(super) fn no_maxima(runs: &[&RunLevels]) -> Option<String> {
+    let why = maxima(runs).err()?;
+    let place = [runs[0].group.as_str(), runs[0].receiver.as_str()];
     let place: Vec<&str> = place.into_iter().filter(|text| !text.is_empty()).collect();
     Some(format!("{}: no line of UN R117: {why}", place.join(", ")))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::heard::tests::bands;
+    use super::super::run_levels::tests::bands;
     use super::*;
     use crate::response::LevelErrors;
 
@@ -186,12 +186,12 @@ mod tests {
     #[test]
     fn maxima_of_different_bands_and_of_few_bands_make_no_line_and_say_why() {
         let with = |lasts: [i32; 3]| {
-            let mut heard = runs(&[70.0, 80.0, 90.0], &[0.0; 3]);
-            for (of, last) in heard.iter_mut().zip(lasts) {
+            let mut runs = runs(&[70.0, 80.0, 90.0], &[0.0; 3]);
+            for (of, last) in runs.iter_mut().zip(lasts) {
                 of.maximum = Some(maximum(last, 14.8));
             }
-            let rows = of(&heard).into_iter().filter(|row| row.model == EmissionModel::UnR117).count();
-            (rows, no_maxima(&heard.iter().collect::<Vec<_>>()).unwrap_or_default())
+            let rows = of(&runs).into_iter().filter(|row| row.model == EmissionModel::UnR117).count();
+            (rows, no_maxima(&runs.iter().collect::<Vec<_>>()).unwrap_or_default())
         };
         assert_eq!(with([3, 3, 3]), (1, String::new()));
         let (rows, why) = with([3, 3, -11]);
@@ -201,12 +201,12 @@ mod tests {
     }
 
     /// Runs whose power levels lie on lines of A and B about 70 km/h, by band, offset as given \[dB\].
-    fn runs(speeds: &[f64], off: &[f64]) -> Vec<Heard> {
+    fn runs(speeds: &[f64], off: &[f64]) -> Vec<RunLevels> {
         let run = |(&speed, off): (&f64, &f64)| {
             let x = (speed / 70.0).log10();
             let level = |band: i32| 90.0 + f64::from(band) + (30.0 + f64::from(band)) * x + off;
             let power = bands(&(-16..=4).map(|band| (band, level(band))).collect::<Vec<_>>());
-            Heard {
+            RunLevels {
                 group: "rough".to_owned(),
                 receiver: "coast-by".to_owned(),
                 tyres: 1,
@@ -220,8 +220,8 @@ mod tests {
         speeds.iter().zip(off).map(run).collect()
     }
 
-    fn of(heard: &[Heard]) -> Vec<EmissionRow> {
-        rows(&heard.iter().collect::<Vec<_>>())
+    fn of(runs: &[RunLevels]) -> Vec<EmissionRow> {
+        rows(&runs.iter().collect::<Vec<_>>())
     }
 
     #[test]
@@ -278,10 +278,10 @@ mod tests {
 
     #[test]
     fn a_band_of_one_speed_and_silence_have_no_row() {
-        let mut heard = runs(&[50.0, 60.0], &[0.0; 2]);
-        heard[0].power[1].retain(|of| of.band.0 != -16);
-        heard[1].power[1][1].level = f64::NEG_INFINITY;
-        let found = of(&heard);
+        let mut runs = runs(&[50.0, 60.0], &[0.0; 2]);
+        runs[0].power[1].retain(|of| of.band.0 != -16);
+        runs[1].power[1][1].level = f64::NEG_INFINITY;
+        let found = of(&runs);
         let nord: Vec<f64> =
             found.iter().filter(|row| row.model == EmissionModel::Nord2000).filter_map(|row| row.nominal_hz).collect();
         assert_eq!(nord[0].to_bits(), 40.0_f64.to_bits(), "{nord:?}");

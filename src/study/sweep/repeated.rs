@@ -88,10 +88,10 @@ struct MeanBands {
 
 impl MeanBands {
     /// A mean in words with what must be known of a level; the force's errors are not among its results.
-    fn text(&self, mean: &str, is_sound: bool) -> String {
+    fn text(&self, mean: &str, of_sound: bool) -> String {
         let number = |error: Option<f64>| error.map_or("not known".to_owned(), |error| format!("{error:.1}"));
         let mut text = format!("{}{mean}", if self.lower_bound { "at least " } else { "" });
-        if is_sound {
+        if of_sound {
             text.push_str(&format!(", error {}", number(self.error)));
         }
         if let Some(passages) = self.passages {
@@ -412,7 +412,7 @@ mod tests {
 
     #[test]
     fn means_are_over_the_bands_that_all_seeds_vouch_for_and_pictures_over_those_of_all_runs() {
-        let mut runs = heard(1);
+        let mut runs = at_receivers(1);
         let (_, done) = &mut runs[0];
         done.as_mut().unwrap().sound[1].1 = sum(-11, 56.0);
         done.as_mut().unwrap().sound[0].1 = sum(-11, 0.0).at_most(11.5);
@@ -437,7 +437,7 @@ mod tests {
     #[test]
     fn means_of_lower_bounds_are_lower_bounds_and_have_the_largest_error_that_is_known_of_every_run() {
         let with = |errors: [Option<f64>; 2]| {
-            let mut runs = heard(1);
+            let mut runs = at_receivers(1);
             runs.truncate(2);
             for ((_, done), (error, maxima)) in
                 runs.iter_mut().zip(errors.into_iter().zip([&[70.0, 71.0][..], &[70.0]]))
@@ -464,7 +464,7 @@ mod tests {
     }
 
     /// Every combination of `loads` loads and the speeds with two seeds, at two receivers.
-    fn heard(loads: u32) -> Vec<(Label, Option<Done>)> {
+    fn at_receivers(loads: u32) -> Vec<(Label, Option<Done>)> {
         let mut runs = Vec::new();
         for (load, speed, seed) in (0..loads)
             .flat_map(|load| [50.0, 80.0].into_iter().flat_map(move |v| [1.0, 2.0].map(|seed| (load, v, seed))))
@@ -487,14 +487,14 @@ mod tests {
     #[test]
     fn levels_over_the_speed_are_a_line_for_each_load_and_receiver_or_points_where_they_are_too_many() {
         let curves = |runs: &[_]| RepeatedTable::of(runs).curves("t");
-        let [both] = &curves(&heard(2))[..] else { panic!("one picture") };
+        let [both] = &curves(&at_receivers(2))[..] else { panic!("one picture") };
         // 30 + 25 + (1 + 2)/2; half the interval is 12.706 sqrt(0.5)/sqrt(2).
         for told in ["3000 N, near", "3100 N, far", "speed km/h: 50\n3000 N, far: 56.50 \u{b1} 6.353"] {
             assert!(both.contains(told), "{told}: {both}");
         }
-        let apart = curves(&heard(7));
+        let apart = curves(&at_receivers(7));
         assert!(apart.len() == 2 && apart[0].contains("3600 N, far") && !apart[0].contains("near"), "{apart:?}");
-        assert!(curves(&heard(8)).is_empty() && curves(&[]).is_empty());
-        assert!(RepeatedTable::of(&heard(8)).plots("t").len() == 2);
+        assert!(curves(&at_receivers(8)).is_empty() && curves(&[]).is_empty());
+        assert!(RepeatedTable::of(&at_receivers(8)).plots("t").len() == 2);
     }
 }

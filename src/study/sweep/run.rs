@@ -88,21 +88,21 @@ impl Done {
     pub(crate) fn new(
         found: bool,
         levels: Vec<BandLevel>,
-        heard: &[(String, Vec<BandLevel>)],
+        receiver_levels: &[(String, Vec<BandLevel>)],
         summary: &serde_json::Value,
     ) -> Self {
         let outcome = &summary["outcome"];
         let (mut receivers, mut unread) = (Vec::new(), Vec::new());
-        for heard in summary["sound"]["receivers"].as_array().into_iter().flatten() {
-            match serde_json::from_value::<ReceiverSummary>(heard.clone()) {
-                Ok(heard) => receivers.push(heard),
-                Err(why) => unread.push(format!("no level at {}: its summary cannot be read: {why}", heard["name"])),
+        for receiver in summary["sound"]["receivers"].as_array().into_iter().flatten() {
+            match serde_json::from_value::<ReceiverSummary>(receiver.clone()) {
+                Ok(receiver) => receivers.push(receiver),
+                Err(why) => unread.push(format!("no level at {}: its summary cannot be read: {why}", receiver["name"])),
             }
         }
         let rated: Vec<RatedLevel> = receivers
             .iter()
             .map(|receiver| {
-                let bands = heard.iter().find(|(name, _)| *name == receiver.name);
+                let bands = receiver_levels.iter().find(|(name, _)| *name == receiver.name);
                 receiver.rated(bands.map_or(&[][..], |(_, bands)| bands))
             })
             .collect();
@@ -113,7 +113,7 @@ impl Done {
             friction: serde_json::from_value(outcome["friction"].clone()).ok(),
             load: serde_json::from_value(outcome["load"].clone()).ok(),
             sound: rated.iter().filter_map(|rated| Some((rated.name.clone(), rated.level.clone()?))).collect(),
-            pass_bys: receivers.into_iter().filter_map(|heard| Some((heard.name, heard.pass_by?))).collect(),
+            pass_bys: receivers.into_iter().filter_map(|receiver| Some((receiver.name, receiver.pass_by?))).collect(),
             passed: rated.into_iter().filter(|rated| rated.passed).map(|rated| rated.name).collect(),
             unread,
         }
@@ -172,11 +172,11 @@ pub(crate) fn sweep(
     let mut known = Inputs::default();
     let outcomes: Vec<Mutex<Option<Outcome>>> =
         variants.iter().map(|variant| Mutex::new(finished(variant, target, &mut known))).collect();
-    let left: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
+    let pending: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
     // 2. Fit the models that several variants share.
     progress.stage(Stage::Influence);
-    share_models(left.iter().map(|&index| &variants[index]), stop);
-    let plans = || left.iter().map(|&index| &variants[index].plan);
+    share_models(pending.iter().map(|&index| &variants[index]), stop);
+    let plans = || pending.iter().map(|&index| &variants[index].plan);
     let shared = shared_notes(plans());
     shared.iter().for_each(|note| progress.note(note));
     let time: f64 = plans().map(|plan| plan.steps as f64 * plan.time_step).sum();
@@ -184,13 +184,13 @@ pub(crate) fn sweep(
     let watch = Mutex::new(Watch { progress, rolled: 0.0, shared });
 
     // 3. Run the rest. The boundary elements of a body are solved once, by the first variant that needs them.
-    let heard = left.iter().any(|&index| !variants[index].plan.scene.receivers.is_empty());
-    let workers = if heard { 1 } else { threads.min(left.len()).max(1) };
+    let sounds = pending.iter().any(|&index| !variants[index].plan.scene.receivers.is_empty());
+    let workers = if sounds { 1 } else { threads.min(pending.len()).max(1) };
     let next = AtomicUsize::new(0);
     let work = |worker: usize| {
         let share = threads / workers + usize::from(worker < threads % workers);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(share.max(1)).build().ok();
-        while let Some(&index) = left.get(next.fetch_add(1, Ordering::Relaxed)) {
+        while let Some(&index) = pending.get(next.fetch_add(1, Ordering::Relaxed)) {
             let variant = &variants[index];
             let one = || carry_out(variant, target, share.max(1), stop, &watch);
             // Without a pool of its own it runs on the caller's: slower for the others, with the same results.
@@ -246,7 +246,7 @@ fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<Outc
     if let Some(impossible) = impossible(&variant.plan.scene, &summary) {
         return Some(impossible);
     }
-    Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &read_heard(&folder), &summary)))
+    Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &read_receiver_levels(&folder), &summary)))
 }
 
 /// Failure of a finished run whose energies cannot be; `None` if they can.
@@ -260,7 +260,7 @@ fn read_levels(folder: &Path) -> Option<Vec<BandLevel>> {
 }
 
 /// A-weighted levels at a folder's receivers; empty without.
-fn read_heard(folder: &Path) -> NamedLevels {
+fn read_receiver_levels(folder: &Path) -> NamedLevels {
     let text = input::read_text(&folder.join(SOUND_FILE), TABLE_BYTES).ok();
     let table = text.and_then(|text| Table::parse(&text).ok());
     table.and_then(|table| levels(&table, SOUND_COLUMN)).unwrap_or_default()
@@ -289,7 +289,7 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
         Ok(RunReport { folder, .. }) => {
             let levels = read_levels(&folder).unwrap_or_default();
             let summary = read_summary(&folder).unwrap_or_default();
-            Outcome::Done(Done::new(false, levels, &read_heard(&folder), &summary))
+            Outcome::Done(Done::new(false, levels, &read_receiver_levels(&folder), &summary))
         }
         Err(RunError::Interrupted { .. }) => Outcome::Stopped,
         Err(error) => Outcome::Failed(error),
@@ -379,8 +379,13 @@ mod tests {
             |name: &str, level_a: Option<f64>| json!({ "name": name, "points": 1, "level": 70.0, "level_a": level_a });
         let receivers = [receiver("beside", Some(60.5)), receiver("cpx", None)];
         let band = BandLevel { band: ThirdOctaveBand(0), mean_square: 1.0, level: 60.0, valid: true };
-        let heard = ["beside", "cpx"].map(|name| (name.to_owned(), vec![band]));
-        let done = Done::new(true, Vec::new(), &heard, &json!({ "outcome": {}, "sound": { "receivers": receivers } }));
+        let receiver_levels = ["beside", "cpx"].map(|name| (name.to_owned(), vec![band]));
+        let done = Done::new(
+            true,
+            Vec::new(),
+            &receiver_levels,
+            &json!({ "outcome": {}, "sound": { "receivers": receivers } }),
+        );
         assert_eq!(
             done.sound.iter().map(|(name, level)| (name.as_str(), level.level)).collect::<Vec<_>>(),
             [("beside", 60.5)]

@@ -32,7 +32,7 @@ pub(crate) struct BandLine {
 
 impl BandLine {
     /// True if every level behind the growth is valid.
-    fn vouched(&self) -> bool {
+    fn is_valid(&self) -> bool {
         self.levels.iter().flatten().all(|level| level.valid)
     }
 }
@@ -127,7 +127,7 @@ impl SweepBlock {
     }
 
     /// Note on a growth that is not known, or is not over all bands of the levels.
-    fn doubt_at(&self, receiver: &str) -> Option<String> {
+    fn growth_note(&self, receiver: &str) -> Option<String> {
         match self.growth_at(receiver) {
             Ok((_, compared)) if compared.all => None,
             Ok((_, compared)) => {
@@ -178,8 +178,9 @@ impl SweepBlock {
                 Some(BandLevel { level, .. }) => format!("({level:.2})"),
             };
             let fit = line.exponent.as_ref().map(|fit| [fit.decibels_per_decade, fit.residual]);
-            let doubt = |text: String| if line.vouched() { text } else { format!("({text})") };
-            let fit = fit.map_or(["-"; 2].map(str::to_owned), |fit| fit.map(|number| doubt(format!("{number:.2}"))));
+            let bracketed = |text: String| if line.is_valid() { text } else { format!("({text})") };
+            let fit =
+                fit.map_or(["-"; 2].map(str::to_owned), |fit| fit.map(|number| bracketed(format!("{number:.2}"))));
             [line.band.label()].into_iter().chain(line.levels.iter().map(level)).chain(fit).collect()
         };
         let mut report = Report::default();
@@ -204,8 +205,8 @@ impl SweepBlock {
             report.text("\n");
             report.table(aligned(header("friction"), friction_rows(&self.found)));
         }
-        let heard = self.receivers();
-        if !heard.is_empty() {
+        let receivers = self.receivers();
+        if !receivers.is_empty() {
             let row = |name: &String| -> Vec<String> {
                 let level = |done: &Done| done.level_at(name).map_or("-".to_owned(), TotalLevel::text);
                 let growth = self.growth_at(name).map_or("-".to_owned(), |(growth, _)| match growth.slope_interval {
@@ -217,12 +218,13 @@ impl SweepBlock {
             };
             let header = header("dB(A) at").chain(["dB/decade".to_owned()]);
             report.text("\n");
-            let rows =
-                heard.iter().flat_map(|name| [row(name), self.bands_at(name)].into_iter().chain(self.statistics(name)));
+            let rows = receivers
+                .iter()
+                .flat_map(|name| [row(name), self.bands_at(name)].into_iter().chain(self.statistics(name)));
             report.table(aligned(header, rows));
-            let longer = heard.iter().filter_map(|name| self.longest_missing(name));
+            let longer = receivers.iter().filter_map(|name| self.longest_missing(name));
             longer.for_each(|told| report.text(told));
-            heard.iter().filter_map(|name| self.doubt_at(name)).for_each(|told| report.text(told));
+            receivers.iter().filter_map(|name| self.growth_note(name)).for_each(|told| report.text(told));
         }
         for (speed, done) in columns() {
             done.unread.iter().for_each(|told| report.text(format!("{speed} km/h: {told}\n")));
@@ -305,13 +307,13 @@ pub(crate) fn csv(blocks: &[SweepBlock]) -> String {
 /// Growth over frequency, a curve per group, grey where a level is not valid; `None` if no band has a growth.
 pub(crate) fn growth_plot(blocks: &[SweepBlock], title: &str) -> Option<String> {
     let point = |line: &BandLine| {
-        line.exponent.map(|fit| ((line.band.mid_frequency(), fit.decibels_per_decade), line.vouched()))
+        line.exponent.map(|fit| ((line.band.mid_frequency(), fit.decibels_per_decade), line.is_valid()))
     };
     let curve = |block: &SweepBlock| block.lines.iter().filter_map(point).unzip::<_, _, Vec<_>, Vec<_>>();
     let curves = blocks.iter().map(|block| (&block.group, curve(block)));
-    let (series, vouched): (Vec<Series<'_>>, Vec<Vec<bool>>) = curves
+    let (series, valid): (Vec<Series<'_>>, Vec<Vec<bool>>) = curves
         .filter(|(_, (points, _))| !points.is_empty())
-        .map(|(name, (points, vouched))| (Series { name, points }, vouched))
+        .map(|(name, (points, valid))| (Series { name, points }, valid))
         .unzip();
     if series.iter().all(|series| series.points.len() < 2) {
         return None;
@@ -323,7 +325,7 @@ pub(crate) fn growth_plot(blocks: &[SweepBlock], title: &str) -> Option<String> 
         y: Axis::linear_around("Growth of the force level [dB per decade of speed]", points().map(|point| point.1)),
         series: series.clone(),
     };
-    Some(plot.to_svg_vouched(|curve, point| vouched[curve][point]))
+    Some(plot.to_svg_by_validity(|curve, point| valid[curve][point]))
 }
 
 #[cfg(test)]
@@ -332,7 +334,7 @@ mod tests {
     use crate::results::summary::LoadResult;
 
     /// Maximum of a passage whose bands are loudest at 800 Hz and valid up to number `valid_to`.
-    fn heard(valid_to: i32, level: f64) -> TotalLevel {
+    fn level_valid_to(valid_to: i32, level: f64) -> TotalLevel {
         let band = |n: i32| {
             let level = 60.0 - 4.0 * f64::from((n + 1).abs());
             BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level, valid: n <= valid_to }
@@ -351,7 +353,7 @@ mod tests {
             SweepBlock::new(&group, speeds.clone(), found)
         };
         // At each speed slices are valid for 25 to 80 Hz: 14.8 dB(A) and less, the faster the less.
-        let low = with([15.0, 14.8, 11.5].map(|level| heard(-11, level)));
+        let low = with([15.0, 14.8, 11.5].map(|level| level_valid_to(-11, level)));
         let told = low.report().to_string();
         assert!(told.contains("at least 14.8") && told.contains("25 Hz - 80 Hz"), "{told}");
         assert!(told.contains("no dB/decade: the common bands, 25 Hz - 80 Hz, do not reach the loudest"), "{told}");
@@ -359,7 +361,8 @@ mod tests {
         let row: Vec<&str> = table.lines().nth(2).unwrap().rsplit(',').take(5).collect();
         assert_eq!((row, table.contains("80,14.8,,,")), (vec!["", "1", "80", "25", ""], true), "{table}");
         // Maxima of other bands at one speed.
-        let apart = with([heard(3, 68.0), heard(3, 70.0), heard(-11, 11.5)]).report().to_string();
+        let apart =
+            with([level_valid_to(3, 68.0), level_valid_to(3, 70.0), level_valid_to(-11, 11.5)]).report().to_string();
         assert!(apart.contains("beside: no dB/decade: maxima of different bands"), "{apart}");
     }
 
@@ -375,7 +378,7 @@ mod tests {
         found[1].unread = vec!["no level at \"cpx\"".to_owned()];
         found[2].load = Some(LoadResult { wanted: 3000.0, relative_error: 0.04, tolerance: 0.01, met: false });
         for (done, speed) in found.iter_mut().zip(&speeds) {
-            done.sound = vec![("beside".to_owned(), heard(3, 70.0 + 35.0 * (speed / 80.0_f64).log10()))];
+            done.sound = vec![("beside".to_owned(), level_valid_to(3, 70.0 + 35.0 * (speed / 80.0_f64).log10()))];
             done.passed = vec!["beside".to_owned()];
             // A single passage at the lowest speed, two that differ by 2 dB at the others.
             let maxima = if *speed < 60.0 { vec![70.0] } else { vec![69.0, 71.0] };

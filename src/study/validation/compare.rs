@@ -1,6 +1,6 @@
 //! Comparison of measured and published values: arithmetic alone.
 
-use super::measure::{HeardRun, Measured, StandingTyre};
+use super::measure::{Measured, StandingTyre, ValidationRun};
 use super::missing::{Compared, Lacks};
 use super::published::{BANDS, Kind, PUBLISHED_SPEEDS, Published, ROAD, bands, decades, energy_sum};
 use super::row::{Group, Row};
@@ -42,8 +42,9 @@ struct Table<'a> {
 
 impl Table<'_> {
     /// Run on a road at the published speed of this index.
-    fn run(&self, texture: NamedTexture, speed: usize) -> Option<&HeardRun> {
-        let of = |run: &&HeardRun| run.texture == texture && (run.speed_kmh - PUBLISHED_SPEEDS[speed]).abs() < 1e-9;
+    fn run(&self, texture: NamedTexture, speed: usize) -> Option<&ValidationRun> {
+        let of =
+            |run: &&ValidationRun| run.texture == texture && (run.speed_kmh - PUBLISHED_SPEEDS[speed]).abs() < 1e-9;
         self.measured.runs.iter().find(of)
     }
 
@@ -171,7 +172,7 @@ impl Table<'_> {
         let [coarse, fine] = COARSE_LESS_FINE.map(|texture| self.run(texture, 1));
         for (name, octave) in OCTAVES {
             let middle = ThirdOctaveBand(octave.start() + 1).nominal_frequency();
-            let level = |run: &HeardRun| {
+            let level = |run: &ValidationRun| {
                 let levels: Option<Vec<f64>> = octave.clone().map(|band| run.cpx_band(ThirdOctaveBand(band))).collect();
                 levels.map(energy_sum)
             };
@@ -205,7 +206,7 @@ fn less(one: &TotalLevel, other: &TotalLevel) -> Option<f64> {
 }
 
 /// Level of all bands together \[dB(A)\]; `None` if one is not known.
-fn energy_of(run: &HeardRun, bands: std::ops::RangeInclusive<i32>) -> Option<f64> {
+fn energy_of(run: &ValidationRun, bands: std::ops::RangeInclusive<i32>) -> Option<f64> {
     let levels: Option<Vec<f64>> = bands.map(|band| run.coast_by_band(ThirdOctaveBand(band))).collect();
     levels.map(energy_sum)
 }
@@ -220,10 +221,10 @@ mod tests {
     use crate::study::validation::row::{Verdict, summaries};
 
     /// Run with levels that fall by 2 dB per band from 200 Hz on and grow by 30 dB per decade.
-    fn run(texture: NamedTexture, speed: usize, shift: f64) -> HeardRun {
+    fn run(texture: NamedTexture, speed: usize, shift: f64) -> ValidationRun {
         let grown = 30.0 * (PUBLISHED_SPEEDS[speed] / 80.0).log10() + shift;
         let bands: BTreeMap<i32, f64> = (-7..=4).map(|band| (band, 60.0 - 2.0 * f64::from(band) + grown)).collect();
-        HeardRun {
+        ValidationRun {
             texture,
             speed_kmh: PUBLISHED_SPEEDS[speed],
             coast_by: Some(total(4, 70.0 + grown).at_most(70.0 + grown)),
@@ -261,7 +262,7 @@ mod tests {
     }
 
     fn measured() -> Measured {
-        let mut runs: Vec<HeardRun> = (0..3).map(|speed| run(ROAD, speed, 0.0)).collect();
+        let mut runs: Vec<ValidationRun> = (0..3).map(|speed| run(ROAD, speed, 0.0)).collect();
         runs.extend([
             run(NamedTexture::StoneMastic8, 1, -1.0),
             run(NamedTexture::ChipSeal, 1, 4.0),

@@ -46,7 +46,7 @@ pub(crate) struct Options {
 
 /// Levels of a run at the receivers.
 #[derive(Clone, Debug, Serialize)]
-pub struct HeardRun {
+pub struct ValidationRun {
     /// Road of the run.
     pub texture: NamedTexture,
     /// Speed \[km/h\].
@@ -73,7 +73,7 @@ fn level_alone<S: Serializer>(total: &Option<TotalLevel>, serializer: S) -> Resu
     total.as_ref().map(|total| total.level).serialize(serializer)
 }
 
-impl HeardRun {
+impl ValidationRun {
     /// Level of a band along the coast-by line \[dB(A)\]; `None` if it is not valid.
     pub(crate) fn coast_by_band(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.coast_by_bands.get(&band.0).copied()
@@ -88,8 +88,8 @@ impl HeardRun {
         let valid = |bands: &[BandLevel]| -> BTreeMap<i32, f64> {
             bands.iter().filter(|band| band.valid).map(|band| (band.band.0, band.level)).collect()
         };
-        let heard = trial.heard();
-        let of = |passed: bool| heard.iter().find(|(rated, _)| rated.passed == passed);
+        let levels = trial.receiver_levels();
+        let of = |passed: bool| levels.iter().find(|(rated, _)| rated.passed == passed);
         let level = |passed| of(passed).and_then(|(rated, _)| rated.level.clone());
         let bands = |passed| of(passed).map_or_else(BTreeMap::new, |(_, levels)| valid(&levels.a_weighted));
         Self {
@@ -126,7 +126,7 @@ pub struct Measured {
     /// The standing tyre.
     pub tyre: StandingTyre,
     /// By road, then by speed.
-    pub runs: Vec<HeardRun>,
+    pub runs: Vec<ValidationRun>,
     /// Load \[N\].
     pub load: f64,
     /// Physics that the model lacks.
@@ -209,13 +209,13 @@ pub(crate) fn measure(
         }
     }
     let all = planned.iter().map(|(_, _, seconds, _)| seconds).sum();
-    let mut trials = Trials::shared(all, stop, progress).heard();
+    let mut trials = Trials::shared(all, stop, progress).with_sound();
     let mut runs = Vec::new();
     for (number, (texture, speed, seconds, scene)) in planned.iter().enumerate() {
         trials
             .announce(&format!("run {} of {}: {}, {speed} km/h", number + 1, planned.len(), texture.name()), *seconds);
         let trial = trials.roll(scene)?;
-        runs.push(HeardRun::of(*texture, *speed, &trial));
+        runs.push(ValidationRun::of(*texture, *speed, &trial));
     }
     trials.finish();
     Ok(Measured { tyre, runs, load, lacks: Lacks::of(&loaded.scene) })

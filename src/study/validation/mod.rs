@@ -13,8 +13,8 @@ mod published;
 mod row;
 
 pub use compare::rows;
-pub(crate) use measure::{HeardRun, Options, ValidationError, base_scene, measure};
 pub use measure::{Measured, StandingTyre};
+pub(crate) use measure::{Options, ValidationError, ValidationRun, base_scene, measure};
 pub use missing::Lacks;
 pub(crate) use missing::Missing;
 pub(crate) use published::PUBLISHED_SPEEDS;

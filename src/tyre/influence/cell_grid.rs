@@ -101,16 +101,16 @@ impl CellGrid {
     /// Lateral numbers, up to `last`, that make up the mean over the strip: of forces that are uncorrelated from cell
     /// to cell, and waves so short along that all m answer alike, no more than the fraction `tolerance` of the mean
     /// square is left out. Of longer waves it is less.
-    pub fn heard_by_mean(&self, tolerance: f64, last: usize) -> Vec<usize> {
+    pub fn numbers_in_mean(&self, tolerance: f64, last: usize) -> Vec<usize> {
         let waves = self.waves();
         // The sum over all numbers is 1/b.
         let mut rest = 1.0;
-        let heard = waves.lateral_numbers().take_while(|&m| {
+        let numbers = waves.lateral_numbers().take_while(|&m| {
             let wanted = m <= last && rest > tolerance;
             rest -= waves.lateral_weight(m, self.along.contact_width) * self.along.contact_width;
             wanted
         });
-        heard.collect()
+        numbers.collect()
     }
 
     /// sinc^2(ky dy/2) times the norm of the lateral wave, 2/B (1/B for m = 0) \[1/m\]: the factor that all pairs of
@@ -148,16 +148,16 @@ mod tests {
                 }
             }
             let grid = CellGrid::new(&tyre, 64, 4);
-            let heard = |tolerance| grid.heard_by_mean(tolerance, 1000).len();
-            println!("{:?}", [0.1, 0.05, 0.02, 0.01].map(heard));
-            let numbers = grid.heard_by_mean(0.02, 1000);
+            let numbers = |tolerance| grid.numbers_in_mean(tolerance, 1000).len();
+            println!("{:?}", [0.1, 0.05, 0.02, 0.01].map(numbers));
+            let numbers = grid.numbers_in_mean(0.02, 1000);
             let width = tyre.contact_width;
-            let left = |count: usize| {
+            let remainder = |count: usize| {
                 1.0 - numbers[..count].iter().map(|&m| grid.waves().lateral_weight(m, width) * width).sum::<f64>()
             };
-            assert!(left(numbers.len()) <= 0.02 && left(numbers.len() - 1) > 0.02, "{numbers:?}");
+            assert!(remainder(numbers.len()) <= 0.02 && remainder(numbers.len() - 1) > 0.02, "{numbers:?}");
             assert!(numbers.iter().all(|&m| grid.waves().is_even(m)));
-            assert!(grid.heard_by_mean(0.0, 7).iter().all(|&m| m <= 7));
+            assert!(grid.numbers_in_mean(0.0, 7).iter().all(|&m| m <= 7));
         }
     }
 }

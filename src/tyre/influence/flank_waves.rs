@@ -100,7 +100,7 @@ impl FlankWaves {
     }
 
     /// True if numbers read from a file are finite and fit each other.
-    pub(super) fn is_sound(&self) -> bool {
+    pub(super) fn is_valid(&self) -> bool {
         let numbers = self.around * self.lateral * self.points * PIECES;
         let flows = self.flows.iter().chain(&self.backwards);
         self.flows.len() == numbers
@@ -200,13 +200,13 @@ mod tests {
     fn waves_are_the_same_bits_with_flows_and_without() {
         let tyre = Tyre { angular_velocity: -71.6, ..Scene::with_tyre(PATH, &[]).unwrap().scene.tyre };
         let rule = SplitRule::new(0.26);
-        let [silent, heard] =
+        let [silent, with_sides] =
             [None, Some(&rule)].map(|rule| SurfaceWaves::with_flank(&tyre, 20, vec![0, 2], [600.0, 1e-4], rule));
-        assert_eq!([silent.pieces(), heard.pieces()], [0, PIECES]);
+        assert_eq!([silent.pieces(), with_sides.pieces()], [0, PIECES]);
         let mut values = [[Complex64::ZERO; 2]; 2];
         for (n, frequency) in [(0, 30.0), (7, 333.0), (-7, 333.0), (20, 599.0)] {
             silent.at(n, frequency, &mut values[0]);
-            heard.at(n, frequency, &mut values[1]);
+            with_sides.at(n, frequency, &mut values[1]);
             assert_eq!(values[0], values[1], "n = {n}, {frequency} Hz");
         }
     }

@@ -14,7 +14,7 @@ impl Cached for CellInfluence {
         format: Format { magic: b"TWAVECIN", version: 1, name: "an influence between cells" },
     };
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let Self { columns, across, toeplitz, hankel, odd } = self;
         let fits = |toeplitz: &[f64], hankel: &[f64]| {
             Some(toeplitz.len()) == columns.checked_mul(*across)

@@ -192,13 +192,13 @@ impl Cached for SurfaceWaves {
     const KIND: Kind =
         Kind { extension: "waves", format: Format { magic: b"TWAVESRF", version: 1, name: "waves of a tread" } };
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let numbers = self.around * self.lateral.len() * self.points;
         let values = self.stiffnesses.iter().chain(&self.backwards);
         self.stiffnesses.len() == numbers
             && [0, numbers].contains(&self.backwards.len())
             && values.into_iter().all(|value| !value.is_nan())
-            && self.flank.as_ref().is_none_or(FlankWaves::is_sound)
+            && self.flank.as_ref().is_none_or(FlankWaves::is_valid)
     }
 }
 

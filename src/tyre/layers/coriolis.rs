@@ -134,7 +134,7 @@ impl CoriolisModes {
         entries: [T; ENTRIES],
         [g, inertia]: [T; 2],
         shear: T,
-        left: &[T],
+        deviation: &[T],
     ) -> [[T; ENTRIES]; 2] {
         let over = shear.reciprocal();
         let x = inertia * over;
@@ -143,8 +143,8 @@ impl CoriolisModes {
         for (entry, constant) in odd.iter_mut().zip(&self.constant) {
             *entry = zero + *constant;
         }
-        for (part, left) in self.parts.iter().zip(left) {
-            let share = *left * over;
+        for (part, deviation) in self.parts.iter().zip(deviation) {
+            let share = *deviation * over;
             for k in 0..ENTRIES {
                 odd[k] = odd[k].plus_scaled(part[k], share);
             }

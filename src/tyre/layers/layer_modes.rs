@@ -245,30 +245,30 @@ impl LayerModes {
     pub(super) fn faces_both_ways<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
         let entries = self.entries(values);
         let Some(modes) = &self.coriolis else { return [blocks_of(entries), blocks_of(entries)] };
-        let left = self.left(values);
-        let inertia = values.inertia + left[0] * self.mean;
-        let both = modes.both_ways(entries, [values.coriolis, inertia], values.shear, &left);
+        let deviation = self.deviation(values);
+        let inertia = values.inertia + deviation[0] * self.mean;
+        let both = modes.both_ways(entries, [values.coriolis, inertia], values.shear, &deviation);
         let [forwards, backwards] = both;
         [blocks_of(forwards), blocks_of(backwards)]
     }
 
     /// t_p = f(s) less the fraction of each part that follows the modulus.
     #[inline(always)]
-    fn left<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; MOST_PARTS] {
+    fn deviation<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; MOST_PARTS] {
         let shear = values.shear;
-        let mut left = [shear; MOST_PARTS];
-        for (left, part) in left.iter_mut().zip(&self.parts) {
-            *left = match part.cords {
+        let mut deviation = [shear; MOST_PARTS];
+        for (deviation, part) in deviation.iter_mut().zip(&self.parts) {
+            *deviation = match part.cords {
                 None => shear * -part.reference + 1.0,
                 Some(index) => shear * -part.reference + values.fibres[index],
             };
         }
-        left
+        deviation
     }
 
     /// Tractions of the faces with the modes at rest.
     #[inline(always)]
-    fn held<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS]) -> [T; ENTRIES] {
+    fn held<T: ComplexField>(&self, values: &LayerValues<T>, deviation: &[T; MOST_PARTS]) -> [T; ENTRIES] {
         // Loops, not closures over arrays: a call of those would end the lanes' vector code.
         let LayerValues { shear, inertia, .. } = *values;
         let [stiff, heavy] = &self.faces;
@@ -276,9 +276,9 @@ impl LayerModes {
         for k in 0..ENTRIES {
             entries[k] = (shear * stiff[k]).plus_scaled(heavy[k], inertia);
         }
-        for (left, part) in left.iter().zip(&self.parts) {
+        for (deviation, part) in deviation.iter().zip(&self.parts) {
             for (entry, own) in entries.iter_mut().zip(&part.faces) {
-                *entry = entry.plus_scaled(*own, *left);
+                *entry = entry.plus_scaled(*own, *deviation);
             }
         }
         entries
@@ -287,18 +287,18 @@ impl LayerModes {
     /// Entries of the face matrix, without the Coriolis force.
     #[inline(always)]
     fn entries<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; ENTRIES] {
-        let left = self.left(values);
+        let deviation = self.deviation(values);
         let mut values = *values;
-        let mut coupled = left[0];
+        let mut coupled = deviation[0];
         if self.coriolis.is_some() {
-            values.inertia = values.inertia + left[0] * self.mean;
-            coupled = values.inertia * values.inertia * left[0] * values.shear.reciprocal();
+            values.inertia = values.inertia + deviation[0] * self.mean;
+            coupled = values.inertia * values.inertia * deviation[0] * values.shear.reciprocal();
         }
         let (values, inertia) = (&values, values.inertia);
-        let mut entries = self.held(values, &left);
-        let factors = [inertia * inertia, inertia * left[0], left[0] * left[0], coupled];
+        let mut entries = self.held(values, &deviation);
+        let factors = [inertia * inertia, inertia * deviation[0], deviation[0] * deviation[0], coupled];
         for (index, block) in self.blocks.iter().enumerate() {
-            let inverse = block.inverse(values, &left);
+            let inverse = block.inverse(values, &deviation);
             match &block.terms {
                 Terms::Products(products) => {
                     for (products, factor) in products.iter().zip(factors) {
@@ -307,7 +307,7 @@ impl LayerModes {
                 }
                 Terms::Vectors(vectors) => {
                     let coupled: &[[f64; PAIRS]] = if index == 0 { &self.coupled } else { &[] };
-                    add_vectors(&mut entries, vectors, coupled, inertia, &left, &inverse);
+                    add_vectors(&mut entries, vectors, coupled, inertia, &deviation, &inverse);
                 }
             }
         }
@@ -318,21 +318,21 @@ impl LayerModes {
 impl Block {
     /// d_j = mu lambda_j + rho s^2 + sum t_p gamma_pj.
     #[inline(always)]
-    fn impedance<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS], j: usize) -> T {
+    fn impedance<T: ComplexField>(&self, values: &LayerValues<T>, deviation: &[T; MOST_PARTS], j: usize) -> T {
         let LayerValues { shear, inertia, .. } = *values;
         let mut sum = shear * self.stiffness[j];
-        for (own, left) in self.own.iter().zip(left) {
-            sum = sum.plus_scaled(own[j], *left);
+        for (own, deviation) in self.own.iter().zip(deviation) {
+            sum = sum.plus_scaled(own[j], *deviation);
         }
         sum + inertia
     }
 
     /// -1/d_j.
     #[inline(always)]
-    fn inverse<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS]) -> [T; BLOCK] {
+    fn inverse<T: ComplexField>(&self, values: &LayerValues<T>, deviation: &[T; MOST_PARTS]) -> [T; BLOCK] {
         let mut inverse = [values.shear; BLOCK];
         for (j, inverse) in inverse.iter_mut().enumerate() {
-            *inverse = -self.impedance(values, left, j).reciprocal();
+            *inverse = -self.impedance(values, deviation, j).reciprocal();
         }
         inverse
     }
@@ -348,14 +348,19 @@ where
     [[[a, b, c], [b, g, h], [c, h, l]], [[d, e, f], [i, j, k], [m, n, o]], [[p, q, r], [q, s, t], [r, t, u]]]
 }
 
-/// c_j = inertia m_j + sum of left_p g_pj.
+/// c_j = inertia m_j + sum of t_p g_pj.
 #[inline(always)]
-fn force_of<T: ComplexField>(vectors: &[[[f64; BLOCK]; 6]], inertia: T, left: &[T; MOST_PARTS], j: usize) -> [T; 6] {
+fn force_of<T: ComplexField>(
+    vectors: &[[[f64; BLOCK]; 6]],
+    inertia: T,
+    deviation: &[T; MOST_PARTS],
+    j: usize,
+) -> [T; 6] {
     let mut c = [inertia; 6];
     for row in 0..6 {
         let mut sum = inertia * vectors[0][row][j];
-        for (vector, left) in vectors[1..].iter().zip(left) {
-            sum = sum.plus_scaled(vector[row][j], *left);
+        for (vector, deviation) in vectors[1..].iter().zip(deviation) {
+            sum = sum.plus_scaled(vector[row][j], *deviation);
         }
         c[row] = sum;
     }
@@ -403,7 +408,7 @@ fn add<T: ComplexField>(
     }
 }
 
-/// Adds c_j c_j^T inverse_j to `entries`, where c_j = inertia m_j + sum of left_p g_pj, and the coupling of the
+/// Adds c_j c_j^T inverse_j to `entries`, where c_j = inertia m_j + sum of t_p g_pj, and the coupling of the
 /// block's modes.
 #[inline(always)]
 fn add_vectors<T: ComplexField>(
@@ -411,13 +416,13 @@ fn add_vectors<T: ComplexField>(
     vectors: &[[[f64; BLOCK]; 6]],
     coupled: &[[f64; PAIRS]],
     inertia: T,
-    left: &[T; MOST_PARTS],
+    deviation: &[T; MOST_PARTS],
     inverse: &[T; BLOCK],
 ) {
     // c_j inverse_j, mode by mode.
     let mut moved = [[inertia; 6]; BLOCK];
     for j in 0..BLOCK {
-        let c = force_of(vectors, inertia, left, j);
+        let c = force_of(vectors, inertia, deviation, j);
         for row in 0..6 {
             moved[j][row] = c[row] * inverse[j];
         }
@@ -429,7 +434,7 @@ fn add_vectors<T: ComplexField>(
             }
         }
     }
-    add_coupled(entries, coupled, left, &moved);
+    add_coupled(entries, coupled, deviation, &moved);
 }
 
 /// Adds the coupling of a block's modes to first order to `entries`, from their motion c_j/d_j.
@@ -437,18 +442,18 @@ fn add_vectors<T: ComplexField>(
 fn add_coupled<T: ComplexField>(
     entries: &mut [T; ENTRIES],
     coupled: &[[f64; PAIRS]],
-    left: &[T; MOST_PARTS],
+    deviation: &[T; MOST_PARTS],
     moved: &[[T; 6]; BLOCK],
 ) {
     let [first, others @ ..] = coupled else { return };
     let mut pair = 0;
     for i in 0..BLOCK {
         // Row i of E from the diagonal on, times the modes' motion.
-        let mut felt = [left[0] * 0.0; 6];
+        let mut felt = [deviation[0] * 0.0; 6];
         for moved in &moved[i + 1..] {
-            let mut e = left[0] * first[pair];
-            for (other, left) in others.iter().zip(&left[1..]) {
-                e = e.plus_scaled(other[pair], *left);
+            let mut e = deviation[0] * first[pair];
+            for (other, deviation) in others.iter().zip(&deviation[1..]) {
+                e = e.plus_scaled(other[pair], *deviation);
             }
             pair += 1;
             for row in 0..6 {

@@ -24,9 +24,9 @@ impl Cached for RationalModel {
     const KIND: Kind =
         Kind { extension: "influence", format: Format { magic: b"TWAVEINF", version: 12, name: "an influence model" } };
 
-    fn is_sound(&self) -> bool {
+    fn is_valid(&self) -> bool {
         let rows = self.elements / 2 + 1;
-        self.waves.is_valid(2) && [self.waves.len(), self.constants.len(), self.statistics.len()] == [rows; 3]
+        self.waves.fits(2) && [self.waves.len(), self.constants.len(), self.statistics.len()] == [rows; 3]
     }
 }
 
@@ -70,6 +70,6 @@ mod tests {
         assert_eq!(cache.load::<RationalModel>(&[7; 32]).unwrap().unwrap().unwrap(), model);
         let mut short = model.clone();
         short.waves.residues[1][1].pop();
-        assert!(model.is_sound() && !short.is_sound());
+        assert!(model.is_valid() && !short.is_valid());
     }
 }

@@ -100,7 +100,7 @@ impl PoleModel {
     }
 
     /// True if positions and lengths read from a file are consistent, with residues of `faces` faces.
-    pub(super) fn is_valid(&self, faces: usize) -> bool {
+    pub(super) fn fits(&self, faces: usize) -> bool {
         let (stored, odd) = (self.poles.len(), if self.turns() { self.poles.len() } else { 0 });
         let ends = self.offsets.get(1..).unwrap_or_default();
         let ranges = self.offsets.iter().zip(&self.first_real).zip(ends);
@@ -142,7 +142,7 @@ impl Cached for PoleModel {
         format: Format { magic: b"TWAVECEL", version: 4, name: "a model of contact cells" },
     };
 
-    fn is_sound(&self) -> bool {
-        self.is_valid(1)
+    fn is_valid(&self) -> bool {
+        self.fits(1)
     }
 }

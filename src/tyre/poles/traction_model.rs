@@ -82,7 +82,7 @@ impl Cached for TractionModel {
         format: Format { magic: b"TWAVETRA", version: 2, name: "a model of tractions of contact cells" },
     };
 
-    fn is_sound(&self) -> bool {
-        self.poles.is_valid(0) && self.channels.len() == self.poles.stored()
+    fn is_valid(&self) -> bool {
+        self.poles.fits(0) && self.channels.len() == self.poles.stored()
     }
 }

@@ -155,8 +155,8 @@ pub(crate) fn sum_over_places(values: &[f64], length: usize, sums: &mut Vec<f64>
     sums.clear();
     sums.extend((0..values.len() + length - 1).map(|place| {
         sum += values.get(place).copied().unwrap_or(0.0);
-        if let Some(left) = place.checked_sub(length) {
-            sum -= values[left];
+        if let Some(leaving) = place.checked_sub(length) {
+            sum -= values[leaving];
         }
         sum
     }));

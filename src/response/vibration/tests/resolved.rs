@@ -9,7 +9,7 @@ use crate::tyre::poles::lateral::{LateralFitOptions, fit_lateral};
 const ACROSS: usize = 4;
 /// All lateral numbers of these tests' waves; the strip's mean sees the odd ones, as the plate's sides are supported.
 const CARRIED: [usize; 5] = [1, 2, 3, 4, 5];
-const HEARD: [usize; 3] = [1, 3, 5];
+const IN_MEAN: [usize; 3] = [1, 3, 5];
 
 fn tyre() -> crate::scene::Tyre {
     Scene::from_str(PLATE, "default").unwrap().scene.tyre
@@ -76,7 +76,7 @@ fn by_cell(layout: &SegmentLayout, forces: &[f64]) -> Vec<f64> {
 #[test]
 fn velocities_and_power_are_the_double_sums_over_waves_written_out() {
     let elements = 14;
-    let (models, waves) = (models(elements, &HEARD), carried(elements));
+    let (models, waves) = (models(elements, &IN_MEAN), carried(elements));
     double_sums(elements, &models, &waves);
     let turning: Vec<RationalModel> = models.iter().map(turned).collect();
     let waves = turned_waves(&waves);
@@ -91,25 +91,25 @@ fn double_sums(elements: usize, models: &[RationalModel], waves: &CarriedWaves) 
         let even = layout(elements, substeps, revolutions, phase);
         let (plain, weighted) = windowed_segment(&resolved(even, ACROSS, 1), 31);
         let (plain, weighted) = (by_cell(&even, &plain), by_cell(&even, &weighted));
-        let (of_heard, of_power) = (resolved(even, HEARD.len(), 2), resolved(even, CARRIED.len(), 1));
+        let (of_mean, of_power) = (resolved(even, IN_MEAN.len(), 2), resolved(even, CARRIED.len(), 1));
         let fields = [VibrationField::Tread, VibrationField::Belt];
-        let shares = || HEARD.iter().zip(models).map(|(&m, model)| (grid.mean_shape(m), answer(model)));
+        let shares = || IN_MEAN.iter().zip(models).map(|(&m, model)| (grid.mean_shape(m), answer(model)));
         let responses: Vec<_> = shares().collect();
         let tables = fields.map(|field| {
-            let table = VelocityTable::resolved(&of_heard, &responses, TransferKind::Rule, field).unwrap();
-            HeardVelocity::of(&table, &of_heard)
+            let table = VelocityTable::resolved(&of_mean, &responses, TransferKind::Rule, field).unwrap();
+            ResolvedVelocity::of(&table, &of_mean)
         });
-        let mut velocities = VibrationAccumulator::resolved(of_heard, Heard::Velocities(tables.into()));
-        let power = HeardPower::new(&of_power, std::slice::from_ref(waves), &CARRIED);
-        let mut power = VibrationAccumulator::resolved(of_power, Heard::Power(power));
-        let mut heard = LateralForces::new(&grid, HEARD.into());
+        let mut velocities = VibrationAccumulator::resolved(of_mean, ResolvedQuantities::Velocities(tables.into()));
+        let power = ResolvedPower::new(&of_power, std::slice::from_ref(waves), &CARRIED);
+        let mut power = VibrationAccumulator::resolved(of_power, ResolvedQuantities::Power(power));
+        let mut lateral = LateralForces::new(&grid, IN_MEAN.into());
         let mut all = LateralForces::new(&grid, CARRIED.into());
         for row in plain.chunks_exact(COLUMNS * ACROSS) {
-            velocities.push(heard.of(row, COLUMNS), 0.0);
+            velocities.push(lateral.of(row, COLUMNS), 0.0);
             power.push(all.of(row, COLUMNS), 0.0);
         }
-        let spectra = heard_spectra(&velocities.finish().unwrap(), &fields, true);
-        let dissipated = heard_dissipation(&power.finish().unwrap());
+        let spectra = resolved_spectra(&velocities.finish().unwrap(), &fields, true);
+        let dissipated = resolved_dissipation(&power.finish().unwrap());
 
         // F_nm(w') by the definition: over steps, columns and cells, with the elements where they are.
         let length = even.length();
@@ -136,7 +136,7 @@ fn double_sums(elements: usize, models: &[RationalModel], waves: &CarriedWaves) 
             for n in -(elements as i64) / 2..elements as i64 / 2 {
                 let index = n.unsigned_abs() as usize;
                 for (expected, face) in expected.iter_mut().zip([Field::Surface, Field::Bottom]) {
-                    let velocity: Complex64 = HEARD
+                    let velocity: Complex64 = IN_MEAN
                         .iter()
                         .zip(models)
                         .map(|(&m, model)| {
@@ -189,8 +189,8 @@ fn forces_that_are_even_across_move_the_tyre_as_slices_do() {
         let mut one = VibrationAccumulator::new(even);
         at_places(&mut one, &even, VelocityTable::new(&even, &slice, kind, field).unwrap());
         let table = VelocityTable::resolved(&across, &[(share, answer(model))], kind, field).unwrap();
-        let heard = Heard::Velocities(vec![HeardVelocity::of(&table, &across)]);
-        let mut other = VibrationAccumulator::resolved(across, heard);
+        let quantities = ResolvedQuantities::Velocities(vec![ResolvedVelocity::of(&table, &across)]);
+        let mut other = VibrationAccumulator::resolved(across, quantities);
         at_places(&mut other, &across, table);
         let mut lateral = LateralForces::new(&grid, vec![3]);
         // With a mean that is known only at the end of the record.
@@ -202,7 +202,7 @@ fn forces_that_are_even_across_move_the_tyre_as_slices_do() {
         let (one, other) = (one.finish().unwrap(), other.finish().unwrap());
         let request = SpectraRequest { fields: &[field], kind, maps: false };
         let (expected, _) = field_spectra(&one, &slice, &request).unwrap();
-        let found = heard_spectra(&other, &[field], false);
+        let found = resolved_spectra(&other, &[field], false);
         let same = |what: &str, found: &[f64], expected: &[f64], tolerance: f64| {
             let largest = expected.iter().fold(0.0_f64, |a, &b| a.max(b));
             let error = found.iter().zip(expected).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs())) / largest;
@@ -224,7 +224,7 @@ fn a_strip_hears_what_the_sum_over_its_waves_says() {
     let tyre = tyre();
     let options = FitOptions::new(&tyre, elements, 20.0).with_tolerance(1e-3);
     let strip = fit(&tyre, &options).unwrap();
-    let numbers: Vec<usize> = grid(elements).heard_by_mean(0.01, 1000);
+    let numbers: Vec<usize> = grid(elements).numbers_in_mean(0.01, 1000);
     let whole = LateralFitOptions { fit: options, aliases: None };
     let models = fit_lateral(&tyre, &numbers, &whole, &Default::default()).unwrap();
     let even = layout(elements, 2, 1, 0);
@@ -253,14 +253,14 @@ fn a_mean_pattern_adds_nothing_to_the_power_of_the_vibration() {
     let waves = carried(elements);
     let of_power = resolved(layout(elements, 1, 1, 0), CARRIED.len(), 1);
     let power = |mean: f64| {
-        let power = HeardPower::new(&of_power, std::slice::from_ref(&waves), &CARRIED);
-        let mut accumulator = VibrationAccumulator::resolved(of_power, Heard::Power(power));
+        let power = ResolvedPower::new(&of_power, std::slice::from_ref(&waves), &CARRIED);
+        let mut accumulator = VibrationAccumulator::resolved(of_power, ResolvedQuantities::Power(power));
         for row in noise(&of_power, 5 * of_power.hop(), 0.0, 3).chunks_exact(of_power.width()) {
             let row: Vec<f64> =
                 row.iter().enumerate().map(|(place, force)| force + mean * (1 + place) as f64).collect();
             accumulator.push(&row, 0.0);
         }
-        heard_dissipation(&accumulator.finish().unwrap())
+        resolved_dissipation(&accumulator.finish().unwrap())
     };
     let (without, with) = (power(0.0), power(3.0));
     assert!((with.vibration / without.vibration - 1.0).abs() < 1e-9, "{with:?} {without:?}");
@@ -269,23 +269,23 @@ fn a_mean_pattern_adds_nothing_to_the_power_of_the_vibration() {
 
 #[test]
 fn resolved_forces_go_on_with_the_same_bits_on_any_number_of_threads() {
-    let model = models(ELEMENTS, &HEARD);
+    let model = models(ELEMENTS, &IN_MEAN);
     let waves = carried(ELEMENTS);
     let even = SegmentLayout { rule: TimeRule::Sdirk2, ..layout(ELEMENTS, 2, 1, 0) };
-    let (of_heard, of_power) = (resolved(even, HEARD.len(), 1), resolved(even, CARRIED.len(), 1));
+    let (of_mean, of_power) = (resolved(even, IN_MEAN.len(), 1), resolved(even, CARRIED.len(), 1));
     let new = || {
         let responses: Vec<_> =
-            HEARD.iter().zip(&model).map(|(&m, model)| (grid(ELEMENTS).mean_shape(m), answer(model))).collect();
+            IN_MEAN.iter().zip(&model).map(|(&m, model)| (grid(ELEMENTS).mean_shape(m), answer(model))).collect();
         let kind = TransferKind::Rule;
-        let table = VelocityTable::resolved(&of_heard, &responses, kind, VibrationField::Belt).unwrap();
-        let heard = Heard::Velocities(vec![HeardVelocity::of(&table, &of_heard)]);
-        let mut velocities = VibrationAccumulator::resolved(of_heard, heard);
+        let table = VelocityTable::resolved(&of_mean, &responses, kind, VibrationField::Belt).unwrap();
+        let quantities = ResolvedQuantities::Velocities(vec![ResolvedVelocity::of(&table, &of_mean)]);
+        let mut velocities = VibrationAccumulator::resolved(of_mean, quantities);
         velocities.add_points(&table, &[0.2]);
-        velocities.set_elements(ElementVelocities::new(&of_heard, 3, vec![table], vec![9]));
-        let power = HeardPower::new(&of_power, std::slice::from_ref(&waves), &CARRIED);
-        [velocities, VibrationAccumulator::resolved(of_power, Heard::Power(power))]
+        velocities.set_elements(ElementVelocities::new(&of_mean, 3, vec![table], vec![9]));
+        let power = ResolvedPower::new(&of_power, std::slice::from_ref(&waves), &CARRIED);
+        [velocities, VibrationAccumulator::resolved(of_power, ResolvedQuantities::Power(power))]
     };
-    let records = [of_heard, of_power].map(|layout| noise(&layout, 4 * layout.hop() + 7, 20.0, 2));
+    let records = [of_mean, of_power].map(|layout| noise(&layout, 4 * layout.hop() + 7, 20.0, 2));
     let push = |accumulators: &mut [VibrationAccumulator; 2], from: usize, to: usize| {
         for (accumulator, record) in accumulators.iter_mut().zip(&records) {
             let width = accumulator.layout().width();

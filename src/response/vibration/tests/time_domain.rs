@@ -204,8 +204,8 @@ pub(super) fn compare(
         let material_bin = layout.material_bin(bin, n);
         let exact = layout.sides(bin) * scale * layout.share(index) * wave(n, material_bin);
         let error = (found(of_road) - exact).abs() / largest;
-        let doubtful = 2 * material_bin.unsigned_abs() as usize == layout.length();
-        assert!(doubtful || error < 1e-6, "{name}, map of the road, bin {bin}, n = {n}: {error:e}");
+        let ambiguous = 2 * material_bin.unsigned_abs() as usize == layout.length();
+        assert!(ambiguous || error < 1e-6, "{name}, map of the road, bin {bin}, n = {n}: {error:e}");
     }
 
     for (point, &element) in elements.iter().enumerate() {
@@ -249,10 +249,10 @@ pub(super) fn compare(
         let largest = powers.iter().fold(0.0_f64, |a, &b| a.max(b));
         for (bin, exact) in powers.iter().enumerate() {
             // The last bin of the material frame has no sign; a wave of some n lies there in these bins.
-            let doubtful = (0..layout.wavenumbers())
+            let ambiguous = (0..layout.wavenumbers())
                 .any(|i| 2 * layout.material_bin(bin, layout.wavenumber(i)).unsigned_abs() as usize == layout.length());
             let error = (found.power[bin] - exact).abs() / largest;
-            assert!(doubtful || error < 1e-6, "{name}, {position} m, bin {bin}: {error:e}");
+            assert!(ambiguous || error < 1e-6, "{name}, {position} m, bin {bin}: {error:e}");
         }
     }
     0.5 * dissipation.total()

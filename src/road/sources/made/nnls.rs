@@ -83,9 +83,9 @@ fn residual(a: &[f64], columns: usize, b: &[f64], x: &[f64]) -> Vec<f64> {
 
 fn gradient(a: &[f64], columns: usize, b: &[f64], x: &[f64]) -> Vec<f64> {
     let mut gradient = vec![0.0; columns];
-    for (row, left) in a.chunks_exact(columns).zip(residual(a, columns, b, x)) {
+    for (row, residual) in a.chunks_exact(columns).zip(residual(a, columns, b, x)) {
         for (sum, entry) in gradient.iter_mut().zip(row) {
-            *sum += entry * left;
+            *sum += entry * residual;
         }
     }
     gradient

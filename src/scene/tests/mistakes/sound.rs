@@ -145,7 +145,7 @@ fn ways() {
 fn sidewalls_that_move_are_heard_unless_they_are_off_or_a_draft_leaves_them_out() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/car.toml");
     let receiver = "{ standard = \"cpx\" }";
-    for (settings, heard) in [
+    for (settings, expected) in [
         (&[][..], Some(true)),
         (&["radiation.sides=on"], Some(true)),
         (&["radiation.sides=off"], Some(false)),
@@ -158,6 +158,6 @@ fn sidewalls_that_move_are_heard_unless_they_are_off_or_a_draft_leaves_them_out(
         let settings: Vec<Setting> = settings.map(|setting| Setting::parse(setting).unwrap()).collect();
         let found = Scene::with_tyre(path, &settings).map(|loaded| loaded.scene);
         let hears = found.as_ref().ok().map(|scene| scene.radiation.hears_sides(&scene.tyre));
-        assert_eq!(hears, heard, "{settings:?}: {:?}", found.err().map(|error| error.problem()));
+        assert_eq!(hears, expected, "{settings:?}: {:?}", found.err().map(|error| error.problem()));
     }
 }

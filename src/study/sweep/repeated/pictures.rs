@@ -104,10 +104,10 @@ impl RepeatedTable {
         // Where bands are missing the axis names those that are present.
         let bands =
             all.iter().flat_map(|(_, quantity, rows)| rows.iter().filter_map(move |row| row.drawn.get(*quantity)));
-        let mut doubts: Vec<&String> = bands.filter_map(|(_, bands)| bands.as_ref()?.range.as_ref()).collect();
-        doubts.sort_unstable();
-        doubts.dedup();
-        let axis = [axis.to_owned()].into_iter().chain(doubts.into_iter().cloned()).collect::<Vec<_>>().join(", ");
+        let mut ranges: Vec<&String> = bands.filter_map(|(_, bands)| bands.as_ref()?.range.as_ref()).collect();
+        ranges.sort_unstable();
+        ranges.dedup();
+        let axis = [axis.to_owned()].into_iter().chain(ranges.into_iter().cloned()).collect::<Vec<_>>().join(", ");
         let y = Axis::linear_around(axis, ends);
         PointPlot { title: &format!("{short} against {factor}: {title}"), x, y, series }.to_svg()
     }

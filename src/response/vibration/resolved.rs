@@ -36,15 +36,15 @@ use crate::tyre::influence::CellRow;
 use crate::tyre::poles::pole_model::PoleModel;
 
 /// Quantities that are kept for each wavenumber at a bin.
-pub enum Heard {
+pub enum ResolvedQuantities {
     /// |v_n|^2, field by field.
-    Velocities(Vec<HeardVelocity>),
+    Velocities(Vec<ResolvedVelocity>),
     /// Power that the forces put into the tyre.
-    Power(HeardPower),
+    Power(ResolvedPower),
 }
 
 /// a_m Y_nm of a field, in single precision.
-pub struct HeardVelocity {
+pub struct ResolvedVelocity {
     field: VibrationField,
     /// By |n| = 0..=N/2, bin of the material frame and channel.
     values: BothWays<Vec<Complex32>>,
@@ -62,7 +62,7 @@ pub struct CarriedWaves {
 }
 
 /// Quadratic forms of the power of all carried waves, by n = 0..=N/2.
-pub struct HeardPower(Vec<Forms>);
+pub struct ResolvedPower(Vec<Forms>);
 
 /// Quadratic forms of the waves of one n.
 struct Forms {
@@ -72,7 +72,7 @@ struct Forms {
     weights: BothWays<Vec<f32>>,
 }
 
-impl HeardVelocity {
+impl ResolvedVelocity {
     /// From the transfers of a table, in another order.
     pub fn of(table: &VelocityTable, layout: &SegmentLayout) -> Self {
         let (bins, channels) = (layout.bins(), layout.channels());
@@ -121,7 +121,7 @@ impl HeardVelocity {
     }
 }
 
-impl HeardPower {
+impl ResolvedPower {
     /// Forms of all waves that a run carries, for forces whose components have the lateral numbers `numbers`.
     pub fn new(layout: &SegmentLayout, carried: &[CarriedWaves], numbers: &[usize]) -> Self {
         let transfers = Transfers::new(layout, TransferKind::Rule);
@@ -197,7 +197,7 @@ impl HeardPower {
     }
 }
 
-impl Heard {
+impl ResolvedQuantities {
     /// Number of values that are kept for each wavenumber at a bin.
     pub fn kept(&self) -> usize {
         match self {

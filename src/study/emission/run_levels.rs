@@ -48,7 +48,7 @@ pub(crate) enum EmissionError {
 
 /// Levels of one run at one coast-by receiver.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Heard {
+pub(super) struct RunLevels {
     /// Road, load and settings, as far as they are varied.
     pub group: String,
     /// Name of the receiver.
@@ -69,7 +69,7 @@ pub(super) struct Heard {
 }
 
 /// Levels of a run at its coast-by receivers.
-pub(super) fn listen(label: &Label, run: &Stored) -> Result<Vec<Heard>, EmissionError> {
+pub(super) fn run_levels(label: &Label, run: &Stored) -> Result<Vec<RunLevels>, EmissionError> {
     let name = label.name.clone();
     if !run.summary.complete {
         return Err(EmissionError::Unfinished { name });
@@ -81,24 +81,24 @@ pub(super) fn listen(label: &Label, run: &Stored) -> Result<Vec<Heard>, Emission
     let air = run.plan.sound().and_then(|sound| Some((Air::at(sound.radiation.temperature)?, sound)));
     let mut all = Vec::new();
     if let Some((air, sound)) = air {
-        for heard in sound.heard.iter().filter(|heard| heard.is_passed()) {
-            let levels = levels.iter().find(|(name, _)| *name == heard.name);
-            let summary = told.iter().find(|summary| summary.name == heard.name);
+        for receiver in sound.receivers.iter().filter(|receiver| receiver.is_passed()) {
+            let levels = levels.iter().find(|(name, _)| *name == receiver.name);
+            let summary = told.iter().find(|summary| summary.name == receiver.name);
             let (Some((_, levels)), Some(summary)) = (levels, summary) else { continue };
-            let positions: Vec<[f64; 3]> = sound.counted(heard).map(|point| sound.positions[point]).collect();
+            let positions: Vec<[f64; 3]> = sound.counted(receiver).map(|point| sound.positions[point]).collect();
             let power = [PointSources::CNOSSOS_EU, PointSources::NORD2000].map(|sources| {
                 let one = |of: &BandLevel| {
-                    let level = sources.power_level(of.level, of.band, &positions, &air) + to_vehicle(heard.tyres());
+                    let level = sources.power_level(of.level, of.band, &positions, &air) + to_vehicle(receiver.tyres());
                     BandLevel { mean_square: 10.0_f64.powf(0.1 * level), level, ..*of }
                 };
                 levels.iter().map(one).collect()
             });
-            let spectrum = run.spectrum(SOUND_LEVEL, &heard.name);
+            let spectrum = run.spectrum(SOUND_LEVEL, &receiver.name);
             let weighted = spectrum.map_or(&[][..], |spectrum| &spectrum.levels);
-            all.push(Heard {
+            all.push(RunLevels {
                 group: label.settings_beside_speed(),
-                receiver: heard.name.clone(),
-                tyres: heard.tyres(),
+                receiver: receiver.name.clone(),
+                tyres: receiver.tyres(),
                 speed,
                 power,
                 errors: spectrum.map(|spectrum| spectrum.errors.clone()).unwrap_or_default(),

@@ -1,5 +1,5 @@
-//! Parts of the library for its benchmarks and for the tests of the folder `tests`, which are separate programs. Not part
-//! of the public interface: anything here may change or go without notice.
+//! Parts of the library for its benchmarks and for the tests of the folder `tests`, which are separate programs. Not
+//! part of the public interface: anything here may change or go without notice.
 
 use clap::CommandFactory as _;
 use serde::Serialize;
@@ -222,7 +222,7 @@ pub fn stored_spectra(results: &Stored) -> &[StoredSpectrum] {
     &results.spectra
 }
 
-/// What a run's vibration adds to its summary.
+/// The vibration's part of a run's summary.
 pub fn vibration_summary(vibration: &VibrationResults) -> &impl Serialize {
     &vibration.summary
 }

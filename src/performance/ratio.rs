@@ -44,8 +44,8 @@ impl Ratio {
     }
 }
 
-/// Largest k for which x_(k) ... x_(n+1-k) misses the median of n pairs with a probability of at most [`MISS_PROBABILITY`]; 0 if
-/// none does.
+/// Largest k for which x_(k) ... x_(n+1-k) misses the median of n pairs with a probability of at most
+/// [`MISS_PROBABILITY`]; 0 if none does.
 fn rank(pairs: usize) -> usize {
     // P(B(n, 1/2) < k), summed from below.
     let (mut term, mut below, mut k) = (0.5_f64.powf(pairs as f64), 0.0, 0);

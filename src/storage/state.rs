@@ -2,8 +2,8 @@
 //!
 //! [`Evolving::state`] goes through everything that later steps depend on, always in the same order. A [`StateStream`]
 //! either saves what it meets, or replaces it by what was saved, in an equal, freshly prepared object. Whatever the
-//! scene determines stays as it is: kernels, transforms, lengths of lists. The saved bytes come from a file: lengths are
-//! compared, and a type with an index or a count in its state checks it. After an error the object is of no use.
+//! scene determines stays as it is: kernels, transforms, lengths of lists. The saved bytes come from a file: lengths
+//! are compared, and a type with an index or a count in its state checks it. After an error the object is of no use.
 
 use num_complex::Complex;
 use serde::de::DeserializeOwned;

@@ -6,9 +6,9 @@
 //! u_a,l = sum_b sum_p W_ab,p F_b,l-p,     sum_p W_ab,p zeta^p = C_ab(Delta(zeta)/dt)
 //! ```
 //!
-//! for any quadrature: W_ab,p is a number, or a matrix over the stages of a step (Lubich & Ostermann 1993, *Math. Comp.*
-//! 60, 105). C_ab of a matrix is Lagrange's polynomial through its eigenvalues, which are the rule's rates. C_ab = E +
-//! i O at n >= 0, and W = W(E) + i W(O) with real weights each; at rest every pair has one of both alone, normal forces
+//! for any quadrature: W_ab,p is a number, or a matrix over the stages of a step (Lubich & Ostermann 1993, *Math.
+//! Comp.* 60, 105). C_ab of a matrix is Lagrange's polynomial through its eigenvalues, which are the rule's rates.
+//! C_ab = E + i O at n >= 0, and W = W(E) + i W(O) with real weights each; at rest every pair has one of both alone, normal forces
 //! E.
 
 use num_complex::Complex64;

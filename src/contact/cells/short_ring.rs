@@ -36,8 +36,8 @@ impl Seen {
         self.cells.copy_from_slice(&other.cells);
     }
 
-    /// Takes the forces \[N\] of the window that begins with `first_element`, contact in the middle of the part; returns
-    /// whether there is room for all of them.
+    /// Takes the forces \[N\] of the window that begins with `first_element`, contact in the middle of the part;
+    /// returns whether there is room for all of them.
     pub(crate) fn take(&mut self, first_element: i64, forces: &[f64]) -> bool {
         let [columns, seen] = [forces.len(), self.cells.len()].map(|numbers| numbers / self.column);
         let most = columns.saturating_sub(seen);

@@ -239,8 +239,8 @@ pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
 
 /// The law of a point alone.
 pub(super) trait OwnForce {
-    /// Force of the point while all others stay as they are, from its force so far and the penetration `residual` by all
-    /// of them.
+    /// Force of the point while all others stay as they are, from its force so far and the penetration `residual` by
+    /// all of them.
     fn force(&mut self, column: usize, force: f64, residual: f64) -> f64;
 }
 

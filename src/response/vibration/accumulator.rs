@@ -25,7 +25,6 @@ use realfft::{RealFftPlanner, RealToComplex};
 use rustfft::FftPlanner;
 
 use super::elements::ElementVelocities;
-use super::heard::ResolvedQuantities;
 use super::layout::SegmentLayout;
 use super::resolved::ResolvedQuantities;
 use super::share::{Share, change};

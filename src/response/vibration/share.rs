@@ -19,6 +19,7 @@ use rustfft::Fft;
 
 use super::layout::{SegmentLayout, SharedBin};
 use super::products;
+use super::resolved::ResolvedQuantities;
 use crate::storage::state::{Evolving, StateError, StateStream};
 
 #[derive(Clone)]

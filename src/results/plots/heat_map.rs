@@ -11,8 +11,8 @@ use ndarray::{Array2, ArrayView2};
 use super::PlotError;
 use super::axis::{Axis, extent, four_digits};
 use super::colour::{NO_VALUE, WHITE, viridis};
-use super::layout::{WIDTH, room_beside};
-use super::sheet::{Frame, Sheet, title};
+use super::layout::room_beside;
+use super::sheet::{Frame, Sheet, WIDTH, title};
 
 /// Most cells along x that are drawn.
 pub(crate) const MOST_COLUMNS: usize = 400;

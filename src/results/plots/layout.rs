@@ -6,19 +6,16 @@
 
 use super::axis::Axis;
 use super::colour::{Colour, FAINT_GRID, GRID, INK};
-use super::sheet::{Anchor, Form, Frame, MARK, Point, Sheet};
+use super::sheet::{Anchor, Form, Frame, MARK, Point, Sheet, WIDTH, line_height};
 
 /// Text sizes.
 pub(super) const TITLE: f64 = 16.0;
 pub(super) const TEXT: f64 = 15.0;
 pub(super) const TICK_LABEL: f64 = 14.0;
-pub(super) const WIDTH: f64 = 480.0;
 /// Space at the edges of the sheet.
 pub(super) const EDGE: f64 = 12.0;
 /// Distance of tick labels from the frame, and of an axis' title from them.
 const TICK: f64 = 9.0;
-/// Line spacing over the size of the text.
-const LINE: f64 = 1.25;
 /// Width of a letter over the size of the text, somewhat more than the mean of most fonts.
 const LETTER: f64 = 0.56;
 /// Length of a line or mark in the legend, without and with its distance from the name.
@@ -45,7 +42,7 @@ impl Axes<'_> {
     }
 }
 
-/// What stands before a name in the legend.
+/// Sign before a name in the legend.
 pub(super) enum Key {
     Line,
     /// A line with a mark that is filled with a colour.
@@ -134,10 +131,6 @@ impl Sheet {
         }
         self.bottom = if below > self.bottom { below + 0.5 * EDGE } else { below };
     }
-}
-
-pub(super) fn line_height(size: f64) -> f64 {
-    LINE * size
 }
 
 /// Height of lines of text beneath each other.

@@ -3,9 +3,9 @@
 use super::axis::{Axis, extent, four_digits};
 use super::colour::{self, GRID, INK};
 use super::curve::has_position;
-use super::layout::{EDGE, Key, TICK_LABEL, TITLE, WIDTH, line_height, lines, stacked};
+use super::layout::{EDGE, Key, TICK_LABEL, TITLE, lines, stacked};
 use super::lines::{STROKE, Series};
-use super::sheet::{Anchor, Frame, Point, Sheet};
+use super::sheet::{Anchor, Frame, Point, Sheet, WIDTH, line_height};
 
 /// Largest range of levels from the outermost circle to the middle \[dB\]: lower ones are drawn in the middle.
 const DEEPEST: f64 = 40.0;

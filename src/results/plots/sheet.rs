@@ -5,7 +5,15 @@
 use std::fmt::Write as _;
 
 use super::colour::{Colour, INK};
-use super::layout::{WIDTH, line_height};
+
+/// Width of a sheet \[px\].
+pub(super) const WIDTH: f64 = 480.0;
+/// Line spacing over the size of the text.
+const LINE: f64 = 1.25;
+
+pub(super) fn line_height(size: f64) -> f64 {
+    LINE * size
+}
 
 /// Position from the left and from the top.
 pub(super) type Point = (f64, f64);
@@ -190,7 +198,8 @@ impl Sheet {
             if let Anchor::Upwards = anchor { format!(r#" transform="rotate(270 {x} {y})""#) } else { String::new() };
         let text = escaped(text);
         self.put(format_args!(
-            r#"<text x="{x}" y="{y}" dy="{shift}" text-anchor="{side}" font-size="{size}" fill="{INK}"{turn}>{text}</text>"#
+            "<text x=\"{x}\" y=\"{y}\" dy=\"{shift}\" text-anchor=\"{side}\" font-size=\"{size}\" \
+             fill=\"{INK}\"{turn}>{text}</text>"
         ));
     }
 

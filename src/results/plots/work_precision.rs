@@ -3,8 +3,8 @@
 
 use super::axis::Axis;
 use super::colour::{self, GOLD, GREY, INK, WHITE};
-use super::layout::{Axes, EDGE, Key, TICK_LABEL, line_height, width_of};
-use super::sheet::{Anchor, Form, Frame, MARK, Point, Sheet};
+use super::layout::{Axes, EDGE, Key, TICK_LABEL, width_of};
+use super::sheet::{Anchor, Form, Frame, MARK, Point, Sheet, line_height};
 
 /// Height of a panel's frame in shown pixels.
 const HEIGHT: f64 = 360.0;

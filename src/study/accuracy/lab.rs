@@ -29,11 +29,11 @@ pub struct Cost {
 pub struct Point {
     /// Name in tables.
     pub label: String,
-    /// What was rolled.
+    /// Settings of the run.
     pub settings: Settings,
     /// From the reference.
     pub difference: Difference,
-    /// What it took.
+    /// Cost of the run.
     pub cost: Cost,
 }
 

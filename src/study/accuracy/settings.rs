@@ -7,7 +7,7 @@ use crate::plan::front::{FrontRow, cell_for};
 use crate::plan::resolution::{Need, Resolution};
 use crate::road::Lattice;
 use crate::scene::{Contact, History, Numerics, Road, Scene, TimeRule, Zone};
-use crate::study::accuracy::{StudyOptions, Sweep};
+use crate::study::accuracy::options::{StudyOptions, Sweep};
 
 /// Tolerance of the reference's poles over cells, which are needed for each pair of wavenumbers, and of its contact
 /// conditions there, unless the scene's is finer.

@@ -5,14 +5,14 @@ use std::ops::Range;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::model::Modes;
+use super::modes::Modes;
 use crate::numeric::rational::partial_fractions::is_pair;
 use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::WaveValues;
 
-/// Poles of a list of functions, and residues over them in each of some faces. A complex pole is stored once, Im lambda
-/// > 0, and stands for itself and its conjugate; a real pole has Im lambda = 0 and a real residue. Within a function the
-/// pairs come first.
+/// Poles of a list of functions, and residues over them in each of some faces. A complex pole is stored once, with
+/// Im lambda > 0, and stands for itself and its conjugate; a real pole has Im lambda = 0 and a real residue. Within a
+/// function the pairs come first.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct PoleModel {
     /// Position of the first pole of each function; one more at the end.

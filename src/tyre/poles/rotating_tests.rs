@@ -6,7 +6,7 @@ use super::*;
 use crate::numeric::rational::partial_fractions::is_pair;
 use crate::tyre::influence::{FaceValues, Field};
 use crate::tyre::poles::Direction;
-use crate::tyre::poles::model::Modes;
+use crate::tyre::poles::modes::Modes;
 use crate::tyre::poles::turning_ring::{self, Gyroscopic};
 
 /// A ring's mode, a mode that moves along it, and a stiff one; with `creep` a branch cut, as rubber has.

@@ -27,7 +27,8 @@
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
-use super::model::{Modes, RationalModel};
+use super::model::RationalModel;
+use super::modes::Modes;
 use crate::numeric::lanes::{dispatch, store};
 use crate::numeric::rational::vector_fitting::regularised_residues;
 use crate::numeric::rational::{PartialFractions, RationalError, Samples};

@@ -8,8 +8,8 @@
 //!
 //! for any quadrature: W_ab,p is a number, or a matrix over the stages of a step (Lubich & Ostermann 1993, *Math.
 //! Comp.* 60, 105). C_ab of a matrix is Lagrange's polynomial through its eigenvalues, which are the rule's rates.
-//! C_ab = E + i O at n >= 0, and W = W(E) + i W(O) with real weights each; at rest every pair has one of both alone, normal forces
-//! E.
+//! C_ab = E + i O at n >= 0, and W = W(E) + i W(O) with real weights each; at rest every pair has one of both alone,
+//! normal forces E.
 
 use num_complex::Complex64;
 use rayon::prelude::*;

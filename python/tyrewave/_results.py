@@ -136,23 +136,23 @@ class Results(Mapping[str, NDArray[Any]]):
     def pass_by(self, receiver: str) -> Table:
         """Level against time as the tyre, or the vehicle, passes a receiver beside the road: A-weighted, time weighting
         F, mean over the passages. A `KeyError` where nothing passes it, or the run is too short for a passage."""
-        return self.table(self._heard(receiver, "pass_by", "passage")["file"])
+        return self.table(self._receiver_file(receiver, "pass_by", "passage")["file"])
 
     def pressure(self, receiver: str) -> tuple[int, NDArray[np.float64]]:
         """The sound at a receiver: samples a second, and pressures [Pa], [samples, channels]. A `KeyError` where it is
         not recorded, a `ValueError` where the summary names a file outside of the run's folder, or a link."""
-        name = self._heard(receiver, "audio", "sound")["file"]
+        name = self._receiver_file(receiver, "audio", "sound")["file"]
         content = self._file(name)
         if content is None:
             raise KeyError(f"{name} is not there any more")
         return _native.read_sound(name, content)
 
-    def _heard(self, receiver: str, key: str, what: str) -> dict[str, Any]:
+    def _receiver_file(self, receiver: str, key: str, what: str) -> dict[str, Any]:
         """Entry of the summary for a file of a receiver."""
-        heard = (self.summary.get("sound") or {"receivers": []})["receivers"]
-        found: dict[str, Any] | None = next((entry.get(key) for entry in heard if entry["name"] == receiver), None)
+        receivers = (self.summary.get("sound") or {"receivers": []})["receivers"]
+        found: dict[str, Any] | None = next((entry.get(key) for entry in receivers if entry["name"] == receiver), None)
         if found is None:
-            names = ", ".join(repr(entry["name"]) for entry in heard if entry.get(key)) or "none"
+            names = ", ".join(repr(entry["name"]) for entry in receivers if entry.get(key)) or "none"
             raise KeyError(f"no {what} at a receiver {receiver!r}; those that have one: {names}")
         return found
 
@@ -189,11 +189,11 @@ class Results(Mapping[str, NDArray[Any]]):
             attributes = {"units": "dB", "long_name": "contact force level re 1 N"}
             data["force_level"] = ("band", bands["level_db_re_1n"], attributes)
             data["force_level_valid"] = ("band", bands["valid"], {"long_name": "the run vouches for it"})
-        if heard := self.sound:
-            tables = list(heard.values())
-            bands_heard = tables[0]["nominal_hz"]
-            coordinates["receiver"] = ("receiver", list(heard))
-            coordinates["sound_band"] = ("sound_band", bands_heard, {"units": "Hz", "long_name": "nominal frequency"})
+        if sound := self.sound:
+            tables = list(sound.values())
+            sound_bands = tables[0]["nominal_hz"]
+            coordinates["receiver"] = ("receiver", list(sound))
+            coordinates["sound_band"] = ("sound_band", sound_bands, {"units": "Hz", "long_name": "nominal frequency"})
             for name, column, units in (
                 ("sound_level", "level_db_re_20upa", "dB"),
                 ("sound_level_a", "level_db_a", "dB(A)"),

@@ -133,8 +133,10 @@ const PICTURE: [&str; 2] = [
      setting, its points are its values. Below the dashed line errors are smaller than the doubt.",
 ];
 
+type Measure = (&'static str, fn(&Difference) -> f64);
+
 /// Quantities that are compared: name in tables, and value.
-const MEASURES: [(&str, fn(&Difference) -> f64); 6] = [
+const MEASURES: [Measure; 6] = [
     ("worst [dB]", |difference| difference.worst),
     ("rms [dB]", |difference| difference.rms),
     ("force", |difference| difference.force),

@@ -108,7 +108,7 @@ pub fn value(workload: Workload, results: &Results) -> f64 {
 /// proportion; `None` in a short one, which a single, unknown stage has lost.
 fn undisturbed(stage: Duration, block: Spent) -> Option<u64> {
     let ran = block.cpu_seconds().map_or(1.0, |cpu| (cpu / block.wall.as_secs_f64()).min(1.0));
-    (ran >= 1.0 - LITTLE || block.cpu >= LONG).then(|| (ran * stage.as_nanos() as f64) as u64)
+    (ran >= 1.0 - LITTLE || block.cpu >= LONG).then_some((ran * stage.as_nanos() as f64) as u64)
 }
 
 /// Rolls a scene and takes the times of its steps, block by block.

@@ -232,7 +232,10 @@ mod tests {
             .map(|line| (number(line, "x"), number(line, "y"), line.split(['<', '>']).nth(2).unwrap()))
             .collect();
         let row = |first: &str| names.iter().find(|(.., name)| name.starts_with(first)).unwrap().1;
-        assert!((row("one") - row("two")).abs() < 1e-9 && row("two") < row("Contact") && row("Contact") < row("three"), "{names:?}");
+        assert!(
+            (row("one") - row("two")).abs() < 1e-9 && row("two") < row("Contact") && row("Contact") < row("three"),
+            "{names:?}"
+        );
         assert!(below < row("one") && row("three") < bottom, "{names:?}");
         for (x, _, name) in names {
             assert!(x + width_of(name, TEXT) <= WIDTH, "{name}");

@@ -118,7 +118,7 @@ impl From<RadiationError> for Fault {
 /// Computes all cases of a file's text within a memory limit \[bytes\], unless it is interrupted.
 ///
 /// # Errors
-/// The first case that is wrong, by its name; [`RadiationError::Interrupted`] in the case where it was.
+/// The first case that is wrong, by its name; `RadiationError::Interrupted` in the case where it was.
 pub fn evaluate(text: &str, memory_limit: u64, interrupted: &dyn Fn() -> bool) -> Result<Value, CasesError> {
     let document: Document = serde_json::from_str(text)?;
     let positive = |value: f64| value > 0.0 && value.is_finite();

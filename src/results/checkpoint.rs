@@ -1,6 +1,6 @@
 //! `checkpoint`: the state of an unfinished run, beside its arrays.
 //!
-//! A sealed file ([`crate::storage::sealed_file`]). It gets its name when it is on the disk: at any moment, also after
+//! A sealed file (`crate::storage::sealed_file`). It gets its name when it is on the disk: at any moment, also after
 //! a power cut or with a full disk, there is a whole checkpoint, the new one or the one before. The arrays are brought
 //! to the disk before it, so they hold at least the rows that it counts, whose checksums it holds; anything behind
 //! those is cut off.

@@ -199,7 +199,7 @@ pub(crate) fn recording(file: &[u8]) -> Option<Recording> {
 }
 
 /// Pressure of full scale \[Pa\] from the content of a file; `None` without a calibration in the form of
-/// [`super::wav`].
+/// `super::wav`.
 pub fn full_scale_of(file: &[u8]) -> Option<f64> {
     let list = chunk(file.get(12..)?, b"LIST")?;
     let comment = chunk(list.strip_prefix(b"INFO")?, b"ICMT")?;

@@ -366,7 +366,7 @@ pub(super) fn gone_on_from_state(loaded: &LoadedScene) -> Vec<TangentialPart> {
     let step = |_| {
         let [own, restored] = [&mut whole, &mut other].map(|run| {
             let total = run.step().unwrap().unwrap().total_force;
-            (total.to_bits(), march(&run).footprint().tangential().cloned().unwrap())
+            (total.to_bits(), march(run).footprint().tangential().cloned().unwrap())
         });
         assert_eq!(own, restored);
         own.1

@@ -123,7 +123,7 @@ pub struct Fit {
     pub converged: bool,
 }
 
-/// Fits the free parameters. `watch` is given the number of [`PIECES`] done and a description of the present one.
+/// Fits the free parameters. `watch` is given the number of `PIECES` done and a description of the present one.
 ///
 /// # Errors
 /// [`FitTyreError`]. Free parameters without a positive value in the starting tyre keep what they are: see

@@ -5,17 +5,17 @@
 //! case gets `C` and `D`, 3x3 of \[re, im\]: displacement i \[m\] of the top and of the bottom face per unit traction j
 //! \[Pa\] on the top face, z out of the tread, fields ~ exp(i(kx x + ky y) + s t).
 //!
-//! A tyre with `"curved": true` is a hollow cylinder (see [`super::curved`]): `circumference` of the tread's surface,
+//! A tyre with `"curved": true` is a hollow cylinder (see `super::curved`): `circumference` of the tread's surface,
 //! `width`, `pressure`, `sidewall_mass`, `foundation`, `cavity` (`radius`, `depth`, `density`, `sound_speed`,
 //! `relaxation`) and `layers` of `thickness`, `modulus`, `loss_factor`, `poisson`, `density` and `tension` = \[theta,
 //! y\], of power-law materials. A layer may have `cords`, a list of `stiffness` \[Pa\], `angle_deg` and
 //! `loss_factor`, or `orthotropic` in place of `modulus` and `poisson`: `E_theta`, `E_y`, `E_r`, `G_y_r`, `G_theta_r`,
 //! `G_theta_y`, `nu_theta_y`, `nu_theta_r`, `nu_y_r`. It may turn, towards growing theta: `speed` \[m/s\] of the
-//! tread's surface; `tension` is that at rest then and grows as [`super::rotation`] has it, or with
+//! tread's surface; `tension` is that at rest then and grows as `super::rotation` has it, or with
 //! `"centrifugal_tension": "given"` that of the turning tyre. A tyre's `resolved` is not read. Cases have `n` and `m`;
 //! their order is circumferential, lateral, radial outward.
 //!
-//! Sidewalls are beside tyres, or without any: see [`crate::sidewall::cases`].
+//! Sidewalls are beside tyres, or without any: see `crate::sidewall::cases`.
 
 use num_complex::Complex64;
 use serde::Deserialize;

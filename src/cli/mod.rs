@@ -106,7 +106,7 @@ pub(crate) enum Command {
     Keys(keys::KeysArguments),
     /// Show the contribution of each effect: levels, force, patch, time and memory with and without it.
     Effects(effects::EffectsArguments),
-    /// Show accuracy against time of every knob: errors, work, and the best combinations.
+    /// Show accuracy against time of every setting: errors, work, and those with the least work for an error.
     Study(study::StudyArguments),
     /// Go on with a run that was interrupted or killed, as if it had never stopped.
     Resume(resume::ResumeArguments),

@@ -200,3 +200,25 @@ fn calibration_report(found: &Calibration) -> Report {
     report.text(format!("[contact]\nlocal_compliance = {:.3e}\n\n", found.by_approach.compliance));
     report
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use crate::cli::{Command, CommandLine};
+
+    #[test]
+    fn penetrations_may_begin_with_a_gap_and_are_finite() {
+        let parse = |at: &str| CommandLine::try_parse_from(["tyrewave", "slices", "s.toml", "--penetrations", at]);
+        let Command::Slices(found) = parse("-1e-4,2e-4").unwrap().command else { panic!("another command") };
+        assert!(
+            found
+                .penetrations
+                .iter()
+                .zip([-1e-4, 2e-4])
+                .all(|(found, given): (&f64, f64)| found.to_bits() == given.to_bits())
+        );
+        assert_eq!(found.penetrations.len(), 2);
+        assert_eq!(parse("nan").unwrap_err().exit_code(), 2);
+    }
+}

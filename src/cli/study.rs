@@ -4,7 +4,7 @@ use crate::plan::front::FrontRow;
 use crate::results::plots::{Axis, WorkPrecisionPanel, WorkPrecisionPlot};
 use crate::results::table::{self, Report, aligned, optional, row};
 use crate::run::prepare::checked;
-use crate::scene::{Contact, Numerics};
+use crate::scene::{Contact, History, Numerics};
 use crate::study::accuracy::{Cost, Knob, Point, Study, StudyOptions, Sweep, study};
 use crate::study::trial::{Difference, LOWEST_BAND};
 use clap::Args;
@@ -161,7 +161,8 @@ fn points_table(study: &Study) -> table::Table {
     let rows = study.groups().map(|(knob, point)| {
         let Point { label, difference, cost, .. } = point;
         let band = Some(difference.worst_band).filter(|band| *band > 0.0);
-        let fit = cost.fit.map_or("cached".to_owned(), |fit| format!("{fit:.2}"));
+        let none = if point.settings.numerics.history == History::Direct { "-" } else { "cached" };
+        let fit = cost.fit.map_or(none.to_owned(), |fit| format!("{fit:.2}"));
         let front = if study.front.contains(point) { "*" } else { "" };
         let (work, march) = (format!("{:.2e}", cost.multiply_adds), format!("{:.3}", cost.march));
         let cost = [optional(band), work, march, fit, front.to_owned()];
@@ -175,7 +176,7 @@ fn points_table(study: &Study) -> table::Table {
 fn report(study: &Study) -> Report {
     let mut report = Report::default();
     if !study.complete {
-        report.text(format!("INTERRUPTED after {} runs: this is what they gave.\n\n", study.points().count() + 1));
+        report.text(format!("INTERRUPTED after {} runs: this is what they gave.\n\n", study.runs));
     }
     let uncertainties = MEASURES.iter().zip(errors(&study.uncertainty, &Difference::default()));
     let uncertainties: Vec<String> = uncertainties.map(|((name, _), value)| format!("{name} {value}")).collect();

@@ -31,6 +31,8 @@ use crate::tyre::poles::{Direction, RationalModel};
 
 /// A force that grows by more than a tenth a step is refused: |zeta| below 1/1.1.
 pub(crate) const UNSTABLE: f64 = 0.909;
+/// A force that grows by less than one in a thousand a step is below what the fitted poles can resolve.
+const MARGINAL: f64 = 0.999;
 /// Largest turn of w between two points of the circle \[rad\].
 const TURN: f64 = 0.8;
 
@@ -43,12 +45,12 @@ pub struct UnstableZero {
     pub zeta: Complex64,
     /// Frequency of the growing force \[Hz\].
     pub frequency: f64,
-    /// Wavenumbers that have zeros this deep in the disk: |zeta| < `UNSTABLE`.
+    /// Wavenumbers that have zeros this deep in the disk: |zeta| < `UNSTABLE` or, for one above that, `MARGINAL`.
     pub wavenumbers: usize,
 }
 
-/// The zero with the smallest |zeta| < `UNSTABLE` of any wavenumber; `spring` \[m/N\] is the compliance in series with
-/// each element.
+/// The zero of any wavenumber with the smallest |zeta| < `UNSTABLE` or, if there is none, below `MARGINAL`; `spring`
+/// \[m/N\] is the compliance in series with each element.
 ///
 /// # Errors
 /// [`ContactError::NoSuchField`].
@@ -59,7 +61,19 @@ pub fn unstable_zero(
     time_step: f64,
     spring: f64,
 ) -> Result<Option<UnstableZero>, ContactError> {
-    let circle = WindingCircle::new(UNSTABLE, rule);
+    let unstable = zero_inside(UNSTABLE, model, field, rule, time_step, spring)?;
+    if unstable.is_some() { Ok(unstable) } else { zero_inside(MARGINAL, model, field, rule, time_step, spring) }
+}
+
+fn zero_inside(
+    radius: f64,
+    model: &RationalModel,
+    field: Field,
+    rule: TimeRule,
+    time_step: f64,
+    spring: f64,
+) -> Result<Option<UnstableZero>, ContactError> {
+    let circle = WindingCircle::new(radius, rule);
     let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
         let mut modes = model.modes(n, field)?;
         modes.constant += spring / model.elements as f64;

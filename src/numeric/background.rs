@@ -22,8 +22,8 @@ const SLEEP: Duration = Duration::from_micros(100);
 
 /// Work to be done in the background.
 pub(crate) trait Task: Send + 'static {
-    /// Does the work; `behind`: on another thread than the owner's.
-    fn carry_out(&mut self, behind: bool);
+    /// Does the work; `in_background`: on another thread than the owner's.
+    fn carry_out(&mut self, in_background: bool);
 }
 
 /// Where the work is.

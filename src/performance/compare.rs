@@ -72,7 +72,12 @@ impl Side {
             let text = String::from_utf8_lossy(&output.stderr);
             return Err(failed(format!("{}: {}", output.status, text.lines().next().unwrap_or_default())));
         }
-        serde_json::from_slice(&output.stdout).map(Some).map_err(|error| failed(format!("no measurement: {error}")))
+        let found: Measurement =
+            serde_json::from_slice(&output.stdout).map_err(|error| failed(format!("no measurement: {error}")))?;
+        if found.workload != work.name {
+            return Err(failed(format!("a measurement of \"{}\"", found.workload)));
+        }
+        Ok(Some(found))
     }
 }
 
@@ -111,6 +116,6 @@ pub(crate) fn compare(
             }
         }
     }
-    let judged = works.iter().zip(&runs).filter_map(|(work, runs)| WorkloadVerdict::new(work, runs, accepted));
+    let judged = works.iter().zip(&runs).map(|(work, runs)| (work, WorkloadVerdict::new(work, runs, accepted)));
     Ok(Verdict::new(sides.map(|side| side.path.clone()), judged.collect()))
 }

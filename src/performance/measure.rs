@@ -43,6 +43,7 @@ pub struct Measurement {
     /// Name of the workload.
     pub workload: String,
     /// Instruction set of its vectors.
+    #[serde(default)]
     pub instruction_set: String,
     /// Exact counters that are not zero: of the run, and of its stages as `stage.multiply_adds`, `stage.bytes`,
     /// `stage.calls`.
@@ -51,6 +52,7 @@ pub struct Measurement {
     pub found: Found,
     /// Time of every block by stage \[ns\]; `None` if other processes had the processor and the stage that lost the
     /// time is unknown.
+    #[serde(default)]
     pub blocks: Blocks,
 }
 

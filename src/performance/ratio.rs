@@ -13,7 +13,7 @@ use serde::Serialize;
 /// Blocks longer than this many medians count as disturbed.
 const CUT: f64 = 1.3;
 /// Probability that an interval misses its median.
-pub(super) const MISS_PROBABILITY: f64 = 1e-3;
+const MISS_PROBABILITY: f64 = 1e-3;
 
 /// A ratio of times with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

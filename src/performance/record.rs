@@ -41,11 +41,17 @@ pub struct Record {
 fn stamp() -> BTreeMap<String, String> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let processor = processor().unwrap_or_else(|| std::env::consts::ARCH.to_owned());
-    let describe = ["describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=-modified"];
-    let git = Command::new("git").args(describe).output().ok().filter(|output| output.status.success());
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
+        Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    // Records and pictures do not change the program.
+    let changed = git(&["status", "--porcelain", "--", "src", "Cargo.toml", "Cargo.lock"]);
+    let modified = if changed.is_some_and(|files| !files.is_empty()) { "-modified" } else { "" };
+    let commit = git(&["rev-parse", "--short=12", "HEAD"]).map_or_else(String::new, |commit| commit + modified);
     let entries = [
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("commit", git.map_or_else(String::new, |git| String::from_utf8_lossy(&git.stdout).trim().to_owned())),
+        ("commit", commit),
         ("compiler", concat!(env!("TYREWAVE_COMPILER"), ", optimisation ", env!("TYREWAVE_OPTIMISATION")).to_owned()),
         ("machine", format!("{processor}, {cores} cores")),
         ("system", std::env::consts::OS.to_owned()),

@@ -72,7 +72,7 @@ pub(crate) struct Verdict {
     pub second: PathBuf,
     /// Extent of the evidence, in words.
     pub evidence: String,
-    /// True if a stage is undecided.
+    /// True if a stage is undecided, or a side lacks some of the work.
     pub is_undecided: bool,
     /// Workloads that both have.
     pub workloads: Vec<WorkloadVerdict>,
@@ -133,13 +133,20 @@ impl WorkloadVerdict {
 }
 
 impl Verdict {
-    pub(super) fn new([first, second]: [PathBuf; 2], workloads: Vec<WorkloadVerdict>) -> Self {
+    /// Of all work, each with its verdict; `None` where a record lacks it.
+    pub(super) fn new([first, second]: [PathBuf; 2], judged: Vec<(&Work, Option<WorkloadVerdict>)>) -> Self {
+        let missing = judged.iter().filter(|(_, found)| found.is_none()).map(|(work, _)| work.name.as_str());
+        let missing: Vec<&str> = missing.collect();
+        let workloads: Vec<WorkloadVerdict> = judged.into_iter().filter_map(|(_, found)| found).collect();
         let rows = || workloads.iter().flat_map(|workload| &workload.stages);
-        let evidence = match rows().map(|row| row.ratio.pairs).min() {
+        let mut evidence = match rows().map(|row| row.ratio.pairs).min() {
             Some(pairs) => format!("results, counters, and times of every stage in {pairs} pairs of runs"),
             None => "results and counters; times are compared between two programs only".to_owned(),
         };
-        let is_undecided = rows().any(|row| row.change == Change::Undecided);
+        let is_undecided = !missing.is_empty() || rows().any(|row| row.change == Change::Undecided);
+        if !missing.is_empty() {
+            evidence += &format!("; a record lacks {}", missing.join(", "));
+        }
         Self { first, second, evidence, is_undecided, workloads }
     }
 
@@ -168,7 +175,7 @@ mod tests {
     fn verdict(pairs: u64, second: [u64; 4]) -> Verdict {
         let work = Work { name: "a.toml".to_owned(), is_scene: true };
         let found = WorkloadVerdict::new(&work, &[runs(pairs, [600, 300, 100, 1]), runs(pairs, second)], &[]);
-        Verdict::new(["old".into(), "new".into()], vec![found.unwrap()])
+        Verdict::new(["old".into(), "new".into()], vec![(&work, found)])
     }
 
     fn changes(verdict: &Verdict) -> Vec<(&str, Change)> {
@@ -203,5 +210,7 @@ mod tests {
         assert!(!found.right && found.stages.is_empty() && found.complaints.len() == 2, "{found:?}");
         assert!(found.complaints[1].starts_with("counter steps was 7 and is 8"));
         assert!(WorkloadVerdict::new(&work, &[vec![first], Vec::new()], &[]).is_none());
+        let lacking = Verdict::new(["old".into(), "new".into()], vec![(&work, None)]);
+        assert!(lacking.passes() && lacking.is_undecided && lacking.evidence.ends_with("a record lacks rough"));
     }
 }

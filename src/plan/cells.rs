@@ -66,6 +66,7 @@ const PRODUCTS: f64 = 16.0;
 
 impl Plan {
     /// Height of the tread's surface above its middle, at a distance from there \[m\].
+    #[doc(hidden)]
     pub fn crown(&self, from_middle: f64) -> f64 {
         self.scene.tyre.crown_radius.map_or(0.0, |radius| from_middle * from_middle / (2.0 * radius))
     }

@@ -126,7 +126,7 @@ impl Forecast {
         let rest_seconds = steps as f64 * costs.step;
         march += rest_seconds;
         let all = march + march_on_all + background_seconds;
-        // 2. One thread marches; background work, or shared, fills the others.
+        // 2. One thread marches; work in the background or shared fills the others.
         let rolling = if many { (march + march_on_all / threads as f64).max(all / threads as f64) } else { all };
         Self {
             stages,

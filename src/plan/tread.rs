@@ -7,11 +7,13 @@ use crate::tyre::tread_pattern::map::TreadMap;
 
 impl Plan {
     /// Map of the tread, if the contact law takes it into account.
+    #[doc(hidden)]
     pub fn tread_map(&self) -> Option<TreadMap> {
         tread_map(&self.scene, &self.decisions)?.ok()
     }
 
     /// Map of the tread and the blocks that have a compliance of their own; `None` for a level tread.
+    #[doc(hidden)]
     pub fn tread(&self) -> Option<(TreadMap, Option<Blocks>)> {
         let map = self.tread_map().filter(|map| !map.is_level())?;
         let blocks = tread_blocks(&self.scene, &map);

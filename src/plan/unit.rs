@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::counters::Stage;
 
-/// Unit of a figure of the plan.
+/// Unit of an amount of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unit {

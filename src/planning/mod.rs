@@ -30,7 +30,7 @@ fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
 }
 
 impl Decisions {
-    /// The plan of a scene, without its files.
+    /// Decisions on everything that a run of the scene simulates.
     pub fn new(scene: &Scene) -> Self {
         Self::by(rows(), scene, EFFECTS.iter().any(|effect| effect.takes_models(scene)))
     }
@@ -79,6 +79,7 @@ impl Plan {
     }
 
     /// Work of each stage in units, and memory by what holds it.
+    #[doc(hidden)]
     pub fn amounts(&self) -> Amounts {
         let mut amounts = Amounts::of_physics(self);
         EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));

@@ -23,9 +23,9 @@ pub(crate) mod validation;
 
 pub use crate::effects::section::ReportError;
 pub use crate::effects::stored::{Stored, StoredError};
-pub use compare::Comparison;
+pub(crate) use compare::Comparison;
 pub(crate) use measured_levels::MeasuredLevels;
-pub use page::PAGE_HEAD;
+pub(crate) use page::PAGE_HEAD;
 pub use page::page;
 pub(crate) use plan::plan_record;
 pub(crate) use sections::decision_table;

@@ -26,9 +26,9 @@ pub(crate) mod vibration;
 
 pub use accumulator::SpectrumAccumulator;
 pub(crate) use lateral_forces::LateralForces;
-pub use level_errors::LevelErrors;
+pub(crate) use level_errors::LevelErrors;
 pub(crate) use orders::{Order, Orders};
-pub use slice_errors::SliceErrors;
+pub(crate) use slice_errors::SliceErrors;
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
 pub(crate) use speed_exponent::SpeedExponent;
 pub(crate) use squeezed_volumes::SqueezedVolumes;

@@ -8,7 +8,7 @@
 //! shows a tread. `cost` records the times and work of a run.
 
 pub(crate) mod arrays;
-pub mod checkpoint;
+pub(crate) mod checkpoint;
 pub(crate) mod cost;
 mod disk;
 pub(crate) mod error;
@@ -26,7 +26,7 @@ pub(crate) mod spectra;
 pub(crate) mod summary;
 pub(crate) mod table;
 pub(crate) mod trace;
-pub mod tread_pattern;
+pub(crate) mod tread_pattern;
 pub(crate) mod unfinished;
 pub(crate) mod vibration;
 

@@ -165,7 +165,7 @@ impl Evolving for RoadAhead {
         ensure(begin <= first && first <= end && begin <= self.made.1)?;
         // The run needs no more, and the last chunk may end behind.
         ensure(end.max(self.made.1) <= self.reached.max(begin).saturating_add(CHUNK_ROWS))?;
-        if state.is_restored() {
+        if state.is_restoring() {
             self.begun = self.made.1;
             self.queue = RoadStrip::starting_at(first);
             self.missing = first..end;

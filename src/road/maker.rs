@@ -224,10 +224,10 @@ mod tests {
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
-                let mut behind = maker(6);
-                assert!(behind.is_free());
-                behind.begin(chunk(0));
-                assert!(behind.is_busy);
+                let mut ahead = maker(6);
+                assert!(ahead.is_free());
+                ahead.begin(chunk(0));
+                assert!(ahead.is_busy);
             });
         }
     }

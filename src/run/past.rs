@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use crate::contact::ContactError;
 use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces};
 use crate::contact::kernel::{ContactKernel, EqualBedding};
-use crate::contact::stability::unstable_zero;
+use crate::contact::stability::{UNSTABLE, unstable_zero};
 use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::plan::Plan;
@@ -76,7 +76,7 @@ impl Past<'_> {
         let right = "another tolerance, or history = \"direct\"";
         let model = planned_model(self.loaded, self.plan, right, self.stop, meter, warnings)?;
         meter.count(Counter::Poles, model.order() as u64);
-        meter.time(Stage::Influence, || self.check_stability(&model))?;
+        meter.time(Stage::Influence, || self.check_stability(&model, warnings))?;
         let field = self.plan.field;
         let history = ModalHistory::new(&model, field, rule, time_step, self.columns);
         let (first, odd) = ModalHistory::first_weights(&model, field, rule, time_step)
@@ -86,8 +86,8 @@ impl Past<'_> {
         Ok((kernel, Box::new(history.ok_or(ContactError::NoSuchField)?), Some(model)))
     }
 
-    /// Refuses a model whose inverse is unstable under this rule and time step.
-    fn check_stability(&self, model: &RationalModel) -> Result<(), RunError> {
+    /// Refuses a model whose inverse is unstable under this rule and time step; warns where a force grows slowly.
+    fn check_stability(&self, model: &RationalModel, warnings: &mut Vec<String>) -> Result<(), RunError> {
         let (rule, time_step) = (self.plan.scene.numerics.time_rule, self.plan.time_step);
         // The zeros of scale w + spring are those of w + spring/scale.
         let spring = self.bedding.spring / self.bedding.scale;
@@ -95,7 +95,7 @@ impl Past<'_> {
             let wrong = format!(
                 "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at \
                  wavenumber {} (and {} others) a force at {:.0} Hz grows \
-                 by a factor of {:.2} a step while nothing moves, and the contact would chatter for ever",
+                 by a factor of {:.3} a step while nothing moves, and the contact would chatter for ever",
                 rule.name(),
                 zero.wavenumber,
                 zero.wavenumbers - 1,
@@ -103,6 +103,10 @@ impl Past<'_> {
                 1.0 / zero.zeta.norm()
             );
             let right = "a smaller tolerance: its poles generate energy";
+            if zero.zeta.norm() >= UNSTABLE {
+                warnings.push(format!("{wrong}; numerics.pole_tolerance: {right}"));
+                return Ok(());
+            }
             return Err(SceneError::from(self.loaded.complain("numerics.pole_tolerance", wrong, right)).into());
         }
         Ok(())

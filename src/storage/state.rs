@@ -47,9 +47,9 @@ impl SavedState {
     /// # Errors
     /// [`StateError::Value`] if it cannot be encoded.
     pub fn of(object: &mut (impl Evolving + ?Sized)) -> Result<Self, StateError> {
-        let mut state = StateStream(Direction::Save(Vec::new()));
-        object.state(&mut state)?;
-        Ok(Self(if let StateStream(Direction::Save(bytes)) = state { bytes } else { Vec::new() }))
+        let mut bytes = Vec::new();
+        object.state(&mut StateStream(Direction::Save(&mut bytes)))?;
+        Ok(Self(bytes))
     }
 
     /// Restores an equal object.
@@ -70,13 +70,13 @@ pub struct StateStream<'a>(Direction<'a>);
 #[derive(Debug)]
 enum Direction<'a> {
     /// Bytes so far.
-    Save(Vec<u8>),
+    Save(&'a mut Vec<u8>),
     /// Bytes still to be read.
     Restore(&'a [u8]),
 }
 
 impl StateStream<'_> {
-    pub(crate) fn is_restored(&self) -> bool {
+    pub(crate) fn is_restoring(&self) -> bool {
         matches!(self.0, Direction::Restore(_))
     }
 
@@ -87,7 +87,7 @@ impl StateStream<'_> {
     pub(crate) fn value<T: Serialize + DeserializeOwned>(&mut self, value: &mut T) -> Result<(), StateError> {
         match &mut self.0 {
             Direction::Save(bytes) => {
-                *bytes = postcard::to_extend(value, std::mem::take(bytes)).map_err(|_| StateError::Value)?;
+                **bytes = postcard::to_extend(value, std::mem::take(*bytes)).map_err(|_| StateError::Value)?;
             }
             Direction::Restore(bytes) => {
                 (*value, *bytes) = postcard::take_from_bytes(bytes).map_err(|_| StateError::Value)?;
@@ -130,7 +130,7 @@ impl StateStream<'_> {
     where
         T: Clone + DeserializeOwned + Serialize,
     {
-        if !self.is_restored() {
+        if !self.is_restoring() {
             return self.value(list);
         }
         let mut saved = Vec::new();

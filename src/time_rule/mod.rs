@@ -85,6 +85,7 @@ impl TimeRule {
     }
 
     /// The stages of a Runge-Kutta rule.
+    #[doc(hidden)]
     pub const fn runge_kutta(self) -> Option<RungeKutta> {
         match self {
             Self::Sdirk2 => Some(SDIRK2),
@@ -129,10 +130,11 @@ impl TimeRule {
 
     /// True for quadratures whose weights serve one real sum over past steps.
     pub(crate) const fn is_multistep(self) -> bool {
-        matches!(self, Self::Bdf1 | Self::Bdf2)
+        self.runge_kutta().is_none()
     }
 
     /// mu(zeta) of the quadrature: the values at which H(mu/dt) is taken.
+    #[doc(hidden)]
     pub fn rates(self, zeta: Complex64) -> Rates {
         let one = |value| Rates { values: [value, Complex64::ZERO, Complex64::ZERO], count: 1 };
         match self {

@@ -49,6 +49,12 @@ fn hard_case_9_a_made_road_on_one_two_and_three_threads() {
 }
 
 #[test]
+fn hard_case_9_the_papers_coupling_on_one_two_and_three_threads() {
+    let contact = "[contact]\nslice_coupling = \"explicit\"";
+    assert_same_on_all(&scene_text(128, "kind = \"made\"\nseed = 3", ROLLING, "memory = 0.25", contact));
+}
+
+#[test]
 fn another_seed_is_another_road() {
     let text = |seed: u32| {
         let road = format!("kind = \"made\"\nseed = {seed}");

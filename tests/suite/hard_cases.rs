@@ -5,6 +5,8 @@ use std::f64::consts::PI;
 use std::fs;
 
 use num_complex::Complex64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use tyrewave::internals::{CIRCUMFERENCE, ContactError, edit, grid_road, implausible, scene, scene_text, transforms};
 use tyrewave::run::RunError;
 use tyrewave::scene::{Law, LoadedScene, TimeRule};
@@ -359,6 +361,44 @@ fn hard_case_8_a_short_road_is_refused_repeated_or_mirrored() {
         let worst = long.iter().zip(forces).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         measured(format!("{name} beside the road written out"), "< 1e-6 of the peak", format!("{:.1e}", worst / peak));
         assert!(worst < 1e-6 * peak, "{name}: {worst} N of {peak} N");
+    }
+}
+
+#[test]
+fn hard_case_5_rough_slices_by_the_local_law() {
+    type Level<'a> = &'a dyn Fn(usize) -> f64;
+    let (n, folder) = (96, tempfile::tempdir().unwrap());
+    let place = n * 3 / 2;
+    let path = folder.path().join("road.npy");
+    let pit = |row: usize| if (place..place + n / 2).contains(&row) { -0.04 } else { 0.0 };
+    let spike = |row: usize| if row == place { 0.02 } else { 0.0 };
+    let step = |row: usize| if row < place { 0.0 } else { 0.01 };
+    let level = |_: usize| 0.0;
+    let roads: [(&str, f64, Level<'_>, &str, &str); 9] = [
+        ("rough", 3e-3, &level, "memory = 0.2", ""),
+        ("all but level", 1e-12, &level, "memory = 0.2", ""),
+        ("very rough", 2e-2, &level, "memory = 0.2", ""),
+        ("pit", 1e-3, &pit, "memory = 0.2", ""),
+        ("spike", 1e-3, &spike, "memory = 0.2", ""),
+        ("step", 1e-3, &step, "memory = 0.2", ""),
+        ("bedding", 3e-3, &level, "memory = 0.2", "tread = \"bedding\""),
+        ("two stages", 3e-3, &level, "history = \"modal\"\ntime_rule = \"sdirk2\"", ""),
+        ("half-space", 3e-3, &level, "history = \"modal\"\nsubsteps = 3", "slices = \"half-space\""),
+    ];
+    for (name, roughness, level, numerics, more) in roads {
+        let mut random = ChaCha8Rng::seed_from_u64(17);
+        let heights: Vec<f64> =
+            (0..n * 5 * 6).map(|cell| level(cell / 6) + random.random_range(0.0..roughness)).collect();
+        write_grid(&path, 6, &heights);
+        let contact = format!("[contact]\nslice_coupling = \"local\"\nlocal_compliance = 5.5e-10\n{more}");
+        let rolling = "start = 1.0\nspeed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.15\n\
+                       axle = { indentation = 0.012, ramp = 0.03 }";
+        let results = run(&implausible(&scene_text(n, &grid_road(&path, n, 6), rolling, numerics, &contact)));
+        results.assert_sound(name);
+        if name == "pit" {
+            let force = results.array("total_force.npy");
+            assert!(force[60..].iter().any(|&force| force < f64::MIN_POSITIVE), "never in the air");
+        }
     }
 }
 

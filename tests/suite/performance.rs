@@ -35,6 +35,7 @@ fn every_workload_is_right_and_takes_what_the_record_says() {
     let records = committed();
     let known = records.iter().flat_map(|record| record.workloads.keys());
     known.for_each(|name| assert!(Workload::ALL.iter().any(|workload| workload.name() == name), "{name}"));
+    assert!(records.iter().any(|record| record.workloads.len() == Workload::ALL.len()), "no record is complete");
     let accepted = read_accepted(&folder().join("profiles/accepted.toml")).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let mut unexplained = Vec::new();
@@ -200,8 +201,7 @@ fn an_unchanged_program_passes_twenty_comparisons() {
     for comparison in 1..=20 {
         let (code, verdict, text) = compared(&program(), &copy, place.path());
         println!("comparison {comparison}:\n{text}");
-        // On a busy machine some of them may remain undecided, but none may find a change.
-        assert!(matches!(code, 0 | 5) && changed(&verdict).is_empty(), "{text}");
+        assert_eq!((code, changed(&verdict)), (0, Vec::new()), "{text}");
     }
 }
 

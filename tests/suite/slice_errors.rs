@@ -49,7 +49,8 @@ fn every_band_by_slices_tells_its_error_and_is_valid_up_to_the_largest_one_that_
 
 #[test]
 fn cells_and_laws_that_were_not_measured_state_no_error() {
-    for contact in ["zone = \"cells\"", "slices = \"half-space\"", "slice_coupling = \"explicit\""] {
+    let flat = "cells_across = 1\ncells_along = 1";
+    for contact in ["zone = \"cells\"", "slices = \"half-space\"", "slice_coupling = \"explicit\"", flat] {
         let text = scene_text(64, SEAL, ROLLING, NUMERICS, &format!("[contact]\n{contact}"));
         assert_eq!(slice_errors(&checked(&scene(&text)).unwrap()), None, "{contact}");
     }

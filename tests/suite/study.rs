@@ -8,7 +8,7 @@ use std::time::Duration;
 use tyrewave::internals::{Study, StudyOptions, StudyPoint as Point, Sweep, front, study};
 use tyrewave::internals::{scene, scene_text};
 use tyrewave::run::{Progress, RunError, Unwatched};
-use tyrewave::scene::{DEFAULT, LoadedScene};
+use tyrewave::scene::{DEFAULT, History, LoadedScene};
 
 use crate::common::command;
 
@@ -113,6 +113,16 @@ fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
     assert_eq!(stopped.uncertainty, whole.uncertainty);
     let (nothing, _) = until("reference");
     assert!(matches!(nothing, Err(RunError::Interrupted { kept: None })), "{nothing:?}");
+}
+
+#[test]
+fn a_direct_history_is_compared_with_a_modal_reference() {
+    let loaded = small("history = \"direct\"\nmemory = 0.3\ntime_rule = \"bdf2\"");
+    let options = options(&loaded, Sweep::Outline, 64);
+    let found = study(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let own = &found.named[0];
+    assert_eq!((own.label.as_str(), own.settings.numerics.history), ("the scene", History::Direct));
+    assert!(own.cost.fit.is_none() && found.reference.settings.numerics.history == History::Modal);
 }
 
 #[test]

@@ -106,6 +106,6 @@ impl Evolving for LoadControl {
         let Self { stiffness, from, to, turn, sum, count, previous, .. } = self;
         state.all([stiffness, from, to, turn, sum, count, &mut Value(previous)])?;
         // It bounds the next one; 0: a spring that is not there.
-        ensure(self.stiffness >= 0.0)
+        ensure(self.stiffness >= 0.0 && self.turn.0.checked_add(self.turn.1).is_some())
     }
 }

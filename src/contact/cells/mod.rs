@@ -4,7 +4,7 @@
 //! - [`blocks`]: how blocks of the tread yield by themselves;
 //! - [`search`]: which cells touch, and with which forces.
 //!
-//! - [`wave_transform`]: between cells and waves; [`component_transforms`]: of tractions;
+//! - [`wave_transform`]: between cells and waves; [`component_transforms`]: component by component;
 //! - [`past`]: displacements by past forces, by poles, most of it found in the background (`waves`, `short_ring`);
 //!   [`direct`]: as sums, the reference;
 //! - [`resting`]: contact at rest; [`gaps`]: gaps under a tyre that stands on a road;

@@ -301,7 +301,7 @@ impl FactorCache {
         state.all([&mut self.filled, &mut self.hand, &mut self.neighbour])?;
         let (filled, slots) = (self.filled, self.sizes.slots);
         ensure(filled <= slots && self.hand < slots && self.neighbour.slot().is_none_or(|slot| slot < filled))?;
-        ensure(!state.is_restored() || held == 0)?;
+        ensure(!state.is_restoring() || held == 0)?;
         let mut points = Vec::with_capacity(self.sizes.points);
         // They were counted when they were made first.
         let mut meter = Meter::default();

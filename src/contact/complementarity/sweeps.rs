@@ -216,7 +216,7 @@ impl Surface {
 impl Evolving for Surface {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         self.estimate.state(state)?;
-        if state.is_restored() {
+        if state.is_restoring() {
             // Counted when they were displaced first.
             self.displace(&self.estimate.clone());
         }

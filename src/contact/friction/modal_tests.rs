@@ -54,20 +54,25 @@ fn roll(mut step: impl FnMut(i64, &[Vector], &mut [Vector])) -> Vec<Vector> {
     all
 }
 
-/// Restores a past from its own state: a part that is missing in it would not be noticed by another.
-fn resume(past: &mut impl CellPast<3>) {
-    SavedState::of(past).unwrap().restore(past).unwrap();
+/// Goes on with another past from the state: a part that is missing in it has another value there.
+fn resume<P: CellPast<3>>(past: &mut P, other: &mut P) {
+    SavedState::of(past).unwrap().restore(other).unwrap();
+    std::mem::swap(past, other);
 }
 
 fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRule) -> Vec<Vector> {
-    let transform =
-        ComponentTransforms::of_tractions(sums.grid(), [ELEMENTS, COLUMNS], &sums.traction_rows(WaveBand::WHOLE));
-    let stepping = Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after: None };
-    let mut past = TractionWaves::<R>::new([TractionRing { model, transform, seen: None, stepping }]);
+    let rows = sums.traction_rows(WaveBand::WHOLE);
+    let new = || {
+        let transform = ComponentTransforms::of_tractions(sums.grid(), [ELEMENTS, COLUMNS], &rows);
+        let stepping =
+            Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after: None };
+        TractionWaves::<R>::new([TractionRing { model, transform, seen: None, stepping }])
+    };
+    let (mut past, mut other) = (new(), new());
     roll(|first, forces, out| {
         past.add_displacement(0, first, out, &mut Meter::default());
         past.push(0, first, forces);
-        resume(&mut past);
+        resume(&mut past, &mut other);
     })
 }
 
@@ -123,7 +128,7 @@ fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usiz
             Stepping { rule: TimeRule::Bdf2, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after };
         TractionRing { model, transform, seen: is_short.then_some(ACROSS), stepping }
     };
-    let mut past = TractionWaves::<f64>::new(bands.iter().zip(&models).map(ring));
+    let [mut past, mut other] = [(); 2].map(|()| TractionWaves::<f64>::new(bands.iter().zip(&models).map(&ring)));
     let mut all = Vec::new();
     for number in 0..2 * elements {
         let first = (number / 2) as i64;
@@ -136,7 +141,7 @@ fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usiz
         };
         let forces: Vec<Vector> = (0..columns * ACROSS).map(force).collect();
         assert!(past.push(0, first, &forces), "no room");
-        resume(&mut past);
+        resume(&mut past, &mut other);
         // About the contact.
         all.extend_from_slice(&out[14 * ACROSS..32 * ACROSS]);
     }

@@ -358,6 +358,10 @@ impl Zone for FrictionZone {
 impl Evolving for FrictionZone {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         let Self { rolling, past, search, law, forces, first_element, last, .. } = self;
-        state.all([past, search, law, forces, first_element, last, &mut rolling.free, &mut rolling.longitudinal])
+        state.all([past, search, law, forces, first_element, last, &mut rolling.free])?;
+        if let Some(free) = &rolling.free {
+            rolling.longitudinal = free.creep();
+        }
+        Ok(())
     }
 }

@@ -13,7 +13,6 @@
 
 use pulp::Arch;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::PastForces;
 use crate::contact::windows::add_windows;
@@ -86,7 +85,7 @@ pub struct DirectHistory {
 }
 
 /// Where the forces of a past step are.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Mark {
     first_element: i64,
     from: u32,
@@ -95,7 +94,7 @@ struct Mark {
 
 impl Evolving for Mark {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.value(self)
+        state.all([&mut self.first_element, &mut self.from, &mut self.to])
     }
 }
 

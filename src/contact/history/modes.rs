@@ -246,7 +246,7 @@ impl Evolving for ModalHistory {
         for (number, row) in rows.iter_mut().enumerate() {
             state.growing(row)?;
             ensure(row.len() <= *elements)?;
-            if state.is_restored() {
+            if state.is_restoring() {
                 near.take(number, row.iter().copied());
             }
         }

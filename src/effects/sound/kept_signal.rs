@@ -56,7 +56,8 @@ impl Evolving for KeptSignal {
         state.value(&mut self.taken)?;
         state.same(&self.wanted.len())?;
         self.excerpts.iter_mut().try_for_each(|excerpt| state.growing(excerpt))?;
-        ensure(self.wanted.iter().zip(&self.excerpts).all(|(wanted, excerpt)| excerpt.len() <= wanted.len()))
+        let due = |wanted: &Range<usize>| wanted.end.min(self.taken).saturating_sub(wanted.start);
+        ensure(self.wanted.iter().zip(&self.excerpts).all(|(wanted, excerpt)| excerpt.len() == due(wanted)))
     }
 }
 

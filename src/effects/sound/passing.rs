@@ -164,11 +164,11 @@ impl Passing {
             let shown = in_parallel::made(stretches, shown).into_iter().collect::<Option<Vec<_>>>()?;
             let (levels, sounds): (Vec<_>, Vec<_>) = shown.into_iter().unzip();
             for (tyre, pressures) in sounds.into_iter().flatten() {
-                let receiver = self.samples().map(|sample| pressures[tyre.at(sample)]);
+                let pressure = self.samples().map(|sample| pressures[tyre.at(sample)]);
                 if sound.is_empty() {
-                    sound = receiver.collect();
+                    sound = pressure.collect();
                 } else {
-                    sound.iter_mut().zip(receiver).for_each(|(sum, pressure)| *sum += pressure);
+                    sound.iter_mut().zip(pressure).for_each(|(sum, more)| *sum += more);
                 }
             }
             alone.push(levels);

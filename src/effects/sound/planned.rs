@@ -395,6 +395,7 @@ impl Plan {
     }
 
     /// Sound of the run; `None` without receivers.
+    #[doc(hidden)]
     pub fn sound(&self) -> Option<Sound> {
         let Scene { tyre, receivers, radiation, .. } = &self.scene;
         if receivers.is_empty() {

@@ -58,6 +58,7 @@ impl Plan {
     }
 
     /// Segments for a window of so many columns; `None` where the run is shorter than a revolution.
+    #[doc(hidden)]
     pub fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
         let Numerics { elements, substeps, .. } = self.scene.numerics;
         let steps = self.steps - self.warm_up_steps;

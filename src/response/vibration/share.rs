@@ -179,7 +179,7 @@ impl Share {
     }
 }
 
-/// Kept of the forces' waves: mean products of the stages' forces, or the motion of resolved ones.
+/// Quantities kept of the forces' waves: mean products of the stages' forces, or the motion of resolved ones.
 pub(super) struct Keeper {
     layout: SegmentLayout,
     quantities: Option<Arc<ResolvedQuantities>>,

@@ -26,7 +26,7 @@ const MOST_ROWS: usize = 1024;
 /// Number of wavenumbers whose transfers are in memory at once.
 const BLOCK: usize = 32;
 
-/// Fields whose spectra [`field_spectra`] and [`point_spectrum`] compute, and how.
+/// Fields whose spectra [`field_spectra`] computes, and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpectraRequest<'a> {
     /// Fields whose spectra are computed.

@@ -100,6 +100,7 @@ impl StiffnessCurve {
     }
 
     /// The linear piece of a number, see [`Self::segment_index`].
+    #[doc(hidden)]
     pub fn piece(&self, number: usize) -> Piece {
         let (start, from, slope) = self.segment(number);
         let to = self.penetration.get(number).copied().unwrap_or(f64::INFINITY);

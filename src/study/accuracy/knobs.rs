@@ -31,7 +31,12 @@ struct Row {
 
 const ELEMENTS: Row = Row {
     name: "elements",
-    turn: |settings, part, _| settings.divide((part * settings.numerics.elements as f64) as usize),
+    // The time step stays about the same.
+    turn: |settings, part, _| {
+        let (steps, elements) = (settings.steps(), (part * settings.numerics.elements as f64) as usize);
+        settings.numerics.elements = elements;
+        settings.numerics.substeps = (steps as f64 / elements as f64).round().max(1.0) as usize;
+    },
     values: &[0.25, 0.375, 0.5, 0.75],
     label: |settings| settings.numerics.elements.to_string(),
 };
@@ -73,6 +78,7 @@ const CURVES: Row = Row {
     values: &[1e-7, 3e-7, 1e-6, 1e-5],
     label: |settings| format!("{:.0e} m", settings.contact.slice_tolerance),
 };
+
 /// The knobs that a scene can have, in the order of the tables; of an outline every second value.
 pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64, is_outline: bool) -> Vec<Knob> {
     // 1. The rows of the table that apply, each with its time rule.
@@ -118,11 +124,10 @@ fn is_coarser(settings: &Settings, reference: &Settings) -> bool {
         || settings.contact.cells_across < reference.contact.cells_across
 }
 
-/// The reference with half of its elements, steps and cells.
+/// The reference with half of its elements, steps and cells; the steps of an element stay.
 pub(crate) fn half(reference: &Settings, scene: &Scene) -> Settings {
     reference.with(|settings| {
-        (ELEMENTS.turn)(settings, 0.5, scene);
-        settings.numerics.substeps = (reference.numerics.substeps / 2).max(1);
+        settings.numerics.elements /= 2;
         match reference.contact.cells_across {
             Some(2..) if reference.contact.zone == Zone::Cells => (CELLS.turn)(settings, 0.5, scene),
             Some(2..) => (CELLS_OF_SLICES.turn)(settings, 2.0, scene),

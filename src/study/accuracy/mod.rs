@@ -54,6 +54,9 @@ pub struct Study {
     pub front: Vec<Point>,
     /// False if the user stopped the study: it holds the runs up to there.
     pub complete: bool,
+    /// Number of runs; settings that several points have were rolled once.
+    #[serde(skip)]
+    pub(crate) runs: usize,
 }
 
 /// Studies a scene. Stopped after its reference was rolled, it returns what there is.
@@ -115,8 +118,10 @@ pub fn study(
         named: Vec::new(),
         front: Vec::new(),
         complete: false,
+        runs: 0,
     };
     let carried_out = study.carry_out(&mut lab, &half, &named);
+    study.runs = lab.known.len();
     match carried_out {
         Ok(()) => study.complete = true,
         Err(RunError::Interrupted { .. }) => {}

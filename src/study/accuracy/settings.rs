@@ -15,6 +15,7 @@ const POLES_OF_CELLS: f64 = 1e-5;
 const CONTACT_OF_CELLS: f64 = 1e-6;
 /// Its cell size, relative to [`cell_for`].
 const FINEST_CELL: f64 = 0.5;
+
 /// The settings of one run of a study; everything else is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Settings {
@@ -112,12 +113,6 @@ impl Settings {
         settings
     }
 
-    /// Changes the elements, and the steps of an element so that the time step stays about the same.
-    pub(crate) fn divide(&mut self, elements: usize) {
-        let substeps = (self.steps() as f64 / elements as f64).round().max(1.0) as usize;
-        (self.numerics.elements, self.numerics.substeps) = (elements, substeps);
-    }
-
     /// The scene with these settings.
     pub(crate) fn on(&self, scene: &Scene) -> Scene {
         let Self { numerics, mut contact, cell_length } = self.clone();
@@ -141,7 +136,12 @@ impl Settings {
         let Self { numerics, contact, .. } = self;
         let (elements, substeps, rule) = (numerics.elements, numerics.substeps, numerics.time_rule.name());
         let cells = contact.cells_across.map_or_else(String::new, |cells| format!(", {cells} cells across"));
-        let (poles, curves) = (numerics.pole_tolerance, contact.slice_tolerance);
-        format!("N = {elements}, q = {substeps}, {rule}, poles {poles:.0e}{cells}, curves {curves:.0e} m")
+        let history = match numerics.history {
+            History::Modal => format!("poles {:.0e}", numerics.pole_tolerance),
+            History::Direct => format!("memory {} s", numerics.memory),
+        };
+        let has_curves = contact.zone == Zone::Slices && contact.slice_tolerance > 0.0;
+        let curves = if has_curves { format!(", curves {:.0e} m", contact.slice_tolerance) } else { String::new() };
+        format!("N = {elements}, q = {substeps}, {rule}, {history}{cells}{curves}")
     }
 }

@@ -251,13 +251,13 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
 
     /// C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; of waves that feel
     /// the tyre's curvature, one s after another.
-    pub(in crate::tyre) fn tangential_over_i(&self, simd: S, n: i64, m: usize) -> Lanes<S> {
+    pub(in crate::tyre) fn tangential_over_i(&self, n: i64, m: usize) -> Lanes<S> {
         outlined(
             self.simd,
             #[inline(always)]
             || match &self.curved {
                 Some((waves, _)) if waves.get(n, m).is_some() => {
-                    Lanes::from_fn(simd, |lane| self.single[lane].tangential(n, m) * -Complex64::i())
+                    Lanes::from_fn(self.simd, |lane| self.single[lane].tangential(n, m) * -Complex64::i())
                 }
                 _ => self.stack.tangential_over_i(self.waves.kx(n), self.waves.ky(m)),
             },
@@ -266,18 +266,18 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
 
     /// Parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd, [`Self::tangential_over_i`].
     #[inline(always)]
-    pub(in crate::tyre) fn tangential_parts(&self, simd: S, n: i64, m: usize) -> Parts<Lanes<S>> {
+    pub(in crate::tyre) fn tangential_parts(&self, n: i64, m: usize) -> Parts<Lanes<S>> {
         match &self.curved {
             Some((waves, _)) if waves.turns() && waves.get(n, m).is_some() => {
                 let parts: [Parts<Complex64>; MOST_LANES] =
                     std::array::from_fn(|lane| self.single[lane].tangential_parts(n, m));
                 Parts {
-                    even: Lanes::from_fn(simd, |lane| parts[lane].even),
-                    odd: Lanes::from_fn(simd, |lane| parts[lane].odd),
+                    even: Lanes::from_fn(self.simd, |lane| parts[lane].even),
+                    odd: Lanes::from_fn(self.simd, |lane| parts[lane].odd),
                 }
             }
             _ => {
-                let odd = self.tangential_over_i(simd, n, m);
+                let odd = self.tangential_over_i(n, m);
                 Parts { even: odd * 0.0, odd }
             }
         }

@@ -270,7 +270,7 @@ impl WithSimd for LaneValues<'_> {
                     #[inline(always)]
                     |alias, m, _, weight| {
                         // C_xz = even + i odd of a wave, i (P + i Q) of all.
-                        let Parts { even, odd } = kernel.tangential_parts(simd, alias.abs(), m);
+                        let Parts { even, odd } = kernel.tangential_parts(alias.abs(), m);
                         let signed = |sign: f64| simd.mul_f64s(weight, simd.splat_f64s(sign));
                         parts[0] = parts[0].plus_weighted(signed(sums.sign_of_odd(n, alias)), odd);
                         parts[1] = parts[1].plus_weighted(signed(-1.0), even);
@@ -281,7 +281,7 @@ impl WithSimd for LaneValues<'_> {
                     simd,
                     #[inline(always)]
                     |alias, m, _, weight| {
-                        parts[0] = parts[0].plus_weighted(weight, kernel.tangential_over_i(simd, alias, m));
+                        parts[0] = parts[0].plus_weighted(weight, kernel.tangential_over_i(alias, m));
                     },
                 )
             };

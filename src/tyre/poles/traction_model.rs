@@ -10,7 +10,7 @@ use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::COMPONENTS;
 
 /// Rank-one part of a wave's influence at a pole: output times input.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Channel {
     /// Weight of each force.
     pub input: [Complex64; COMPONENTS],

@@ -163,9 +163,9 @@ def test_no_file_outside_of_the_folder_is_read(tmp_path: Path) -> None:
     for name in [*names, "..\\outside.wav", "C:outside.wav", "\\\\host\\share\\a.wav", 3, None]:
         changed = named(name)
         for read in (changed.pressure, changed.pass_by):
-            with pytest.raises(ValueError, match="is no name of a file of the run"):
+            with pytest.raises(ValueError, match="is not the name of a file of the run"):
                 read("near")
-    with pytest.raises(ValueError, match="is no name of a file of the run"):
+    with pytest.raises(ValueError, match="is not the name of a file of the run"):
         changed.table("../a/spectra.csv")
     with pytest.raises(KeyError, match="not there any more"):
         named("gone.wav").pressure("near")

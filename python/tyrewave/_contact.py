@@ -44,6 +44,6 @@ def indent(
     """
     body = np.ascontiguousarray(heights, dtype=np.float64)
     if not -1.0 < poisson <= 0.5:
-        raise ValueError(f"Poisson's ratio lies above -1 and at most at 0.5, not at {poisson}")
+        raise ValueError(f"Poisson's ratio must be above -1 and at most 0.5, not at {poisson}")
     effective = modulus / (1.0 - poisson * poisson)
     return _native.indent(body, (dx, dy), effective, load, penetration, tolerance)

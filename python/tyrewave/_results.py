@@ -106,7 +106,7 @@ class Results(Mapping[str, NDArray[Any]]):
     def spectra(self) -> Table:
         """Third octaves of the contact force after the warm-up: the columns of `spectra.csv`, levels in dB re 1 N.
 
-        Empty for a run that is too short. `valid` is a mask of the bands that the run vouches for.
+        Empty for a run that is too short. `valid` is a mask of the bands that are valid.
         """
         return self.table("spectra.csv")
 
@@ -160,7 +160,7 @@ class Results(Mapping[str, NDArray[Any]]):
         """Content of a file of the run. A folder may come from a stranger, and so may the names in its summary."""
         plain = isinstance(name, str) and all(name == kind(name).name for kind in _KINDS_OF_PATH)
         if not plain or name in ("", ".."):
-            raise ValueError(f"{name!r} is no name of a file of the run, and nothing outside of its folder is read")
+            raise ValueError(f"{name!r} is not the name of a file of the run; nothing outside of its folder is read")
         if self.folder is None:
             return self._files.get(name)
         path = self.folder / name
@@ -188,7 +188,7 @@ class Results(Mapping[str, NDArray[Any]]):
             coordinates["band"] = ("band", bands["nominal_hz"], {"units": "Hz", "long_name": "nominal frequency"})
             attributes = {"units": "dB", "long_name": "contact force level re 1 N"}
             data["force_level"] = ("band", bands["level_db_re_1n"], attributes)
-            data["force_level_valid"] = ("band", bands["valid"], {"long_name": "the run vouches for it"})
+            data["force_level_valid"] = ("band", bands["valid"], {"long_name": "the band is valid"})
         if sound := self.sound:
             tables = list(sound.values())
             sound_bands = tables[0]["nominal_hz"]
@@ -202,7 +202,7 @@ class Results(Mapping[str, NDArray[Any]]):
                 attributes = {"units": units, "long_name": "sound pressure level re 20 uPa"}
                 data[name] = (["receiver", "sound_band"], levels, attributes)
             valid = np.stack([table["valid"] for table in tables])
-            data["sound_level_valid"] = (["receiver", "sound_band"], valid, {"long_name": "the run vouches for it"})
+            data["sound_level_valid"] = (["receiver", "sound_band"], valid, {"long_name": "the band is valid"})
         about = {name: self.summary[name] for name in ("title", "version", "scene_sha256")}
         return xarray.Dataset(data, coordinates, about)
 

@@ -13,11 +13,12 @@ use super::context::{Context, print};
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
-A fitted tyre serves every time step and road at its speed, the waves that are heard of it every road, its transfers \
-to a receiver every road and speed whose patch is as long, a block of pressed road every run with that tread and those \
-cells; all are kept in TYREWAVE_CACHE_DIR, or the platform's cache folder, up to an eighth of the room on its disk \
-(2 GiB at least, 32 at most); the least recently used go first. An entry that is damaged or of another version is \
-rebuilt when it is needed.
+The cache holds what later runs can use again: influence functions of a tyre (for all time steps and roads at the same \
+speed), its surface waves (for all roads), its radiation transfers to a receiver (for all roads and speeds with the \
+same patch length), and pressed roads (for all runs with the same tread and cells). It is in TYREWAVE_CACHE_DIR or in \
+the platform's cache folder, and takes at most an eighth of the space on its disk (at least 2 GiB, at most 32 GiB); \
+the least recently used entries are removed first. An entry that is damaged or of another version is computed again \
+when it is needed.
 
 Examples:
   tyrewave cache list

@@ -29,7 +29,7 @@ pub(crate) struct CheckArguments {
     /// The scenes: TOML files.
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<std::path::PathBuf>,
-    /// A key in place of the scenes' own, see tyrewave help run; may be repeated.
+    /// Set a key, in place of the scenes' own value: see tyrewave help run; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     settings: Vec<Setting>,
 }

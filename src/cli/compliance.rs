@@ -17,12 +17,12 @@ A tyre with \"curved\": true is a layered hollow cylinder: circumference (of the
 foundation, cavity (radius, depth, density, sound_speed, relaxation) and layers of thickness, modulus, loss_factor, \
 poisson, density and tension [along, across]; its cases have n and m. Order: circumferential, lateral, outward. A \
 layer may have cords, a list of stiffness, angle_deg and loss_factor; or, in place of modulus and poisson, orthotropic \
-with E_theta, E_y, E_r, G_y_r, G_theta_r, G_theta_y, nu_theta_y, nu_theta_r and nu_y_r. A tyre's resolved is not read.
+with E_theta, E_y, E_r, G_y_r, G_theta_r, G_theta_y, nu_theta_y, nu_theta_r and nu_y_r. The field `resolved` of a tyre \
+is not read.
 
 `sidewalls` beside `tyres`, or without them, is a list of name, radius, angle (half the arc's, rad), pressure, mass, \
-shear, hoop (4 shear where it is left out), edge_radius, omega (rad/s) and relaxation, pairs [g, T]. A case of a \
-sidewall, its name under that key, has n and s, and gets K = [[ww, wV], [wV, VV]] of the belt's edge \
-[N/m^2].
+shear, hoop (4 times shear if it is left out), edge_radius, omega (rad/s) and relaxation, pairs [g, T]. A case with \
+the key `sidewall`, a name, has n and s, and gets K = [[ww, wV], [wV, VV]] of the belt's edge [N/m^2].
 
 Examples:
   tyrewave compliance cases.json > computed.json";

@@ -73,7 +73,7 @@ impl EffectsArguments {
 fn cells_instead(slices: &Plan, cells: &Plan, costs: &UnitCosts, context: &Context) -> String {
     let [slices, cells] = [slices, cells].map(|plan| plan.forecast(costs, context.threads, process_memory()));
     format!(
-        "\ncells instead, contact.zone = \"cells\": about {:.0} s and {} as planned, {:.0} s and {} by slices\n",
+        "\ncontact over cells instead (contact.zone = \"cells\"): planned {:.0} s and {}, over slices {:.0} s and {}\n",
         cells.wall_seconds,
         bytes(cells.memory),
         slices.wall_seconds,
@@ -140,11 +140,13 @@ fn report(comparison: &Comparison) -> Report {
     let mut report = Report::default();
     report.table(aligned(header, rows));
     report.text("\n+ alone, compared with none; - all but this, compared with all\n");
-    report.text("levels in brackets: of bands that the scene's settings do not vouch for\n");
+    report.text("levels in brackets: bands that are not valid with the scene's settings\n");
     if comparison.uncertainties.iter().any(|(name, _)| name.ends_with("local compliance")) {
         report.text("local compliance: known within a factor of two; compared with all\n");
     }
-    report.text("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
+    report.text(
+        "rolling resistance: not defined without tread coupling, where displacements are not those of the tyre\n",
+    );
     if comparison.all.results.friction.is_some() {
         report.text("rolling resistance with friction: by hysteresis and by slip\n");
     }
@@ -173,7 +175,9 @@ fn report(comparison: &Comparison) -> Report {
     if let Some(table) = receiver_table(comparison) {
         report.text("\nSound with all effects, with all but one, and by another model:\n");
         report.table(table);
-        report.text("changes of levels: over the bands that both runs vouch for, told where these are not all\n");
+        report.text(
+            "changes of levels: over the bands that are valid in both runs, which are listed if they are not all\n",
+        );
     }
     report
 }

@@ -13,15 +13,16 @@ use super::error::CliError;
 use super::output_file::{OutputFile, Replaces};
 
 const EXAMPLES: &str = "\
-Needs the folder of a finished sweep over speeds, of a scene with a coast-by receiver. Per band a line through the \
-levels, L = A + B lg(v/v_ref), with half of the 95 % intervals of A and B and the rms of what the line misses:
+Needs the folder of a finished sweep over speeds, of a scene with a coast-by receiver. For each band a straight line \
+is fitted to the levels, L = A + B lg(v/v_ref); half of the 95 % confidence intervals of A and B and the rms residual \
+are given, too:
   cnossos-eu  octaves 63 Hz to 8 kHz of the sound power of a car's four tyres: A_R and B_R, v_ref = 70 km/h
   nord2000    third octaves 25 Hz to 10 kHz of the same: a_R and b_R, v_ref = 70 km/h
   un-r117     L_AFmax of the coast-by, runs from 70 to 90 km/h, v_ref = 80 km/h
 
-Runs that differ in speed, or in seeds, make one line; roads, loads and settings have lines of their own. Sound powers \
+Runs that differ only in speed or seed share one line; each road, load and setting has a line of its own. Sound powers \
 are those of point sources over a hard road that lead to the same mean square along the coast-by line (docs/sound.md). \
-A row is valid where every run vouches for its band. All rows stand in emission.csv, in the sweep's folder.
+A row is valid if its band is valid in every run. All rows are in emission.csv, in the sweep's folder.
 
 Examples:
   tyrewave sweep scenes/sound.toml --speed 50..110:10 --out results/speeds

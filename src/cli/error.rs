@@ -54,20 +54,20 @@ pub(crate) enum CliError {
     #[error("{0}")]
     Failed(String),
     /// In a comparison of performance the second one is worse.
-    #[error("not as good as what it was compared with")]
+    #[error("worse than what it was compared with")]
     Worse,
     /// Times scatter too much, or rest on too few runs, for a comparison of performance.
-    #[error("undecided: give more --pairs of runs and a larger --budget, or name a --workload")]
+    #[error("undecided: give more --pairs and a larger --budget, or choose a --workload")]
     Undecided,
     /// The user stopped the run; `kept` holds the partial results, if there are any.
     #[error("interrupted; {}", kept.as_ref().map_or_else(|| "no results are kept".to_owned(), |path| {
-        format!("partial results are in {0}; `tyrewave resume {0}` goes on", path.display())
+        format!("partial results are in {0}; `tyrewave resume {0}` continues", path.display())
     }))]
     Interrupted { kept: Option<PathBuf> },
     /// The user stopped work on several runs; `kept` holds the results of those that were done.
-    #[error("interrupted; what was found so far is in {}", kept.display())]
+    #[error("interrupted; the results so far are in {}", kept.display())]
     PartKept { kept: PathBuf },
-    #[error("interrupted; the same command goes on where the sweep was")]
+    #[error("interrupted; the same command continues the sweep")]
     SweepStopped,
     #[error("cannot write to standard output: {0}")]
     Print(#[source] std::io::Error),
@@ -181,7 +181,10 @@ mod tests {
         let stopped = CliError::Interrupted { kept: Some("results/a.partial".into()) };
         assert_eq!(
             (stopped.exit_code(), stopped.to_string().as_str()),
-            (130, "interrupted; partial results are in results/a.partial; `tyrewave resume results/a.partial` goes on")
+            (
+                130,
+                "interrupted; partial results are in results/a.partial; `tyrewave resume results/a.partial` continues"
+            )
         );
         assert_eq!(CliError::Interrupted { kept: None }.to_string(), "interrupted; no results are kept");
         let full =

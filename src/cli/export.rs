@@ -26,12 +26,12 @@ fn examples() -> String {
         "\
 mat    a MATLAB file, level 5: every array, every table as a struct of its columns, sounds as pressures over time, \
 units in the struct `units`
-uff58  a universal file: total force over time, third octaves (mean squares of the bands that the run vouches for) and \
-narrow bands (densities) of force, velocities and sound, sound pressure over time, in SI units
+uff58  a universal file: total force over time, third octaves (mean squares of the valid bands) and narrow bands \
+(densities) of force, velocities and sound, sound pressure over time, in SI units
 vtk    a folder with the patch over time, patch.pvd for ParaView: force and pressure of every element, or of every \
-cell where the scene has outputs.cells_every; 400 instants at most
+cell if the scene has outputs.cells_every; at most 400 instants
 
-Nothing is replaced but an earlier export.
+Only an earlier export is replaced.
 
 Examples:
   tyrewave export results/default --format mat                      results/default.mat
@@ -57,7 +57,7 @@ pub(crate) struct ExportArguments {
     /// The file, or for vtk the folder; default: the results folder's name with .mat, .uff or _vtk, beside it.
     #[arg(long, short, value_name = "FILE_OR_FOLDER")]
     out: Option<PathBuf>,
-    /// Only vtk: time between two instants, from the end of the warm-up on [s]; default: the whole run evenly.
+    /// vtk only: time between two instants after the warm-up, in s; default: instants spread evenly over the run.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     every: Option<f64>,
 }
@@ -65,7 +65,7 @@ pub(crate) struct ExportArguments {
 /// Formats that can be written.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, ValueEnum)]
 enum Format {
-    /// Universal file, data sets 58.
+    /// Universal file, datasets 58.
     Uff58,
     /// MATLAB file.
     Mat,
@@ -151,7 +151,9 @@ fn earlier(folder: &Path) -> Result<Vec<String>, CliError> {
         let is_frame = name.starts_with("patch_") && name.ends_with(".vtp");
         if !is_frame && name != COLLECTION {
             let folder = folder.display();
-            return Err(CliError::Usage(format!("{folder} holds {name}, which no export has made; it is left alone")));
+            return Err(CliError::Usage(format!(
+                "{folder} holds {name}, which is not part of an export; it is left alone"
+            )));
         }
         check(&folder.join(name), Replaces::Beginning(VTK_HEAD))?;
     }

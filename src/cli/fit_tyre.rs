@@ -31,20 +31,20 @@ Or, without patch_m, the columns re_20mm and im_20mm for a patch of 20 mm, and s
 `tyrewave tyre` write them. Other columns and lines that begin with # are ignored.
 
 A universal file (UFF, UNV) is read, too: the frequency responses at driving points of its datasets 58, text or \
-binary, with the units of dataset 164 or of the axes' labels; accelerance, receptance and their inverses become \
-mobilities, and everything else in the file is left out and counted. The file does not tell the side of the patch: \
---patch does.
+binary, with the units of dataset 164 or of the axes' labels; accelerance, receptance and their inverses are converted \
+to mobilities, and everything else in the file is skipped and counted. The file does not state the side of the patch: \
+give it with --patch.
 
-What is no driving-point mobility is refused, with what it is instead: a phase beyond +-90 degrees by more than three \
-times --phase-error, or a level that no fit from this tyre could reach.
+Data that cannot be a driving-point mobility are refused, with the likely reason: a phase beyond +-90 degrees by more \
+than three times --phase-error, or a level that no fit from this tyre could reach.
 
-The fit starts from the scene's tyre, and takes from it all parameters that are not fitted. Names of parameters: \
-tread-modulus, tread-loss, tread-thickness, tread-density, belt-modulus, belt-loss, cord-stiffness, cord-angle, \
-tension-along, tension-across, foundation-normal, foundation-tangential, foundation-loss, sidewall-radius, \
-sidewall-angle, sidewall-mass, sidewall-shear, sidewall-loss. Some parameters are fitted only if --free names them: \
-thickness and density of the tread (better weighed and measured), the angle of the belt's cords, the mass of the \
-sidewalls, and the loss factors of foundation and sidewalls. If the scene's tension follows from inflation and \
-sidewalls, it changes with the fitted sidewalls. Every parameter stays within a factor 4 of the start.
+The fit starts from the scene's tyre, and takes from it all parameters that are not fitted. Parameters: tread-modulus, \
+tread-loss, tread-thickness, tread-density, belt-modulus, belt-loss, cord-stiffness, cord-angle, tension-along, \
+tension-across, foundation-normal, foundation-tangential, foundation-loss, sidewall-radius, sidewall-angle, \
+sidewall-mass, sidewall-shear, sidewall-loss. Some parameters are fitted only if --free names them: thickness and \
+density of the tread (better weighed and measured), the angle of the belt's cords, the mass of the sidewalls, and the \
+loss factors of foundation and sidewalls. If the scene's tension follows from inflation and sidewalls, it changes with \
+the fitted sidewalls. Every parameter stays within a factor 4 of the start.
 
 Results: tyre.toml, to be named in a scene as tyre = \"tyre.toml\"; fit.txt, fit.json; mobility.csv, measured and \
 fitted; mobility.svg and residuals.svg. Intervals are 95 % confidence intervals, if the uncertainties and the model \
@@ -84,7 +84,7 @@ pub(crate) struct FitTyreArguments {
     /// Side of the square patch of a universal file, in m; or one for each of its driving points, in the file's order.
     #[arg(long, value_name = "METRES", value_delimiter = ',', value_parser = positive)]
     patch: Vec<f64>,
-    /// Lowest frequency that is fitted, in Hz; below it a shaker or a hammer gives nothing.
+    /// Lowest frequency that is fitted, in Hz; below it a shaker or a hammer excites too little.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     lowest: Option<f64>,
     /// Highest frequency that is fitted, in Hz.
@@ -131,7 +131,7 @@ impl FitTyreArguments {
         side.file("mobility.csv", to_csv(&fitted, &points));
         let names: Vec<String> =
             patches(&points).iter().map(|side| format!("{} mm", (side * 1e6).round() / 1e3)).collect();
-        let titles = ["measured (marks) and fitted (lines)", "fitted less measured"];
+        let titles = ["measured (marks) and fitted (lines)", "fitted minus measured"];
         let titles = titles.map(|what| format!("{title}: {what}"));
         let [overlay, residuals] = pictures(&fitted, &points, &titles, &names);
         side.file("mobility.svg", overlay.to_svg());
@@ -157,7 +157,7 @@ fn measured(bytes: &[u8], width: f64, patches: &[f64], range: [f64; 2]) -> Resul
         return match patches.iter().find(|side| !is_side(side)) {
             Some(side) => Err(format!("--patch {side} is not {}", sides(width))),
             None if patches.is_empty() => {
-                Err("a universal file does not tell the side of the patch: give --patch, in m".to_owned())
+                Err("a universal file does not state the side of the patch: give --patch, in m".to_owned())
             }
             None => universal_file::read(bytes, patches, range).map_err(|error| error.to_string()),
         };
@@ -183,7 +183,7 @@ fn free_parameters(loaded: &LoadedScene, fix: &[Parameter], free: &[Parameter]) 
     let tyre = &loaded.scene.tyre;
     let missing = free.iter().filter(|parameter| parameter.value(tyre).is_none());
     let mut diagnostics = missing.map(|parameter| {
-        let wrong = format!("{} cannot be fitted from 0, or from what is not there", parameter.name());
+        let wrong = format!("{} cannot be fitted from 0, or without a starting value", parameter.name());
         loaded.complain(&parameter.key(tyre), wrong, "start from a positive value, or leave it out of --free")
     });
     if let Some(first) = diagnostics.next() {
@@ -261,7 +261,7 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
             let note = if *at_bound { "at its bound" } else { "" };
             let (start, fitted) = (number(*start), number(*value));
             if !is_told(*value, *to) {
-                return row([&named(parameter), &start, &fitted, &"-", &"-", &"not told", &note]);
+                return row([&named(parameter), &start, &fitted, &"-", &"-", &"not determined", &note]);
             }
             let width = format!("{:.1}", 100.0 * (to / value - 1.0));
             row([&named(parameter), &start, &fitted, &number(*from), &number(*to), &width, &note])
@@ -285,19 +285,20 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
     if !lost.is_empty() {
         let lost = lost.join(",");
         report.text(format!(
-            "note: not found, for the measurement does not tell it or the start is a factor {BOUND} away: {lost}; fix \
-             it (--fix {lost}), or start nearer\n"
+            "note: not determined, because the measurement hardly depends on it or the start is a factor {BOUND} away: \
+             {lost}; fix it (--fix {lost}), or start nearer\n"
         ));
     }
     if after > LARGE {
         report.text(format!(
-            "note: the residuals are {:.1} times what the uncertainties explain: see residuals.svg for whether a \
+            "note: the residuals are {:.1} times as large as the uncertainties explain: residuals.svg shows whether a \
              patch's side, the model or the uncertainties are wrong\n",
             after.sqrt()
         ));
     }
     if !fit.converged {
-        report.text("note: the steps ran out before the minimum was found: start again from tyre.toml\n");
+        report
+            .text("note: the minimum was not reached within the largest number of steps: start again from tyre.toml\n");
     }
     report
 }

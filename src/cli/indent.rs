@@ -17,8 +17,8 @@ use super::output_file::{OutputFile, Replaces};
 const EXAMPLES: &str = "\
 Frictionless contact of the height map (peaks touch first) with a half-space of the given modulus, without \
 periodicity. Printed as JSON: load [N], penetration [m] of the highest peak, share of the cells in contact, iterations \
-on the finest grid, residual (the largest gap under pressure or overlap without, relative to the penetration) and \
-seconds.
+on the finest grid, residual (the largest gap under pressure, or overlap without pressure, relative to the \
+penetration) and seconds.
 
 Examples:
   tyrewave indent --heights grid.npy --dx 0.001 --dy 0.001 --modulus 1e7 --poisson 0.45 --penetration 0.002
@@ -58,11 +58,10 @@ pub(crate) struct IndentArguments {
     /// Tolerance of the contact conditions, relative to the penetration.
     #[arg(long, value_name = "T", default_value_t = IndentationLimits::default().tolerance, value_parser = positive)]
     tolerance: f64,
-    /// Where to write the pressure in Pa, an array of the heights' shape. A file that exists is refused without
-    /// --force.
+    /// File for the pressure in Pa, an array of the heights' shape. An existing file is refused without --force.
     #[arg(long, value_name = "PRESSURE.npy")]
     out: Option<PathBuf>,
-    /// Replace PRESSURE.npy where it exists; the heights are never replaced.
+    /// Replace PRESSURE.npy if it exists; the heights are never replaced.
     #[arg(long, requires = "out")]
     force: bool,
 }

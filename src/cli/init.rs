@@ -15,8 +15,8 @@ use super::tyre_size::TyreSize;
 const EXAMPLES: &str = "\
 Writes scene.toml, the default scene with comments; tyre.toml, a car tyre; and scene.schema.json, a JSON Schema by \
 which editors (taplo, Even Better TOML) complete and check the scene. If one of these files exists already, nothing is \
-written. With --size the tyre is one of that size, made by the rules of docs/tyres.md; its file tells at each value \
-what is published and what is inferred.
+written. With --size the tyre has that size and follows the rules of docs/tyres.md; comments in its file say which \
+values are published and which are inferred.
 
 Examples:
   tyrewave init
@@ -35,7 +35,7 @@ const AXLE: &str = "axle = { load = 3400.0 }        #";
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct InitArguments {
-    /// The folder; it is made if it does not exist.
+    /// The folder; created if it does not exist.
     #[arg(default_value = ".")]
     folder: PathBuf,
     /// Size of the tyre, such as 235/45R18, or "235/45R18 98Y"; without it the default car tyre is written.
@@ -59,7 +59,7 @@ impl InitArguments {
         let place = |name: &str| self.folder.join(name);
         if let Some((name, _)) = files.iter().find(|(name, _)| place(name).exists()) {
             let place = place(name);
-            return Err(CliError::Usage(format!("{} is there already; name another folder", place.display())));
+            return Err(CliError::Usage(format!("{} exists already; name another folder", place.display())));
         }
         fs::create_dir_all(&self.folder).map_err(ResultsError::creating(&self.folder))?;
         for (name, text) in &files {

@@ -51,7 +51,7 @@ impl Interrupt {
         let interrupt = Self::default();
         let shared = interrupt.clone();
         ctrlc::set_handler(move || match shared.request(Instant::now()) {
-            Request::First => tell("\nstopping after this step and keeping what there is (again: stop at once)"),
+            Request::First => tell("\nstopping after this step; the results so far are kept (again: stop at once)"),
             Request::Same => {}
             Request::Unseen => {
                 tell(&CliError::Interrupted { kept: None }.to_string());

@@ -10,8 +10,7 @@ use super::context::{Context, print};
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
-A key without a default that must be given is marked \"needed\". What has to fit together beyond that, a scene is told \
-when it is loaded: tyrewave plan SCENE.
+A key that must be given is marked \"needed\". tyrewave check SCENE shows whether the values of a scene fit together.
 
 Editors that know JSON Schemas of TOML files (taplo, Even Better TOML) complete and check scenes whose first line is
 #:schema ./scene.schema.json
@@ -57,7 +56,7 @@ fn report(wanted: Option<&str>) -> Result<Report, CliError> {
             return;
         }
         report.text(format!("{}\n\n", heading(&section)));
-        report.table(words(["key", "what stands there", "default", "what it means"], rows));
+        report.table(words(["key", "value", "default", "meaning"], rows));
         report.text("\n");
     };
     let within = |path: &str, name: &str| path == name || path.starts_with(&format!("{name}."));

@@ -14,8 +14,8 @@ use super::options::positive;
 use super::side::Place;
 
 const EXAMPLES: &str = "\
-The mobility is the mean velocity of a square patch in the middle of the tread for a unit force spread evenly over \
-it. The smaller the patch the higher its level: the tread gives way locally. Of the scene only its tyre counts.
+The mobility is the mean velocity of a square patch in the middle of the tread for a unit force spread evenly over it. \
+The smaller the patch the higher its level, because the tread deforms locally. Only the scene's tyre is used.
 
 Results: mobility.csv and mobility.svg.
 

@@ -64,13 +64,13 @@ const AFTER_HELP: &str = "\
 Exit codes:
   0    done
   1    the run failed
-  2    the command line, the scene or an input file is invalid, or what must not be replaced is in the way; \
+  2    the command line, the scene or an input file is invalid, or an existing file or folder must not be replaced; \
 nothing was written
-  3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept \
-as <results>.partial), or standard output could not be
+  3    the results, or standard output, could not be written; there is no results folder, but a run is kept up to its \
+last checkpoint as <results>.partial
   4    done, and the results are complete in their folder, but standard output could not be written
-  5    a comparison that is undecided: times scatter too much, or runs are too few
-  130  interrupted with Ctrl-C; what there was is kept as <results>.partial: tyrewave resume goes on with it
+  5    a comparison of performance is undecided: times scatter too much, or there were too few runs
+  130  interrupted with Ctrl-C; the run so far is kept as <results>.partial, and tyrewave resume continues it
 
 Examples:
   tyrewave run scenes/default.toml
@@ -79,8 +79,9 @@ Examples:
 
 /// The sound of a tyre rolling on a rough road.
 ///
-/// A scene (a TOML file) says what rolls on what and how fast. tyrewave computes the tyre's response, brings the road
-/// to the contact, and finds the contact forces in the time domain, step by step.
+/// A scene (a TOML file) describes the tyre, the road, the speed and the load. tyrewave computes the tyre's response
+/// functions and the road's texture under the patch, and solves for the contact forces in the time domain, step by
+/// step.
 #[derive(Debug, Parser)]
 #[command(name = "tyrewave", version, arg_required_else_help = true, after_help = AFTER_HELP)]
 pub(crate) struct CommandLine {
@@ -94,25 +95,25 @@ pub(crate) struct CommandLine {
 /// Commands of tyrewave.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Roll a tyre: contact forces over time, and their spectrum.
+    /// Simulate a rolling tyre: contact forces, spectra, vibration, sound.
     Run(run::RunArguments),
-    /// Say what a run would do, why, and what it would take; nothing is simulated.
+    /// Show the settings of a run with their reasons, its work, time and memory; nothing is simulated.
     Plan(plan::PlanArguments),
-    /// Begin: write a commented scene with its tyre, and a schema for editors.
+    /// Write a commented scene with its tyre to begin with, and a schema for editors.
     Init(init::InitArguments),
-    /// Say whether scenes can be run: all that can be known without running them.
+    /// Check scenes for mistakes without running them.
     Check(check::CheckArguments),
-    /// List every key that a scene may have, with default, bounds and meaning; or their JSON Schema.
+    /// List every key of a scene with its default, bounds and meaning, or print the JSON Schema.
     Keys(keys::KeysArguments),
     /// Show the contribution of each effect: levels, force, patch, time and memory with and without it.
     Effects(effects::EffectsArguments),
-    /// Show accuracy against time of every setting: errors, work, and those with the least work for an error.
+    /// Show accuracy against computing time for each numerical setting: errors, work, and the most efficient settings.
     Study(study::StudyArguments),
-    /// Go on with a run that was interrupted or killed, as if it had never stopped.
+    /// Continue a run that was interrupted or killed; its results are the same bytes.
     Resume(resume::ResumeArguments),
-    /// Run a scene at many speeds, loads and roads: levels in one table, and how they grow with the speed.
+    /// Run a scene at many speeds, loads and roads: one table of levels and of their growth with speed.
     Sweep(sweep::SweepArguments),
-    /// Fit a sweep's sound by the speed, for models of traffic noise: CNOSSOS-EU, Nord2000, UN R117.
+    /// Fit levels of a sweep against speed, for traffic noise models: CNOSSOS-EU, Nord2000, UN R117.
     Emission(emission::EmissionArguments),
     /// Make one HTML page of results: pictures, tables, sound.
     Report(report::ReportArguments),
@@ -120,29 +121,29 @@ pub(crate) enum Command {
     Compare(report::CompareArguments),
     /// Compare a tyre with published values: levels, shapes, growth, roads, rolling resistance, modes.
     Validate(validate::ValidateArguments),
-    /// Compute the figures and statements of the paper again that the model is from, beside what it says.
+    /// Reproduce the figures and statements of the paper that the model is based on, and compare them with it.
     Paper(paper::PaperArguments),
-    /// Put results into formats of other programs: MATLAB, universal files, VTK.
+    /// Export results to other programs: MATLAB, universal files, VTK.
     Export(export::ExportArguments),
-    /// Show what kind of tyre a scene has: modes, stiffness and patch under loads, mobility.
+    /// Analyse a scene's tyre: modes, stiffness and patch under loads, mobility.
     Tyre(tyre::TyreArguments),
     /// Compute the driving-point mobility of the tread surface, as CSV and as a plot.
     Mobility(mobility::MobilityArguments),
     /// Identify a tyre from measured driving-point mobilities.
     FitTyre(fit_tyre::FitTyreArguments),
-    /// Show how a scene's tyre radiates: horn, transfers, directivity, cost.
+    /// Analyse the sound radiation of a scene's tyre: horn effect, transfer functions, directivity, cost.
     Radiation(radiation::RadiationArguments),
     /// Compute pressures around spheres and tyres by boundary elements, case by case.
     RadiationCases(radiation::RadiationCasesArguments),
     /// Describe and draw a scene's road.
     Road(road::RoadArguments),
-    /// Record what fixed workloads cost, and compare two records or programs.
+    /// Record the cost of fixed workloads, and compare two records or programs.
     Profile(profile::ProfileArguments),
     /// Compute the surface compliance and belt transfer of layered tyres, case by case.
     Compliance(compliance::ComplianceArguments),
-    /// List or clear the influence models, waves and radiation transfers kept on disk.
+    /// List or clear the cache on disk: influence functions, surface waves, radiation transfers, pressed roads.
     Cache(cache::CacheArguments),
-    /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
+    /// Draw a slice of a scene's road and its stiffness by both contact laws, with statistics over the road.
     Slices(slices::SlicesArguments),
     /// Press a rough height map into an elastic half-space: load, penetration, contact area, pressure.
     Indent(indent::IndentArguments),

@@ -18,18 +18,18 @@ const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
 /// Options that every command takes, before or after its name.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct GlobalOptions {
-    /// Number of threads; default: RAYON_NUM_THREADS of the environment, or one per processor. The results do not
+    /// Number of threads; default: the environment variable RAYON_NUM_THREADS, or one per processor. The results do not
     /// depend on it, not even in the last bit.
     #[arg(long, global = true, value_name = "N")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS.into()))]
     pub threads: Option<u16>,
-    /// Say nothing but errors and what was asked for.
+    /// Print only errors and the requested output.
     #[arg(long, short, global = true)]
     pub quiet: bool,
-    /// Answer with JSON instead of text and tables.
+    /// Print JSON instead of text and tables.
     #[arg(long, global = true)]
     pub json: bool,
-    /// Let a scene name a tyre and a road outside its own folder.
+    /// Allow a scene to use a tyre and a road outside its own folder.
     #[arg(long, global = true)]
     pub allow_outside: bool,
     /// When to colour messages; auto: on a terminal, unless the environment variable NO_COLOR is set.
@@ -48,8 +48,8 @@ impl GlobalOptions {
                 let threads = default_threads(&variable)?;
                 if !self.quiet && !is_number_of_threads(&variable) {
                     tell(&format!(
-                        "warning: {THREADS_VARIABLE} is \"{variable}\", which is no number of threads: {threads} are \
-                         used, one per processor"
+                        "warning: {THREADS_VARIABLE} is \"{variable}\", which is not a number of threads: {threads} \
+                         are used, one per processor"
                     ));
                 }
                 Ok(threads)
@@ -102,7 +102,7 @@ pub(super) fn answered(answer: &clap::Error) -> ExitCode {
     if let Some(ContextValue::String(command)) = answer.get(ContextKind::InvalidSubcommand)
         && let Some([_, instead]) = FORMER.iter().find(|[former, _]| former == command)
     {
-        tell(&error_line(&format!("`{command}` is gone: {instead}"), false));
+        tell(&error_line(&format!("`{command}` has been removed: {instead}"), false));
         return ExitCode::from(USAGE);
     }
     match answer.print() {
@@ -118,7 +118,7 @@ pub(super) fn by_name<T: Copy, const COUNT: usize>(
 ) -> impl Fn(&str) -> Result<T, String> + Clone {
     move |text| {
         let found = values.into_iter().find(|&value| name(value) == text.trim());
-        found.ok_or_else(|| format!("the names are: {}", values.map(name).join(", ")))
+        found.ok_or_else(|| format!("expected one of: {}", values.map(name).join(", ")))
     }
 }
 
@@ -140,7 +140,7 @@ pub(super) fn finite(text: &str) -> Result<f64, String> {
 pub(super) fn poisson_ratio(text: &str) -> Result<f64, String> {
     let ratio = finite(text)?;
     let lies = ratio > -1.0 && ratio <= 0.5;
-    if lies { Ok(ratio) } else { Err("Poisson's ratio lies above -1 and at most at 0.5".to_owned()) }
+    if lies { Ok(ratio) } else { Err("Poisson's ratio must be above -1 and at most 0.5".to_owned()) }
 }
 
 /// True if messages on standard error are coloured.

@@ -32,16 +32,16 @@ const JSON_HEAD: &str = "{\n  \"first\": \"";
 
 const EXAMPLES: &str = "\
 A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, cells, sound, \
-influence), each with exact counters and a physical value that it must find. Counters are compared exactly; times only \
-between two programs that are run in turn, A B B A, on one thread: a ratio for every stage, with an interval that \
-holds the median ratio with a probability of 99.9 %. A stage is slower, and the comparison fails, if the interval lies \
-above 1.01; it is undecided if it may have cost 5 % of its workload's time. More --pairs make intervals narrower.
+influence), each with exact counters and a physical result that is checked. Counters are compared exactly; times only \
+between two programs that are run in turn, A B B A, on one thread: a ratio for every stage, with the 99.9 % confidence \
+interval of the median ratio. A stage is slower, and the comparison fails, if the interval lies above 1.01; it is \
+undecided if the loss may be 5 % of the workload's time. More --pairs make intervals narrower.
 
 Examples:
   tyrewave profile record                              writes profiles/record/INSTRUCTIONS.json
   tyrewave profile compare                             this program against the committed record: results and counters
   tyrewave profile compare old/tyrewave new/tyrewave   two programs: results, counters and the time of every stage
-  tyrewave profile compare old/tyrewave --scene my.toml   the same on a scene of your own, of a second or so
+  tyrewave profile compare old/tyrewave --scene my.toml   the same on a scene of your own that runs for about a second
   tyrewave profile compare old/tyrewave --markdown performance.md --json-file performance.json
   tyrewave profile measure rough                       one workload, as JSON";
 
@@ -49,7 +49,7 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct ProfileArguments {
-    /// Gone: `cargo bench --bench instructions` counts instructions.
+    /// Removed: `cargo bench --bench instructions` counts instructions.
     #[arg(long, global = true, hide = true)]
     no_instructions: bool,
     /// Action on performance.
@@ -60,14 +60,14 @@ pub(crate) struct ProfileArguments {
 /// Actions on performance.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum ProfileAction {
-    /// Do all workloads and write what they took, stamped with commit, compiler and machine.
+    /// Run all workloads and write their cost, with commit, compiler and machine.
     Record(RecordArguments),
     /// Compare a program or record with another one; exit code 1 if it is worse, 5 if that is undecided.
     Compare(CompareArguments),
-    /// Gone: `cargo bench` and `tyrewave study` show costs against sizes.
+    /// Removed: `cargo bench` and `tyrewave study` show costs against sizes.
     #[command(hide = true)]
     Scaling,
-    /// Do one workload, or roll a scene, and print what it took as JSON: what `compare` asks of each program.
+    /// Run one workload or a scene and print its cost as JSON; `compare` calls this command of each program.
     Measure {
         /// The workload.
         #[arg(value_parser = workload, required_unless_present = "scene")]
@@ -108,13 +108,13 @@ pub(crate) struct CompareArguments {
     /// forces must agree within 0.1 %.
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
-    /// File of the changes of counters that are wanted.
+    /// File of the accepted changes of counters.
     #[arg(long, value_name = "FILE", default_value = ACCEPTED)]
     pub accepted: PathBuf,
-    /// Write the verdict as Markdown, too. An earlier one is replaced, any other file refused.
+    /// Write the verdict as Markdown, too. An earlier one is replaced, any other file is refused.
     #[arg(long, value_name = "FILE")]
     pub markdown: Option<PathBuf>,
-    /// Write the verdict as JSON, too. An earlier one is replaced, any other file refused.
+    /// Write the verdict as JSON, too. An earlier one is replaced, any other file is refused.
     #[arg(long, value_name = "FILE")]
     pub json_file: Option<PathBuf>,
 }
@@ -122,15 +122,15 @@ pub(crate) struct CompareArguments {
 impl ProfileArguments {
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.no_instructions {
-            let gone = "`--no-instructions` is gone: no instructions are counted here any more, but by \
-                        `cargo bench --features count-instructions --bench instructions`";
+            let gone = "`--no-instructions` has been removed: instructions are counted by `cargo bench --features \
+                        count-instructions --bench instructions`";
             return Err(CliError::Usage(gone.to_owned()));
         }
         match self.action {
             ProfileAction::Record(arguments) => arguments.execute(context),
             ProfileAction::Compare(arguments) => arguments.execute(context),
             ProfileAction::Scaling => Err(CliError::Usage(
-                "`profile scaling` is gone: `tyrewave study SCENE` shows cost against accuracy, `cargo bench` \
+                "`profile scaling` has been removed: `tyrewave study SCENE` shows cost against accuracy, `cargo bench` \
                  cost against sizes"
                     .to_owned(),
             )),
@@ -147,7 +147,7 @@ impl ProfileArguments {
 /// Parses the name of a workload.
 fn workload(text: &str) -> Result<Workload, String> {
     match text {
-        "compliance" => Err("it is gone: `influence` evaluates the compliance, too".to_owned()),
+        "compliance" => Err("it has been removed: `influence` evaluates the compliance, too".to_owned()),
         name => by_name(Workload::ALL, Workload::name)(name),
     }
 }
@@ -206,7 +206,7 @@ impl CompareArguments {
         let are_programs = first.record.is_none() && second.record.is_none();
         if self.scene.is_some() && !are_programs {
             let wrong =
-                "a record knows no scenes: `--scene` takes two programs, `profile compare OLD NEW --scene SCENE`";
+                "a record contains no scenes: `--scene` takes two programs, `profile compare OLD NEW --scene SCENE`";
             return Err(CliError::Usage(wrong.to_owned()));
         }
         let all = self.workloads.is_empty() && self.scene.is_none();
@@ -258,10 +258,10 @@ fn text(verdict: &Verdict) -> String {
     let complaints: String = complaints.map(|(workload, words)| format!("{workload}: {words}\n")).collect();
     let outcome = match (verdict.passes(), is_undecided) {
         (false, _) => "the second is worse",
-        (true, true) => "results right, counters as they should be; times undecided",
-        (true, false) => "results right, counters as they should be; no stage slower",
+        (true, true) => "results correct, counters as expected; times undecided",
+        (true, false) => "results correct, counters as expected; no stage slower",
     };
-    format!("{second} compared with {first}\n\n{table}{complaints}{count} workloads: {outcome}\njudged by {evidence}\n")
+    format!("{second} compared with {first}\n\n{table}{complaints}{count} workloads: {outcome}\nbased on {evidence}\n")
 }
 
 fn cells(workload: &str, StageVerdict { stage, share, ratio, change }: &StageVerdict) -> [String; 7] {

@@ -16,11 +16,11 @@ use super::output_file::{OutputFile, Replaces, check_apart};
 /// How closely the cost of a run is watched, and where it is shown. The results are the same bytes.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct ProfileOptions {
-    /// Print what every stage took, with rates and work counters, at the end; the numbers are also in summary.json.
+    /// Print the time of every stage, with rates and work counters, at the end; the numbers are also in summary.json.
     #[arg(long)]
     pub profile: bool,
-    /// Also write when what happened, as Chrome trace events (for ui.perfetto.dev or chrome://tracing); outside of the
-    /// results folder. An earlier trace is replaced, any other file refused.
+    /// Also write a time line, as Chrome trace events (for ui.perfetto.dev or chrome://tracing), outside of the results
+    /// folder. An earlier trace is replaced, any other file is refused.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
     /// Also write folded stacks in microseconds, for flame graphs; outside of the results folder. Earlier

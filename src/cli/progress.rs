@@ -77,7 +77,7 @@ impl Progress for TerminalProgress {
 
     fn pieces(&mut self, done: usize, open: usize) {
         let stage = self.stage.map_or("", Stage::title);
-        let told = format!("{stage}: {done} frequencies, {open} to come");
+        let told = format!("{stage}: {done} frequencies done, {open} to go");
         self.log(|| Doing::Named(told.clone()));
         self.bar.set_message(told);
     }

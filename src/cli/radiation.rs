@@ -28,25 +28,26 @@ use super::options::positive;
 use super::side::Place;
 
 const EXAMPLES: &str = "\
-The tyre stands on a rigid road, its patch welded to it. Everything is for a small piece of the tread 15 mm in front \
-of the patch, in the middle of the tyre: the level of the transfer from its volume acceleration to some receivers, the \
-horn's amplification there (over the same source and receiver without the tyre, the road's reflection included), the \
-directivity on a circle, and what solving it costs, frequency by frequency.
+The tyre stands on a rigid road, without a gap at the patch. The source is a small piece of the tread 15 mm in front \
+of the patch, in the middle of the tyre. Shown are the level of the transfer function from its volume acceleration to \
+some receivers, the horn amplification there (relative to the same source and receiver without the tyre, the road's \
+reflection included), the directivity on a circle, and the cost of the solution, frequency by frequency.
 
-What radiates is shown for the whole tread, as a unit force in the middle of the patch moves it while it rolls. The \
+What radiates is shown for the vibration of the whole rolling tread under a unit force in the middle of the patch. The \
 pressure at a receiver is a sum over the waves round the tyre, n periods each, or over the circumference: p = sum p_n. \
 The share of a part is Re(p_n conj(p))/|p|^2. Shares add up to one; a part out of phase with the whole has a negative \
-one, and others then more than one. A part is enough where the share so far stays within 10 % of all from there on.
+share, and others may then exceed one. A part is enough if the cumulative share stays within 10 % of the whole from \
+there on.
 
-Where the sidewalls are heard ([radiation] sides), the parts are shown, too: tread, shoulders, sides, each with its \
-share and its level over that of the whole.
+If the sidewalls radiate ([radiation] sides), the parts are shown, too: tread, shoulders, sides, each with its share \
+and its level relative to the whole.
 
-Of the scene its tyre, its load and [radiation] count; receivers are these: in the tyre's plane, a cpx microphone, the \
-coast-by microphone beside the tyre.
+Only the scene's tyre, its load and [radiation] are used. The receivers are always the same: a point in the tyre's \
+plane, a cpx microphone, the coast-by microphone beside the tyre.
 
 Results: radiation.json (all numbers, SI units), radiation.csv; horn.svg, transfer.svg, directivity.svg, cost.svg; \
-radiating_waves_*.svg and radiating_angles_*.svg, shares so far by receiver; radiating_parts_*.svg, levels of tread, \
-shoulders and sides; radiation.html, a page of all.
+radiating_waves_*.svg and radiating_angles_*.svg, cumulative shares by receiver; radiating_parts_*.svg, levels of \
+tread, shoulders and sides; radiation.html, a page of all.
 
 Examples:
   tyrewave radiation scenes/default.toml
@@ -77,19 +78,19 @@ const PICTURES: [[&str; 3]; 3] = [
 const POINT: [[&str; 2]; 4] = [
     [
         "horn.svg",
-        "Amplification in dB by the horn between tyre and road: over the same source and receiver without the tyre, \
-         the road's reflection included.",
+        "Amplification in dB by the horn between tyre and road, relative to the same source and receiver without the \
+         tyre, the road's reflection included.",
     ],
     ["transfer.svg", "Level of the transfer from the volume acceleration of the point to each receiver, dB re 1/m."],
     ["directivity.svg", "The same on a circle round the axle, over the angle from straight ahead."],
-    ["cost.svg", "Unknowns, operations and memory that a frequency takes, against the frequency in Hz."],
+    ["cost.svg", "Unknowns, operations and memory of one frequency, against the frequency in Hz."],
 ];
 /// Captions of the pictures of a receiver.
 const SHARES: [&str; 3] = [
-    "Share of the pressure so far of the waves with up to n periods round the tyre; beyond the white line they are \
-     shorter than those in the air.",
-    "Share of the pressure so far of the circumference from the top by the rear.",
-    "Level of tread, shoulders and sides over that of the whole, dB.",
+    "Cumulative share of the pressure: waves with up to n periods round the tyre; beyond the white line they are \
+     shorter than the waves in air.",
+    "Cumulative share of the pressure: circumference from the top round the rear.",
+    "Level of tread, shoulders and sides relative to the whole, dB.",
 ];
 
 #[derive(Clone, Debug, Args)]
@@ -121,7 +122,7 @@ impl RadiationArguments {
             error => CliError::Failed(error.to_string()),
         };
         let radiator = Radiator::new(&scene, &plan, patch).map_err(failed)?;
-        let radiator = radiator.ok_or_else(|| CliError::Usage("there is no air that cold".to_owned()))?;
+        let radiator = radiator.ok_or_else(|| CliError::Usage("air cannot be this cold".to_owned()))?;
         let asked = asked_frequencies(highest, points);
         let bar = context.bar("boundary elements", asked.len() as u64);
         let open = side.meter.open();
@@ -153,10 +154,12 @@ impl RadiationArguments {
         side.settings = json!({ "scene": side.settings, "highest": highest, "points": points });
         let table = views.table();
         let mut shares = Report::default();
-        shares.text("\nEnough of the tread: waves round the tyre, degrees to either side of the contact\n\n");
+        shares.text(
+            "\nPart of the tread that is enough: waves round the tyre, degrees to either side of the contact\n\n",
+        );
         shares.append(views.enough());
         if radiator.hears_sides() {
-            shares.text("\nParts that radiate: share of the pressure, level over that of the whole\n\n");
+            shares.text("\nRadiating parts: share of the pressure, level relative to the whole\n\n");
             shares.append(views.parts_table());
         }
         let patch = format!("Patch {:.1} mm long", 1e3 * radiator.patch_length());
@@ -165,7 +168,7 @@ impl RadiationArguments {
             .iter()
             .flat_map(|files| files.iter().zip(SHARES).map(|(&file, caption)| [file, caption]))
             .collect();
-        let sections = [("From a point of the tread", &POINT[..], &table), ("Parts that radiate", &parts, &shares)];
+        let sections = [("From a point of the tread", &POINT[..], &table), ("Radiating parts", &parts, &shares)];
         side.page("radiation.html", [&title, &lead], &sections);
         let mut report = Report::default();
         report.text(format!("{title}\n{patch}\n\n"));
@@ -249,7 +252,7 @@ impl Views<'_> {
         let names = PressureShares::PARTS.into_iter().enumerate();
         let series = names.map(|(part, name)| Series { name, points: curve(part) }).collect();
         let title = format!("Radiating parts, {}", self.named()[receiver].0);
-        self.line_plot((&title, "Level over that of the whole [dB]"), series)
+        self.line_plot((&title, "Level relative to the whole [dB]"), series)
     }
 
     /// Map of shares at a receiver, over frequency and `x`.
@@ -264,7 +267,7 @@ impl Views<'_> {
         let frequencies: Vec<f64> = self.found.iter().map(|at| at.frequency).collect();
         let so_far: Vec<Vec<f64>> = self.found.iter().map(|at| so_far(&at.shares[receiver])).collect();
         let title = format!("{name}, {}: {}", self.named()[receiver].0, self.title);
-        let quantity = "Share of the pressure so far";
+        let quantity = "Cumulative share of the pressure";
         ShareMap { title: &title, x, quantity, frequencies: &frequencies, so_far: &so_far, curves }.to_svg()
     }
 
@@ -285,7 +288,7 @@ impl Views<'_> {
 
     /// Draws the shares of the circumference from the top by the rear up to each angle.
     fn angles(&self, receiver: usize) -> Result<String, PlotError> {
-        let title = "From the top by the rear up to this angle ahead of the contact [degrees]";
+        let title = "From the top round the rear, up to this angle ahead of the contact [degrees]";
         let x = Axis::linear(title, -180.0..180.0);
         let so_far = |shares: &PressureShares| shares.up_to_angle(5 * ANGLES);
         self.shares(receiver, x, "Radiating parts", so_far, &[])

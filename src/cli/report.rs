@@ -12,10 +12,10 @@ use super::error::CliError;
 use super::output_file::{OutputFile, Replaces, check};
 
 const REPORT_EXAMPLES: &str = "\
-One HTML file that needs a browser and nothing else: the scene in words, the plan with its reasons, the road and its \
-texture, forces, spectra with their errors, vibration, sound to play, what it cost, and the whole scene. Values stand \
-beside the pointer. Several results are compared with the first one. The page of a sweep has levels against what is \
-varied, third octaves and sounds of its runs side by side, growth and tables.
+One HTML file that needs only a browser: a description of the scene, the plan with its reasons, the road and its \
+texture, forces, spectra with their errors, vibration, sound to play, computing cost, and the whole scene. Pictures \
+show the value under the pointer. Several results are compared with the first one. The page of a sweep has levels \
+against the varied quantities, third octaves and sounds of its runs side by side, growth and tables.
 
 Examples:
   tyrewave report results/default                     results/default.html
@@ -45,9 +45,9 @@ impl ReportArguments {
 
 const COMPARE_EXAMPLES: &str = "\
 Settings that differ; figures with their differences from the first results; third octaves of forces, velocities and \
-sound. Levels that not every run vouches for stand in brackets. In place of a folder a file may be named: measured \
-third octaves of the sound pressure level, a table with a column of frequencies (frequency_hz) and one of levels \
-(level_db, or level_db_a where A-weighted; with several receivers one each, titled after it).
+sound. Levels that are not valid in every run are in brackets. A file may be given in place of a folder: measured \
+third octaves of the sound pressure level, as a table with a column of frequencies (frequency_hz) and one of levels \
+(level_db, or level_db_a if A-weighted; with several receivers one column each, named after the receiver).
 
 Examples:
   tyrewave compare results/before results/after
@@ -58,7 +58,7 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = COMPARE_EXAMPLES)]
 pub(crate) struct CompareArguments {
-    /// Results folders of `tyrewave run`, or files of measured levels, two or more; the others are held against the
+    /// Results folders of `tyrewave run`, or files of measured levels, two or more; the others are compared with the
     /// first.
     #[arg(required = true, num_args = 2.., value_name = "RESULTS")]
     results: Vec<PathBuf>,
@@ -75,7 +75,9 @@ impl CompareArguments {
         let (files, folders): (Vec<_>, Vec<_>) =
             self.results.iter().cloned().enumerate().partition(|(_, path)| path.is_file());
         if folders.is_empty() {
-            return Err(CliError::Usage("measured levels are held against a results folder: name one, too".to_owned()));
+            return Err(CliError::Usage(
+                "measured levels are compared with a results folder: name one, too".to_owned(),
+            ));
         }
         let folders: Vec<PathBuf> = folders.into_iter().map(|(_, folder)| folder).collect();
         let mut comparison = Comparison::of(&stored(&folders)?);

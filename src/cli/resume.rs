@@ -12,16 +12,15 @@ use super::profiling::ProfileOptions;
 use super::run::end;
 
 const EXAMPLES: &str = "\
-While a run goes on it stands in RESULTS.partial-NUMBER, with a checkpoint of its state every minute \
-(outputs.checkpoint_interval in the scene, in seconds; 0 for none but at an interruption). Ctrl-C and SIGTERM write \
-one more and keep everything as RESULTS.partial; a killed process, a power cut or a full disk leaves the last one. The \
-results are the same bytes as if the run had never stopped, on any number of threads.
+A run that is not complete is in the folder RESULTS.partial-NUMBER, with a checkpoint of its state every minute \
+(outputs.checkpoint_interval in the scene, in seconds; 0: only when it is interrupted). Ctrl-C and SIGTERM write a \
+last checkpoint and keep everything as RESULTS.partial; after a killed process, a power cut or a full disk the last \
+checkpoint remains. The results are the same bytes as those of a run without interruption, on any number of threads.
 
-RESULTS is the folder that the run would have written to, or the unfinished one itself where there are several. The \
-scene is kept with it: its file is not needed, but those of a measured road and of a tread's map are. Refused are a \
-checkpoint of another version of tyrewave or another scene, a damaged one, arrays that do not hold what was written to \
-them, a road or a map \
-that has changed, and a run that is still going on.
+RESULTS is the results folder of the run or, if several runs of that name are unfinished, one of the unfinished \
+folders. The scene is stored in it: its file is not needed, but the files of a measured road and of a tread pattern \
+are. Refused are a damaged checkpoint, one of another version of tyrewave or of another scene, arrays that have \
+changed since they were written, a road or a tread pattern that has changed, and a run that is still in progress.
 
 Examples:
   tyrewave resume results/default
@@ -41,10 +40,8 @@ impl ResumeArguments {
     /// Continues the run and prints where the results are.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if let Some(place) = ResultsFolder::put_in_order(&self.results)? {
-            let told = format!(
-                "the run had reached its end, and its results have their name now\nresults in {}\n",
-                place.display()
-            );
+            let told =
+                format!("the run was complete, and its folder has been renamed\nresults in {}\n", place.display());
             return if context.options.quiet { Ok(()) } else { print(&told) };
         }
         let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);

@@ -95,13 +95,13 @@ pub(super) fn end(report: &RunReport, context: &Context, costs: Option<Report>) 
         tell(&error.to_string());
     }
     if let Some(impossible) = &report.impossible {
-        let told = format!("{impossible}; the results are in {}, and mean nothing", report.folder.display());
+        let told = format!("{impossible}; the results are in {} and are meaningless", report.folder.display());
         return Err(CliError::Failed(told));
     }
     let Some(load) = missed else { return Ok(()) };
     let allowed = match tolerance_for(load.relative_error) {
         Some(tolerance) => format!("and `tolerance = {tolerance}` in rolling.axle allows it"),
-        None => "and no tolerance in rolling.axle is as large".to_owned(),
+        None => "and no tolerance in rolling.axle may be as large".to_owned(),
     };
     Err(CliError::Failed(format!(
         "{load}; the results are in {}; a longer warm_up corrects the height more exactly, a longer duration averages \

@@ -11,9 +11,8 @@ use clap::Args;
 pub(crate) struct SceneFile {
     /// The scene, a TOML file.
     pub scene: PathBuf,
-    /// A setting in place of the scene's, such as rolling.speed_kmh=110, numerics.preset=draft or
-    /// receiver[0].height=1.5; KEY= takes the key
-    /// out; may be given again. Paths are relative to the scene, as in it.
+    /// Set a key in place of the scene's value, such as rolling.speed_kmh=110, numerics.preset=draft or
+    /// receiver[0].height=1.5; KEY= removes the key; may be repeated. Paths are relative to the scene's file.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     pub settings: Vec<Setting>,
 }

@@ -42,7 +42,7 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = MAN_EXAMPLES)]
 pub(crate) struct ManArguments {
-    /// The folder for the pages, one of each command; made if it is not there.
+    /// The folder for the pages, one for each command; created if it does not exist.
     folder: PathBuf,
 }
 

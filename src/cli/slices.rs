@@ -126,7 +126,9 @@ fn spread_report(spread: &[Spread], slices: usize, errors: [f64; 2]) -> Report {
     let header = ["y [mm]", LAWS[0].1, LAWS[1].1, "rms difference", "area in contact"];
     report.table(numbers(header, spread.iter().map(row)));
     let [winkler, half_space] = errors.map(|error| 1e6 * error);
-    report.text(format!("largest error of a curve by leaving breakpoints out: {winkler:.2} um, {half_space:.2} um\n"));
+    report.text(format!(
+        "largest error of a curve because of omitted breakpoints: {winkler:.2} um, {half_space:.2} um\n"
+    ));
     report
 }
 

@@ -19,13 +19,13 @@ const EXAMPLES: &str = "\
 Varies each numerical setting that trades accuracy for time, with all other settings at a fine reference: elements, \
 steps, time rules, poles, cells across, curves. Errors are differences of third-octave levels of the contact force \
 from 100 Hz to fmax, of the force itself, of the mean force, of the patch's length and of the rolling resistance. \
-Errors below the uncertainty of the reference (its doubt) are marked. The front has the settings of least work for \
-their error; work is counted exactly, and times are listed, too.
+Errors below the uncertainty of the reference are marked. The front has the settings of least work for their error; \
+work is counted exactly, and times are listed, too.
 
 Without --whole the study is an outline: the scene's own settings and every second value of each setting are compared \
 with a reference of twice the scene's elements, 24 steps in a period of fmax and poles to 1e-5. The whole study \
 (--whole) has 48 steps in a period and poles to 5e-6, and rolls all values of each setting, by slices also the \
-presets. The doubt is the difference between the reference and one that is half as fine.
+presets. The uncertainty of the reference is its difference from one that is half as fine.
 
 Contributions of laws and effects: `tyrewave effects`. Errors of radiated sound: `tyrewave sweep` over \
 radiation.nodes_per_wavelength, frequency_tolerance and lateral_waves.
@@ -50,16 +50,16 @@ pub(crate) struct StudyArguments {
     /// Duration that is compared, in s; default: the scene's, at most 1.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     duration: Option<f64>,
-    /// Study everything: the presets, and all values of each setting.
+    /// Vary everything: the presets, and all values of each setting.
     #[arg(long, conflicts_with = "check_presets")]
     whole: bool,
-    /// Gone with the combinations of settings.
+    /// Removed: `tyrewave sweep --set` runs combinations of settings.
     #[arg(long, hide = true)]
     runs: Option<String>,
     /// Check only the presets against the reference; exit code 1 if one exceeds its stated error.
     #[arg(long)]
     check_presets: bool,
-    /// Elements of the reference; default: twice the scene's, or, if presets are rolled, a quarter more than those of
+    /// Elements of the reference; default: twice the scene's, or, if presets are compared, a quarter more than those of
     /// the finest preset.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(32..))]
     elements: Option<u32>,
@@ -71,7 +71,7 @@ pub(crate) struct StudyArguments {
 impl StudyArguments {
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.runs.is_some() {
-            let gone = "`study --runs` is gone: combinations of settings are rolled by `tyrewave sweep --set`";
+            let gone = "`study --runs` has been removed: `tyrewave sweep --set` runs combinations of settings";
             return Err(CliError::Usage(gone.to_owned()));
         }
         let mut side = self.place.open("study", context)?;
@@ -129,8 +129,9 @@ impl StudyArguments {
 /// The picture and its caption.
 const PICTURE: [&str; 2] = [
     "study.svg",
-    "Largest error of a third octave in dB against the work and against the time of a second rolled. A line is a \
-     setting, its points are its values. Below the dashed line errors are smaller than the doubt.",
+    "Largest error of a third octave in dB against the work and the time for one second of rolling. A line is a \
+     setting, its points are its values. Below the dashed line errors are smaller than the uncertainty of the \
+     reference.",
 ];
 
 type Measure = (&'static str, fn(&Difference) -> f64);
@@ -176,13 +177,13 @@ fn points_table(study: &Study) -> table::Table {
 fn report(study: &Study) -> Report {
     let mut report = Report::default();
     if !study.complete {
-        report.text(format!("INTERRUPTED after {} runs: this is what they gave.\n\n", study.runs));
+        report.text(format!("INTERRUPTED after {} runs: these are their results.\n\n", study.runs));
     }
     let uncertainties = MEASURES.iter().zip(errors(&study.uncertainty, &Difference::default()));
     let uncertainties: Vec<String> = uncertainties.map(|((name, _), value)| format!("{name} {value}")).collect();
     report.text(format!(
         "Third octaves of the contact force from {LOWEST_BAND} to {} Hz over {} s, axle held\nreference: {}\n\
-         doubt, by the same half as fine: {}; smaller errors are marked ~\n",
+         uncertainty of the reference, from one half as fine: {}; smaller errors are marked ~\n",
         study.options.highest,
         study.options.duration,
         study.reference.settings.label(),
@@ -246,8 +247,8 @@ fn picture<'a>(study: &'a Study, title: &'a str) -> Option<WorkPrecisionPlot<'a>
         knobs: drawn.iter().map(|knob| knob.name).collect(),
         uncertainty: study.uncertainty.worst,
         panels: vec![
-            panel("Multiply-adds in a second rolled", |point| point.cost.multiply_adds),
-            panel("Time of the march for a second rolled [s]", |point| point.cost.march),
+            panel("Multiply-adds per second of rolling", |point| point.cost.multiply_adds),
+            panel("Time of the steps per second of rolling [s]", |point| point.cost.march),
         ],
     })
 }

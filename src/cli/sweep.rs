@@ -22,35 +22,34 @@ use super::sweep_tables::{check_tables, told_missed, write_record, write_tables}
 use super::sweep_tasks::TaskArguments;
 
 const EXAMPLES: &str = "\
-Every combination of what is varied is a run of its own, with a results folder of its own under the sweep's. \
-Several run at a time, on no more threads than --threads allows; the tyre's influence functions are fitted once, \
-those of a tyre that turns once for each speed. \
-Beside the folders: sweep.csv and sweep.txt, third-octave levels of the contact force by speed and, per band, how \
-they grow (dB per decade of speed, least squares over the logarithm of the speed) with the rms of what that line \
-misses, and the rolling resistance; growth.svg and levels.svg; where the scene has receivers, sweep_sound.csv: levels \
-in dB(A) there and how they grow; with friction sweep_friction.csv, and friction_by_creep.svg where creep is varied; \
-sweep.json: the variants, for `tyrewave report`. A variant \
-that missed its load by more than the axle's tolerance is marked with a star, and the exit code is 1.
+Every combination of the varied values is a run with a results folder of its own in that of the sweep. Several run at \
+a time, on no more threads than --threads allows; the tyre's influence functions are fitted once, or once for each \
+speed if the tyre turns. The sweep also writes sweep.csv and sweep.txt: third-octave levels of the contact force by \
+speed, for each band their growth (dB per decade of speed, least squares over the logarithm of the speed) with the rms \
+residual, and the rolling resistance; growth.svg and levels.svg; if the scene has receivers, sweep_sound.csv: levels \
+in dB(A) there and their growth; with friction sweep_friction.csv, and friction_by_creep.svg if creep is varied; \
+sweep.json: the variants, for `tyrewave report`. A variant that missed its load by more than the axle's tolerance is \
+marked with a star, and the exit code is 1.
 
-The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from \
-their checkpoint. A variant is another one when its scene, the version of tyrewave or a file that it reads has changed.
+The same command continues a sweep: finished variants are not run again, interrupted ones continue from their \
+checkpoint. A variant is run anew if its scene, the version of tyrewave or a file that it reads has changed.
 
-Any key may be varied: --set KEY=FROM..TO:STEP, --set KEY=FROM..TO of whole numbers, --set KEY=A,B,C (a text with a \
-comma in it stands in quotes). Values of a seed, such as road.seed, are draws of the same thing: the table has means \
-over them, with half of the 95 % interval that Student's distribution gives. design.csv and design.json have every \
-mean, third octaves included; force_by_KEY.svg and sound_by_KEY.svg show levels against what is varied. \
---latin-hypercube 40 takes 40 points between the ends of all --set FROM..TO, whose parts each are taken once, instead \
-of every combination; values of seeds are repeated at each, and so are --speed, --load and --road.
+Any key may be varied: --set KEY=FROM..TO:STEP, --set KEY=FROM..TO of whole numbers, --set KEY=A,B,C (a text that \
+contains a comma is put in quotes). Values of a seed, such as road.seed, are samples of the same random quantity: the \
+table has means over them, with half of the 95 % confidence interval by Student's distribution. design.csv and \
+design.json have every mean, third octaves included; force_by_KEY.svg and sound_by_KEY.svg show levels against the \
+varied keys. --latin-hypercube 40 takes the 40 points of a Latin hypercube over all --set FROM..TO instead of every \
+combination; all values of seeds, --speed, --load and --road are run at each point.
 
 With --tasks the scenes are written into a folder as tasks, for a batch system or other machines, and nothing is run; \
-a task is done by --task, and the tables are made by --collect of what is there. A task that is done again is done \
-already; one that was killed goes on from its checkpoint (outputs.checkpoint_interval). What a task leaves is what \
-the tables need, with --keep-results its results folder, too. Beside the tasks: job.slurm and job.hq, job arrays for \
-Slurm and HyperQueue with memory and time from the plan. --collect answers with exit code 1 as long as tasks are \
-missing, and writes which elements of the array they are in into the file `missing`.
+--task runs tasks, and --collect makes the tables from those that are done. A task that is done is not run again; one \
+that was killed continues from its checkpoint (outputs.checkpoint_interval). A task keeps only what the tables need, \
+or with --keep-results also its results folder. Beside the tasks are job.slurm and job.hq, job arrays for Slurm and \
+HyperQueue with memory and time from the plan. As long as tasks are missing, --collect ends with exit code 1, and \
+writes the elements of the array that contain them into the file `missing`.
 
-A road is a file: a profile (.dat, .csv) or OpenCRG (.crg) takes the place of the scene's road, whose other keys stay \
-if it is of the same kind; a .toml file holds the keys of a whole [road].
+--road names a file: a profile (.dat, .csv) or OpenCRG (.crg) replaces the file of the scene's road, whose other keys \
+are kept if it is of the same kind; a .toml file has the keys of a whole [road].
 
 Examples:
   tyrewave sweep scenes/default.toml --speed 50..130:10
@@ -93,7 +92,7 @@ pub(crate) struct SweepArguments {
     /// Road file; may be given several times; default: the scene's road.
     #[arg(long, value_name = "FILE")]
     road: Vec<PathBuf>,
-    /// So many points of a Latin hypercube over what --set varies, instead of every combination.
+    /// Number of points of a Latin hypercube over the ranges of --set, instead of every combination.
     #[arg(long, value_name = "POINTS")]
     latin_hypercube: Option<usize>,
     /// Seed of the Latin hypercube's random numbers.
@@ -226,7 +225,7 @@ impl SweepArguments {
         if !context.options.quiet && !context.options.json {
             let found = outcomes.iter().filter(|outcome| outcome.done().is_some_and(|done| done.found)).count();
             let (all, place) = (variants.len(), folder.display());
-            print(&format!("\n{all} variants, {found} of them found finished\nresults in {place}\n"))
+            print(&format!("\n{all} variants, {found} of them finished before\nresults in {place}\n"))
                 .map_err(|error| error.with_results(&folder))?;
         }
         ended

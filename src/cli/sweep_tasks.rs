@@ -32,22 +32,23 @@ const MOST_DRAWN: usize = 1000;
 #[command(next_help_heading = "Tasks")]
 pub(super) struct TaskArguments {
     /// Write the scenes into a folder as tasks, with job files for Slurm and HyperQueue, and run nothing. --threads is
-    /// then the number of processors, and tasks at a time, of an element of the job array; default: 1.
+    /// then the number of processors of an element of the job array, which runs as many tasks at a time; default: 1.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["task", "collect"])]
     tasks: Option<PathBuf>,
-    /// Do one of the tasks in a folder, or those from N to M (N..M, both included), on --threads threads.
+    /// Run one of the tasks in a folder, or those from N to M (N..M, both included), on --threads threads.
     #[arg(long, num_args = 2, value_names = ["DIR", "N"], conflicts_with = "collect")]
     task: Vec<OsString>,
-    /// Table what the tasks in a folder have found and name what is missing; tables go to the folder, or to --out.
+    /// Make the tables of the tasks in a folder and list missing ones; tables go to the folder, or to --out.
     #[arg(long, value_name = "DIR")]
     collect: Option<PathBuf>,
-    /// Tasks of an element of the job array; default: enough for a minute, and for at most 1000 elements.
+    /// Number of tasks in an element of the job array; default: enough for a minute, and for at most 1000 elements.
     #[arg(long, value_name = "N", requires = "tasks", value_parser = clap::value_parser!(u64).range(1..))]
     chunk: Option<u64>,
-    /// Elements of Slurm's job array at a time, at most; default: 1000.
+    /// Largest number of elements of Slurm's job array that run at a time; default: 1000.
     #[arg(long, value_name = "N", requires = "tasks", value_parser = clap::value_parser!(u64).range(1..))]
     at_once: Option<u64>,
-    /// Keep the results folder of every task, as DIR/shard-.../results/NAME; with --tasks: have job files do so.
+    /// Keep the results folder of every task, as DIR/shard-.../results/NAME; with --tasks: write the option into the
+    /// job files.
     #[arg(long)]
     keep_results: bool,
 }
@@ -94,7 +95,7 @@ impl TaskArguments {
             });
             return print(&format!("{json:#}\n"));
         }
-        let there = if written.found { ", as they were there already" } else { "" };
+        let there = if written.found { ", written before" } else { "" };
         context.say(&format!(
             "{count} tasks in {place}{there}\n\
              planned on one thread: at most {:.1} s and {:.0} MB each, {:.2} h in all\n\
@@ -132,7 +133,7 @@ impl TaskArguments {
         let first_time = |note: &str| said.lock().is_ok_and(|mut said| said.insert(note.to_owned()));
         let told = |number: u64, name: &str, event: Event<'_>| {
             let text = match event {
-                Event::GoesOn([rolled, all]) => format!("goes on at {rolled:.3} s of {all:.3} s"),
+                Event::GoesOn([rolled, all]) => format!("continues at {rolled:.3} s of {all:.3} s"),
                 // Only the first task with a note reports it: most notes apply to all tasks.
                 Event::Note(text) if !first_time(text) => return,
                 Event::Note(text) => format!("note: {text}"),
@@ -164,7 +165,7 @@ impl TaskArguments {
         if busy + failed > 0 {
             let all = ended.len();
             return Err(CliError::Failed(format!(
-                "{failed} of {all} tasks failed, {busy} are done by another process"
+                "{failed} of {all} tasks failed, {busy} are being run by another process"
             )));
         }
         Ok(())
@@ -174,11 +175,11 @@ impl TaskArguments {
 /// End of a task, in words.
 fn ending(ended: &Ended) -> String {
     match ended {
-        Ended::Found => "has been done before".to_owned(),
+        Ended::Found => "was done before".to_owned(),
         Ended::Done(None) => "done".to_owned(),
         Ended::Done(Some(missed)) => format!("done; {missed}"),
-        Ended::Stopped => "stopped; it goes on from there".to_owned(),
-        Ended::Busy => "another process is at it".to_owned(),
+        Ended::Stopped => "stopped; it can be continued".to_owned(),
+        Ended::Busy => "another process is running it".to_owned(),
         Ended::Failed(reason) => format!("failed: {reason}"),
     }
 }
@@ -230,7 +231,7 @@ fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), Cli
         context.say(&format!("\n{done} of {count} tasks are done\ntables in {}\n", place.display()))?;
     }
     for (path, reason) in &collection.unusable {
-        tell(&format!("note: {} cannot be used: {reason}; what it held is to be done again", path.display()));
+        tell(&format!("note: {} cannot be used: {reason}; its tasks must be run again", path.display()));
     }
     ended(&collection, &missing, path)
 }
@@ -264,7 +265,7 @@ fn ended(collection: &Collection, missing: &Numbers, folder: &Path) -> Result<()
     }
     if !numbers.is_empty() {
         let file = folder.join(MISSING);
-        wrong.push(format!("elements of the job array that would do them are in {}", file.display()));
+        wrong.push(format!("elements of the job array that run them are in {}", file.display()));
     }
     wrong.extend(told_missed(&collection.missed_loads(), all));
     if wrong.is_empty() { Ok(()) } else { Err(CliError::Failed(wrong.join("; "))) }

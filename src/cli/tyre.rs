@@ -24,31 +24,31 @@ use super::side::Place;
 use super::{tyre_pattern, tyre_rolling, tyre_views as views};
 
 const EXAMPLES: &str = "\
-Modes: how waves of n periods round the tyre and of the lateral number m ring freely, by frequency, damping (of the \
-critical one) and motion: radial (by a quarter at least), else what is most, circumferential (for n = 0: torsion) or \
-lateral. They are poles of the \
-tread surface's compliance; m are the lowest that a centred load excites. The tyre stands still.
+Modes: free vibrations with n periods round the tyre and the lateral number m, by frequency, damping (relative to \
+critical) and motion: radial (if it is a quarter at least), otherwise the largest part, circumferential (for n = 0: \
+torsion) or lateral. They are the poles of the tread surface's compliance; m are the lowest that a centred load \
+excites. The tyre does not turn.
 
-Rolling: with --rolling also the waves of the tyre that turns at the scene's speed, with its rotation and against it \
-(radial, lowest m), and critical speeds: of the belt, of the tread, and that up to which a turning tyre is stable.
+Rolling: with --rolling also the radial waves (lowest m) of the tyre that turns at the scene's speed, travelling with \
+the rotation and against it, and critical speeds: of the belt, of the tread, and the stability limit of the turning \
+tyre.
 
 Loads: deflection, stiffness and length of the patch on a smooth road, the tyre standing; --rolling adds the mean \
-length at the scene's speed, from a short run for each load. Lengths are those of whole elements, L/N, and grow by \
-two at a time: numerics.elements refines them. A load is in kg (its weight counts, with 9.81 m/s2), or in newtons \
-where an N follows.
+length at the scene's speed, from a short run for each load. Lengths are those of whole elements, L/N, and grow by two \
+at a time: numerics.elements refines them. A load is in kg (converted with 9.81 m/s2), or in newtons if an N follows.
 
-Tread pattern: where there is one, its depths, its shares of void and the spectrum of its pitches.
+Tread pattern: if there is one, its depths, its void ratio and the spectrum of its pitch sequence.
 
 Mobility: velocity of a square patch of the tread for a unit force on it; the smaller the patch the higher its level.
 
-Of the scene its tyre, its elements and, with --rolling, its speed and numerics count. In its place the file of a tyre \
-may be named, on which the default scene rolls.
+Only the scene's tyre, its elements and, with --rolling, its speed and numerics are used. A tyre's file may be given \
+instead; the tyre then rolls in the default scene.
 
 Results: tyre.json (all numbers, SI units), modes.csv, loads.csv, mobility.csv; dispersion.svg (modes over n), \
 compliance.svg (radial compliance over n and frequency, modes in grey), load_deflection.svg, patch_length.svg, \
-mobility.svg, mobility_phase.svg; tyre.html, a page of all; with --rolling rolling_waves.csv and \
-rolling_waves.svg: a wave against the rotation that lies on its line n V/L stands beside the axle; of a tread with \
-a pattern pattern.csv, tread_pattern.svg and pitch_spectrum.svg.
+mobility.svg, mobility_phase.svg; tyre.html, a page of all; with --rolling rolling_waves.csv and rolling_waves.svg: a \
+wave against the rotation that lies on its line n V/L is stationary beside the axle; of a tread with a pattern \
+pattern.csv, tread_pattern.svg and pitch_spectrum.svg.
 
 Examples:
   tyrewave tyre scenes/default.toml
@@ -74,7 +74,7 @@ const MODES: [[&str; 2]; 2] = [
 const TURNING: [[&str; 2]; 1] = [[
     "rolling_waves.svg",
     "Frequency in Hz of the radial waves of the turning tyre, with its rotation and against it; a wave against it that \
-     lies on the line n V/L stands beside the axle.",
+     lies on the line n V/L is stationary beside the axle.",
 ]];
 const LOADS: [[&str; 2]; 2] = [
     ["load_deflection.svg", "Load in N over the deflection in mm, the tyre standing on a smooth road."],
@@ -94,7 +94,7 @@ const MOBILITIES: [[&str; 2]; 2] = [
 pub(crate) struct TyreArguments {
     #[command(flatten)]
     place: Place,
-    /// Most periods n round the tyre.
+    /// Largest number n of periods round the tyre.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u16).range(..=500))]
     waves: u16,
     /// Number of lateral numbers m, from the lowest on.
@@ -106,7 +106,7 @@ pub(crate) struct TyreArguments {
     /// Loads: kg, or newtons as 3400N.
     #[arg(long, value_name = "LOADS", value_delimiter = ',', default_value = "300,350,400", value_parser = load)]
     loads: Vec<Load>,
-    /// Also roll the tyre under each load on a smooth road (seconds each), and look at waves as it turns.
+    /// Also roll the tyre under each load on a smooth road (seconds each), and compute the waves of the turning tyre.
     #[arg(long)]
     rolling: bool,
     /// Sides of the square patches of the mobility, in mm.
@@ -127,7 +127,7 @@ struct Load {
 /// Parses `300` or `300kg`, `3400N`.
 fn load(text: &str) -> Result<Load, String> {
     let text = text.trim();
-    let wrong = |_| format!("\"{text}\" is no load: kilograms as 350, or newtons as 3400N");
+    let wrong = |_| format!("\"{text}\" is not a load: give kilograms as 350, or newtons as 3400N");
     let (number, unit, newtons) = match text.strip_suffix('N') {
         Some(number) => (number, "N", 1.0),
         None => (text.strip_suffix("kg").unwrap_or(text), "kg", GRAVITY),
@@ -263,7 +263,7 @@ impl TyreArguments {
         ];
         let turning = turning.as_ref().map(tyre_rolling::report);
         let mut sections = vec![("Modes", &MODES[..], &of_modes)];
-        sections.extend(turning.as_ref().map(|report| ("As it turns", &TURNING[..], report)));
+        sections.extend(turning.as_ref().map(|report| ("Turning tyre", &TURNING[..], report)));
         sections.extend([("Under a load", &LOADS[..], &of_loads), ("Mobility", &MOBILITIES[..], &of_mobility)]);
         let of_pattern = pattern.as_ref().map(|map| tyre_pattern::report(map, speed));
         sections.extend(of_pattern.as_ref().map(|report| ("Tread pattern", &PATTERN[..], report)));

@@ -27,7 +27,7 @@ pub(super) fn map(scene: &Scene) -> Option<Result<TreadMap, PatternFault>> {
 /// Table of pitches and shares of void; `speed` in m/s.
 pub(super) fn report(map: &TreadMap, speed: f64) -> Report {
     let mut report = Report::default();
-    report.text(format!("Tread pattern, looked at on {} x {} cells\n", map.columns, map.across));
+    report.text(format!("Tread pattern on {} x {} cells\n", map.columns, map.across));
     let percent = |share: f64| format!("{:.2} %", 100.0 * share);
     let mut rows =
         vec![["void".to_owned(), percent(map.exact_void)], ["void on cells".to_owned(), percent(map.void())]];

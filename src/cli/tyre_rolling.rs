@@ -38,7 +38,7 @@ pub(super) fn report(found: &RollingWaves) -> Report {
     let limit = limit.map_or("none".to_owned(), |limit| format!("{:.0} km/h", KMH * limit));
     let rows = [
         ["belt".to_owned(), belt, format!("the tyre rolls into its own wave (not turning: {held})")],
-        ["tread".to_owned(), tread, "contact has no steady form beyond; steps in time go on".to_owned()],
+        ["tread".to_owned(), tread, "beyond, contact has no steady state; time stepping still works".to_owned()],
         ["stability".to_owned(), limit, "beyond, a turning tyre on a rigid axle is unstable: refused".to_owned()],
     ];
     report.table(aligned(["of", "speed", "meaning"], rows));

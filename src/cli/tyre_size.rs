@@ -62,8 +62,8 @@ impl FromStr for TyreSize {
         let upper = text.trim().to_uppercase();
         let form = || {
             format!(
-                "\"{text}\" is no size of a car's tyre: give width in mm, height in % of it and rim in inches, such as \
-                 235/45R18, if known with load index and speed symbol, 235/45R18 98Y"
+                "\"{text}\" is not the size of a car tyre: give width in mm, height in % of it and rim in inches, such \
+                 as 235/45R18, if known with load index and speed symbol, 235/45R18 98Y"
             )
         };
         let of_car = upper.strip_prefix('P').unwrap_or(&upper);
@@ -82,8 +82,8 @@ impl FromStr for TyreSize {
         ] {
             if !(least..=most).contains(&found) {
                 return Err(format!(
-                    "\"{text}\": {what} {found} {unit}, and tyres of cars have {least} to {most}: the \
-                     rules are for these"
+                    "\"{text}\": {what} {found} {unit}, and car tyres have {least} to {most}: the rules apply to these \
+                     only"
                 ));
             }
         }
@@ -125,11 +125,11 @@ impl TyreSize {
     pub(crate) fn with_index(self, index: u16) -> Result<Self, String> {
         let [first, last] = OF_CARS;
         if !(first..=last).contains(&index) {
-            return Err(format!("load index {index}: tyres of cars have {first} to {last}"));
+            return Err(format!("load index {index}: car tyres have {first} to {last}"));
         }
         match self.index {
             Some(other) if other != index => {
-                Err(format!("load index {index}, and the size has {other}: one of the two"))
+                Err(format!("load index {index} contradicts {other} in the size: give one of them"))
             }
             _ => Ok(Self { index: Some(index), ..self }),
         }
@@ -227,7 +227,7 @@ impl TyreSize {
              inferred   by rules from the size: width {} mm, of contact {} mm, sidewalls of radius {} mm, air {} mm \
              deep\n  \
              inferred   as in the default tyre: pressure, plies, tread, mass and shear of the sidewalls\n  \
-             unknown    all else of a tyre of this make: measure mobilities and fit them (tyrewave fit-tyre)\n",
+             unknown    everything specific to a make: measure mobilities and fit them (tyrewave fit-tyre)\n",
             millimetres(width),
             millimetres(contact_width),
             millimetres(sidewall),
@@ -317,7 +317,7 @@ mod tests {
             ("235/45R18 98Y 99Y", "such as 235/45R18"),
             ("235/45R18 heavy", "such as 235/45R18"),
             ("99999999/45R18", "such as 235/45R18"),
-            ("23/45R18", "23 mm wide, and tyres of cars have 125 to 355"),
+            ("23/45R18", "23 mm wide, and car tyres have 125 to 355"),
             ("235/450R18", "450 % high"),
             ("235/45R457", "457 inches in diameter"),
             ("235/45R18 980", "load index 980"),

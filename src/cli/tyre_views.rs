@@ -43,7 +43,7 @@ pub(super) fn modes_report(modes: &Modes, largest_n: usize) -> Report {
     let weak = modes.confirmed.iter().filter(|mode| is_weak(mode)).count();
     if weak > 0 {
         let percent = 100.0 * WEAK;
-        report.text(format!("{weak} modes below {percent:.0} % of the strongest beside them are in modes.csv alone\n"));
+        report.text(format!("{weak} modes below {percent:.0} % of the strongest beside them are only in modes.csv\n"));
     }
     for &(n, m, pole) in &modes.unconfirmed {
         let frequency = pole.im / std::f64::consts::TAU;

@@ -48,7 +48,7 @@ const ROADS: [&str; 4] = [
 pub(crate) struct ValidateArguments {
     /// The scene, a TOML file; without it the default car tyre is validated.
     scene: Option<PathBuf>,
-    /// A key in place of the scene's own, such as contact.zone=cells; may be repeated.
+    /// Set a key in place of the scene's value, such as contact.zone=cells; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     settings: Vec<Setting>,
     /// Results folder; default: results/NAME-validate, with the name of the scene's file.

@@ -99,8 +99,8 @@ pub enum ContactError {
     },
     /// No scaling makes the static contact as stiff as the elastic tread's.
     #[error(
-        "no scaling gives the tread law the static stiffness of the elastic tread: {force:.1} N \
-         are wanted, from {lowest:.1} to {highest:.1} N can be had"
+        "no scaling gives the tread law the static stiffness of the elastic tread: {force:.1} N are required, \
+         {lowest:.1} to {highest:.1} N are possible"
     )]
     NoEqualStiffness {
         /// Static force of the elastic tread \[N\].

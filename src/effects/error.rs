@@ -49,7 +49,7 @@ pub enum RunError {
     Checkpoint(#[from] CheckpointError),
     /// Writing the results failed before the run's end, but there is a checkpoint to resume from.
     #[error(
-        "{source}; the run up to its last checkpoint is kept: when there is room, `tyrewave resume {}` goes on",
+        "{source}; the run up to its last checkpoint is kept: when there is space, `tyrewave resume {}` continues",
         kept.display()
     )]
     Kept {

@@ -11,7 +11,7 @@ use crate::results::table::{Table, aligned};
 use crate::sound::TotalLevel;
 
 /// Legend of pictures of levels.
-pub(crate) const GREY: &str = "Grey: bands that the run does not vouch for.";
+pub(crate) const GREY: &str = "Grey: bands that are not valid.";
 
 /// Error of a report.
 #[derive(Debug, Error)]

@@ -162,7 +162,7 @@ impl Amounts {
         let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
         self.add(Stage::History, Unit::DirectMultiplyAdd, steps * used * points * columns, Place::MarchOnAll);
         let forces = 8.0 * lags * (3.0 * columns + 9.0);
-        self.hold("weights and forces of the past", forces);
+        self.hold("weights and forces of the history", forces);
         // The kernel at all points of the contour, the weights from its transform, and those by element.
         let waves = wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
         let kernel = InfluenceSum::expected_bytes(&plan.decisions.tyre, Circle::new(plan.lags).points().count());

@@ -275,7 +275,7 @@ impl Amounts {
             let sums = pairs * plan.lags as f64 * waves * stages * stages;
             self.add(Stage::Influence, Unit::Evaluation, 2.0 * sums, Place::BeforeOnAll);
             self.add(Stage::History, Unit::DirectMultiplyAdd, 2.0 * parts * steps * sums, Place::MarchOnAll);
-            self.hold("weights and forces of the past", (16.0 + 8.0 * parts) * sums);
+            self.hold("weights and forces of the history", (16.0 + 8.0 * parts) * sums);
             return;
         }
         self.poles = poles;

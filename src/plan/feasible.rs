@@ -42,7 +42,7 @@ pub(crate) fn check_sizes(loaded: &LoadedScene, scene: &Scene) -> Result<(), Sce
     ];
     match sizes.into_iter().find(|(_, size, most, ..)| *size as u64 > *most) {
         Some((key, size, most, name, right)) => {
-            Err(loaded.complain(key, format!("{size} {name} are wanted, {most} can be had"), right).into())
+            Err(loaded.complain(key, format!("{size} {name} are needed, at most {most} possible"), right).into())
         }
         None => Ok(()),
     }
@@ -62,7 +62,7 @@ pub(crate) fn check(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneErro
         if prestress.is_nan() || prestress > LARGEST_PRESTRESS {
             let wrong = format!(
                 "a tension of {} N/m in {} m is {prestress:.1e} of the outermost layer's shear modulus at rest, {} Pa: \
-                 the sums over its short waves have no end",
+                 the sums over its short waves do not converge",
                 short(along.max(across)),
                 short(tread.thickness),
                 short(shear)

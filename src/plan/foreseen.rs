@@ -18,7 +18,8 @@ impl Plan {
         let Rolling { warm_up, duration, .. } = self.scene.rolling;
         (warm_up > duration && warm_up > Rolling::WARM_UP).then(|| {
             format!(
-                "rolling.warm_up: {} s are simulated before the {} s that count; {} s are enough for a car's tyre",
+                "rolling.warm_up: {} s are simulated before the {} s that are evaluated; {} s are enough for a car \
+                 tyre",
                 short(warm_up),
                 short(duration),
                 Rolling::WARM_UP
@@ -36,7 +37,8 @@ impl Plan {
         };
         let limit = 3.6 * limit;
         let wrong = format!(
-            "a tyre that turns as fast has no stiffness left against its {held_by}: it is stable up to {limit:.0} km/h"
+            "a tyre that turns this fast has no stiffness left against its {held_by}: it is stable up to {limit:.0} \
+             km/h"
         );
         let right = format!("a lower speed, {stiffer}, or effects.rotation = \"off\"");
         Err(loaded.complain("rolling.speed_kmh", wrong, right).into())
@@ -49,7 +51,7 @@ impl Plan {
             tread_wave(rolling, rolling.turns()).filter(|wave| wave.speed < self.speed)?;
         Some(format!(
             "the tyre rolls faster than waves of its tread, {:.0} mm long, run ({:.0} km/h): the contact has no steady \
-             form; steps in time stay well-posed",
+             state; time stepping remains well-posed",
             1e3 * length,
             3.6 * speed
         ))
@@ -59,13 +61,13 @@ impl Plan {
         let rolling = &self.decisions.tyre;
         let SlowestWave { n, speed } = slowest_wave_below(rolling, self.speed)?;
         let right = if rolling.curvature && !rolling.turns() {
-            "effects.rotation = \"auto\" makes waves faster, as tyres have it"
+            "effects.rotation = \"auto\" makes waves faster, as in real tyres"
         } else {
             "choose a lower speed"
         };
         Some(format!(
-            "at {} km/h the tyre outruns waves round it, the slowest of which, of {n} periods, has {:.0} km/h: the \
-             axle may find no height for its load, and the motion may grow without bound; {right}",
+            "at {} km/h the tyre rolls faster than waves round it, the slowest of which, of {n} periods, travels at \
+             {:.0} km/h: the axle may find no height for its load, and the motion may grow without bound; {right}",
             self.scene.rolling.speed_kmh,
             3.6 * speed
         ))

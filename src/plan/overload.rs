@@ -51,8 +51,7 @@ pub(crate) fn overload(tyre: &Tyre, standing: &StaticContact) -> Option<Overload
     (force > GRAVITY * borne * (1.0 + ROUNDING)).then(|| {
         let weight = force / GRAVITY;
         Overload::Unusual(format!(
-            "{under}, {weight:.0} kg, the tyre bears more than load index {index} stands for, \
-            {borne:.0} kg"
+            "{under}, {weight:.0} kg, the tyre carries more than load index {index} allows, {borne:.0} kg"
         ))
     })
 }

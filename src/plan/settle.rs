@@ -52,8 +52,8 @@ pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
         stands.then(|| {
             let key = choice.key;
             format!(
-                "{key} = {given} of the scene stands in place of {taken}, which {wish} takes: the accuracy that it \
-                 states is that of its own values; --set {key}= leaves the key out"
+                "{key} = {given} of the scene replaces {taken} of {wish}, whose stated accuracy holds for its own \
+                 values only; --set {key}= removes the key"
             )
         })
     };
@@ -180,7 +180,7 @@ impl Settling<'_> {
         }
         if history {
             self.scene.numerics.history = History::Modal;
-            self.choose("numerics.history", "modal".to_owned(), format!("{why}: the whole past, at the least work"));
+            self.choose("numerics.history", "modal".to_owned(), format!("{why}: the whole history, at the least work"));
         }
         if poles && self.scene.numerics.history == History::Modal {
             self.scene.numerics.pole_tolerance = row.pole_tolerance;

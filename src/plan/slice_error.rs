@@ -166,7 +166,7 @@ impl Plan {
         let wanted = missed.as_deref().unwrap_or_default();
         let told = format!(
             "on this road at {:.0} km/h, levels of force and vibration by slices are within {largest} dB of those by \
-             cells {}{of_sound}{wanted}; contact.zone = \"cells\" has no such end, contact.largest_slice_error admits \
+             cells {}{of_sound}{wanted}; contact.zone = \"cells\" has no such limit, contact.largest_slice_error admits \
              more",
             rolling.speed_kmh,
             up_to(force)

@@ -28,7 +28,7 @@ create_exception!(
     "An invalid scene. `complaints` lists its mistakes, each with file, line and key; the message shows \
      them in their places."
 );
-create_exception!(tyrewave, RunError, PyRuntimeError, "A run that failed on its way, or cannot be gone on with.");
+create_exception!(tyrewave, RunError, PyRuntimeError, "A run that failed, or that cannot be resumed.");
 
 /// A mistake in a scene, with its place.
 #[pyclass(module = "tyrewave", frozen, get_all)]

@@ -42,7 +42,7 @@ pub(super) fn third_octaves<'py>(
 #[pyfunction]
 pub(super) fn read_sound<'py>(py: Python<'py>, name: &str, file: &[u8]) -> PyResult<(u32, Bound<'py, PyArray2<f64>>)> {
     let unusable = |what: &dyn std::fmt::Display| Failure::Argument(format!("{name}: {what}")).raised(py);
-    let full_scale = full_scale_of(file).ok_or_else(|| unusable(&"a sound that does not know its pascals"))?;
+    let full_scale = full_scale_of(file).ok_or_else(|| unusable(&"a sound file without its full scale in pascals"))?;
     let mut sound = WavReader::new(file).map_err(|error| unusable(&error))?;
     let spec = sound.spec();
     let unit = full_scale * 2.0_f64.powi(1 - i32::from(spec.bits_per_sample));

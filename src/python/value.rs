@@ -58,5 +58,5 @@ fn within(value: &Bound<'_, PyAny>, key: &str, depth: usize) -> PyResult<Value> 
         return Ok(Value::Array(items.collect::<PyResult<_>>()?));
     }
     let kind = value.get_type().qualname()?;
-    Err(PyTypeError::new_err(format!("{key}: a {kind} is nothing that a scene could hold")))
+    Err(PyTypeError::new_err(format!("{key}: a {kind} cannot be a value in a scene")))
 }

@@ -204,7 +204,7 @@ fn check(body: &Body) -> Result<(), RadiationError> {
         return Err(RadiationError::Height { what: "a body", height, radius, why });
     }
     if body.gap() > 0.0 {
-        return Err(RadiationError::Gap { gap: body.gap(), why: "draft quality knows sealed patches only" });
+        return Err(RadiationError::Gap { gap: body.gap(), why: "draft quality is for sealed patches only" });
     }
     Ok(())
 }

@@ -67,7 +67,7 @@ pub(crate) fn document(title: &str, content: &Markup) -> String {
             body {
                 main {
                     (content)
-                    footer { "Made by tyrewave " (env!("CARGO_PKG_VERSION")) ". SI units; levels as their axes say." }
+                    footer { "Made by tyrewave " (env!("CARGO_PKG_VERSION")) ". SI units; levels as labelled." }
                 }
                 div #told role="status" hidden {}
                 script { (PreEscaped(include_str!("page.js"))) }

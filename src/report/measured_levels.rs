@@ -105,11 +105,12 @@ impl MeasuredLevels {
             let band = ThirdOctaveBand::containing(hertz).filter(|band| {
                 [band.nominal_frequency(), band.mid_frequency()].iter().any(|mid| (hertz / mid - 1.0).abs() < NEAR)
             });
-            let band = band.ok_or_else(|| format!("line {line}: {hertz} Hz is no mid-frequency of a third octave"))?;
+            let band =
+                band.ok_or_else(|| format!("line {line}: {hertz} Hz is not the mid-frequency of a third octave"))?;
             for (column, read) in levels.iter().zip(&mut read) {
                 let Some(level) = at(*column) else { continue };
                 if !LEVELS.contains(&level) {
-                    return Err(format!("line {line}: {level} dB is no level of a sound"));
+                    return Err(format!("line {line}: {level} dB is not the level of a sound"));
                 }
                 if read.levels.iter().any(|(other, _)| *other == band) {
                     return Err(format!("line {line}: {hertz} Hz is there twice; give one table of levels"));
@@ -146,7 +147,7 @@ impl MeasuredLevels {
         let mut placed: Vec<(String, &LevelColumn)> = Vec::new();
         for column in &self.columns {
             let receiver = receiver_of(column).ok_or_else(|| match receivers.is_empty() {
-                true => "the results have no sound to hold it against".to_owned(),
+                true => "the results have no sound to compare it with".to_owned(),
                 false => format!(
                     "whose levels are \"{}\"? name the column after a receiver: {}",
                     column.title,
@@ -286,9 +287,9 @@ mod tests {
             ("x,y,z\n1,2,3\n", &["a"], "which of its 3 columns is the frequency"),
             ("hz,y,z\n500,2,3\n", &["a"], "which of its 3 columns is the level"),
             ("hz,level\n500,60\n501.2,61\n", &["a"], "line 3: 501.2 Hz is there twice"),
-            ("hz,level\n500,60\n570,61\n", &["a"], "line 3: 570 Hz is no mid-frequency"),
-            ("hz,level\n500,2e5\n", &["a"], "200000 dB is no level"),
-            ("hz,level\n500,60\n", &[], "no sound to hold it against"),
+            ("hz,level\n500,60\n570,61\n", &["a"], "line 3: 570 Hz is not the mid-frequency"),
+            ("hz,level\n500,2e5\n", &["a"], "200000 dB is not the level"),
+            ("hz,level\n500,60\n", &[], "no sound to compare it with"),
             ("hz,level\n500,60\n", &["a1", "b1"], "name the column after a receiver: a1, b1"),
             ("hz,level a1,level a1 again\n500,60,61\n", &["a1", "b1"], "two columns of levels at \"a1\""),
         ] {

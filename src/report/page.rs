@@ -78,7 +78,7 @@ fn comparison(all: &[Stored], of: &Comparison) -> Result<Markup, ReportError> {
     }
     let lead = html! {
         p {
-            "Each result by itself: "
+            "The single results: "
             @for (index, name) in of.names.iter().enumerate() {
                 @if index > 0 { ", " }
                 a href=(format!("#article-{index}")) { (name) }

@@ -21,7 +21,7 @@ impl Stored {
         let content = |reason: String| StoredError::Content { path: path.clone(), reason };
         file(folder, SUMMARY_FILE)?;
         let text = read_text(&path)?;
-        let value: Value = serde_json::from_str(&text).map_err(|error| content(format!("no JSON: {error}")))?;
+        let value: Value = serde_json::from_str(&text).map_err(|error| content(format!("not JSON: {error}")))?;
         if value["format"] != FORMAT || value["format_version"] != FORMAT_VERSION {
             return Err(content(format!("no summary of {FORMAT}, version {FORMAT_VERSION}")));
         }

@@ -18,7 +18,7 @@ use crate::study::sweep::{Done, Label, RepeatedTable, StoredSweep, blocks};
 const MOST_SOUND: usize = 24 << 20;
 
 /// Caption of levels against what is varied.
-const LEVELS: &str = "Levels in dB, over the bands that every run vouches for, so that they may differ from those of \
+const LEVELS: &str = "Levels in dB, over the bands that are valid in every run, so that they may differ from those of \
                       the tables: at the receivers A-weighted, the maximum of a pass-by or else the mean; of the \
                       contact force. Several seeds are one point, their mean; its bar is the 95 % interval of that \
                       mean. Without a bar the interval is not known: a single run.";
@@ -54,7 +54,7 @@ impl StoredSweep {
             @if missing > 0 { p.warning { "Not finished and not shown: " (missing) " of them." } }
         };
         let caption = "Growth of each third octave of the contact force in dB per decade of speed, by least squares. \
-                       Grey: from bands that a run does not vouch for.";
+                       Grey: from bands that are not valid in a run.";
         let words = |more: &str| html! { p { (of_all) (more) } };
         let below = |lead: Markup, content: Markup| {
             if content.0.is_empty() {
@@ -66,7 +66,7 @@ impl StoredSweep {
         let sections = [
             ("Levels", html! { @for svg in &against { (figure(svg, LEVELS)) } }),
             ("Third octaves", below(words(""), third_octaves)),
-            ("Sound", below(words(" All players of a receiver have one scale: louder is louder."), sounds)),
+            ("Sound", below(words(" Players of a receiver share one scale: loudness can be compared."), sounds)),
             ("Growth with the speed", html! { @if let Some(svg) = growth { (figure(&svg, caption)) } }),
             ("Tables", report(&tables)),
         ];

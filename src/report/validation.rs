@@ -259,7 +259,7 @@ pub(crate) fn page(title: &str, rows: &[Row], pictures: &[(&'static str, String,
             [texture.name().to_owned(), depth, texture.origin().to_owned()]
         }),
     );
-    let lead = html! { p { "Held against published values. " (LEGEND) } };
+    let lead = html! { p { "Compared with published values. " (LEGEND) } };
     let sections = [
         ("Groups", table(&groups(rows))),
         ("Pictures", html! { @for (_, svg, caption) in pictures { (figure(svg, caption)) } }),

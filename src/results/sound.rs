@@ -352,7 +352,7 @@ impl ReceiverSummary {
                 text.push_str(" (of one tyre: the run is too short for the others)");
             }
             if *louder {
-                text.push_str(" (louder than its full scale: written as floats)");
+                text.push_str(" (above its full scale: written as floats)");
             }
         }
         text

@@ -114,7 +114,7 @@ pub enum RoadError {
     #[error("road: give either a texture, or wavelengths with levels, or power_law, only one of them")]
     TwoSpectra,
     /// A wavelength that is not a third-octave mid-wavelength.
-    #[error("road.wavelengths: {wavelength} m is no third-octave mid-wavelength; the nearest is {nearest:.6} m")]
+    #[error("road.wavelengths: {wavelength} m is not a third-octave mid-wavelength; the nearest is {nearest:.6} m")]
     NotThirdOctave {
         /// The wavelength as given.
         wavelength: f64,

@@ -26,13 +26,13 @@ pub(crate) enum FileFault {
     /// A line of numbers whose cells are not those of the table.
     #[error(
         "line {line} has {found} numbers or words, the table {usual}: nothing says which is which; correct the line, \
-         put # before one that is no point, or export the table with ; or tabs between all its columns"
+         put # before a line that is not a point, or export the table with ; or tabs between all its columns"
     )]
     Ragged { line: u64, found: usize, usual: usize },
     /// A first line of spacing and number of the points, in the file's words.
     #[error(
-        "line {line}: {found:?} is out of the order of the points and tells their number: put # before it, or take it \
-         out"
+        "line {line}: {found:?} is out of the order of the points and seems to state their number: put # before it, or \
+         take it out"
     )]
     PointCount { line: u64, found: String },
     #[error(
@@ -43,7 +43,7 @@ pub(crate) enum FileFault {
     #[error("no column {name:?}; the file has: {available}")]
     NoSuchColumn { name: String, available: String },
     /// Not a table of numbers, and nothing else that is read.
-    #[error("it is nothing that a road is read from. {READ}")]
+    #[error("it is not a format that roads are read from. {READ}")]
     NotRead,
     #[error("it is {found}, which is not read. {READ}")]
     Unreadable { found: &'static str },
@@ -51,14 +51,14 @@ pub(crate) enum FileFault {
     OneColumn { line: u64 },
     /// Cells whose decimals cannot be distinguished from cells.
     #[error(
-        "line {line}: {found:?} has {cells} cells parted by commas and no decimal point: if its decimals are parted by \
+        "line {line}: {found:?} has {cells} cells separated by commas and no decimal point: if its decimals have \
          commas, too, export it with ; or tabs between its columns, or with decimal points; if they are whole numbers, \
          choose the columns: road.columns = [1, 2]"
     )]
     DecimalCommas { line: u64, found: String, cells: usize },
     /// Columns that nothing identifies, or several that titles identify alike.
     #[error(
-        "{cells} columns, and no titles that tell which are {roles}: {found:?}; choose {} of them by title or number: \
+        "{cells} columns, and no titles that say which are {roles}: {found:?}; choose {} of them by title or number: \
          road.columns = [{}] (tyrewave road FILE --columns {}){}",
         likely.len(),
         listed(likely, ", "), listed(likely, ","),
@@ -78,8 +78,8 @@ pub(crate) enum FileFault {
     )]
     UnitContradiction { line: u64, title: String, file: &'static str, key: &'static str, scene: &'static str },
     #[error(
-        "line {line}: {found:?}, the unit of the column {title:?}, is no length that is read (m, mm, um, cm, in, ft, \
-         mil): convert the column and its unit; what is no unit stands without brackets"
+        "line {line}: {found:?}, the unit of the column {title:?}, is not a unit of length that is read (m, mm, um, \
+         cm, in, ft, mil): convert the column and its unit; a text in brackets must be a unit"
     )]
     UnknownUnit { line: u64, title: String, found: String },
     #[error("line {line}: the title {title:?} says {first}, the row of units below it {second}: correct one of them")]
@@ -106,8 +106,8 @@ pub(crate) enum FileFault {
     )]
     Coinciding { count: usize, total: usize },
     #[error(
-        "line {line}: {found:?} is no second line of an ERD file: expected channels, samples, records, bytes, form, \
-         step"
+        "line {line}: {found:?} is not the second line of an ERD file: expected channels, samples, records, bytes, \
+         form, step"
     )]
     ErdHeader { line: u64, found: String },
     #[error("it is an ERD file with binary data (form {form}): export it as text (form 5)")]
@@ -164,13 +164,13 @@ pub(crate) enum FileFault {
 
     /// A point of a cloud, and the length \[m\] at which it lies.
     #[error(
-        "line {line}: the {name} {at} m is none of a grid of {step} m: only points on a grid are read; bring a \
+        "line {line}: the {name} {at} m is not on a grid of {step} m: only points on a grid are read; bring a \
          scattered cloud to a grid first"
     )]
     OffGrid { line: u64, name: &'static str, at: f64, step: f64 },
     #[error("lines {other} and {line} are points at the same place: more than one pass, or rounded coordinates?")]
     SamePlace { line: u64, other: u64 },
-    #[error("all points have the same {name}: they make a profile, and no grid")]
+    #[error("all points have the same {name}: they form a profile, not a grid")]
     OneLine { name: &'static str },
     #[error("an array does not state its spacings: the scene must give road.dx and road.dy")]
     NoSpacing,
@@ -232,7 +232,7 @@ pub(crate) enum FileFault {
     #[error("$ROAD_CRG_FILE names {}, outside the folder {}", path.display(), folder.display())]
     IncludeOutside { path: PathBuf, folder: PathBuf },
     #[error(
-        "$ROAD_CRG_FILE names {}, which includes itself or stands at the end of too long a chain", path.display()
+        "$ROAD_CRG_FILE names {}, which includes itself or is at the end of too long a chain", path.display()
     )]
     IncludeCycle { path: PathBuf },
     #[error("$ROAD_CRG_FILE names {}: {source}", path.display())]
@@ -240,7 +240,7 @@ pub(crate) enum FileFault {
 }
 
 /// The file formats that a road is read from, for messages.
-const READ: &str = "Read are, as kind = \"profile\", tables of text (columns parted by commas, semicolons, tabs or \
+const READ: &str = "Read are, as kind = \"profile\", tables of text (columns separated by commas, semicolons, tabs or \
                     blanks; UTF-8, UTF-16 or Latin-1), CAPTIF .dat and ERD as text; as \"opencrg\" .crg; as \"grid\" \
                     .npy, XYZ and ESRI grids (.asc) as text. Topographies of other instruments (SUR, X3P, ...) are \
                     read through the Python package: tyrewave.Road.from_topography";

@@ -76,7 +76,7 @@ impl ZoneMaker for CellContact<'_> {
         let Window { output_window, margin, columns, at_rest, .. } = window;
         if matches!(plan.scene.rolling.axle, Axle::Mass { .. }) {
             let right = "an axle without a mass";
-            let problem = self.loaded.complain("rolling.axle.mass", "no mass moves on cells yet", right);
+            let problem = self.loaded.complain("rolling.axle.mass", "cells need an axle without a mass", right);
             return Err(SceneError::from(problem).into());
         }
         let numerics = &plan.scene.numerics;

@@ -25,7 +25,7 @@ pub(crate) fn impossible_energy(scene: &Scene, outcome: &Outcome) -> Option<Stri
     if let Some(resistance) = outcome.rolling_resistance.filter(|found| rolls_freely && found.coefficient > 1.0) {
         return Some(format!(
             "rolling resistance by hysteresis is {:.2} times the load, {:.3e} W, and that of a freely rolling wheel is \
-             less than its load: such a contact cannot be",
+             less than its load: this is physically impossible",
             resistance.coefficient, resistance.power
         ));
     }
@@ -33,8 +33,8 @@ pub(crate) fn impossible_energy(scene: &Scene, outcome: &Outcome) -> Option<Stri
         let (power, stored) = (resistance.power, force * indentation.abs());
         if power.is_nan() || power < -stored / counted {
             return Some(format!(
-                "the tyre gives back {:.3e} W over {counted} s, and cannot have stored more than {stored:.0} J: such a \
-                 contact cannot be",
+                "the tyre gives back {:.3e} W over {counted} s, and cannot have stored more than {stored:.0} J: this \
+                 is physically impossible",
                 -power
             ));
         }
@@ -51,7 +51,9 @@ pub(crate) fn impossible_energy(scene: &Scene, outcome: &Outcome) -> Option<Stri
     // Rounding error of a sum that is 0 if all cells stick.
     let least = -1e-9 * most;
     (!(least..=most).contains(&power)).then(|| {
-        format!("friction dissipates {power:.3e} W, and sliding all over takes {most:.3e} W: such a contact cannot be")
+        format!(
+            "friction dissipates {power:.3e} W, and sliding all over takes {most:.3e} W: this is physically impossible"
+        )
     })
 }
 

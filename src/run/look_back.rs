@@ -68,7 +68,8 @@ pub(crate) fn summary(
         if march.is_widened() {
             format!(
                 "in {} steps contact reached the end of the window of cells, and was solved again over a wider one: \
-                 forces of each cell are told for the first window alone, those beyond it with its outermost columns",
+                 forces of single cells are written for the first window only, and those beyond it are added to its \
+                 outermost columns",
                 totals.edge_contacts
             )
         } else {

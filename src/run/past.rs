@@ -93,9 +93,9 @@ impl Past<'_> {
         let spring = self.bedding.spring / self.bedding.scale;
         if let Some(zero) = unstable_zero(model, self.plan.field, rule, time_step, spring)? {
             let wrong = format!(
-                "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at \
-                 wavenumber {} (and {} others) a force at {:.0} Hz grows \
-                 by a factor of {:.3} a step while nothing moves, and the contact would chatter for ever",
+                "the inverse of the discretised tyre is unstable with \"{}\" at dt = {time_step:.3e} s: at wavenumber \
+                 {} (and {} others) a force at {:.0} Hz grows by a factor of {:.3} a step while nothing moves, and the \
+                 contact would chatter",
                 rule.name(),
                 zero.wavenumber,
                 zero.wavenumbers - 1,

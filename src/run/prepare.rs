@@ -159,7 +159,7 @@ fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
     }
     let missed = scene.numerics.missed(highest).unwrap_or_default();
     let speed = scene.rolling.speed_kmh;
-    Some(format!("the road's resolution excites nothing above {highest:.0} Hz at {speed:.0} km/h{missed}"))
+    Some(format!("the road's resolution gives no excitation above {highest:.0} Hz at {speed:.0} km/h{missed}"))
 }
 
 /// Plan of a scene that can be run; its road is opened, nothing is simulated.

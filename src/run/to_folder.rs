@@ -66,7 +66,7 @@ pub fn run(
     if let Ok(unfinished) = unfinished(&options.target) {
         let target = options.target.display();
         progress.note(&format!(
-            "an unfinished run is kept in {}: `tyrewave resume {target}` would go on with it",
+            "an unfinished run is kept in {}: `tyrewave resume {target}` would continue it",
             unfinished.display()
         ));
     }

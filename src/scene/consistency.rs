@@ -58,7 +58,7 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
     }
     let right = "remove it, or contact.zone = \"slices\"";
     let refused = [
-        (matches!(scene.rolling.axle, Axle::Mass { .. }), "rolling.axle.mass", "no mass moves on cells yet"),
+        (matches!(scene.rolling.axle, Axle::Mass { .. }), "rolling.axle.mass", "cells need an axle without a mass"),
         (
             scene.effects.texture == Switch::Off,
             "effects.texture",
@@ -70,7 +70,7 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
         && terms < across
     {
         let wrong =
-            format!("{terms} waves across cannot tell {across} cells apart: what they feel of each other is singular");
+            format!("{terms} waves across cannot resolve {across} cells: the influence between them is singular");
         let right = format!("write a whole number of at least {across}, or leave this out");
         sound = table.complain("numerics.lateral_terms", Problem::new(wrong, right));
     }
@@ -86,7 +86,7 @@ fn friction(scene: &mut Scene, table: &Table<'_>) -> Option<()> {
     let complain = |key: &str, wrong: &str, right: &str| table.complain(key, Problem::new(wrong, right));
     match (&scene.friction, &scene.adhesion) {
         (None, Some(_)) => {
-            return complain("adhesion", "cells are bonded with friction alone", "add [friction], mu = 0 at least");
+            return complain("adhesion", "adhesion needs friction", "add [friction], mu = 0 at least");
         }
         (None, None) if scene.effects.friction == Switch::On => {
             let right = "\"auto\" or \"off\", or a table [friction] with mu = 0.9";
@@ -94,7 +94,7 @@ fn friction(scene: &mut Scene, table: &Table<'_>) -> Option<()> {
         }
         (None, None) => return Some(()),
         (Some(_), _) if scene.effects.friction == Switch::Off => {
-            let wrong = "this asks for what effects.friction = \"off\" leaves out";
+            let wrong = "this needs what effects.friction = \"off\" switches off";
             return complain("friction", wrong, "leave it out, or effects.friction = \"auto\"");
         }
         _ => {}
@@ -134,7 +134,7 @@ fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {
         }
         Switch::Off if scene.contact.cells_across.is_some_and(|points| points > 1) => complain(
             "contact.cells_across",
-            "cells across the width mean nothing with effects.texture = \"off\"",
+            "cells across the width have no effect with effects.texture = \"off\"",
             "leave this out, or effects.texture = \"auto\"",
         ),
         Switch::Off | Switch::Auto => Some(()),
@@ -163,12 +163,12 @@ fn vibration_effects(scene: &Scene, table: &Table<'_>) -> Option<()> {
         let (key, wrong, right) = match (switch, asked) {
             (Switch::Off, Some(true)) => (
                 format!("outputs.vibration.{output}"),
-                format!("this asks for what effects.{effect} = \"off\" leaves out"),
+                format!("this needs what effects.{effect} = \"off\" switches off"),
                 format!("{output} = false, or effects.{effect} = \"auto\""),
             ),
             (Switch::On, Some(false)) => (
                 format!("effects.{effect}"),
-                format!("outputs.vibration.{output} = false: nothing of it would be seen"),
+                format!("outputs.vibration.{output} = false: it would have no output"),
                 format!("\"auto\", or outputs.vibration.{output} = true"),
             ),
             (Switch::On, _) if output == "tangential" && contact.tread == Tread::Bedding => (
@@ -272,17 +272,17 @@ fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let has_receivers = !scene.receivers.is_empty();
     match scene.effects.radiation {
         Switch::On if !has_receivers => {
-            let right = "\"auto\", or a place to hear it: [[receiver]] with position = [x, y, z]";
-            return table.complain("effects.radiation", Problem::new("there is no [[receiver]] to hear it", right));
+            let right = "\"auto\", or a receiver: [[receiver]] with position = [x, y, z]";
+            return table.complain("effects.radiation", Problem::new("there is no [[receiver]]", right));
         }
         Switch::Off if has_receivers => {
-            let wrong = "this asks for what effects.radiation = \"off\" leaves out";
+            let wrong = "this needs what effects.radiation = \"off\" switches off";
             return table.complain("receiver", Problem::new(wrong, "leave it out, or effects.radiation = \"auto\""));
         }
         _ => {}
     }
     if !has_receivers && scene.radiation != Radiation::default() {
-        let wrong = "there is no [[receiver]]: nothing of this would be computed";
+        let wrong = "there is no [[receiver]]: this would have no effect";
         return table.complain("radiation", Problem::new(wrong, "add a [[receiver]], or leave this table out"));
     }
     if !has_receivers {

@@ -316,7 +316,7 @@ impl Kind for Name {
     fn read(&self, value: &Value<'_>) -> Option<String> {
         let name = Text.read(value)?;
         let wrong = if name.starts_with(FORMULA) {
-            "spreadsheets take what begins like this for a formula".to_owned()
+            "spreadsheets take a text that begins like this for a formula".to_owned()
         } else {
             match name.chars().count() {
                 letters if letters > Self::LETTERS => format!("this name has {letters} letters"),

@@ -130,7 +130,7 @@ impl Columns {
             [true, true, true] => return Ok(untitled(None, 0)),
             [false, true, true, true] => return Ok(untitled(Some(0), 1)),
             [_, true, true, true] => {
-                let wrong = "four numbers, and nothing tells which are coordinates";
+                let wrong = "four numbers, and nothing says which are coordinates";
                 return Err(Problem::new(wrong, AS_TITLES));
             }
             _ => {}
@@ -175,7 +175,7 @@ fn of_xml(text: &str) -> Result<Vec<Microphone>, Mistakes> {
         // Lines and columns count from 1.
         let line: usize =
             text.split_inclusive('\n').take(error.pos().row.saturating_sub(1) as usize).map(str::len).sum();
-        let wrong = format!("this is no XML of an array: {error}");
+        let wrong = format!("this is not the XML of a microphone array: {error}");
         vec![(line..line, Problem::new(wrong, AS_ELEMENT))]
     })?;
     let (mut found, mut wrong) = (Vec::new(), Mistakes::new());
@@ -263,12 +263,12 @@ mod tests {
         let wide = format!("<a>{}</a>", "<b/>".repeat(100_000));
         let long = format!("<a>{}</a>", "<b x='0' y='3' z='1'/>".repeat(MOST + 1));
         for (text, words) in [
-            (entities, "no XML of an array"),
-            ("<a x='&b;' y='0' z='1'/>", "no XML of an array"),
-            (&deep, "no XML of an array"),
-            (&wide, "no XML of an array"),
+            (entities, "not the XML of a microphone array"),
+            ("<a x='&b;' y='0' z='1'/>", "not the XML of a microphone array"),
+            (&deep, "not the XML of a microphone array"),
+            (&wide, "not the XML of a microphone array"),
             (&long, "more than 1000 rows"),
-            ("<a", "no XML of an array"),
+            ("<a", "not the XML of a microphone array"),
             ("<a/>", "names no microphone"),
             ("<a><b x='0' y='1'/></a>", "this <b> has no z"),
             ("<a><b x='0' y='1' z='far'/></a>", "\"far\" is not a number"),

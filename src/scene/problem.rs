@@ -74,8 +74,8 @@ impl Problem {
     pub(super) fn implausible(value: f64, [least, most]: [f64; 2], unit: &str) -> Self {
         let (value, least, most) = (short(value), short(least), short(most));
         let space = if unit.is_empty() { "" } else { " " };
-        let wrong = format!("{value}{space}{unit} is hardly meant: from {least} to {most}{space}{unit} is plausible");
-        Self::new(wrong, "is it in another unit? `allow_implausible = true` at the top of the scene lets it be tried")
+        let wrong = format!("{value}{space}{unit} is implausible: from {least} to {most}{space}{unit} is plausible");
+        Self::new(wrong, "is it in another unit? `allow_implausible = true` at the top of the scene accepts it")
     }
 
     /// The same problem; its remedy begins with what was probably meant.
@@ -103,7 +103,7 @@ impl Problem {
 
     /// A key that has no meaning with `owner`, another setting as written in TOML.
     pub(super) fn does_not_belong(owner: &str, right: &str) -> Self {
-        Self::at_key(format!("this means nothing with {owner}"), right)
+        Self::at_key(format!("this does not apply with {owner}"), right)
     }
 
     /// A key that has another path now, `now`, in a table described by `wanted`.

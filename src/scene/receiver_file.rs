@@ -234,7 +234,7 @@ mod tests {
             (&many, (MOST + 2, 1), "receiver[1].file", "more than 1000 rows", "several runs"),
             ("name,x,y,z\na,0,3,1\nb,0,NaN,1\n", (3, 5), "receiver[1].file", "\"NaN\" is not a number", "metres"),
             ("name,x,y,z\na,0,3,1\nb,0,3,-1e5\n", (3, 7), "receiver[2].position[2]", "-1", "at least -10000"),
-            ("name,x,y,z\na,0,7500,1\n", (2, 5), "receiver[1].position[1]", "hardly meant", "another unit"),
+            ("name,x,y,z\na,0,7500,1\n", (2, 5), "receiver[1].position[1]", "implausible", "another unit"),
             ("name,x,y,z\na,0,3,1\nb,0,3,-0.1\n", (3, 3), "receiver[2].position", "below the road", "0 or more"),
             ("name,x,y,z\na,0.1,0,0.3\n", (2, 3), "receiver[1].position", "inside the tyre", "reaches 0.12 m"),
             ("name,x,y,z\na,0,3,1\na,0,4,1\n", (3, 1), "receiver[2].name", "the name of receiver[1], too", "no other"),
@@ -285,11 +285,11 @@ mod tests {
         assert!(turned.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{turned:?}");
         for (keys, key, wrong) in [
             ("file = \"array.csv\"\noffset = [0, 1]", ".offset", "2 values"),
-            ("file = \"array.csv\"\noffset = 3", ".offset", "3 cannot stand here"),
+            ("file = \"array.csv\"\noffset = 3", ".offset", "3 is not allowed here"),
             ("file = \"array.csv\"\nrotation_deg = 1000", ".rotation_deg", "1000"),
             ("file = \"array.csv\"\nrotation_deg = [0, 0, nan]", ".rotation_deg[2]", "NaN"),
-            ("position = [0, 3, 1]\noffset = [0, 0, 1]", ".offset", "means nothing with position"),
-            ("standard = \"cpx\"\nrotation_deg = 9", ".rotation_deg", "means nothing with standard"),
+            ("position = [0, 3, 1]\noffset = [0, 0, 1]", ".offset", "does not apply with position"),
+            ("standard = \"cpx\"\nrotation_deg = 9", ".rotation_deg", "does not apply with standard"),
         ] {
             let error = written(folder.path(), &format!("[[receiver]]\n{keys}\n"), ARRAY).unwrap_err();
             let first = &listed(&error)[0];
@@ -301,11 +301,11 @@ mod tests {
     fn a_file_is_alone_in_its_table_and_in_the_scenes_folder() {
         let folder = tempfile::tempdir().unwrap();
         for (keys, key, wrong) in [
-            ("file = \"array.csv\"\nname = \"a\"", ".name", "means nothing with file"),
-            ("standard = \"cpx\"\nfile = \"array.csv\"", ".standard", "means nothing with file"),
+            ("file = \"array.csv\"\nname = \"a\"", ".name", "does not apply with file"),
+            ("standard = \"cpx\"\nfile = \"array.csv\"", ".standard", "does not apply with file"),
             ("file = \"nowhere.csv\"", ".file", "there is no file"),
             ("file = \"/dev/null\"", ".file", "outside the scene's folder"),
-            ("file = 3", ".file", "3 cannot stand here"),
+            ("file = 3", ".file", "3 is not allowed here"),
         ] {
             let error = written(folder.path(), &format!("[[receiver]]\n{keys}\n"), ARRAY).unwrap_err();
             let first = &listed(&error)[0];

@@ -48,7 +48,7 @@ impl Setting {
     /// A message, for a text without `=` and for an invalid path.
     pub fn parse(text: &str) -> Result<Self, String> {
         let told = beginning(text, MOST_TOLD);
-        let form = || format!("\"{told}\" is no setting: give it as KEY=VALUE, such as rolling.speed_kmh=110");
+        let form = || format!("\"{told}\" is not a setting: give it as KEY=VALUE, such as rolling.speed_kmh=110");
         let (key, value) = text.split_once('=').ok_or_else(form)?;
         let (key, value) = (key.trim().to_owned(), value.trim());
         let steps = steps(&key).ok_or_else(form)?;

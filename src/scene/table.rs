@@ -57,7 +57,7 @@ impl<'a> Value<'a> {
             DeValue::Array(_) => "an array".to_owned(),
             DeValue::Table(_) => "a table".to_owned(),
         };
-        self.complain(Problem::new(format!("{found} cannot stand here"), format!("write {}", kind.wanted())))
+        self.complain(Problem::new(format!("{found} is not allowed here"), format!("write {}", kind.wanted())))
     }
 
     /// Factor by which the value may lie outside its plausible range.

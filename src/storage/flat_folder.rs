@@ -50,7 +50,7 @@ pub(crate) fn subfolder(folder: &Path, name: &str) -> io::Result<Option<PathBuf>
 fn entry(folder: &Path, name: &str, is_wanted: fn(&fs::Metadata) -> bool) -> io::Result<Option<PathBuf>> {
     let refused = |why| Err(io::Error::new(ErrorKind::InvalidInput, why));
     if Path::new(name).file_name() != Some(OsStr::new(name)) {
-        return refused("it is no name of a file in this folder, and nothing outside of it is read");
+        return refused("it is not the name of a file in this folder, and nothing outside of it is read");
     }
     let path = folder.join(name);
     match fs::symlink_metadata(&path) {

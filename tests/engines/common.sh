@@ -66,13 +66,13 @@ check() {
     local count doubled
     count=$(grep -ahoE 'task [0-9]+ \([^)]*\): done$' "$2" | wc -l)
     doubled=$(grep -ahoE 'task [0-9]+ \([^)]*\): done$' "$2" | sort | uniq -d | wc -l)
-    echo "done: $count tasks, $doubled of them twice; gone on with: $(grep -ahc 'goes on at' "$2"), the table is the" \
+    echo "done: $count tasks, $doubled of them twice; continued: $(grep -ahc 'continues at' "$2"), the table is the" \
         "plain sweep's"
-    grep -aho 'task .*goes on at.*' "$2" | sed 's/^/  /' || true
+    grep -aho 'task .*continues at.*' "$2" | sed 's/^/  /' || true
     [ "$count" = 200 ] && [ "$doubled" = 0 ] || fail "not every task was done once"
     local number
     for number in "${held[@]}"; do
-        grep -aq "task $number .*goes on at" "$2" || fail "task $number was done again from its beginning"
+        grep -aq "task $number .*continues at" "$2" || fail "task $number was done again from its beginning"
     done
 }
 

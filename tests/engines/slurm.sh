@@ -117,11 +117,11 @@ long_tasks() {
 }
 went_on() {
     until_idle 1 at_once
-    grep -ahE 'goes on at|back into' "$tasks"/logs/*.txt | sed 's/^/  /'
+    grep -ahE 'continues at|back into' "$tasks"/logs/*.txt | sed 's/^/  /'
     "$PROGRAM" sweep --collect "$tasks" --quiet > /dev/null || fail "long tasks are missing"
     cmp "$tasks/sweep.csv" "$WORK/long-plain/sweep.csv" || fail "the table is not that of the plain sweep"
     for number in 0 1; do
-        grep -q "task $number .*goes on at" "$tasks"/logs/*.txt || fail "task $number did not go on"
+        grep -q "task $number .*continues at" "$tasks"/logs/*.txt || fail "task $number did not go on"
     done
 }
 drive_out() {

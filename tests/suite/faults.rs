@@ -192,7 +192,7 @@ fn a_run_killed_while_its_results_took_their_name_is_put_in_order() {
     fs::rename(place.join("old"), place.join("out.partial-7-old")).unwrap();
     let output = tyrewave(place, &["resume", "out"]);
     assert!(output.status.success(), "{}", message(&output));
-    assert!(String::from_utf8_lossy(&output.stdout).contains("had reached its end"));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("the run was complete"));
     assert_eq!((names(place), force("out") == new), (vec!["out".to_owned(), "scene.toml".to_owned()], true));
     // Names exchanged, the older results still there: the next run clears them away.
     run("out.partial-8");

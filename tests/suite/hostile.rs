@@ -81,7 +81,7 @@ fn a_profile_whose_unit_is_a_million_times_too_small_is_refused_before_it_fills_
 fn a_scene_without_sense_is_asked_about() {
     let load = ROLLING.replace("{ indentation = 0.01, ramp = 0.02 }", "{ load = 3.4 }");
     let scene = scene_text(64, "kind = \"smooth\"", &load, "memory = 0.1", "");
-    let words = ["rolling.axle.load", "3.4 N is hardly meant", "another unit?", "allow_implausible"];
+    let words = ["rolling.axle.load", "3.4 N is implausible", "another unit?", "allow_implausible"];
     refused(folder_with(&scene).path(), &["run", "scene.toml"], &words);
     let smooth = with_road("kind = \"smooth\"");
     for circumference in ["1.8e19", "3e14"] {

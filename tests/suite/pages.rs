@@ -124,7 +124,7 @@ fn a_tyre_its_radiation_and_a_study_have_pages_of_their_pictures_and_tables() {
     let stiffness = rows(&place.join("t/loads.csv"))[0][2].parse::<f64>().unwrap();
     assert!(text.contains("<td>300 kg</td>") && text.contains(&format!("{stiffness:.3e}")), "{stiffness}");
     assert!(["Modes", "Under a load", "Mobility"].iter().all(|of| text.contains(&format!("<h2>{of}</h2>"))));
-    assert!(!text.contains("As it turns"), "it was not rolled");
+    assert!(!text.contains("Turning tyre"), "it was not rolled");
     assert_drawn(&text, place, 6);
 
     done(place, &["radiation", "scene.toml", "--out", "r", "--highest", "600", "--points", "2", "-q"]);
@@ -139,7 +139,7 @@ fn a_tyre_its_radiation_and_a_study_have_pages_of_their_pictures_and_tables() {
     let study = ["study", "scene.toml", "--fmax", "125", "--duration", "0.3", "--elements", "64", "--substeps", "4"];
     done(place, &[&study[..], &["--out", "a", "-q"]].concat());
     let text = whole(&place.join("a/study.html"));
-    assert!(text.contains("Settings of the discretisation") && text.contains("Multiply-adds in a second rolled"));
+    assert!(text.contains("Settings of the discretisation") && text.contains("Multiply-adds per second of rolling"));
     for row in rows(&place.join("a/study.csv")).iter().filter(|row| &row[0] == "substeps") {
         assert!(text.contains(&format!("<td>{} {}</td>", &row[0], &row[1])), "{row:?}");
     }

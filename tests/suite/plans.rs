@@ -96,7 +96,7 @@ fn what_road_and_model_cannot_honour_is_said_once() {
     // A road that does not reach the frequency asked for is to be acted on; what was chosen, and what a plate is good
     // for, is to be known.
     let all = [
-        ("excites nothing above", [1, 0]),
+        ("gives no excitation above", [1, 0]),
         ("flat plate's absolute levels are indicative", [0, 1]),
         ("numerics.elements =", [0, 1]),
     ];

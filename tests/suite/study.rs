@@ -157,9 +157,10 @@ fn an_interrupted_command_says_what_is_kept_and_where() {
     // Those of the scene, of the reference and of the next run are there: the reference was rolled.
     let study = ["study", "scene.toml", "--fmax", "125", "--elements", "256", "--substeps", "4", "--out", "s"];
     let told = interrupted(&study, &|_| models() >= 3);
-    assert!(told.contains("what was found so far is in s.partial"), "{told}");
+    assert!(told.contains("the results so far are in s.partial"), "{told}");
     let report = std::fs::read_to_string(place.join("s.partial/study.txt")).unwrap();
-    assert!(report.starts_with("INTERRUPTED after ") && report.contains("doubt, by the same half as fine"), "{report}");
+    assert!(report.starts_with("INTERRUPTED after "), "{report}");
+    assert!(report.contains("uncertainty of the reference, from one half as fine"), "{report}");
     assert!(!place.join("s").exists() && place.join("s.partial/study.csv").exists());
 }
 

@@ -76,7 +76,7 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
     ];
     let first = output(place, &arguments);
     assert!(first.status.success(), "{}", text(&first.stderr));
-    assert!(text(&first.stdout).contains("4 variants, 0 of them found finished"), "{}", text(&first.stdout));
+    assert!(text(&first.stdout).contains("4 variants, 0 of them finished before"), "{}", text(&first.stdout));
     for name in ["sweep.csv", "sweep.txt", "growth.svg", "levels.svg", "rough-2500N-40kmh/spectra.csv"] {
         assert!(place.join("s").join(name).is_file(), "{name}");
     }
@@ -103,14 +103,14 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
     // Again: nothing runs. With one variant gone, another changed by hand, and one speed more: only those.
     let csv = fs::read(place.join("s/sweep.csv")).unwrap();
     let again = output(place, &arguments);
-    assert!(text(&again.stdout).contains("4 variants, 4 of them found finished"), "{}", text(&again.stdout));
+    assert!(text(&again.stdout).contains("4 variants, 4 of them finished before"), "{}", text(&again.stdout));
     assert_eq!(fs::read(place.join("s/sweep.csv")).unwrap(), csv);
     fs::remove_dir_all(place.join("s/rough-2500N-40kmh")).unwrap();
     let summary = place.join("s/rough-3000N-40kmh/summary.json");
     let written = fs::read_to_string(&summary).unwrap();
     fs::write(&summary, replaced(&written, &[("\"version\": \"", "\"version\": \"0")])).unwrap();
     let more = output(place, &arguments.map(|argument| if argument == "40..80:40" { "40..80:20" } else { argument }));
-    assert!(text(&more.stdout).contains("6 variants, 2 of them found finished"), "{}", text(&more.stdout));
+    assert!(text(&more.stdout).contains("6 variants, 2 of them finished before"), "{}", text(&more.stdout));
     let (now, _) = table(&place.join("s/sweep.csv"));
     assert!(levels.iter().all(|(key, level)| now[key].to_bits() == level.to_bits()), "made again, the same bits");
 }

@@ -80,7 +80,7 @@ fn tasks_and_their_collection_make_the_tables_of_a_plain_sweep() {
     // A task that is done is done.
     let again = task(place, "4");
     assert_done(&again);
-    assert!(text(&again.stdout).contains("task 4 (3000N-60kmh): has been done before"), "{}", text(&again.stdout));
+    assert!(text(&again.stdout).contains("task 4 (3000N-60kmh): was done before"), "{}", text(&again.stdout));
     let rest = task(place, "0..5");
     assert_done(&rest);
     assert_eq!(text(&rest.stdout).matches(": done\n").count(), 5, "{}", text(&rest.stdout));
@@ -108,7 +108,7 @@ fn the_same_tasks_are_left_and_others_are_refused() {
     assert_done(&again);
     assert!(text(&again.stdout).contains("6 tasks in t, as they were there already"), "{}", text(&again.stdout));
     assert!(fs::read_to_string(place.join("t/job.slurm")).unwrap().contains("#SBATCH --array=0-2%"));
-    assert!(text(&task(place, "0").stdout).contains("has been done before"));
+    assert!(text(&task(place, "0").stdout).contains("was done before"));
     assert_eq!(collect(place).status.code(), Some(1));
     assert_eq!(fs::read_to_string(place.join("t/missing")).unwrap(), "0-2\n");
     let before = names(&place.join("t"));
@@ -268,7 +268,7 @@ fn a_killed_task_goes_on_to_the_same_bytes() {
         // While it is at it nobody else is.
         let other = task(place, "0");
         assert_eq!(other.status.code(), Some(1), "{}", text(&other.stderr));
-        assert!(text(&other.stderr).contains("another process is at it"), "{}", text(&other.stderr));
+        assert!(text(&other.stderr).contains("another process is running it"), "{}", text(&other.stderr));
         let id = run.id().to_string();
         assert!(std::process::Command::new("kill").args([signal, &id]).status().unwrap().success());
         let stopped = run.wait_with_output().unwrap();
@@ -278,7 +278,7 @@ fn a_killed_task_goes_on_to_the_same_bytes() {
     }
     let last = task(place, "0");
     assert_done(&last);
-    assert!(text(&last.stdout).contains("task 0 (80kmh): goes on at "), "{}", text(&last.stdout));
+    assert!(text(&last.stdout).contains("task 0 (80kmh): continues at "), "{}", text(&last.stdout));
     assert_done(&collect(place));
     assert!(fs::read(place.join("plain/sweep.csv")).unwrap() == fs::read(place.join("t/sweep.csv")).unwrap());
     assert_eq!(names(&place.join("t/shard-0000")), ["outcomes", "tasks"]);

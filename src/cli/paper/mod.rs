@@ -26,10 +26,10 @@ use rolling::{HALVED_DURATION, HALVINGS, Rolling};
 use subject::{Statement, Subject};
 
 const EXAMPLES: &str = "\
-K. Larsson, Numerical modelling of the tyre/road contact (Chalmers): its figures 2 to 6 and its statements, \
-computed again with the default tyre on the default road, each beside what the paper says. Mobility of patches, a \
-rough road, a slice and its stiffness by both laws, forces over contact and time, tread laws at the same contact \
-stiffness, solves of the contact search, and what equation 4 becomes as the time step falls. Takes about a minute.
+K. Larsson, Numerical modelling of the tyre/road contact (Chalmers): its figures 2 to 6 and its statements, computed \
+again with the default tyre on the default road, each beside what the paper says. Mobility of patches, a rough road, a \
+slice and its stiffness by both laws, forces over contact and time, tread laws at the same contact stiffness, solves \
+of the contact search, and the limit of equation 4 for small time steps. Takes about a minute.
 
 Results: paper.html with everything in it, paper.json with all numbers, and the pictures.
 

@@ -144,8 +144,9 @@ impl MiddlePressure {
         let Self { samples, above, largest } = self;
         (*above > 0).then(|| {
             format!(
-                "the pressure amid tread_pattern.grooves[{groove}] is above {NOT_LINEAR:.0} Pa, 1 % of gamma times \
-                 that of the air, in {above} of {samples} samples, at most {largest:.0} Pa: it is not linear there"
+                "the pressure in the middle of tread_pattern.grooves[{groove}] is above {NOT_LINEAR:.0} Pa, 1 % of \
+                 gamma times that of the air, in {above} of {samples} samples, at most {largest:.0} Pa: it is not \
+                 linear there"
             )
         })
     }

@@ -62,7 +62,7 @@ impl Effect for SoundEffect {
 
     fn check(&self, loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
         if scene.squeezes_blocks() && found_blocks(scene, &Decisions::new(scene)).is_none() {
-            let wrong = "no cut is deeper than a third of the tread: it has no blocks that yield".to_owned();
+            let wrong = "no cut is deeper than a third of the tread: it has no compliant blocks".to_owned();
             return Err(loaded.complain("air_pumping.squeeze", wrong, "deeper grooves, or leave this out").into());
         }
         Ok(())

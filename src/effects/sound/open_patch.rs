@@ -318,7 +318,7 @@ pub(super) fn expected_resonances(plan: &Plan) -> Option<String> {
         Some(Resonance { frequency, .. }) => {
             format!("tread_pattern.grooves[{groove}] resonates near {frequency:.0} Hz")
         }
-        None => format!("tread_pattern.grooves[{groove}] has no resonance that is looked for"),
+        None => format!("tread_pattern.grooves[{groove}] has no resonance in the range that is searched"),
     };
     let mut told: Vec<String> = resonances.iter().enumerate().map(of).collect();
     told.extend(passing(plan).map(|passing| {

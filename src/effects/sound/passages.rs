@@ -73,7 +73,7 @@ impl Passages {
         }
         let length = self.length();
         if length > sound.kept_samples() as i64 {
-            return Some("no passage: at this speed one takes longer than pressures are kept for".to_owned());
+            return Some("no passage: at this speed one takes longer than the pressures that are kept".to_owned());
         }
         let seconds = sound.duration_for(length as u64);
         Some(format!("no passage: the run is too short for one, which takes a rolling.duration of {seconds:.2} s"))

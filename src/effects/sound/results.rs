@@ -186,7 +186,7 @@ impl SoundObserver {
         }
         if audio && standard.is_recorded() {
             let channels = receiver.points.clone().map(|point| self.at_file_rate(point)).collect();
-            let description = "a tyre, heard moving along";
+            let description = "a tyre, at a microphone that moves along";
             recording = Some(Audible { channels, description, tyres: None });
         }
         Ok((summary, recording))

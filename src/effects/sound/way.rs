@@ -89,7 +89,7 @@ impl TransferSearch<'_> {
         let Self { plan, sound, layout, .. } = *self;
         let tyre = &plan.decisions.tyre;
         let air = Air::at(sound.radiation.temperature).ok_or_else(|| {
-            self.refused("radiation.temperature", "there is no air that cold".to_owned(), "a higher temperature")
+            self.refused("radiation.temperature", "air cannot be this cold".to_owned(), "a higher temperature")
         })?;
         let open = meter.open();
         progress.stage(Stage::Radiation);

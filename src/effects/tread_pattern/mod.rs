@@ -36,7 +36,7 @@ impl Effect for TreadPatternEffect {
         }
         let is_pressed = scene.contact.zone == Zone::Cells && pattern.blocks == BlockModel::Compliant;
         if scene.has_tractions() && is_pressed {
-            let wrong = "contact with friction has blocks as stiff as the uncut tread yet";
+            let wrong = "with friction, blocks can only be as stiff as the uncut tread";
             return refuse("tread_pattern.blocks", wrong, "blocks = \"continuum\", or remove [friction]");
         }
         match tread_map(scene, &Decisions::new(scene)) {

@@ -93,7 +93,7 @@ impl Effect for VibrationEffect {
 
     fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
         let mut blocks = levels(stored, VELOCITY_LEVEL, "Velocities, third octaves")?;
-        let caption = "waves round the tyre over frequency. White: the tyre's own waves";
+        let caption = "waves round the tyre over frequency. White: free waves of the tyre";
         blocks.extend(pictures_of(stored, "vibration_map_", caption)?);
         Ok(vec![Section { heading: "Vibration", blocks }])
     }

@@ -88,7 +88,7 @@ impl Plan {
             key: "outputs.vibration.lateral_tolerance",
             value: short(vibration.lateral_tolerance.unwrap_or(Vibration::LATERAL_TOLERANCE)),
             reason: format!(
-                "means across the strip hear {} of the {} waves across that the run carries",
+                "means across the strip include {} of the {} waves across that the run resolves",
                 cells.in_mean.len(),
                 cells.carried
             ),

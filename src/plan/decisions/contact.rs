@@ -178,7 +178,7 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
     match scene.contact.slice_coupling {
         SliceCoupling::Local => {
             let reason = match scene.contact.local_compliance {
-                _ if decisions.slices == Some(Slices::Pressed) => "what pressing the road has shown".to_owned(),
+                _ if decisions.slices == Some(Slices::Pressed) => "from the pressed road".to_owned(),
                 Some(kappa) => format!("contact.local_compliance = {kappa:e} m/Pa"),
                 None => "its compliance from the tread's modulus and the road's texture".to_owned(),
             };
@@ -202,7 +202,7 @@ fn tread_coupling(scene: &Scene, _: &mut Decisions) -> Decided {
     let tread = scene.contact.tread;
     let (on, form) = match tread {
         Tread::Elastic => (true, "elastic layer"),
-        Tread::Uncoupled => (false, "points in contact feel each other from the next step on; elastic in the limit"),
+        Tread::Uncoupled => (false, "points in contact are coupled from the next step on; elastic in the limit"),
         Tread::Bedding => (false, "independent springs on the carcass"),
     };
     let name = match tread {

@@ -138,7 +138,7 @@ impl LinePlot<'_> {
                     text = format!("{}: {}", self.x.title(), four_digits(x));
                 }
                 let name = if name.is_empty() { self.y.title() } else { name };
-                let mark = if is_valid(index, point) { "" } else { ", not vouched for" };
+                let mark = if is_valid(index, point) { "" } else { ", not valid" };
                 text += &format!("\n{name}: {}{mark}", four_digits(y));
             }
             (!text.is_empty()).then_some(text)
@@ -216,7 +216,7 @@ mod tests {
             drawn.filter_map(|line| Some(line.split("points=\"").nth(1)?.matches(',').count())).collect()
         };
         assert_eq!((lines("#0072B2"), lines("#BEBEBE")), (vec![2, 2], vec![5]), "{svg}");
-        assert_eq!(svg.matches("not vouched for</title>").count(), 1, "{svg}");
+        assert_eq!(svg.matches("not valid</title>").count(), 1, "{svg}");
     }
 
     #[test]

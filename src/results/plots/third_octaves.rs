@@ -96,7 +96,7 @@ impl ThirdOctavePlot<'_> {
             if let Some(level) = levels.iter().find(|level| level.band.0 == band) {
                 let name = if name.is_empty() { self.quantity } else { name };
                 let error = error_of(level, errors.get(index)).map_or(String::new(), |error| format!(" ± {error:.1}"));
-                let mark = if level.valid { "" } else { ", not vouched for" };
+                let mark = if level.valid { "" } else { ", not valid" };
                 text.push_str(&format!("\n{name}: {}{error} dB{mark}", four_digits(level.level)));
             }
         }

@@ -55,7 +55,7 @@ impl WavenumberPlot<'_> {
         let map = HeatMap {
             title: self.title,
             x: Axis::linear(
-                "Waves round the tyre, positive: against the rolling direction; white: the tyre's own waves",
+                "Waves round the tyre, positive: against the rolling direction; white: free waves of the tyre",
                 -edge..edge,
             ),
             y: Axis::linear("Frequency [Hz]", 0.0..rows_shown as f64 * row_width),

@@ -61,7 +61,7 @@ impl WorkPrecisionPlot<'_> {
             let up = frame.up(uncertainty);
             sheet.dashes([(frame.left, up), (frame.across(1.0), up)], GREY);
             let at = (frame.left + 6.0, up - 0.5 * TICK_LABEL);
-            sheet.text("doubt of the reference", at, Anchor::Right, TICK_LABEL);
+            sheet.text("uncertainty of the reference", at, Anchor::Right, TICK_LABEL);
         }
         let mut taken = Vec::new();
         for (index, curve) in panel.knobs.iter().enumerate() {
@@ -152,7 +152,7 @@ mod tests {
             panels: vec![panel("Work"), panel("Time")],
         };
         let svg = plot.to_svg();
-        for text in ["elements", "poles", "draft", "doubt of the reference", "Work", "Time"] {
+        for text in ["elements", "poles", "draft", "uncertainty of the reference", "Work", "Time"] {
             assert!(svg.contains(text), "{text}");
         }
     }

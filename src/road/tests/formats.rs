@@ -232,7 +232,7 @@ fn lines_that_do_not_fit_the_table_are_refused_with_their_number() {
         (with_line(&commas, 21, "10.0,1,048"), "line 21 has 3"),
         (with_line(&commas, 1, "0.0,0.1,0.2"), "line 1 has 3"),
         ("0.5 40\n".to_owned() + &blanks, "line 1: \"0.5 40\" is out of the order"),
-        ("40 0.5\n".to_owned() + &blanks, "tells their number"),
+        ("40 0.5\n".to_owned() + &blanks, "seems to state their number"),
         (beside, "40 of 80 points lie at the distance of another one"),
         (thousands, "line 1: \"1,100\""),
     ] {

@@ -74,7 +74,7 @@ fn text_that_is_no_grid_is_refused_with_its_line() {
     let esri = "ncols 4\nnrows 3\ncellsize 2\n1 2 3 4\n5 6 7 8\n9 10 11 12\n";
     for (name, text_of, unit, part) in [
         ("a.xyz", scan.clone(), None, "road.distance_unit"),
-        ("b.xyz", scan.clone() + "3.4 1.0 2.0\n", millimetres, "line 51: the distance 0.0034 m is none of a grid"),
+        ("b.xyz", scan.clone() + "3.4 1.0 2.0\n", millimetres, "line 51: the distance 0.0034 m is not on a grid"),
         ("c.xyz", scan.repeat(2), millimetres, "lines 1 and 51 are points at the same place"),
         ("d.xyz", scan.lines().map(|line| format!("{line} 7\n")).collect(), millimetres, "4 columns"),
         ("e.xyz", scan.replace("0.2786", "wet"), millimetres, "line 1, column 3 (height): \"wet\" is not a number"),

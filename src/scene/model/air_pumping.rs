@@ -26,7 +26,8 @@ keys! {
         /// Paths of the air under the patch: none, the grooves of `[tread_pattern]` that run round the tyre, or all
         /// voids between tread and road.
         patch: PatchAir = PatchAir::Sealed => OneOf::new(),
-        /// True if compliant blocks of `[tread_pattern]` press the volume by which they yield into voids beside them.
+        /// True if compliant blocks of `[tread_pattern]` press air into the voids beside them, as much as the volume of
+        /// their compression.
         #[serde(skip_serializing_if = "is_default")]
         squeeze: bool = false => Flag,
     }

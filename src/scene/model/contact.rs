@@ -35,7 +35,7 @@ keys! {
         tread: Tread = Tread::default() => OneOf::new(),
         /// How the road under an element deforms the tread.
         slices: Slices = Slices::default() => OneOf::instead_of(&FORMER_SLICES),
-        /// By how much a slice yields more than the element as a whole.
+        /// Compliance of a slice in addition to that of the element as a whole.
         slice_coupling: SliceCoupling = SliceCoupling::default() => OneOf::instead_of(&FORMER_COUPLINGS),
         /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of
         /// compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
@@ -56,8 +56,8 @@ keys! {
         /// exact. The default is that of the standard preset: thinned curves err to the same side in every slice,
         /// 1e-6 m changes levels by 0.1 dB, 1e-5 m by 6 dB (measured at N = 512).
         slice_tolerance: f64 = 3e-7 => Bounds::between(0.0, 1e-3, "m"),
-        /// Largest error of a third octave by slices, beside cells, that levels and sounds to listen to may have:
-        /// bands from the first that has more are not valid. The error itself stands in the tables of levels.
+        /// Largest error of a third octave by slices, compared with cells, of valid levels and audio files: from the
+        /// first band with a larger one on, bands are not valid. The error itself is in the tables of levels.
         #[serde(skip_serializing_if = "is_usual", serialize_with = "decibels")]
         largest_slice_error: f64 = LARGEST_SLICE_ERROR => Decibels(Bounds::between(0.1, 60.0, "dB")),
         /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: influence functions and springs
@@ -105,11 +105,11 @@ pub(crate) const OF_SLICES: [&str; 8] = [
 fn contact(table: &mut Table<'_>) -> Option<Contact> {
     match table.peek("zone", &OneOf::<Zone>::new()).map(Option::unwrap_or_default) {
         Some(Zone::Cells) => {
-            let owner = "zone = \"cells\", where each cell is pressed by itself";
+            let owner = "zone = \"cells\", where each cell has a force of its own";
             table.refuse(&OF_SLICES, owner, "remove it, or choose zone = \"slices\"");
             let tread = table.peek("tread", &OneOf::<Tread>::new()).flatten();
             if tread.is_some_and(|tread| tread != Tread::Elastic) {
-                let problem = Problem::new("cells feel each other through the tread", "remove it: cells are elastic");
+                let problem = Problem::new("cells are coupled through the tread", "remove it: cells are elastic");
                 table.complain::<()>("tread", problem);
             }
             if table.has("cell") && table.has("cells_across") {
@@ -130,14 +130,14 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
     }
     let slices = table.peek("slices", &OneOf::<Slices>::new()).flatten();
     if slices == Some(Slices::Pressed) {
-        let owner = "slices = \"pressed\", whose curves say all that a slice yields";
+        let owner = "slices = \"pressed\", whose curves contain the whole compliance of a slice";
         let right = "remove it, or choose slices = \"winkler\"";
         table.refuse(&["local_compliance"], owner, right);
         if coupling == Some(SliceCoupling::Explicit) {
             return table.complain("slice_coupling", Problem::does_not_belong(owner, right));
         }
         if tread == Some(Tread::Bedding) {
-            let wrong = "springs on the carcass do not feel each other, and a road is pressed by a tread that does";
+            let wrong = "springs on the carcass are independent, and a road is pressed by a coupled tread";
             return table.complain("tread", Problem::new(wrong, "an elastic tread, or slices = \"winkler\""));
         }
     }
@@ -220,7 +220,7 @@ impl Slices {
     }
 }
 
-/// By how much a slice yields more than the element as a whole.
+/// Compliance of a slice in addition to that of the element as a whole.
 ///
 /// `explicit` is the paper's equation 4 and takes the influence of the element on itself within one time step for the
 /// slice's spring; that decreases with the time step, and with it the compliance of the texture, so that it has no

@@ -192,7 +192,7 @@ fn orthotropic(table: &mut Table<'_>) -> Option<Orthotropic> {
     let determinant = read.determinant();
     if determinant <= 0.0 {
         let wrong = format!(
-            "{} makes 1 - nu_theta_y^2 E_y/E_theta = {}: a strain along and across would give energy back",
+            "{} makes 1 - nu_theta_y^2 E_y/E_theta = {}: strain along and across would release energy",
             short(read.nu_theta_y),
             short(determinant)
         );

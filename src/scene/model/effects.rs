@@ -54,7 +54,7 @@ pub(in crate::scene) const EFFECTS: Nested<Effects> =
 
 fn effects(table: &mut Table<'_>) -> Option<Effects> {
     if table.has("centrifugal_tension") {
-        let wrong = "a tyre that turns has more than tension: this key is gone";
+        let wrong = "this key has been removed: a tyre that turns has more than tension";
         let right =
             "leave it out: effects.rotation = \"auto\" takes tension, growth and Coriolis forces in; \"off\" none";
         table.complain::<()>("centrifugal_tension", Problem::new(wrong, right));

@@ -80,17 +80,17 @@ keys! {
         /// Coefficient of slow slip, `law = "falling"`.
         #[serde(skip_serializing_if = "Option::is_none")]
         mu_slow: Option<f64> = None => Optional(COEFFICIENT),
-        /// Coefficient of fast slip, likewise.
+        /// Coefficient of fast slip, `law = "falling"`.
         #[serde(skip_serializing_if = "Option::is_none")]
         mu_fast: Option<f64> = None => Optional(COEFFICIENT),
-        /// Speed of slip over which it falls by a factor e \[m/s\], likewise.
+        /// Speed of slip over which the coefficient falls by a factor e \[m/s\], `law = "falling"`.
         #[serde(skip_serializing_if = "Option::is_none")]
         speed_scale: Option<f64> = None => Optional(SPEED),
-        /// Length of slip over which it follows \[m\], likewise.
+        /// Length of slip over which the coefficient follows \[m\], `law = "falling"`.
         #[serde(skip_serializing_if = "Option::is_none")]
         memory_length: Option<f64> = None => Optional(Bounds::positive("m").plausible(1e-9, 1.0)),
-        /// Speed that replaces the slip speed at rest \[m/s\], likewise: the friction of a cell at rest recovers with
-        /// it.
+        /// Speed that replaces the slip speed at rest \[m/s\], `law = "falling"`: the friction of a cell at rest
+        /// recovers with it.
         #[serde(skip_serializing_if = "Option::is_none")]
         speed_floor: Option<f64> = None => Optional(SPEED),
         /// Creep of the wheel against free rolling of a rigid one.

@@ -23,11 +23,11 @@ keys! {
         /// Highest frequency wanted \[Hz\]: the plan chooses elements and substeps by it where they are not given.
         #[serde(skip_serializing_if = "Option::is_none")]
         fmax: Option<f64> = None => Optional(FMAX),
-        /// The row of the plan's table of accuracy against time that what is not given is taken from.
+        /// Row of the plan's table of accuracy against time, from which all settings are taken that are not given.
         #[serde(skip_serializing_if = "Option::is_none")]
         preset: Option<Preset> = None => Optional(OneOf::new()),
-        /// How far third-octave levels up to `fmax` may be off for want of resolution \[dB\]: the cheapest row that
-        /// keeps it. From what no road is known to, up to what is hardly an accuracy.
+        /// Largest numerical error of third-octave levels up to `fmax` \[dB\]: the cheapest row of the plan's table
+        /// that keeps it is taken.
         #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional_decibels")]
         accuracy: Option<f64> = None => Optional(Decibels(Bounds::between(0.05, 12.0, "dB"))),
         /// Elements N round the tyre; even.
@@ -36,19 +36,19 @@ keys! {
         substeps: usize = 1 => Whole::between(1, MOST),
         /// Time rule; by default `sdirk2`, with a direct history `bdf2`.
         time_rule: TimeRule = TimeRule::Sdirk2 => OneOf::instead_of(&FORMER_RULES),
-        /// How the past is carried along; by default by poles, or as a sum where a `memory` is given.
+        /// Treatment of the force history; by default by poles, or as a sum if a `memory` is given.
         history: History = History::Modal => OneOf::new(),
         /// Length of the force history that is kept, `direct` only \[s\].
         memory: f64 = 0.7 => Bounds::positive("s").plausible(1e-6, 1e5),
         /// Tolerance of the rational models of the influence functions, `modal` only; relative to each one's value, or
-        /// to 0.003 of its largest where that is more. From what a fit in double precision can reach to what still is
-        /// one.
+        /// to 0.003 of its largest where that is more. The bounds: what a fit in double precision can reach, and what
+        /// can still be called a fit.
         pole_tolerance: f64 = 1e-5 => Bounds::between(1e-10, 1e-2, ""),
         /// Relative tolerance of the wavenumber sums, of the influence function's static value. Below a few units of
         /// rounding no sum of thousands of terms converges.
         influence_tolerance: f64 = 1e-7 => Bounds::between(1e-14, 0.1, ""),
-        /// Tolerance of the contact conditions, relative to the largest required displacement. Less than rounding no
-        /// linear solve can leave; above, a contact condition would say nothing.
+        /// Tolerance of the contact conditions, relative to the largest required displacement. A linear solve cannot
+        /// leave less than rounding; with a larger tolerance a contact condition would say nothing.
         contact_tolerance: f64 = 1e-12 => Bounds::between(1e-15, 1e-3, ""),
         /// A fixed number of odd lateral terms m, instead of the tolerance.
         #[serde(skip_serializing_if = "Option::is_none")]

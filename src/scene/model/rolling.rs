@@ -17,8 +17,8 @@ keys! {
         duration: f64 => Bounds::positive("s").plausible(1e-4, 1e6),
         /// Time simulated before anything counts towards a mean or a spectrum \[s\].
         warm_up: f64 = Rolling::WARM_UP => Bounds::not_negative("s").plausible(1e-6, 1e6),
-        /// Road coordinate under the axle at t = 0 \[m\]; default: 0 on an endless road, just far enough in on a finite
-        /// one.
+        /// Road coordinate under the axle at t = 0 \[m\]; default: 0 on an endless road, just far enough from its
+        /// beginning on a finite one.
         #[serde(skip_serializing_if = "Option::is_none")]
         start: Option<f64> = None => Optional(Bounds::any("m").plausible(1e-9, 1e7)),
         /// Support of the axle.

@@ -23,8 +23,7 @@ keys! {
     pub Scene {
         /// Free text, shown in results and plots.
         title: String = String::new() => Text,
-        /// True if numbers that no tyre, road or run has are accepted: up to a thousand times outside the plausible
-        /// range.
+        /// True to accept implausible numbers, up to a thousand times outside the plausible range.
         #[serde(skip_serializing_if = "is_default")]
         allow_implausible: bool = false => Flag,
         /// The tyre: given in place or, in the file, by the path of a tyre file.
@@ -51,10 +50,10 @@ keys! {
         numerics: Numerics = Numerics::default() => NUMERICS,
         /// Outputs.
         outputs: Outputs = Outputs::default() => OUTPUTS,
-        /// Where the sound pressure is wanted; `[[receiver]]` in the file.
+        /// Receivers of the sound pressure; `[[receiver]]` in the file.
         #[serde(rename = "receiver", skip_serializing_if = "Vec::is_empty")]
         receivers as "receiver": Vec<Receiver> = Vec::new() => RECEIVERS,
-        /// How sound gets there.
+        /// Sound radiation.
         #[serde(skip_serializing_if = "is_default")]
         radiation: Radiation = Radiation::default() => RADIATION,
         /// Air under the contact patch; without it the patch is sealed.

@@ -148,8 +148,8 @@ keys! {
         /// Largest error of the interpolation between the frequencies that are solved for \[dB\].
         #[serde(serialize_with = "decibels")]
         frequency_tolerance: f64 = 0.2 => Decibels(Bounds::between(1e-3, 6.0, "dB")),
-        /// Lateral numbers of the tread's waves that are followed; of forces on cells, which are not even across, the
-        /// odd ones between them, too.
+        /// Number of the tread's even waves across that radiate; with contact over cells, whose forces are not even
+        /// across, the odd ones between them, too.
         lateral_waves: usize = 6 => Whole::between(1, 1000),
         /// Radius of the shoulders, outside the tread's width \[m\].
         shoulder: f64 = 0.02 => Bounds::inside(0.0, 1.0, "m").plausible(1e-3, 1.0),
@@ -161,15 +161,15 @@ keys! {
         acoustic_gap: f64 = 0.0 => Bounds::between(0.0, 0.05, "m"),
         /// Motion of the air at the tread: at rest over the road, at rest beside the axle, or round with the tread.
         air: AirMotion = AirMotion::Road => OneOf::new(),
-        /// Sound of the sidewalls and shoulders, where `[tyre.sidewall]` has them move: on, off, or `auto`, which is on
-        /// for boundary elements; a draft has that of the tread alone.
+        /// Sound of the sidewalls and shoulders, which move with `[tyre.sidewall]`: on, off, or `auto`, which is on for
+        /// boundary elements; a draft has that of the tread alone.
         sides: Switch = Switch::Auto => OneOf::new(),
         /// Air temperature \[degrees Celsius\].
         temperature: f64 = 20.0 => Bounds::between(-50.0, 60.0, "degrees Celsius"),
-        /// True if files to listen to are written.
+        /// True if audio files are written.
         audio: bool = true => Flag,
-        /// Pressure that is 1 in files to listen to \[Pa\]; left out, one that holds the loudest file of a run, a sweep
-        /// or a report is chosen for all of them.
+        /// Pressure that is full scale, 1, in audio files \[Pa\]; default: for all files of a run, a sweep or a report
+        /// the same, large enough for the loudest.
         #[serde(skip_serializing_if = "Option::is_none")]
         full_scale: Option<f64> = None => Optional(Bounds::inside(0.0, 1e5, "Pa")),
     }
@@ -280,7 +280,7 @@ keys! {
         /// Vehicle for `coast-by`, whose four tyres contribute; one tyre alone where it is left out.
         vehicle: Option<Vehicle> = None => Optional(VEHICLE),
         /// Passage for `coast-by`: length of road over which the tyre is followed, half of it before the microphone;
-        /// left out, the level rises and falls by 10 dB \[m\].
+        /// default: long enough for the level to rise and fall by 10 dB \[m\].
         passage: Option<f64> = None => Optional(PASSAGE),
     }
 }
@@ -351,7 +351,7 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         (None, None) => {
             let right = "position = [x, y, z] in metres, a file, or standard = \"coast-by\", \"cpx\", \"circle\", \
                          \"hemisphere\" or \"obsi\"";
-            return table.complain_here(Problem::new("it says nowhere where the receiver is", right));
+            return table.complain_here(Problem::new("it does not say where the receiver is", right));
         }
         (None, Some(standard)) => ReceiverPlace::Standard(match standard {
             Standard::CoastBy => {

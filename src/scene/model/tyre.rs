@@ -37,7 +37,8 @@ keys! {
         /// slices over the strip; level without.
         #[serde(skip_serializing_if = "Option::is_none")]
         crown_radius: Option<f64> = None => Optional(CROWN),
-        /// Load index (ETRTO, ISO 4000-1), which says how much it may bear: 91 for 615 kg. A larger load is warned of.
+        /// Load index (ETRTO, ISO 4000-1), which states the load capacity: 91 for 615 kg. A larger load gives a
+        /// warning.
         #[serde(skip_serializing_if = "Option::is_none")]
         load_index: Option<u16> = None => Optional(Whole::between(0, 279)),
         /// Support of the sides.
@@ -342,7 +343,7 @@ fn is_held(table: &Table<'_>) -> Option<()> {
         complain("inflation", Problem::missing(&INFLATION.wanted()));
     }
     if table.peek("foundation", &FOUNDATION) == Some(Some(Foundation::default())) {
-        complain("foundation", Problem::new("this bears nothing", "write stiffnesses above 0 N/m^3"));
+        complain("foundation", Problem::new("it carries no load", "write stiffnesses above 0 N/m^3"));
     }
     sound
 }
@@ -359,7 +360,7 @@ fn check(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
         complain("sidewall", flat());
     }
     if tyre.sides == Sides::Supported && tyre.cavity.is_some() {
-        let wrong = "sides = \"supported\" has no wave that is constant across the width, which is what the air feels";
+        let wrong = "sides = \"supported\" has no wave that is constant across the width, as the air needs it";
         complain("cavity", Problem::new(wrong, "write sides = \"guided\", or leave this out"));
     }
     let (thickness, radius) = (tyre.thickness(), tyre.radius());
@@ -396,13 +397,12 @@ fn inflated(mut tyre: Tyre, table: &Table<'_>) -> Option<Tyre> {
     }
     if arc.hoop < LEAST_HOOP * arc.shear {
         let wrong = format!("{} N/m is less than a quarter of the shear stiffness", short(arc.hoop));
-        let right =
-            "short waves would gain volume at no cost: leave it out, 4 times the shear stiffness, or write more";
+        let right = "short waves would be unstable: leave it out, for 4 times the shear stiffness, or write more";
         return complain("sidewall.hoop", wrong, right.to_owned());
     }
     let (pressure, angle) = (short(arc.pressure), short(sidewall.angle));
     let Some(tension) = tyre.carried_tension() else {
-        let wrong = format!("{pressure} Pa give an arc of this angle, {angle} rad, no steady shape");
+        let wrong = format!("an arc of this angle, {angle} rad, has no stable shape under {pressure} Pa");
         return complain("sidewall.angle", wrong, "write another angle, from 0.5 to 1.5 rad".to_owned());
     };
     if tyre.layers.iter().enumerate().any(|(place, _)| table.gives(&format!("layers[{place}].tension"))) {

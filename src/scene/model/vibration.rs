@@ -31,10 +31,10 @@ keys! {
         /// Maps over wavenumber and frequency.
         map: bool = false => Flag,
         /// Length of the averaged segments, brought to whole revolutions \[s\]; by default for a resolution of 1 Hz,
-        /// fine beside any resonance of rubber.
+        /// fine compared with any resonance of rubber.
         segment: f64 = 1.0 => Bounds::positive("s").plausible(1e-4, 1e4),
-        /// Over contact.zone = "cells": largest part of the mean square velocity that waves across the strip may carry
-        /// which are left out, for forces that are independent from cell to cell; 0.02 if left out, below 0.1 dB.
+        /// Over contact.zone = "cells": largest share of the mean square velocity in waves across the strip that are
+        /// left out, for forces that are independent from cell to cell; 0.02 by default, below 0.1 dB.
         #[serde(skip_serializing_if = "Option::is_none")]
         lateral_tolerance: Option<f64> = None => Optional(Bounds::inside(0.0, 1.0, "")),
     }

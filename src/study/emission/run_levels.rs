@@ -21,7 +21,7 @@ pub(crate) enum EmissionError {
     #[error(transparent)]
     Stored(#[from] StoredError),
     /// A run that is not finished.
-    #[error("{name} is not finished: the same `tyrewave sweep` again goes on with it")]
+    #[error("{name} is not finished: the same `tyrewave sweep` command continues it")]
     Unfinished {
         /// Name of the run.
         name: String,

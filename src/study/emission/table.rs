@@ -107,7 +107,7 @@ impl Emission {
         }
         report.text(
             "\n+- scatter: half of the 95 % interval by the scatter of the runs about the line, without errors of the \
-             levels themselves; in brackets: not vouched for by every run\n",
+             levels themselves; in brackets: not valid in every run\n",
         );
         self.missing.iter().for_each(|missing| report.text(format!("{missing}\n")));
         EmissionModel::ALL.map(EmissionModel::note).iter().for_each(|note| report.text(format!("{note}\n")));

@@ -64,8 +64,8 @@ const SURE: f64 = 1.96;
 pub enum FitTyreError {
     /// Fewer numbers than unknowns.
     #[error(
-        "{values} measured values ({} numbers) cannot tell {unknowns} parameters: measure at more frequencies, or fix \
-         parameters", 2 * values
+        "{values} measured values ({} numbers) cannot determine {unknowns} parameters: measure at more frequencies, or \
+         fix parameters", 2 * values
     )]
     TooFew {
         /// Measured values.

@@ -37,7 +37,7 @@ pub enum Instead {
 
 /// Values that are no driving-point mobility.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("this is no driving-point mobility in m/(N s): {evidence}. {instead}")]
+#[error("this is not a driving-point mobility in m/(N s): {evidence}. {instead}")]
 pub struct NoMobility {
     /// Fault found, in words.
     pub evidence: String,
@@ -138,7 +138,7 @@ pub(super) fn judge(points: &[Point], uncertainty: Uncertainty, computed: &[Comp
         let fits = |instead: &Instead| is_passive(*instead) && level(*instead) <= FAR;
         let instead = [Instead::Accelerance, Instead::Receptance].into_iter().find(fits);
         let evidence = format!(
-            "its levels are {:.0} dB {} those of the starting tyre (median), which no fit makes good",
+            "its levels are {:.0} dB {} those of the starting tyre (median), which no fit can reach",
             given_level.abs(),
             if given_level > 0.0 { "above" } else { "below" }
         );

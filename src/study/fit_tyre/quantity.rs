@@ -105,7 +105,7 @@ impl Side {
                     _ => String::new(),
                 };
                 return Err(format!(
-                    "its type is {data_type}{exponents}, its units are {label:?}: not told whether it is a \
+                    "its type is {data_type}{exponents}, its units are {label:?}: nothing says whether it is a \
                      displacement (8), a velocity (11), an acceleration (12) or a force (13)"
                 ));
             }
@@ -212,7 +212,7 @@ mod tests {
         let cubed = AxisRecord { data_type: 1, exponents: [3, 0], label: "m".to_owned() };
         for (above, below, units, words) in [
             (axis(11, "m/s^2"), axis(13, "N"), None, "velocity (11), its units are \"m/s^2\""),
-            (axis(0, ""), axis(13, "N"), None, "not told whether"),
+            (axis(0, ""), axis(13, "N"), None, "nothing says whether"),
             (general, axis(13, "N"), None, "exponents 1 of length"),
             (cubed, axis(13, "N"), None, "exponents 3 of length"),
             (axis(12, "g"), axis(13, "N"), units(1.0), "dataset 164"),

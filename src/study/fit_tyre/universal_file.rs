@@ -290,7 +290,7 @@ impl Response {
         }
         let unit = axis(abscissa).label.to_lowercase();
         if !matches!(axis(abscissa).data_type, 0 | 1 | 18) || !["", "hz", "1/s", "cps"].contains(&unit.as_str()) {
-            return Err(format!("record 8: the abscissa is no frequency in Hz (units {unit:?})"));
+            return Err(format!("record 8: the abscissa is not a frequency in Hz (units {unit:?})"));
         }
         let quantity = Quantity::of(&axis(numerator), &axis(denominator), units)?;
         let samples = samples(form, &function.values)?;
@@ -390,7 +390,7 @@ fn samples(form: &[u8], values: &Values<'_>) -> Result<Vec<Sample>, String> {
     let numbers = match values {
         Values::Text(lines) => {
             let read: Result<Vec<f64>, String> = lines.iter().flat_map(|line| numbers(line)).collect();
-            read.map_err(|word| format!("{word:?} among its values is no number"))?
+            read.map_err(|word| format!("{word:?} among its values is not a number"))?
         }
         Values::Binary(..) if count == 0 => Vec::new(),
         Values::Binary(bytes, binary) => binary_numbers(bytes, *binary, count, columns)?,

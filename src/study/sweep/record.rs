@@ -46,7 +46,7 @@ impl SweepRecord {
     /// # Errors
     /// In words, for a text that is no record of this version.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        let wrong = |error: serde_json::Error| format!("no list of a sweep's variants: {error}");
+        let wrong = |error: serde_json::Error| format!("not a list of a sweep's variants: {error}");
         let record: Self = serde_json::from_str(text).map_err(wrong)?;
         if (record.format.as_str(), record.format_version) != (FORMAT, FORMAT_VERSION) {
             return Err(format!("no {FORMAT}, version {FORMAT_VERSION}"));

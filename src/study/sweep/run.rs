@@ -301,8 +301,8 @@ fn resumable(variant: &Variant, target: &Path, progress: &mut dyn Progress) -> b
     if let Ok(folder) = unfinished(target) {
         match Checkpoint::read(&folder) {
             Ok(checkpoint) if checkpoint.loaded.scene == variant.loaded.scene => return true,
-            Ok(_) => progress.note("begun anew: its unfinished run was of another scene"),
-            Err(error) => progress.note(&format!("begun anew: {error}")),
+            Ok(_) => progress.note("started again: its unfinished run was of another scene"),
+            Err(error) => progress.note(&format!("started again: {error}")),
         }
     }
     forget_abandoned(target);

@@ -13,7 +13,7 @@ fn effect_refused(effect: &str, key: &str, wrong: &str, right: &str) {
 #[test]
 fn switches() {
     effect_refused("texture = \"offf\"", "effects.texture", "\"offf\" is not known", "did you mean \"off\"?");
-    effect_refused("texture = true", "effects.texture", "true cannot stand here", "one of \"on\", \"off\", \"auto\"");
+    effect_refused("texture = true", "effects.texture", "true is not allowed here", "one of \"on\", \"off\", \"auto\"");
     effect_refused("tangential = \"on\"", "effects.tangential", "not a key of [effects]", "tangential_motion");
     let later = accepted("[contact]", "[effects]\nradiation = \"auto\"\nfriction = \"off\"\n[contact]");
     assert_eq!((later.effects.radiation, later.effects.friction), (Switch::Auto, Switch::Off));
@@ -35,7 +35,7 @@ fn effects_that_contradict_the_scene() {
 #[test]
 fn rotation_belongs_to_curved_tyres_and_takes_the_place_of_tension() {
     effect_refused("rotation = \"on\"", "effects.rotation", "a flat plate does not turn", "curvature = true");
-    let (key, wrong) = ("effects.centrifugal_tension", "this key is gone");
+    let (key, wrong) = ("effects.centrifugal_tension", "this key has been removed");
     effect_refused("centrifugal_tension = \"auto\"", key, wrong, "effects.rotation = \"auto\"");
     let off = accepted("[contact]", "[effects]\nrotation = \"off\"\n[contact]");
     assert_eq!(off.effects.rotation, Switch::Off);

@@ -46,10 +46,10 @@ fn sidewall_refused(sidewall: &str, key: &str, wrong: &str, right: &str) {
 #[test]
 fn words_and_flags() {
     tyre_refused("sides = \"gided\"", 5, "tyre.sides", "\"gided\" is not known", "did you mean \"guided\"?");
-    tyre_refused("sides = true", 5, "tyre.sides", "cannot stand here", "one of \"supported\", \"guided\"");
-    tyre_refused("curvature = 1", 5, "tyre.curvature", "1 cannot stand here", "true or false");
-    tyre_refused("inflation = 2.2e5", 5, "tyre.inflation", "cannot stand here", "{ pressure = ...");
-    tyre_refused("curvature = true\ncavity = true", 6, "tyre.cavity", "cannot stand here", "{ radius = ...");
+    tyre_refused("sides = true", 5, "tyre.sides", "is not allowed here", "one of \"supported\", \"guided\"");
+    tyre_refused("curvature = 1", 5, "tyre.curvature", "1 is not allowed here", "true or false");
+    tyre_refused("inflation = 2.2e5", 5, "tyre.inflation", "is not allowed here", "{ pressure = ...");
+    tyre_refused("curvature = true\ncavity = true", 6, "tyre.cavity", "is not allowed here", "{ radius = ...");
     let tyre = accepted("contact_width", "sides = \"guided\"\ncurvature = true\ncontact_width").tyre;
     assert!(tyre.sides == Sides::Guided && tyre.curvature);
 }
@@ -150,7 +150,7 @@ fn either_a_foundation_or_sidewalls_hold_a_tyre() {
     refused("normal = 1.8e6, ", "", 6, "tyre.foundation.normal", "missing", "at least 0 N/m^3");
     let nothing = "foundation = { normal = 0, tangential = 0 }";
     let from = "foundation = { normal = 1.8e6, tangential = 1e6, loss_factor = 0.1 }";
-    refused(from, nothing, 6, "tyre.foundation", "bears nothing", "above 0 N/m^3");
+    refused(from, nothing, 6, "tyre.foundation", "carries no load", "above 0 N/m^3");
     let both = replaced(&on_sidewalls(ARC), &[("curvature = true\n", &format!("curvature = true\n{from}\n"))]);
     let found = complaints(&both);
     let [only] = found.as_slice() else { panic!("{found:#?}") };

@@ -163,7 +163,7 @@ fn measured_roads() {
     road_refused("kind = \"grid\"\nfile = \"a.npy\"\ndx = 0.01\ndy = -1", 20, "road.dy", "-1", "above 0 m");
     road_refused("kind = \"open-crg\"\nfile = \"a.npy\"", 17, "road.kind", "\"open-crg\"", "did you mean \"opencrg\"?");
     let text = |keys: &str| format!("kind = \"grid\"\nfile = \"a.xyz\"\n{keys}");
-    road_refused(&text("dx = 0.01"), 19, "road.dx", "means nothing with a grid of text", "leave this out");
+    road_refused(&text("dx = 0.01"), 19, "road.dx", "does not apply with a grid of text", "leave this out");
     road_refused(&text("widen = \"copy\""), 19, "road.widen", "\"copy\"", "\"refuse\", \"mirror\"");
     accepted("kind = \"smooth\"", &text("distance_unit = \"mm\"\nheight_unit = \"um\"\ncolumns = [1, 2, 3]"));
     accepted("kind = \"smooth\"", &profile("columns = [\"x\", 2]\nseed = 3"));

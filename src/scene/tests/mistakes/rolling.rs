@@ -31,7 +31,7 @@ fn axles() {
     axle_refused(
         "{ load = 3400, ramp = 0.1 }",
         "rolling.axle.ramp",
-        "means nothing with a load",
+        "does not apply with a load",
         "give an indentation",
     );
     axle_refused(
@@ -44,7 +44,7 @@ fn axles() {
     axle_refused(
         "{ indentation = 0.25 }",
         "rolling.axle.indentation",
-        "0.25 m is hardly meant: from 0 to 0.093 m",
+        "0.25 m is implausible: from 0 to 0.093 m",
         "allow_implausible = true",
     );
     accepted("axle = { load = 3400 }", "axle = { indentation = 0.09 }");
@@ -68,7 +68,7 @@ fn axles_with_a_mass() {
     axle_refused("{ load = 3400, mass = 40, damping = -1 }", "rolling.axle.damping", "-1", "at least 0 N s/m");
     axle_refused("{ load = 3400, stiffness = 1e4 }", "rolling.axle.stiffness", "without a mass", "give its mass");
     axle_refused("{ load = 3400, damping = 1e3 }", "rolling.axle.damping", "without a mass", "give its mass");
-    axle_refused("{ load = 3400, mass = 40, ramp = 1 }", "rolling.axle.ramp", "means nothing with a load", "remove");
+    axle_refused("{ load = 3400, mass = 40, ramp = 1 }", "rolling.axle.ramp", "does not apply with a load", "remove");
     axle_refused("{ load = 3400, mas = 40 }", "rolling.axle.mas", "not a key of the axle", "did you mean `mass`?");
     axle_refused("{ indentation = 0.01, mass = 40 }", "rolling.axle.mass", "an indentation", "give a load");
     axle_refused("{ indentation = 0.01, damping = 4 }", "rolling.axle.damping", "an indentation", "give a load");
@@ -225,7 +225,7 @@ fn vibration() {
         "frames = \"material\"\npoints = [0.1]",
         30,
         "outputs.vibration.points",
-        "means nothing with frames = \"material\"",
+        "does not apply with frames = \"material\"",
         "frames = \"both\"",
     );
     wrong("elements = [3, -1]", 29, "outputs.vibration.elements[1]", "-1 is too small", "at least 0");
@@ -235,7 +235,7 @@ fn vibration() {
         "frames = \"non-rotating\"\nelements = [0]",
         30,
         "outputs.vibration.elements",
-        "means nothing with frames = \"non-rotating\"",
+        "does not apply with frames = \"non-rotating\"",
         "frames = \"both\"",
     );
     wrong("frames = \"road\"", 29, "outputs.vibration.frames", "\"road\" is not known", "\"non-rotating\"");

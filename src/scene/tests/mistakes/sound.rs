@@ -17,7 +17,7 @@ fn receiver_refused(keys: &str, line: usize, key: &str, wrong: &str, right: &str
 
 #[test]
 fn places() {
-    receiver_refused("name = \"left\"", 26, "", "says nowhere where", "position = [x, y, z] in metres");
+    receiver_refused("name = \"left\"", 26, "", "does not say where", "position = [x, y, z] in metres");
     receiver_refused("position = [0, 7.5]", 27, ".position", "has 2 values", "write 3 values");
     receiver_refused("position = [0, 7.5, -1.2]", 27, ".position", "below the road", "0 or more");
     receiver_refused("position = [0.1, 0, 0.3]", 27, ".position", "inside the tyre", "reaches 0.12 m");
@@ -48,10 +48,10 @@ fn names_of_receivers() {
 #[test]
 fn a_distance_in_millimetres_is_hardly_meant() {
     let beside = "standard = \"coast-by\"";
-    receiver_refused(&format!("{beside}\ndistance = 7500"), 28, ".distance", "7500 m is hardly meant", "another unit");
-    receiver_refused(&format!("{beside}\nheight = 1200"), 28, ".height", "1200 m is hardly meant", "another unit");
+    receiver_refused(&format!("{beside}\ndistance = 7500"), 28, ".distance", "7500 m is implausible", "another unit");
+    receiver_refused(&format!("{beside}\nheight = 1200"), 28, ".height", "1200 m is implausible", "another unit");
     receiver_refused("position = [0, 500, 1.2]", 27, ".position[1]", "from 1e-9 to 100 m is plausible", "another unit");
-    receiver_refused("position = [0, 7500, 1.2]", 27, ".position[1]", "7500 m is hardly meant", "another unit");
+    receiver_refused("position = [0, 7500, 1.2]", 27, ".position[1]", "7500 m is implausible", "another unit");
 }
 
 #[test]
@@ -75,7 +75,7 @@ fn vehicles() {
     };
     vehicle_refused("{ weelbase = 2.5 }", ".weelbase", "not a key of the vehicle", "did you mean `wheelbase`?");
     vehicle_refused("{ wheelbase = -1 }", ".wheelbase", "-1", "at least 0 and at most 20 m");
-    vehicle_refused("4", "", "the whole number 4 cannot stand here", "{ wheelbase = 2.7, track = 1.55 }");
+    vehicle_refused("4", "", "the whole number 4 is not allowed here", "{ wheelbase = 2.7, track = 1.55 }");
     vehicle_refused("{ track = 0.1 }", "", "overlap with a track of 0.1 m", "above 0.");
     vehicle_refused("{ track = 1.5 }\ndistance = 0.8", "", "reach as far as the microphone, 0.8 m", "below 1.");
     for standard in ["standard = \"cpx\"", "standard = \"hemisphere\"\nradius = 3", "position = [0, 7.5, 1.2]"] {
@@ -122,9 +122,9 @@ fn ways() {
     };
     way_refused("fmax = 0", "fmax", "0", "at least 50");
     way_refused("air = \"axel\"", "air", "\"axel\" is not known", "did you mean \"axle\"?");
-    way_refused("frequency_tolerance = 0.1", "frequency_tolerance", "cannot stand here", "in quotes");
+    way_refused("frequency_tolerance = 0.1", "frequency_tolerance", "is not allowed here", "in quotes");
     way_refused("shoulder = 0.2", "shoulder", "0.2", "half of the tyre's radius");
-    way_refused("shoulder = 1e-17", "shoulder", "hardly meant: from 0.001 to 1 m", "allow_implausible");
+    way_refused("shoulder = 1e-17", "shoulder", "implausible: from 0.001 to 1 m", "allow_implausible");
     way_refused("patch_length = 0.5", "patch_length", "0.5", "the tyre's radius");
     way_refused("quality = \"drafty\"", "quality", "\"drafty\" is not known", "did you mean \"draft\"?");
     way_refused("acoustic_gap = 0.001\nquality = \"draft\"", "acoustic_gap", "sealed patch", "quality = \"full\"");

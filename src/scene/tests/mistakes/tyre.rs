@@ -97,7 +97,7 @@ fn cords_and_orthotropic_layers() {
         )
     };
     refused(&moduli(0.5, 1e8), "material.modulus", "an orthotropic layer", "leave it out");
-    refused(&moduli(4.0, 1e8), "orthotropic.nu_theta_y", "give energy back", "between +-3.162");
+    refused(&moduli(4.0, 1e8), "orthotropic.nu_theta_y", "release energy", "between +-3.162");
     refused(&moduli(0.5, 1e9), "orthotropic.E_r", "compliance outwards", "below");
     // Valid layers, with the orthotropic moduli in place of those of the material.
     let belt_material = "modulus = 5e8, loss_factor = 0.08, poisson = 0.3, ";
@@ -133,13 +133,13 @@ fn materials() {
     material_refused(
         "law = \"elastic\", modulus = 1e6, loss_factor = 0.1",
         &key("loss_factor"),
-        "means nothing with law = \"elastic\"",
+        "does not apply with law = \"elastic\"",
         "law = \"power-law\"",
     );
     material_refused(
         "modulus = 1e6, weights = [1.0]",
         &key("weights"),
-        "means nothing with law = \"power-law\"",
+        "does not apply with law = \"power-law\"",
         "law = \"prony\"",
     );
     material_refused(

@@ -26,13 +26,13 @@ const CRASH_LIMIT: u32 = 20;
 /// priority) may reach the shell alone; and an element that ends within its notice counts as failed: Slurm does not
 /// requeue it.
 const SLURM_AROUND: [&str; 2] = [
-    r#"# The program is told of the end, writes its checkpoints and ends with 130.
+    r#"# The program receives the signal, writes its checkpoints and ends with 130.
 trap 'told=yes; kill -TERM $(jobs -p) 2> /dev/null' TERM
 "#,
     r#" &
 # A wait that was interrupted is begun again.
 while told=; wait "$!"; ended=$?; [ -n "$told" ]; do :; done
-# Unless it was cancelled, the element goes back into the queue, and on from its checkpoints when its turn comes.
+# Unless it was cancelled, the element goes back into the queue, and continues from its checkpoints.
 element=${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID
 if [ "$ended" -eq 130 ] && [ "$(squeue --noheader --jobs="$element" --format=%T)" = RUNNING ]; then
     echo "back into the queue"

@@ -133,7 +133,7 @@ impl WorkloadVerdict {
 }
 
 impl Verdict {
-    /// Of all work, each with its verdict; `None` where a record lacks it.
+    /// All work, each with its verdict; `None` where a record lacks it.
     pub(super) fn new([first, second]: [PathBuf; 2], judged: Vec<(&Work, Option<WorkloadVerdict>)>) -> Self {
         let missing = judged.iter().filter(|(_, found)| found.is_none()).map(|(work, _)| work.name.as_str());
         let missing: Vec<&str> = missing.collect();

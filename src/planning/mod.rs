@@ -82,8 +82,9 @@ impl Plan {
     #[doc(hidden)]
     pub fn amounts(&self) -> Amounts {
         let mut amounts = Amounts::of_physics(self);
-        EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
         amounts.add_results(self);
+        // The last effect, sound, takes what memory the others leave.
+        EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
         amounts
     }
 

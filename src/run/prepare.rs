@@ -55,8 +55,8 @@ impl Prepared {
         meter: &'a mut Meter,
     ) -> Begin<'a> {
         let Self { contact, models, warnings, .. } = self;
-        let planned_memory = |plan: &Plan| plan.amounts().memory_on(1);
-        Begin { loaded, plan, contact, models, in_memory, planned_memory, warnings, stop, progress, meter }
+        let amounts = Plan::amounts;
+        Begin { loaded, plan, contact, models, in_memory, amounts, warnings, stop, progress, meter }
     }
 }
 

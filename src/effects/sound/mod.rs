@@ -229,7 +229,7 @@ impl SoundObserver {
     /// An impossible body or receiver, a plan that needs too much memory: complaints about the scene;
     /// [`RunError::Interrupted`].
     pub(crate) fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
-        let Begin { loaded, plan, contact, warnings, stop, progress, meter, .. } = begin;
+        let Begin { loaded, plan, contact, amounts, warnings, stop, progress, meter, .. } = begin;
         let Some(sound) = plan.sound() else { return Ok(None) };
         let geometry = &contact.geometry;
         let layout = SegmentLayout {
@@ -286,12 +286,13 @@ impl SoundObserver {
             let (grid, numbers) = (plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre));
             LateralForces::new(&grid, numbers).with_tangential(&grid, plan.scene.has_tractions())
         });
-        let squeeze = SqueezeStream::new(plan, &sound, geometry, &transfers, samples as usize)?.map(Box::new);
+        let most_waiting = amounts(plan).waiting_blocks;
+        let squeeze = SqueezeStream::new(plan, &sound, geometry, &transfers, samples as usize, most_waiting)?;
         Ok(Some(Self {
             way,
-            squeeze,
+            squeeze: squeeze.map(Box::new),
             lateral,
-            stream: PressureStream::new(transfers, plan.steps - plan.warm_up_steps),
+            stream: PressureStream::new(transfers, plan.steps - plan.warm_up_steps, most_waiting),
             spectra,
             signals,
             orders: vec![Orders::new(steps); receivers],
@@ -327,6 +328,7 @@ impl SoundObserver {
         if complete && streams().any(PressureStream::is_due) {
             let multiply_adds = streams().map(PressureStream::multiply_adds).sum();
             meter.time(Stage::Sound, || self.receive());
+            meter.count(Counter::SoundPasses, 1);
             meter.add_work(Stage::Sound, Work { multiply_adds, bytes: 0 });
         }
     }

@@ -484,6 +484,7 @@ fn unlike(name: &str, index: usize, others: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::counters::Counter;
     use crate::scene::{DEFAULT, Preset, Receiver, StandardReceiver, Switch};
     use crate::test_models::on_springs;
 
@@ -559,6 +560,28 @@ mod tests {
             let slope = (four - one) / (many - some) as f64;
             assert!(slope < steepest, "{slope:.2e} bytes a point");
         }
+    }
+
+    #[test]
+    fn as_many_blocks_wait_as_the_memory_allows_that_the_rest_of_the_run_leaves() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let place = ReceiverPlace::Standard(StandardReceiver::Cpx);
+        scene.receivers = vec![Receiver { name: String::new(), place }];
+        scene.rolling.duration = 40.0;
+        let mut within = |limit: f64| {
+            scene.numerics.memory_limit = limit;
+            let plan = Plan::new(&scene);
+            let blocks = PressureStream::blocks(&plan.sound().unwrap().layout, plan.steps - plan.warm_up_steps);
+            let amounts = plan.amounts();
+            let passes = amounts.counters.iter().find(|(counter, _)| *counter == Counter::SoundPasses).unwrap().1;
+            assert_eq!(passes as u64, blocks.div_ceil(amounts.waiting_blocks as u64), "{limit} GB");
+            (amounts.waiting_blocks, amounts.step_memory_on(1))
+        };
+        let (most, all) = within(8.0);
+        // A checkpoint holds the blocks twice more.
+        let (few, some) = within(1e-9 * all);
+        assert!(most > 20 && few > 4 && few <= most / 3, "{few} of {most}");
+        assert!(some < all && within(1e-3).0 == 1);
     }
 
     #[test]

@@ -53,7 +53,7 @@ pub(super) struct SqueezeStream {
 }
 
 impl SqueezeStream {
-    /// With the transfers of the forces; `None` where nothing is squeezed.
+    /// With the transfers of the forces, and at most `most_waiting` blocks that wait; `None` where nothing is squeezed.
     ///
     /// # Errors
     /// Samples that are too few for a spectrum.
@@ -63,6 +63,7 @@ impl SqueezeStream {
         forces: &Geometry,
         transfers: &PressureTransfers,
         samples: usize,
+        most_waiting: usize,
     ) -> Result<Option<Self>, RunError> {
         if !sound.squeezes {
             return Ok(None);
@@ -78,7 +79,7 @@ impl SqueezeStream {
             ..model.clone()
         };
         let transfers = PressureTransfers { model, greens: greens.clone() };
-        let stream = PressureStream::new(transfers, plan.steps - plan.warm_up_steps);
+        let stream = PressureStream::new(transfers, plan.steps - plan.warm_up_steps, most_waiting);
         let spectrum = || SpectrumAccumulator::faded(samples, plan.time_step, SOUND_SEGMENT, SOUND_FADE);
         let parts = (0..sound.spectra()).map(|_| Ok([spectrum()?, spectrum()?])).collect::<Result<_, RunError>>()?;
         let volumes = SqueezedVolumes::new(squeeze, forces);

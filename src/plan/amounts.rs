@@ -180,7 +180,7 @@ impl Amounts {
 
     /// Adds the fitted model that the recursion and the vibration need.
     fn model(&mut self, plan: &Plan) {
-        let (scene, kept) = (&plan.scene, plan.kept_poles);
+        let (scene, kept) = (&plan.scene, plan.cached_poles);
         let numerics = &scene.numerics;
         let (elements, tolerance) = (numerics.elements as f64, numerics.pole_tolerance);
         self.poles = kept.map_or_else(|| expected_fit::poles(elements, tolerance), |kept| kept as f64);

@@ -1,14 +1,14 @@
 //! Expected work and memory of the sound.
 
-use super::open_patch::OpenAmounts;
-use super::planned::{SOUND_SEGMENT, Sound};
 use super::squeeze::{self, PARTS, found_blocks};
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::plan::decisions::taken_pattern;
+use crate::plan::sound::SOUND_SEGMENT;
 use crate::plan::{Amounts, Expected, Place, Plan, Unit};
-use crate::radiation::SetUpCost;
-use crate::response::pressure::{PressureStream, PressureTransfers};
+use crate::radiation::{Body, SetUpCost};
+use crate::response::pressure::open_patch::OpenPatch;
+use crate::response::pressure::{PressureStream, PressureTransfers, TransferPath};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{Orders, SpectrumAccumulator, SqueezedVolumes};
 use crate::tyre::influence::{SurfaceWaves, TractionWaves};
@@ -28,31 +28,17 @@ const IN_CHECKPOINT: f64 = 3.0;
 pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let Some(sound) = &plan.sound() else { return };
     let Expected { columns, length, .. } = amounts.expected;
-    if let Some(SetUpCost { frequencies, cost, bytes_kept }) = sound.expected(plan, length) {
-        let stage = Stage::Radiation;
-        amounts.add(stage, Unit::RadiationOperation, cost.factor_operations, Place::BeforeOnAll);
-        let kernels = cost.far_evaluations + cost.near_evaluations;
-        amounts.add(stage, Unit::RadiationKernel, kernels, Place::BeforeOnAll);
-        amounts.count(Counter::RadiationKernels, kernels);
-        amounts.count(Counter::RadiationSolves, frequencies as f64);
-        amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(cost.bytes as f64);
-        amounts.fit_memory_that_stays = bytes_kept as f64;
-        // Frequencies that are stored already are only read.
-        if frequencies > 0 {
-            amounts.cache_bytes += bytes_kept as f64;
-        }
-        amounts.hold("transfers of the sound", TRANSFER_RESERVE * bytes_kept as f64);
+    let path = &sound.path;
+    // A body that the run will refuse has no transfers.
+    if let Ok(body) = plan.radiating_body(&path.radiation, length) {
+        add_set_up(amounts, plan, path, &body);
     }
-    if let Some(OpenAmounts { multiply_adds, bytes }) = OpenAmounts::of(plan, sound, length) {
-        amounts.add(Stage::Radiation, Unit::RadiationOperation, 8.0 * multiply_adds, Place::BeforeOnAll);
-        amounts.hold("field under the patch", bytes);
-    }
-    let (cells, lateral) = (Sound::GRID.around, sound.lateral);
+    let (cells, lateral) = (TransferPath::GRID.around, path.lateral);
     let waves = SurfaceWaves::expected_evaluations(cells / 2, lateral, 0.5 / plan.time_step);
     let evaluation = if plan.decisions.tyre.curvature { expected_fit::CURVED_EVALUATION } else { 1.0 };
     amounts.add(Stage::Radiation, Unit::Evaluation, evaluation * waves, Place::BeforeOnAll);
     amounts.count(Counter::ComplianceEvaluations, waves);
-    if sound.bead.is_some() {
+    if path.bead.is_some() {
         let flows = SurfaceWaves::flank_bytes(&plan.decisions.tyre, cells / 2, lateral, 0.5 / plan.time_step);
         amounts.hold("flow of the sidewalls", flows);
     }
@@ -63,24 +49,50 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         let ways = if turns { 2.0 } else { 1.0 };
         amounts.add(Stage::Radiation, Unit::Evaluation, ways * TRACTION_WAVE * evaluation * waves, Place::BeforeOnAll);
     }
-    let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
-    let mut streams = vec![PlannedStream::new(sound, layout, sound.integrals())];
+    let layout = SegmentLayout { columns: columns as usize, ..path.layout };
+    let mut streams = vec![PlannedStream::new(path, layout, path.integrals())];
     let found = sound.squeezes.then(|| found_blocks(&plan.scene, &plan.decisions)).flatten();
     if let Some(squeeze) = found {
         let layout = squeeze::layout(&layout, &squeeze, SqueezedVolumes::margin(&squeeze, layout.columns));
-        streams.push(PlannedStream::new(sound, layout, squeeze.across));
-        amounts.hold("spectra of the sound's parts", (PARTS * sound.spectra()) as f64 * spectrum_bytes(plan));
+        streams.push(PlannedStream::new(path, layout, squeeze.across));
+        amounts.hold("spectra of the sound's parts", (PARTS * path.spectra()) as f64 * spectrum_bytes(plan));
     }
-    amounts.hold("spectra of the sound", sound.spectra() as f64 * spectrum_bytes(plan));
+    amounts.hold("spectra of the sound", path.spectra() as f64 * spectrum_bytes(plan));
     let steps = plan.steps - plan.warm_up_steps;
     if taken_pattern(&plan.scene).is_some() {
         amounts.hold("sound by order", sound.receivers.len() as f64 * Orders::bytes(layout.elements * layout.substeps));
     }
     let samples = PressureStream::samples(&layout, steps) as usize;
-    let [kept, read] = sound.recorded_samples(samples, plan.speed);
+    let [stored, read] = sound.recorded_samples(samples, plan.speed);
     amounts.add(Stage::Response, Unit::PassedSample, read, Place::BeforeOnAll);
-    amounts.hold("pressures to listen to", 4.0 * kept);
+    amounts.hold("pressures to listen to", 4.0 * stored);
     add_streams(amounts, plan, &streams);
+}
+
+/// Adds the boundary elements of a body that are not stored from earlier runs, and the fields under an open patch.
+fn add_set_up(amounts: &mut Amounts, plan: &Plan, path: &TransferPath, body: &Body) {
+    let (stage, memory_limit) = (Stage::Radiation, plan.scene.numerics.memory_bytes());
+    if let Some(SetUpCost { frequencies, cost, bytes_stored }) =
+        path.expected(body, memory_limit, &plan.stored_frequencies)
+    {
+        amounts.add(stage, Unit::RadiationOperation, cost.factor_operations, Place::BeforeOnAll);
+        let kernels = cost.far_evaluations + cost.near_evaluations;
+        amounts.add(stage, Unit::RadiationKernel, kernels, Place::BeforeOnAll);
+        amounts.count(Counter::RadiationKernels, kernels);
+        amounts.count(Counter::RadiationSolves, frequencies as f64);
+        amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(cost.bytes as f64);
+        amounts.fit_memory_that_stays = bytes_stored as f64;
+        // Frequencies that are stored already are only read.
+        if frequencies > 0 {
+            amounts.cache_bytes += bytes_stored as f64;
+        }
+        amounts.hold("transfers of the sound", TRANSFER_RESERVE * bytes_stored as f64);
+    }
+    if let Some(open) = OpenPatch::of(path, body, &[]) {
+        let [multiply_adds, bytes] = open.expected(path);
+        amounts.add(stage, Unit::RadiationOperation, 8.0 * multiply_adds, Place::BeforeOnAll);
+        amounts.hold("field under the patch", bytes);
+    }
 }
 
 fn spectrum_bytes(plan: &Plan) -> f64 {
@@ -97,9 +109,9 @@ struct PlannedStream {
 }
 
 impl PlannedStream {
-    fn new(sound: &Sound, layout: SegmentLayout, integrals: usize) -> Self {
-        let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
-        Self { layout, bins, points: sound.streamed(), green: [Sound::GRID.around, integrals] }
+    fn new(path: &TransferPath, layout: SegmentLayout, integrals: usize) -> Self {
+        let bins = (path.radiation.fmax / layout.resolution()).ceil() as usize;
+        Self { layout, bins, points: path.streamed(), green: [TransferPath::GRID.around, integrals] }
     }
 
     /// Memory while `waiting` blocks wait \[bytes\].

@@ -21,7 +21,7 @@ use crate::tyre::poles::{FitOptions, fit};
 
 pub(super) const AROUND: usize = 64;
 
-fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
+pub(super) fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
     SegmentLayout {
         elements: 32,
         substeps,

@@ -4,7 +4,8 @@
 //! 287.05 J/(kg K). Humidity is left out: saturated air at 20 degC carries sound 0.4 % faster and weighs 1 % less,
 //! which changes no level by more than 0.1 dB.
 
-use crate::radiation::gap::GapAir;
+use super::error::RadiationError;
+use super::gap::GapAir;
 
 /// Standard atmospheric pressure \[Pa\] (ISO 9613-1: the reference pressure).
 pub(crate) const STANDARD_PRESSURE: f64 = 101_325.0;
@@ -22,7 +23,7 @@ const SUTHERLAND: (f64, f64) = (1.458e-6, 110.4);
 /// Prandtl number of dry air at 0 to 40 degC.
 const PRANDTL: f64 = 0.71;
 /// Ratio of the heat capacities of air.
-const HEAT_RATIO: f64 = 1.4;
+pub(crate) const HEAT_RATIO: f64 = 1.4;
 
 /// Air at rest, at 101 325 Pa.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +51,16 @@ impl Air {
             sound_speed: REFERENCE.1 * (kelvin / REFERENCE.0).sqrt(),
             density: STANDARD_PRESSURE / (GAS_CONSTANT * kelvin),
         })
+    }
+
+    /// Air of a temperature \[degC\].
+    ///
+    /// # Errors
+    /// [`RadiationError::NotPositive`] for air that cannot be as cold.
+    pub(crate) fn checked(temperature: f64) -> Result<Self, RadiationError> {
+        let too_cold =
+            || RadiationError::NotPositive { what: "the air's temperature in K", value: temperature + ICE_POINT };
+        Self::at(temperature).ok_or_else(too_cold)
     }
 
     /// The same air as a model of narrow gaps needs it, with viscosity and heat conduction.

@@ -30,7 +30,6 @@ mod settling;
 mod slice_error;
 mod smooth_contact;
 pub(crate) mod sound;
-mod sound_error;
 pub(crate) mod stated;
 #[cfg(test)]
 mod tests;

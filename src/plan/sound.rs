@@ -1,4 +1,4 @@
-//! Sound of a plan: receivers, body, length of the blocks of forces, highest frequency.
+//! Sound of a plan: receivers, body, length of the blocks of forces, highest frequency, errors.
 
 use std::ops::Range;
 
@@ -6,10 +6,9 @@ use super::Plan;
 use super::decisions::taken_pattern;
 use super::front::FrontRow;
 use super::receivers::{PlannedReceiver, planned_receivers};
-use super::settle::Choice;
 use super::stated::Unstated;
 use crate::contact::cells::gaps::PLACES;
-use crate::radiation::draft::DraftErrors;
+use crate::radiation::draft::{DraftError, DraftErrors};
 use crate::radiation::gap::patch::Channel;
 use crate::radiation::stored::StoredTransfers;
 use crate::radiation::{Air, Body, RadiationError};
@@ -17,9 +16,10 @@ use crate::response::ThirdOctaveBand;
 use crate::response::pressure::{PressureModel, PressureStream, TransferPath};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::results::pass_by::LISTENED;
-use crate::scene::{Groove, Numerics, Radiation, RadiationQuality, Scene, Tyre, Zone};
+use crate::results::sound::SoundError;
+use crate::scene::{Groove, Numerics, Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Zone};
 use crate::sound::pass_by::STENCIL;
-use crate::sound::receivers::Beside;
+use crate::sound::receivers::{Beside, standard};
 use crate::sound::resample::FILE_RATE;
 
 /// Least length of the blocks in which forces are transformed \[s\]: the tyre's lowest modes ring out within it.
@@ -35,6 +35,19 @@ const BELOW_NYQUIST: f64 = 0.9;
 /// Samples of a point that a passage needs in addition to those while the microphone is near it: the reach of
 /// resampling.
 const EXCERPT_ENDS: f64 = 70.0;
+/// Error of a third octave at the default nodes per wavelength \[dB\]: the worst of single waves (9 against 14 nodes).
+/// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave sweep` over `nodes_per_wavelength`,
+/// `frequency_tolerance` and `lateral_waves` measures all three.
+const ELEMENTS_ERROR: f64 = 0.1;
+/// Error of a third octave by interpolation, as a part of the frequencies' tolerance, which is met with intervals of
+/// twice the length: 0.009 dB found at 0.2 dB against 0.02 dB (default tyre, coast-by and cpx, to 2.5 kHz).
+const FREQUENCIES_ERROR: f64 = 0.05;
+/// Error of a third octave at the default lateral waves \[dB\]: 0.009 found against 24 waves, 0.016 with four, 0.004
+/// with eight (the same runs), so it falls with about their number's square.
+const WAVES_ERROR: f64 = 0.01;
+/// Error of a third octave by the rings of a flank that radiates \[dB\]: 1.7 % of the pressure found against boundary
+/// elements of the whole body moving up, where the road cuts the shoulders; 0.2 % for breathing.
+const RINGS_ERROR: f64 = 0.15;
 /// Step to which patch lengths are rounded, as a part of the tyre's radius.
 const PATCH_STEP: f64 = 0.01;
 /// Largest relative error of the expected patch length before the static contact is solved.
@@ -124,6 +137,56 @@ impl Sound {
     }
 }
 
+impl Sound {
+    /// Errors of the levels, at the receiver where the transfer's is largest.
+    pub(crate) fn error(&self) -> SoundError {
+        let all = self.receivers.iter().map(|receiver| self.error_at(receiver));
+        let worst = all.reduce(|a, b| if b.way > a.way { b } else { a });
+        worst.unwrap_or_else(|| self.with_path(0.0, 0.0, 0.0))
+    }
+
+    /// Errors of the levels at a receiver.
+    pub(crate) fn error_at(&self, receiver: &PlannedReceiver) -> SoundError {
+        let Radiation { quality, nodes_per_wavelength, frequency_tolerance, lateral_waves, .. } = self.path.radiation;
+        let waves = WAVES_ERROR * (Radiation::default().lateral_waves as f64 / lateral_waves as f64).powi(2);
+        match quality {
+            RadiationQuality::Full => {
+                let fineness = Radiation::default().nodes_per_wavelength / nodes_per_wavelength;
+                let elements = ELEMENTS_ERROR * fineness.powi(6);
+                let frequencies = FREQUENCIES_ERROR * frequency_tolerance;
+                let rings = if self.path.bead.is_some() { RINGS_ERROR } else { 0.0 };
+                let of_path =
+                    [elements, frequencies, waves, rings].into_iter().map(|error| error * error).sum::<f64>().sqrt();
+                self.with_path(of_path, of_path, 0.0)
+            }
+            RadiationQuality::Draft => {
+                let points = self.path.positions.get(receiver.points.clone()).unwrap_or_default();
+                let DraftError { band, from, level } = self.draft_error(&receiver.place, points);
+                self.with_path(band + waves, level + waves, from)
+            }
+        }
+    }
+
+    /// Error of a draft over the points of a receiver; infinite where none is stated, which scenes refuse.
+    fn draft_error(&self, place: &ReceiverPlace, points: &[[f64; 3]]) -> DraftError {
+        let none = DraftError { band: f64::INFINITY, from: 0.0, level: f64::INFINITY };
+        let Some(errors) = self.draft else { return none };
+        if standard(place).has_stated_draft() {
+            return errors.of_standards;
+        }
+        let all = points.iter().map(|&point| errors.at(point).unwrap_or(none));
+        all.reduce(|a, b| if b.band > a.band { b } else { a }).unwrap_or(none)
+    }
+
+    /// Errors of forces and transfer path together; `of_path` is the path's for third octaves from a frequency \[Hz\]
+    /// on, `of_path_a` that for the A-weighted level \[dB\].
+    fn with_path(&self, of_path: f64, of_path_a: f64, from: f64) -> SoundError {
+        let (of_forces, forces) = self.stated.ok().unzip();
+        let [band, level_a] = [of_path, of_path_a].map(|of_path| forces.map(|forces| forces + of_path));
+        SoundError { forces, way: of_path, band, from: from.max(of_forces.unwrap_or(0.0)), level_a }
+    }
+}
+
 impl Plan {
     /// Body that radiates. Its patch is as long as the scene says, or as that of the static contact \[m\] in steps of a
     /// hundredth of the radius, so that runs of one tyre share its transfers.
@@ -138,7 +201,7 @@ impl Plan {
 
     /// Length of the patch of the body that radiates, given that of the static contact \[m\].
     fn patch_length(&self, radiation: &Radiation, at_rest: f64) -> f64 {
-        let step = self.patch_step();
+        let step = PATCH_STEP * self.radius;
         radiation.patch_length.unwrap_or_else(|| (at_rest / step).round().max(1.0) * step)
     }
 
@@ -164,36 +227,18 @@ impl Plan {
         }
     }
 
-    /// Step to which the length of a body's patch is rounded \[m\].
-    pub(crate) fn patch_step(&self) -> f64 {
-        PATCH_STEP * self.radius
-    }
-
-    /// Number of lateral waves that radiate for forces on cells, as a choice.
-    pub(crate) fn radiating_waves(&self) -> Option<Choice> {
-        let sound = self.sound().filter(|_| self.decisions.zone == Zone::Cells)?;
-        Some(Choice {
-            key: "radiation.lateral_waves",
-            value: sound.path.radiation.lateral_waves.to_string(),
-            reason: format!("even waves across; with the odd ones between them {} radiate", sound.path.lateral),
-        })
-    }
-
     /// Transfer path of a tyre to the points of some receivers, for forces as a layout and a number of lateral waves
-    /// have them.
-    ///
-    /// # Errors
-    /// Air that cannot be.
+    /// have them; `None` in air that cannot be.
     pub(crate) fn transfer_path(
         &self,
         tyre: &Tyre,
         radiation: Radiation,
         (positions, receivers): (Vec<[f64; 3]>, Vec<Range<usize>>),
         (layout, lateral): (SegmentLayout, usize),
-    ) -> Result<TransferPath, RadiationError> {
+    ) -> Option<TransferPath> {
         let arc = tyre.sidewall_arc(0.0).filter(|_| radiation.hears_sides(tyre));
-        Ok(TransferPath {
-            air: Air::checked(radiation.temperature)?,
+        Some(TransferPath {
+            air: Air::at(radiation.temperature)?,
             radiation,
             positions,
             receivers,
@@ -220,7 +265,7 @@ impl Plan {
         let half_width = 0.5 * tyre.width + radiation.shoulder;
         let (planned, positions) = planned_receivers(receivers, &Beside { half_width, patch_length: &patch_length });
         let points = planned.iter().map(|receiver| receiver.points.clone()).collect();
-        let path = self.transfer_path(tyre, radiation, (positions, points), followed).ok()?;
+        let path = self.transfer_path(tyre, radiation, (positions, points), followed)?;
         Some(Sound {
             path,
             receivers: planned,
@@ -236,7 +281,7 @@ impl Plan {
     pub(crate) fn frequencies_on_disk(&self) -> Vec<f64> {
         let solved = |sound: &Sound| sound.path.radiation.quality == RadiationQuality::Full;
         let Some(Sound { path, .. }) = self.sound().filter(solved) else { return Vec::new() };
-        let (range, at_rest, step) = (path.range(), self.expected().length, self.patch_step());
+        let (range, at_rest, step) = (path.range(), self.expected().length, PATCH_STEP * self.radius);
         let reach = (PATCH_ERROR * at_rest / step) as i64;
         // The nearest first; a patch length that the scene gives is the same for all of them.
         let mut tried: Vec<i64> = (-reach..=reach).collect();
@@ -263,7 +308,7 @@ pub(crate) fn channels(scene: &Scene) -> Vec<Channel> {
 mod tests {
     use super::*;
     use crate::counters::Counter;
-    use crate::scene::{DEFAULT, Receiver, ReceiverPlace, StandardReceiver, Switch, Vehicle};
+    use crate::scene::{DEFAULT, Preset, Receiver, StandardReceiver, Switch, Vehicle};
     use crate::test_models::on_springs;
 
     fn coast_by(vehicle: Option<Vehicle>) -> StandardReceiver {
@@ -317,6 +362,30 @@ mod tests {
         let (few, some) = within(1e-9 * all);
         assert!(most > 20 && few > 4 && few <= most / 3, "{few} of {most}");
         assert!(some < all && within(1e-3).0 == 1);
+    }
+
+    #[test]
+    fn the_error_of_a_draft_goes_with_the_place_and_is_the_sum_it_states() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let at = |place| Receiver { name: String::new(), place };
+        let [beside, ahead] = [[0.0, 2.0, 0.3], [2.0, 0.0, 0.3]].map(|position| ReceiverPlace::Position { position });
+        scene.receivers = vec![at(ReceiverPlace::Standard(StandardReceiver::Cpx)), at(beside), at(ahead)];
+        scene.radiation.quality = RadiationQuality::Draft;
+        (scene.numerics.preset, scene.numerics.fmax) = (Some(Preset::Standard), Some(1000.0));
+        let sound = Plan::new(&scene).sound().unwrap();
+        let [cpx, beside, ahead] = [0, 1, 2].map(|receiver| sound.error_at(&sound.receivers[receiver]));
+        assert!(cpx.band < beside.band && beside.band < ahead.band, "{cpx:?} {beside:?} {ahead:?}");
+        assert_eq!(sound.error(), ahead, "the worst stands for all");
+        for error in [cpx, beside, ahead] {
+            assert_eq!(error.forces, Some(1.0));
+            let [band, level] = [error.band, error.level_a].map(Option::unwrap);
+            assert!((band - (1.0 + error.way)).abs() < 1e-12 && level < band, "{error:?}");
+        }
+        scene.numerics.preset = None;
+        let error = Plan::new(&scene).sound().unwrap().error();
+        assert_eq!((error.forces, error.band, error.level_a), (None, None, None), "that of the forces is not known");
+        assert!(error.way > 0.0);
+        assert!((cpx.way - sound.draft.unwrap().of_standards.band - WAVES_ERROR).abs() < 1e-12, "{cpx:?}");
     }
 
     #[test]

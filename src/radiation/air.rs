@@ -4,7 +4,6 @@
 //! 287.05 J/(kg K). Humidity is left out: saturated air at 20 degC carries sound 0.4 % faster and weighs 1 % less,
 //! which changes no level by more than 0.1 dB.
 
-use super::error::RadiationError;
 use super::gap::GapAir;
 
 /// Standard atmospheric pressure \[Pa\] (ISO 9613-1: the reference pressure).
@@ -51,16 +50,6 @@ impl Air {
             sound_speed: REFERENCE.1 * (kelvin / REFERENCE.0).sqrt(),
             density: STANDARD_PRESSURE / (GAS_CONSTANT * kelvin),
         })
-    }
-
-    /// Air of a temperature \[degC\].
-    ///
-    /// # Errors
-    /// [`RadiationError::NotPositive`] for air that cannot be as cold.
-    pub(crate) fn checked(temperature: f64) -> Result<Self, RadiationError> {
-        let too_cold =
-            || RadiationError::NotPositive { what: "the air's temperature in K", value: temperature + ICE_POINT };
-        Self::at(temperature).ok_or_else(too_cold)
     }
 
     /// The same air as a model of narrow gaps needs it, with viscosity and heat conduction.

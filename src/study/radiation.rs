@@ -100,7 +100,8 @@ impl Radiator {
             named.into_iter().chain(receivers::circle(radius, height, receivers::CIRCLE_POSITIONS)).collect();
         let all = std::iter::once(0..positions.len()).collect();
         let followed = (plan.sound_layout(), radiation.lateral_waves);
-        let path = plan.transfer_path(tyre, radiation.clone(), (positions, all), followed)?;
+        let path = plan.transfer_path(tyre, radiation.clone(), (positions, all), followed);
+        let path = path.ok_or(RadiationError::NotPositive { what: "the speed of sound", value: 0.0 })?;
         let (around, highest) = (TransferPath::GRID.around / 2, 0.5 / path.layout.time_step);
         let flank = path.flank(&body);
         let rule = flank.as_ref().map(|flank| &flank.rule);

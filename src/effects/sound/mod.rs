@@ -65,7 +65,9 @@ impl Effect for SoundEffect {
     }
 
     fn choice(&self, plan: &Plan) -> Option<Choice> {
-        plan.radiating_waves()
+        let path = plan.sound().filter(|_| plan.decisions.zone == Zone::Cells)?.path;
+        let reason = format!("even waves across; with the odd ones between them {} radiate", path.lateral);
+        Some(Choice { key: "radiation.lateral_waves", value: path.radiation.lateral_waves.to_string(), reason })
     }
 
     fn notes(&self, plan: &Plan) -> Vec<String> {
@@ -178,9 +180,8 @@ fn missing_sounds(plan: &Plan) -> Vec<String> {
 
 /// Messages on the receivers that are passed, from their passing and the number of stored samples, before a run.
 fn told_of_passages(plan: &Plan, sound: &Sound, tell: impl Fn(&Passing, usize) -> Option<String>) -> Vec<String> {
-    let body = plan.radiating_body(&sound.path.radiation, plan.expected().length);
     // The run will refuse a body that cannot be.
-    let Ok(body) = body else { return Vec::new() };
+    let Ok(body) = plan.radiating_body(&sound.path.radiation, plan.expected().length) else { return Vec::new() };
     let (delays, _) = sound.path.delays(&body);
     let samples = PressureStream::samples(&sound.path.layout, plan.steps - plan.warm_up_steps);
     let stored = sound.stored_samples().min(samples as usize);
@@ -278,9 +279,8 @@ impl SoundObserver {
         }
         // 2. Signals that are stored over time.
         let stored = sound.stored_samples().min(samples as usize);
-        let points = path.points();
         let speed = plan.speed;
-        let mut signals = vec![StoredSignal::default(); points];
+        let mut signals = vec![StoredSignal::default(); path.points()];
         for receiver in &sound.receivers {
             if receiver.is_passed() {
                 // The samples are the same whatever band is recorded.

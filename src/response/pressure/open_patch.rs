@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use super::path::TransferPath;
-use super::surface::UnderPatch;
+use super::surface::{SurfaceGreen, UnderPatch};
 use crate::contact::cells::gaps::GapMap;
 use crate::numeric::{double, in_parallel, lagrange, single};
 use crate::radiation::gap::GapAir;
@@ -58,16 +58,6 @@ struct Field {
     mean: f64,
     /// G exp(i k r0) on the grid's cells \[1/m\].
     values: Vec<Complex32>,
-}
-
-/// Transfers with the frequencies that the grooves need, the field by point, and its figures.
-pub(super) struct Opened {
-    pub(super) set: TransferSet,
-    /// By place and point.
-    pub(super) under: Vec<Vec<UnderPatch>>,
-    /// By groove, G of the point in its middle.
-    pub(super) of_middles: Vec<UnderPatch>,
-    pub(super) fields: GrooveFields,
 }
 
 /// Fields in the grooves of a run.
@@ -196,11 +186,11 @@ impl<'a> OpenPatch<'a> {
     }
 
     /// Solves for the field of all transfers of a set, at its frequencies and at further ones between them, until
-    /// cubics meet the grooves' responses.
+    /// cubics meet the grooves' responses: G by streamed point, and the fields' figures.
     ///
     /// # Errors
     /// [`RadiationError::Singular`].
-    pub(super) fn open(&self, set: TransferSet) -> Result<Opened, RadiationError> {
+    pub(super) fn open(&self, set: TransferSet) -> Result<(Vec<SurfaceGreen>, GrooveFields), RadiationError> {
         let points = set.frequencies().first().map_or(0, |found| found.transfers.len());
         // 1. Fields at the frequencies of the set.
         let at_known = in_parallel::map(set.frequencies(), |found| self.solve(found.frequency, &found.transfers));
@@ -275,7 +265,7 @@ impl<'a> OpenPatch<'a> {
     }
 
     /// Sorts the fields by points.
-    fn opened(&self, set: TransferSet, known: Vec<Solved>, points: usize) -> Opened {
+    fn opened(&self, set: TransferSet, known: Vec<Solved>, points: usize) -> (Vec<SurfaceGreen>, GrooveFields) {
         let resonances = self.found(&known);
         let frequencies = known.iter().map(|solved| solved.frequency).collect();
         let (ends, cells) = self.sheets.first().map_or((&[][..], 0), |sheet| (&sheet.sheet.y, sheet.cells));
@@ -309,7 +299,25 @@ impl<'a> OpenPatch<'a> {
                 under.iter_mut().zip(fields).for_each(|(under, field)| under.values.push(field.values));
             }
         }
-        Opened { set, under, of_middles, fields: GrooveFields { resonances, frequencies, middle, loudest, of_places } }
+        // G by point: the first place, points in grooves, then the other places.
+        let mut greens = SurfaceGreen::of_set(self.body, set);
+        let mut under = under.into_iter();
+        let first = under.next().unwrap_or_default();
+        let sealed = if under.len() > 0 { greens.clone() } else { Vec::new() };
+        // The pressures in grooves leave out sources beyond the sheet.
+        let silent = greens.first().filter(|_| !of_middles.is_empty()).map(|first| {
+            let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
+            SurfaceGreen { values, ..first.clone() }
+        });
+        greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
+        let of = |under| silent.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
+        greens.extend(of_middles.into_iter().filter_map(of));
+        // Then those of the other places, point by point.
+        for under in under {
+            let pairs = sealed.iter().cloned().zip(under);
+            greens.extend(pairs.map(|(green, under)| SurfaceGreen { under_patch: Some(under), ..green }));
+        }
+        (greens, GrooveFields { resonances, frequencies, middle, loudest, of_places })
     }
 }
 
@@ -373,12 +381,12 @@ mod tests {
         };
         let known: Vec<f64> = (0..8).map(|step| 700.0 + 100.0 * f64::from(step)).collect();
         let set = TransferSet::new(known.iter().map(|&frequency| at(frequency)).collect());
-        let opened = open.open(set).unwrap();
-        let frequencies = &opened.fields.frequencies;
-        assert!(frequencies.len() > known.len() && opened.set.frequencies().len() == frequencies.len());
-        let resonance = opened.fields.resonances[0].unwrap();
+        let (greens, fields) = open.open(set).unwrap();
+        let frequencies = &fields.frequencies;
+        assert!(frequencies.len() > known.len() && greens[0].frequencies == *frequencies);
+        let resonance = fields.resonances[0].unwrap();
         assert!((1000.0..1200.0).contains(&resonance.frequency), "{resonance:?}");
-        let under = &opened.under[0][0];
+        let under = greens[0].under_patch.as_ref().unwrap();
         let strips = under.ends.len() - 1;
         for frequency in [933.0, 1058.0, 1104.0, 1171.0, 1262.0] {
             let near = lagrange::cubic_neighbours(frequencies, frequency);

@@ -4,18 +4,15 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use num_complex::Complex32;
-use rayon::prelude::*;
-
 use super::model::PressureModel;
-use super::open_patch::{GrooveFields, OpenPatch, Opened};
+use super::open_patch::{GrooveFields, OpenPatch};
 use super::path::TransferPath;
 use super::surface::SurfaceGreen;
 use super::transfer::PressureTransfers;
 use crate::contact::cells::gaps::GapMap;
 use crate::counters::{Counter, Meter, Progress, Stage, Work};
 use crate::radiation::stored::StoredTransfers;
-use crate::radiation::{Body, FrequencyReport, RadiationError, TransferSet, Watch, draft, transfers};
+use crate::radiation::{Body, FrequencyReport, RadiationError, Watch, draft, transfers};
 use crate::response::vibration::SegmentLayout;
 use crate::scene::{LoadedScene, RadiationQuality, SceneError, SetUpError, Tyre};
 use crate::storage::Cache;
@@ -104,7 +101,7 @@ impl SetUp<'_> {
             let drafted = draft::transfers(&problem, &range);
             let set = drafted.map_err(|error| self.refused("radiation.quality", error, "\"full\""))?;
             let report = FrequencyReport { count: set.frequencies().len(), ..FrequencyReport::default() };
-            return Ok((self.surface_greens(set), report, None));
+            return Ok((SurfaceGreen::of_set(body, set), report, None));
         }
         let open = self.open_patch()?;
         let stored = StoredTransfers::open(&problem, &range, &path.receivers, warnings);
@@ -137,27 +134,8 @@ impl SetUp<'_> {
         let multiply_adds = (0.5 * report.solve.factor_operations) as u64;
         meter.add_work(Stage::Radiation, Work { multiply_adds, bytes: 0 });
         // 2. Fields under an open patch.
-        let Some(open) = open else { return Ok((self.surface_greens(set), report, None)) };
-        let opened = open.open(set).map_err(|error| self.refused("air_pumping", error, "other grooves"))?;
-        let Opened { set, under, of_middles, fields } = opened;
-        let mut greens = self.surface_greens(set);
-        // 3. G by point: the first place, points in grooves, then the other places.
-        let mut under = under.into_iter();
-        let first = under.next().unwrap_or_default();
-        let sealed = if under.len() > 0 { greens.clone() } else { Vec::new() };
-        // The pressures in grooves leave out sources beyond the sheet.
-        let silent = greens.first().filter(|_| !of_middles.is_empty()).map(|first| {
-            let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
-            SurfaceGreen { values, ..first.clone() }
-        });
-        greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
-        let of = |under| silent.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
-        greens.extend(of_middles.into_iter().filter_map(of));
-        // Then those of the other places, point by point.
-        for under in under {
-            let pairs = sealed.iter().cloned().zip(under);
-            greens.extend(pairs.map(|(green, under)| SurfaceGreen { under_patch: Some(under), ..green }));
-        }
+        let Some(open) = open else { return Ok((SurfaceGreen::of_set(body, set), report, None)) };
+        let (greens, fields) = open.open(set).map_err(|error| self.refused("air_pumping", error, "other grooves"))?;
         Ok((greens, report, Some(fields)))
     }
 
@@ -175,17 +153,5 @@ impl SetUp<'_> {
             return Err(self.refused("radiation.fmax", wrong, right));
         }
         Ok(Some(open))
-    }
-
-    /// G on the tread for each receiver point, from a set of transfers.
-    fn surface_greens(&self, set: TransferSet) -> Vec<SurfaceGreen> {
-        let mut by_point = vec![Vec::new(); self.path.points()];
-        for found in set.into_frequencies() {
-            for (known, transfer) in by_point.iter_mut().zip(found.transfers) {
-                known.push((found.frequency, transfer));
-            }
-        }
-        // Takes the set apart: each point's transfers become its values in place.
-        by_point.into_par_iter().map(|known| SurfaceGreen::of(self.body, known)).collect()
     }
 }

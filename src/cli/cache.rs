@@ -1,7 +1,7 @@
 //! `tyrewave cache`: what is kept on disk for the next run.
 
 use crate::contact::pressed::KeptBlock;
-use crate::effects::sound::KeptReceiver;
+use crate::radiation::stored::StoredReceiver;
 use crate::results::table::{Report, row, words};
 use crate::storage::{Cache, Cached};
 use crate::tyre::influence::{CellInfluence, SurfaceWaves};
@@ -61,7 +61,7 @@ impl CacheArguments {
                     PoleModel::KIND,
                     CellInfluence::KIND,
                     KeptBlock::KIND,
-                    KeptReceiver::KIND,
+                    StoredReceiver::KIND,
                     SurfaceWaves::KIND,
                 ])?;
                 let rows = entries.iter().map(|entry| {

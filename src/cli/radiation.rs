@@ -122,7 +122,6 @@ impl RadiationArguments {
             error => CliError::Failed(error.to_string()),
         };
         let radiator = Radiator::new(&scene, &plan, patch).map_err(failed)?;
-        let radiator = radiator.ok_or_else(|| CliError::Usage("air cannot be this cold".to_owned()))?;
         let asked = asked_frequencies(highest, points);
         let bar = context.bar("boundary elements", asked.len() as u64);
         let open = side.meter.open();

@@ -47,6 +47,8 @@ catalogue! {
         RadiationKernels => "kernels of the radiation",
         /// Fourier transforms of the sound, over time.
         SoundTransforms => "transforms of the sound",
+        /// Passes over the transfers to all receivers, each for all blocks of the sound that wait.
+        SoundPasses => "passes over the sound's transfers",
         /// Bytes written to result arrays.
         BytesWritten => "bytes written",
     }

@@ -77,8 +77,8 @@ pub struct Begin<'a> {
     pub models: &'a mut TyreModels,
     /// True for a run whose results stay in memory; such a run makes no pictures.
     pub in_memory: bool,
-    /// Memory that a plan needs on one thread \[bytes\].
-    pub planned_memory: fn(&Plan) -> f64,
+    /// Work and memory of a plan.
+    pub amounts: fn(&Plan) -> Amounts,
     /// Warnings that the user should act on.
     pub warnings: &'a mut Vec<String>,
     /// Set to stop the work.

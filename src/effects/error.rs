@@ -5,13 +5,12 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::contact::ContactError;
-use crate::plan::models::ModelError;
 use crate::response::SpectrumError;
 use crate::results::{CheckpointError, PlotError, ResultsError};
 use crate::road::RoadError;
 use crate::road::maker::MakingError;
 use crate::road::slices::SliceError;
-use crate::scene::SceneError;
+use crate::scene::{SceneError, SetUpError};
 use crate::storage::StateError;
 
 /// Error of a run, by the layer that it comes from.
@@ -75,11 +74,11 @@ impl From<MakingError> for RunError {
     }
 }
 
-impl From<ModelError> for RunError {
-    fn from(error: ModelError) -> Self {
+impl From<SetUpError> for RunError {
+    fn from(error: SetUpError) -> Self {
         match error {
-            ModelError::Scene(error) => Self::Scene(error),
-            ModelError::Stopped => Self::Interrupted { kept: None },
+            SetUpError::Scene(error) => Self::Scene(error),
+            SetUpError::Stopped => Self::Interrupted { kept: None },
         }
     }
 }

@@ -87,6 +87,8 @@ pub struct Amounts {
     pub result_bytes: f64,
     /// Models, waves and transfers that the run leaves in the cache \[bytes\].
     pub cache_bytes: f64,
+    /// Most blocks of the sound's forces that wait in memory; 0 without sound.
+    pub(crate) waiting_blocks: usize,
 }
 
 impl Amounts {
@@ -105,6 +107,7 @@ impl Amounts {
             fit_memory_that_stays: 0.0,
             result_bytes: 0.0,
             cache_bytes: 0.0,
+            waiting_blocks: 0,
         };
         amounts.hold("freed pages that the allocator keeps", ALLOCATOR_BYTES);
         if plan.needs_model() {
@@ -125,9 +128,14 @@ impl Amounts {
     /// Largest memory of a run on `threads` threads \[bytes\], without the process itself: that of the steps, or of the
     /// fit before them.
     pub fn memory_on(&self, threads: usize) -> f64 {
-        let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
         let fit = self.set_up_memory_on(threads);
-        (fit + self.fit_memory_that_stays).max(steps + expected_fit::KEPT * fit)
+        (fit + self.fit_memory_that_stays).max(self.step_memory_on(threads))
+    }
+
+    /// Memory of the steps on `threads` threads \[bytes\].
+    pub(crate) fn step_memory_on(&self, threads: usize) -> f64 {
+        let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
+        steps + expected_fit::KEPT * self.set_up_memory_on(threads)
     }
 
     /// Memory of the influence functions on `threads` threads before the steps \[bytes\].
@@ -172,7 +180,7 @@ impl Amounts {
 
     /// Adds the fitted model that the recursion and the vibration need.
     fn model(&mut self, plan: &Plan) {
-        let (scene, kept) = (&plan.scene, plan.kept_poles);
+        let (scene, kept) = (&plan.scene, plan.cached_poles);
         let numerics = &scene.numerics;
         let (elements, tolerance) = (numerics.elements as f64, numerics.pole_tolerance);
         self.poles = kept.map_or_else(|| expected_fit::poles(elements, tolerance), |kept| kept as f64);

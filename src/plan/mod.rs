@@ -23,11 +23,13 @@ pub(crate) mod load_index;
 pub(crate) mod models;
 pub(crate) mod overload;
 mod pressed;
+pub(crate) mod receivers;
 pub(crate) mod resolution;
 pub(crate) mod settle;
 mod settling;
 mod slice_error;
 mod smooth_contact;
+pub(crate) mod sound;
 pub(crate) mod stated;
 #[cfg(test)]
 mod tests;
@@ -99,13 +101,13 @@ pub struct Plan {
     /// Requirements of the fitted model, if one is needed.
     pub(crate) fit: FitOptions,
     /// Number of poles of the cached model; `None` if it still has to be fitted, or none is needed.
-    pub(crate) kept_poles: Option<usize>,
+    pub(crate) cached_poles: Option<usize>,
     /// Errors of contact over slices on the scene's road, set once that is open.
     pub(crate) slice_errors: Option<SliceErrors>,
     /// Warnings about the scene's road, set once that is open.
     pub(crate) road_warnings: Vec<String>,
     /// Frequencies whose radiation is cached \[Hz\].
-    pub(crate) kept_frequencies: Vec<f64>,
+    pub(crate) stored_frequencies: Vec<f64>,
     /// Length of the window of reported forces over that of a rigid tyre's chord: 1, which no contact outgrows; tests
     /// make it less.
     pub(crate) reach: f64,
@@ -160,10 +162,10 @@ impl Plan {
             lags: lags as usize,
             field,
             fit: fit_options(scene, field),
-            kept_poles: None,
+            cached_poles: None,
             slice_errors: None,
             road_warnings: Vec::new(),
-            kept_frequencies: Vec::new(),
+            stored_frequencies: Vec::new(),
             reach: 1.0,
             window: 1.0,
             standing: OnceLock::new(),
@@ -251,7 +253,7 @@ fn contact_field(tread: Tread) -> Field {
 }
 
 /// Number of poles of the model that the user's cache holds for a plan; `None` if none is needed, cached, or usable.
-pub(crate) fn kept_poles(plan: &Plan) -> Option<usize> {
+pub(crate) fn cached_poles(plan: &Plan) -> Option<usize> {
     let key = key(&plan.decisions.tyre, &plan.fit).ok().filter(|_| plan.needs_model())?;
     let model: RationalModel = Cache::open().ok()?.load(&key).ok()??.ok()?;
     Some(model.order())

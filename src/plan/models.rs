@@ -4,28 +4,16 @@ use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
-use thiserror::Error;
 
 use super::Plan;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::scene::{LoadedScene, SceneError, Tyre};
+use crate::scene::{LoadedScene, SceneError, SetUpError, Tyre};
 use crate::storage::cache::key;
 use crate::storage::{Cache, Cached};
 use crate::tyre::influence::{CellGrid, CellSums, WaveBand};
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
-
-/// Reasons why there is no model.
-#[derive(Debug, Error)]
-pub(crate) enum ModelError {
-    /// The fit was refused: a complaint about the scene.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The user stopped the work.
-    #[error("interrupted")]
-    Stopped,
-}
 
 /// A model from the user's cache, or fitted if there is none; without a usable cache a warning is returned with it.
 ///
@@ -43,9 +31,9 @@ pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fet
 }
 
 /// Translates an error of a fit: the user's stop, or a complaint about the scene's tolerance, with the remedy `right`.
-pub(crate) fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> ModelError {
+pub(crate) fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> SetUpError {
     match error {
-        FitError::Stopped => ModelError::Stopped,
+        FitError::Stopped => SetUpError::Stopped,
         error => SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), right)).into(),
     }
 }
@@ -53,7 +41,7 @@ pub(crate) fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> Mod
 /// The model that a planned run needs, metered; `right` is the remedy for a user whose fit is refused.
 ///
 /// # Errors
-/// A fit that was [`refused`]; [`ModelError::Stopped`].
+/// A fit that was [`refused`]; [`SetUpError::Stopped`].
 pub(crate) fn planned_model(
     loaded: &LoadedScene,
     plan: &Plan,
@@ -61,7 +49,7 @@ pub(crate) fn planned_model(
     stop: &AtomicBool,
     meter: &mut Meter,
     warnings: &mut Vec<String>,
-) -> Result<RationalModel, ModelError> {
+) -> Result<RationalModel, SetUpError> {
     let open = meter.open();
     let fetched = fetch(&plan.decisions.tyre, &plan.fit, stop).map_err(|error| refused(loaded, error, right))?;
     match fetched.times {
@@ -82,7 +70,7 @@ pub(crate) fn planned_model(
 /// that a fit took.
 ///
 /// # Errors
-/// A fit that was [`refused`]; [`ModelError::Stopped`].
+/// A fit that was [`refused`]; [`SetUpError::Stopped`].
 pub(crate) fn planned_cell_model<M: Cached>(
     loaded: &LoadedScene,
     plan: &Plan,
@@ -91,8 +79,8 @@ pub(crate) fn planned_cell_model<M: Cached>(
     evaluations: fn(&M) -> u64,
     meter: &mut Meter,
     warnings: &mut Vec<String>,
-) -> Result<M, ModelError> {
-    let mut fitted = || -> Result<M, ModelError> {
+) -> Result<M, SetUpError> {
+    let mut fitted = || -> Result<M, SetUpError> {
         let right = "another tolerance, or history = \"direct\"";
         let model = meter.time(Stage::Fit, &fit).map_err(|error| refused(loaded, error, right))?;
         count_evaluations(plan, evaluations(&model), meter);

@@ -231,7 +231,7 @@ fn a_plan_presses_its_tyre_once() {
     assert!(plan.standing.get().is_none(), "a plan alone sums nothing");
     plan.check(&loaded).unwrap();
     let found = plan.standing.get().unwrap().clone();
-    assert!(found.is_ok() && plan.clone().with_kept_model().standing.get() == Some(&found));
+    assert!(found.is_ok() && plan.clone().with_cached_model().standing.get() == Some(&found));
     // Plans that differ only in settings it does not depend on share it, those with another tyre or axle do not.
     let of = |change: &dyn Fn(&mut Scene)| {
         let mut scene = plan.scene.clone();

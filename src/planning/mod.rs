@@ -4,7 +4,7 @@
 use crate::effects::EFFECTS;
 use crate::plan::decisions::{Decisions, LATE, PHYSICS, Row};
 use crate::plan::settle::{self, Choice};
-use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, feasible, inflation, kept_poles};
+use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, cached_poles, feasible, inflation};
 use crate::scene::{LoadedScene, Scene, SceneError};
 
 /// Rows of the plan's table, in the order of the computation.
@@ -72,8 +72,8 @@ impl Plan {
     /// Takes into account what the user's cache holds for the plan and for its effects: amounts and forecast are less
     /// then.
     #[must_use]
-    pub fn with_kept_model(mut self) -> Self {
-        self.kept_poles = kept_poles(&self);
+    pub fn with_cached_model(mut self) -> Self {
+        self.cached_poles = cached_poles(&self);
         EFFECTS.iter().for_each(|effect| effect.look_up(&mut self));
         self
     }
@@ -82,8 +82,9 @@ impl Plan {
     #[doc(hidden)]
     pub fn amounts(&self) -> Amounts {
         let mut amounts = Amounts::of_physics(self);
-        EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
         amounts.add_results(self);
+        // The last effect, sound, takes what memory the others leave.
+        EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
         amounts
     }
 

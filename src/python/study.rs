@@ -98,8 +98,7 @@ pub(super) fn radiation(
         within("highest", &[highest], LOWEST, HIGHEST)?;
         within("points", &[f64::from(points)], 2.0, MOST_POINTS)?;
         let standing = Standing::new(scene).held_by(&scene.rolling.axle).map_err(RunError::from)?;
-        let no_air = || Failure::Argument("radiation.temperature: air cannot be this cold".into());
-        let radiator = Radiator::new(scene, &Plan::new(scene), standing.length)?.ok_or_else(no_air)?;
+        let radiator = Radiator::new(scene, &Plan::new(scene), standing.length)?;
         let asked = asked_frequencies(highest, points);
         watched.pieces_of(Stage::Radiation, asked.len());
         let found = radiator.at(&asked, &watched.stop, &|| watched.piece_done())?;

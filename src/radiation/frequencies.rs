@@ -97,7 +97,7 @@ pub(crate) struct SetUpCost {
     /// Sums over these; patches, unknowns, points and bytes are those of the highest frequency.
     pub cost: Cost,
     /// Memory of the stored transfers \[bytes\].
-    pub bytes_kept: u64,
+    pub bytes_stored: u64,
 }
 
 impl SetUpCost {
@@ -130,7 +130,7 @@ impl SetUpCost {
             };
         }
         let values = problem.receivers.len() * problem.values();
-        Ok(Self { frequencies: all.len(), cost: sum, bytes_kept: 8 * (values * kept) as u64 })
+        Ok(Self { frequencies: all.len(), cost: sum, bytes_stored: 8 * (values * kept) as u64 })
     }
 }
 

@@ -13,11 +13,12 @@
 //! [`kernel`] in lanes, [`near`] integrals, both put together by [`assembly`] for four blocks of [`parity`];
 //! [`interior`] points against irregular frequencies; LU ([`factor`]); the boundary problem ([`solve`]) with its
 //! [`cost`]; the [`transfer`] from a tread, and from the [`flank`] beside it where that moves, too, its
-//! [`frequencies`]. An approximation in a second: [`draft`].
+//! [`frequencies`], [`stored`] on disk. An approximation in a second: [`draft`]. The [`air`] by its temperature.
 //!
 //! Accuracy (sphere and tyre body against independent values, the standing tyre against itself): 1e-5 at 10 nodes per
 //! wavelength with 4 x 4 elements; the standing tyre's transfers 0.02 dB by default ([`Resolution::NODES`]).
 
+pub(crate) mod air;
 pub(crate) mod assembly;
 pub(crate) mod body;
 pub(crate) mod cases;
@@ -36,17 +37,19 @@ pub(crate) mod mesh;
 pub(crate) mod near;
 pub(crate) mod parity;
 pub(crate) mod solve;
+pub(crate) mod stored;
 #[cfg(test)]
 mod tests;
 pub(crate) mod transfer;
 
+pub use air::Air;
 pub use body::{Body, Shape, Vector};
 pub(crate) use cost::Cost;
 pub(crate) use error::RadiationError;
 pub(crate) use flank::Flank;
-#[cfg(test)]
-pub(crate) use frequencies::FrequencyReport;
-pub(crate) use frequencies::{FrequencyRange, FrequencyTransfers, SetUpCost, TransferSet, Watch, transfers};
+pub(crate) use frequencies::{
+    FrequencyRange, FrequencyReport, FrequencyTransfers, SetUpCost, TransferSet, Watch, transfers,
+};
 pub use mesh::Resolution;
 pub use parity::Block;
 #[cfg(test)]

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pass_by::PassBySummary;
 use super::table::{csv, optional, row};
-use crate::radiation::Body;
+use crate::radiation::{Body, FrequencyReport};
 use crate::response::{BandLevel, PowerSpectrum, SliceErrors};
 use crate::scene::RadiationQuality;
 use crate::sound::{Air, CoveredBands, SoundLevels, TotalLevel};
@@ -168,18 +168,18 @@ pub(crate) struct BodySummary {
 }
 
 impl BodySummary {
-    /// A body in some air, nothing solved.
-    pub(crate) fn of(quality: RadiationQuality, body: &Body, air: &Air) -> Self {
+    /// A body in some air, and its solution.
+    pub(crate) fn of(quality: RadiationQuality, body: &Body, air: &Air, report: &FrequencyReport) -> Self {
         Self {
             quality,
             patch_length: 2.0 * body.half_patch(),
             sound_speed: air.sound_speed,
             density: air.density,
-            frequencies: 0,
-            solved: 0,
-            unknowns: 0,
-            interpolation_error: 0.0,
-            reciprocal_condition: None,
+            frequencies: report.count,
+            solved: report.solved,
+            unknowns: report.solve.unknowns,
+            interpolation_error: report.largest_passed.max(report.largest_unhalved),
+            reciprocal_condition: (report.solved > 0).then_some(report.reciprocal_condition),
         }
     }
 }

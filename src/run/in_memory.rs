@@ -36,7 +36,7 @@ pub fn run_in_memory(
     progress: &mut dyn Progress,
 ) -> Result<RunInMemory, RunError> {
     let (wall, cpu, meter) = (Instant::now(), cpu_time(), Meter::new(Watch::default()));
-    let plan = Plan::of(loaded)?.with_kept_model();
+    let plan = Plan::of(loaded)?.with_cached_model();
     let loaded = &loaded.clone().settled(plan.scene.clone());
     plan.check(loaded)?;
     let mut undrawn = loaded.clone();

@@ -55,8 +55,8 @@ impl Prepared {
         meter: &'a mut Meter,
     ) -> Begin<'a> {
         let Self { contact, models, warnings, .. } = self;
-        let planned_memory = |plan: &Plan| plan.amounts().memory_on(1);
-        Begin { loaded, plan, contact, models, in_memory, planned_memory, warnings, stop, progress, meter }
+        let amounts = Plan::amounts;
+        Begin { loaded, plan, contact, models, in_memory, amounts, warnings, stop, progress, meter }
     }
 }
 
@@ -168,7 +168,7 @@ fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
 /// Every error that can be detected without running.
 pub fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     loaded.check_time_domain()?;
-    let mut plan = Plan::of(loaded)?.with_kept_model();
+    let mut plan = Plan::of(loaded)?.with_cached_model();
     plan.check(loaded)?;
     check_axle(loaded, &plan)?;
     let (surface, _) = open_road(loaded, &plan, 0.5 * plan.expected().points * plan.element)?;

@@ -57,7 +57,7 @@ pub fn run(
 ) -> Result<RunReport, RunError> {
     let begin = Begin::now(options.watch);
     loaded.check_time_domain()?;
-    let plan = Plan::of(loaded)?.with_kept_model();
+    let plan = Plan::of(loaded)?.with_cached_model();
     let loaded = &loaded.clone().settled(plan.scene.clone());
     plan.check(loaded)?;
     // A target that cannot be written to is refused before the long work, not after it; the folder itself is created
@@ -92,7 +92,7 @@ pub fn resume(
     let checkpoint = Checkpoint::read(folder.working())?;
     let loaded = checkpoint.loaded.clone();
     loaded.check_time_domain()?;
-    let plan = Plan::of(&loaded)?.with_kept_model();
+    let plan = Plan::of(&loaded)?.with_cached_model();
     plan.check(&loaded)?;
     let planned = PlannedRun::new(&loaded, &plan, threads, begin.process);
     let kept = folder.working().to_owned();

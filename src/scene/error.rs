@@ -10,6 +10,17 @@ use super::Diagnostic;
 /// Most mistakes that are reported; more of them are no help.
 const MOST_TOLD: usize = 32;
 
+/// Reason why what a run needs is not set up.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SetUpError {
+    /// It was refused: a complaint about the scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The user stopped the work.
+    #[error("interrupted")]
+    Stopped,
+}
+
 /// Reason why a scene cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {

@@ -26,6 +26,7 @@ mod tread_pattern;
 
 pub use diagnostic::Diagnostic;
 pub use error::SceneError;
+pub(crate) use error::SetUpError;
 pub use load::LoadedScene;
 pub(crate) use load::Reach;
 pub(crate) use load::settings_hash;

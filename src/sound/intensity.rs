@@ -13,9 +13,9 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use super::air::Air;
 use super::levels::REFERENCE_PRESSURE;
 use super::weighting::FrequencyWeighting;
+use crate::radiation::Air;
 use crate::response::{BandLevel, PowerSpectrum, SpectrumAccumulator, SpectrumError};
 
 /// Reference intensity of levels \[W/m^2\] (ISO 1683).

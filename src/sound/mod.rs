@@ -3,7 +3,6 @@
 //! This module does not depend on the source of the pressures: signals \[Pa\] and their spectra are given. In the order
 //! of the data flow:
 //!
-//! - `air`: sound speed and density by temperature;
 //! - `frame`: positions and sides of a tyre; `receivers`: the microphones of the standards;
 //! - `power`: the measurement surfaces of the sound power; `point_source`: the power of the point sources by which
 //!   models of traffic noise represent a tyre;
@@ -20,7 +19,6 @@
 //! Origin on the road, below the axle's centre; x forward, in the direction of travel; y to the left; z up. Positions
 //! are `[x, y, z]` in metres.
 
-pub(crate) mod air;
 pub(crate) mod band_pass;
 pub(crate) mod covered;
 pub(crate) mod detector;
@@ -38,7 +36,7 @@ pub(crate) mod wav;
 pub(crate) mod weighting;
 pub(crate) mod weighting_filter;
 
-pub use air::Air;
+pub use crate::radiation::Air;
 pub(crate) use covered::CoveredBands;
 pub use detector::{Detector, TimeWeighting, meter_levels};
 pub use frame::Side;

@@ -23,11 +23,11 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::air::Air;
 use super::frame::Position;
 use super::levels::level;
 use super::power::REFERENCE_POWER;
 use crate::numeric::sinc;
+use crate::radiation::Air;
 use crate::response::ThirdOctaveBand;
 
 /// Treatment of the reflection by the road in a model of traffic noise.

@@ -5,8 +5,8 @@
 
 use std::f64::consts::TAU;
 
-use super::air::Air;
 use super::frame::Position;
+use crate::radiation::Air;
 
 /// Reference power of levels \[W\] (ISO 1683).
 pub(crate) const REFERENCE_POWER: f64 = 1e-12;

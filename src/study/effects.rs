@@ -69,7 +69,7 @@ pub(crate) fn over_cells(loaded: &LoadedScene, duration: f64) -> Option<Plan> {
     (scene.contact.cells_along, scene.contact.local_compliance) = (None, None);
     scene.rolling.duration = duration;
     let loaded = LoadedScene::from_scene(&scene, "cells").ok()?;
-    Plan::of(&loaded).ok().map(Plan::with_kept_model)
+    Plan::of(&loaded).ok().map(Plan::with_cached_model)
 }
 
 /// Why an effect is not compared in a scene of slices, or of cells; `None` if it is.
@@ -117,7 +117,7 @@ impl Forecasts<'_> {
     /// Wall time of the next run \[s\]; 0 for a scene that is refused.
     fn next(&mut self, scene: &Scene) -> f64 {
         let planned = LoadedScene::from_scene(scene, "variant").and_then(|loaded| Plan::of(&loaded));
-        let Ok(plan) = planned.map(Plan::with_kept_model) else { return 0.0 };
+        let Ok(plan) = planned.map(Plan::with_cached_model) else { return 0.0 };
         let mut amounts = plan.amounts();
         amounts.work.retain(|work| {
             let seconds = work.amount * self.costs.of(work.stage, work.unit);

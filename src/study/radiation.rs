@@ -10,17 +10,15 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::effects::sound::{Sound, WAVES};
 use crate::numeric::{double, in_parallel};
 use crate::plan::Plan;
-use crate::radiation::{Block, Body, Cost, Flank, RadiationError, Resolution, Transfer, TransferProblem};
-use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};
-use crate::response::vibration::SegmentLayout;
-use crate::scene::{AirMotion, Scene};
-use crate::sound::Side;
-use crate::sound::{Air, receivers};
+use crate::radiation::{Body, Cost, RadiationError, Transfer, TransferProblem};
+use crate::response::pressure::set_up::WAVES;
+use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen, TransferPath};
+use crate::scene::Scene;
+use crate::sound::{Side, receivers};
+use crate::tyre::influence::SurfaceWaves;
 use crate::tyre::influence::mobility::frequencies;
-use crate::tyre::influence::{SurfaceWaves, Waves};
 
 /// Distance of the piece of tread from the patch's edge, ahead of it \[m\].
 pub(crate) const AHEAD: f64 = 0.015;
@@ -79,51 +77,37 @@ pub(crate) struct AtFrequency {
 #[derive(Clone, Debug)]
 pub(crate) struct Radiator {
     body: Body,
-    air: Air,
-    contact_width: f64,
-    layout: SegmentLayout,
+    /// Path to the named receivers, then to the circle.
+    path: TransferPath,
+    /// Of the strip, and over the shoulders \[m\].
+    widths: [f64; 2],
     waves: Arc<SurfaceWaves>,
-    flank: Option<Flank>,
-    motion: AirMotion,
-    resolution: Resolution,
-    width: f64,
     memory_limit: u64,
 }
 
 impl Radiator {
-    /// The tyre of a planned scene with a patch of length `at_rest` \[m\]; `None` if the scene's air does not exist.
+    /// The tyre of a planned scene with a patch of length `at_rest` \[m\].
     ///
     /// # Errors
-    /// A body that cannot be.
-    pub(crate) fn new(scene: &Scene, plan: &Plan, at_rest: f64) -> Result<Option<Self>, RadiationError> {
-        let radiation = &scene.radiation;
+    /// A body or air that cannot be.
+    pub(crate) fn new(scene: &Scene, plan: &Plan, at_rest: f64) -> Result<Self, RadiationError> {
+        let (radiation, tyre) = (&scene.radiation, &plan.decisions.tyre);
         let body = plan.radiating_body(radiation, at_rest)?;
-        let tyre = &plan.decisions.tyre;
+        let [radius, height] = CIRCLE;
         let width = tyre.width + 2.0 * radiation.shoulder;
-        let memory_limit = scene.numerics.memory_bytes();
-        let resolution = Resolution::of(radiation.nodes_per_wavelength);
-        let (layout, motion) = (plan.sound_layout(), radiation.air);
-        let highest = 0.5 / layout.time_step;
-        let arc = tyre.sidewall_arc(0.0).filter(|_| radiation.hears_sides(tyre));
-        let flank = arc.and_then(|arc| Flank::new(&body, arc.bead_radius()));
-        let radiator = |air| {
-            let lateral = Waves::new(tyre).lateral_numbers().take(radiation.lateral_waves).collect();
-            let (around, rule) = (Sound::GRID.around / 2, flank.as_ref().map(|flank| &flank.rule));
-            let waves = SurfaceWaves::with_flank(tyre, around, lateral, [highest, WAVES], rule);
-            Self {
-                body,
-                air,
-                contact_width: tyre.contact_width,
-                layout,
-                waves: Arc::new(waves),
-                flank,
-                motion,
-                resolution,
-                width,
-                memory_limit,
-            }
-        };
-        Ok(Air::at(radiation.temperature).map(radiator))
+        let named = named_receivers(width).map(|(_, position)| position);
+        let positions: Vec<[f64; 3]> =
+            named.into_iter().chain(receivers::circle(radius, height, receivers::CIRCLE_POSITIONS)).collect();
+        let all = std::iter::once(0..positions.len()).collect();
+        let followed = (plan.sound_layout(), radiation.lateral_waves);
+        let path = plan.transfer_path(tyre, radiation.clone(), (positions, all), followed);
+        let path = path.ok_or(RadiationError::NotPositive { what: "the speed of sound", value: 0.0 })?;
+        let (around, highest) = (TransferPath::GRID.around / 2, 0.5 / path.layout.time_step);
+        let flank = path.flank(&body);
+        let rule = flank.as_ref().map(|flank| &flank.rule);
+        let waves = SurfaceWaves::with_flank(tyre, around, path.lateral_numbers(tyre), [highest, WAVES], rule);
+        let (widths, memory_limit) = ([tyre.contact_width, width], scene.numerics.memory_bytes());
+        Ok(Self { body, path, widths, waves: Arc::new(waves), memory_limit })
     }
 
     /// Length of the patch \[m\].
@@ -133,17 +117,17 @@ impl Radiator {
 
     /// Width over the shoulders \[m\].
     pub(crate) fn width(&self) -> f64 {
-        self.width
+        self.widths[1]
     }
 
     /// True if shoulders and sides radiate.
     pub(crate) fn hears_sides(&self) -> bool {
-        self.flank.is_some()
+        self.path.flank(&self.body).is_some()
     }
 
     /// Wavelength of sound in air at a frequency \[Hz\], in m.
     pub(crate) fn wavelength(&self, frequency: f64) -> f64 {
-        self.air.sound_speed / frequency
+        self.path.air.sound_speed / frequency
     }
 
     /// Expected cost at a frequency \[Hz\].
@@ -151,24 +135,15 @@ impl Radiator {
     /// # Errors
     /// As [`Cost::expected`].
     pub(crate) fn cost(&self, frequency: f64) -> Result<Cost, RadiationError> {
-        let wavenumber = TAU * frequency / self.air.sound_speed;
-        Cost::expected(&self.body, wavenumber, wavenumber, &self.resolution, &Block::EVEN_ACROSS)
+        let wavenumber = TAU * frequency / self.path.air.sound_speed;
+        let TransferProblem { resolution, blocks, .. } = self.path.problem(&self.body, self.memory_limit);
+        Cost::expected(&self.body, wavenumber, wavenumber, &resolution, blocks)
     }
 
     /// Pressure model of the rolling tyre, up to half of its sampling rate.
     fn model(&self) -> PressureModel {
-        PressureModel {
-            layout: self.layout,
-            waves: Arc::clone(&self.waves),
-            scale: 1.0,
-            tangential: None,
-            contact_width: self.contact_width,
-            density: self.air.density,
-            air: self.motion,
-            highest: f64::INFINITY,
-            delays: Vec::new(),
-            strips: None,
-        }
+        let model = self.path.model(Arc::clone(&self.waves), self.widths[0]);
+        PressureModel { highest: f64::INFINITY, ..model }
     }
 
     /// Computes everything at each frequency \[Hz\]; `done` is called after each.
@@ -181,38 +156,26 @@ impl Radiator {
         stop: &AtomicBool,
         done: &(dyn Fn() + Sync),
     ) -> Result<Vec<AtFrequency>, RadiationError> {
-        let named = named_receivers(self.width);
-        let [radius, height] = CIRCLE;
-        let mut positions: Vec<[f64; 3]> = named.iter().map(|(_, position)| *position).collect();
-        positions.extend(receivers::circle(radius, height, receivers::CIRCLE_POSITIONS));
-        let grid = Sound::GRID;
-        let problem = TransferProblem {
-            body: &self.body,
-            receivers: &positions,
-            grid,
-            flank: self.flank.clone(),
-            resolution: self.resolution,
-            blocks: &Block::EVEN_ACROSS,
-            memory_limit: self.memory_limit,
-        };
+        let named = named_receivers(self.width()).len();
+        let problem = self.path.problem(&self.body, self.memory_limit);
         problem.check()?;
         let edge = (self.body.half_patch() / self.body.radius()).asin() + AHEAD / self.body.radius();
-        let cell = (edge / TAU * grid.around as f64) as usize;
+        let cell = (edge / TAU * problem.grid.around as f64) as usize;
         let strength = |transfer: &Transfer| double(transfer.values[transfer.index(0, 0, cell)]).norm();
         let one = |&frequency: &f64| {
             let shares = |transfer: &Transfer| {
                 let green = SurfaceGreen::of(&self.body, [(frequency, transfer.clone())]);
                 PressureShares::at(&self.model(), &green, 0)
             };
-            let wavenumber = TAU * frequency / self.air.sound_speed;
+            let wavenumber = TAU * frequency / self.path.air.sound_speed;
             let (transfers, report) = problem.solve_unless(wavenumber, &|| stop.load(Ordering::Relaxed))?;
             done();
             Ok(AtFrequency {
                 frequency,
-                transfers: transfers[..named.len()].iter().map(strength).collect(),
-                horn: transfers[..named.len()].iter().map(|found| found.horn(&self.body, 0, 0, cell)).collect(),
-                shares: transfers[..named.len()].iter().map(shares).collect(),
-                circle: transfers[named.len()..].iter().map(strength).collect(),
+                transfers: transfers[..named].iter().map(strength).collect(),
+                horn: transfers[..named].iter().map(|found| found.horn(&self.body, 0, 0, cell)).collect(),
+                shares: transfers[..named].iter().map(shares).collect(),
+                circle: transfers[named..].iter().map(strength).collect(),
                 unknowns: report.unknowns,
                 reciprocal_condition: report.reciprocal_condition,
                 seconds: [report.assembly_seconds, report.factor_seconds],

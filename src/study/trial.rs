@@ -196,7 +196,7 @@ impl<'a> Trials<'a> {
 
     fn begin(&self, scene: &Scene) -> Result<(Plan, Simulation), RunError> {
         let loaded = LoadedScene::from_scene(scene, "variant")?;
-        let plan = Plan::of(&loaded)?.with_kept_model();
+        let plan = Plan::of(&loaded)?.with_cached_model();
         plan.check(&loaded)?;
         let without: &[&str] = if self.with_sound { &[] } else { &["sound"] };
         let meter = Meter::new(Watch::EVERY);

@@ -114,7 +114,7 @@ fn plans_count_odd_waves_and_both_sides() {
     let more = format!("{BOTH_SIDES}{LOW}");
     let plan = Plan::of(&scene(&cells(ACROSS, made, 0.8, &more))).unwrap();
     let slices = Plan::of(&scene(&scene_text(ELEMENTS, made, &rolling(0.8), "", &more))).unwrap();
-    assert_eq!((plan.sound().unwrap().lateral, slices.sound().unwrap().lateral), (11, 6));
+    assert_eq!((plan.sound().unwrap().path.lateral, slices.sound().unwrap().path.lateral), (11, 6));
     let counted = |plan: &Plan, counter: Counter| {
         plan.amounts().counters.iter().find(|known| known.0 == counter).map_or(0.0, |known| known.1)
     };

@@ -52,7 +52,7 @@ fn a_run_has_the_stages_of_its_plan_and_its_exact_counts() {
         let (slices, made) = (expected(Counter::Slices).unwrap(), meter.counted(Counter::Slices) as f64);
         assert!(slices <= made && made <= 1.1 * slices, "{name}: {slices} slices planned, {made} made");
         // A model that the cache holds is known to the last pole.
-        let warm = Plan::of(&loaded).unwrap().with_kept_model();
+        let warm = Plan::of(&loaded).unwrap().with_cached_model();
         if let Some((_, poles)) = warm.amounts().counters.iter().find(|entry| entry.0 == Counter::Poles) {
             assert_eq!(*poles as u64, meter.counted(Counter::Poles), "{name}");
         }

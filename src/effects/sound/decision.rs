@@ -1,11 +1,12 @@
 //! Sound radiation, of the tread and of the sidewalls.
 
-use super::planned::{channels, waves_for};
 use super::squeeze::found_blocks;
 use crate::contact::cells::gaps::PLACES;
 use crate::numeric::SplitRule;
 use crate::plan::decisions::{Decided, Decisions, Row, given};
+use crate::plan::sound::channels;
 use crate::radiation::draft::{DraftError, DraftErrors};
+use crate::response::pressure::open_patch::waves_for;
 use crate::scene::{AirMotion, PatchAir, Pitches, Radiation, RadiationQuality, Scene, Switch};
 
 /// Rows of the radiation, of the sidewalls, of the air under the patch, and of the squeeze of blocks.
@@ -36,7 +37,7 @@ fn decide(scene: &Scene) -> Decided {
         AirMotion::Axle => "air at rest beside the axle",
         AirMotion::WithTread => "air that turns with the tread",
     };
-    let way = match radiation.quality {
+    let path = match radiation.quality {
         RadiationQuality::Full => "boundary elements".to_owned(),
         RadiationQuality::Draft => {
             let width = scene.tyre.width + 2.0 * radiation.shoulder;
@@ -46,7 +47,7 @@ fn decide(scene: &Scene) -> Decided {
             format!("draft: monopoles with a fitted horn, within {error} at coast-by and cpx, elsewhere by the place,")
         }
     };
-    let form = format!("{way} to {} Hz, {air}", radiation.fmax);
+    let form = format!("{path} to {} Hz, {air}", radiation.fmax);
     let reason = given.unwrap_or_else(|| match scene.receivers.len() {
         1 => "auto: there is a [[receiver]]".to_owned(),
         several => format!("auto: there are {several} [[receiver]]"),

@@ -1,8 +1,11 @@
-//! Results of the fields under an open patch: resonances, tables, and pressures in the middle of grooves.
+//! Fields under an open patch: messages on resonances, tables, and pressures in the middle of grooves.
 
-use super::planned::Sound;
+use crate::plan::Plan;
+use crate::plan::sound::Sound;
+use crate::radiation::air::{HEAT_RATIO, STANDARD_PRESSURE};
 use crate::radiation::gap::patch::Channel;
 use crate::radiation::gap::resonance::Resonance;
+use crate::response::pressure::open_patch::{GrooveFields, OpenPatch, root_mean};
 use crate::results::table::{csv, optional, row};
 use crate::storage::state::{Evolving, StateError, StateStream};
 
@@ -10,31 +13,6 @@ use crate::storage::state::{Evolving, StateError, StateStream};
 pub(super) const GAP_FILE: &str = "gap.csv";
 /// File of the field under the patch over voids.
 pub(super) const VOIDS_FILE: &str = "voids.csv";
-
-/// Fields in the grooves of a run.
-#[derive(Clone, Debug)]
-pub(crate) struct GrooveFields {
-    /// By groove; `None` where the response has no peak.
-    pub(super) resonances: Vec<Option<Resonance>>,
-    pub(super) frequencies: Vec<f64>,
-    /// |G| in the middle of a groove by point, frequency and groove \[1/m\].
-    pub(super) middle: Vec<Vec<Vec<f64>>>,
-    /// |G| at the first point, at the frequency at which it is largest in a groove; `None` without a point.
-    pub(super) loudest: Option<UnderPatchLevels>,
-    /// Root mean square of G over the patch by point, frequency and place \[1/m\]; empty for grooves alone.
-    pub(super) of_places: Vec<Vec<Vec<f64>>>,
-}
-
-/// Field under the patch at a frequency.
-#[derive(Clone, Debug)]
-pub(super) struct UnderPatchLevels {
-    /// Frequency \[Hz\].
-    pub(super) frequency: f64,
-    /// |G| cell by cell along, and in each strip by strip across \[1/m\].
-    pub(super) green: Vec<f64>,
-    /// Ends of the strips across \[m\].
-    pub(super) ends: Vec<f64>,
-}
 
 impl GrooveFields {
     /// Messages on grooves that a tone at a frequency \[Hz\] excites.
@@ -68,7 +46,7 @@ impl GrooveFields {
     /// Table of the grooves: resonances, largest pressures, and |G| in their middles by receiver, at its first point.
     pub(super) fn to_csv(&self, sound: &Sound, pressures: &[MiddlePressure]) -> String {
         let mut rows = Vec::new();
-        for (groove, (channel, found)) in sound.channels.iter().zip(&self.resonances).enumerate() {
+        for (groove, (channel, found)) in sound.path.channels.iter().zip(&self.resonances).enumerate() {
             let resonance = optional(found.map(|found| found.frequency));
             let quality = optional(found.map(|found| found.quality));
             let largest = optional(pressures.get(groove).map(|middle| middle.largest));
@@ -107,13 +85,38 @@ impl GrooveFields {
     }
 }
 
-pub(super) fn root_mean<T>(places: &[T], of: impl Fn(&T) -> f64) -> f64 {
-    let sum: f64 = places.iter().map(|place| of(place).powi(2)).sum();
-    (sum / places.len() as f64).sqrt()
+/// Passing frequency of a plan's pitches \[Hz\]; `None` without pitches.
+pub(super) fn pitch_frequency(plan: &Plan) -> Option<f64> {
+    let train = plan.tread_map().and_then(|map| map.train)?;
+    Some(train.count() as f64 * plan.speed / train.circumference)
+}
+
+/// Message on the resonances of a plan's grooves, by the gap equation over the expected patch, and on the passing
+/// frequency of its pitches; `None` for a sealed patch, or for a body or air that the run will refuse.
+pub(super) fn expected_resonances(plan: &Plan) -> Option<String> {
+    let path = plan.sound()?.path;
+    if path.channels.is_empty() {
+        return None;
+    }
+    let body = plan.radiating_body(&path.radiation, plan.expected().length).ok()?;
+    let resonances = OpenPatch::of(&path, &body, &[])?.resonances().ok()?;
+    let of = |(groove, found): (usize, &Option<Resonance>)| match found {
+        Some(Resonance { frequency, .. }) => {
+            format!("tread_pattern.grooves[{groove}] resonates near {frequency:.0} Hz")
+        }
+        None => format!("tread_pattern.grooves[{groove}] has no resonance in the range that is searched"),
+    };
+    let mut told: Vec<String> = resonances.iter().enumerate().map(of).collect();
+    told.extend(pitch_frequency(plan).map(|passing| {
+        let is_near = resonances.iter().flatten().any(|found| found.is_near(passing));
+        format!("pitches pass at {passing:.0} Hz{}", if is_near { ", within 10 % of a resonance" } else { "" })
+    }));
+    let length = 2e3 * body.half_patch();
+    Some(format!("in a patch of {length:.0} mm {}", told.join(", ")))
 }
 
 /// Pressure above which air deviates from linearity by 1 %: that part of gamma times its static pressure \[Pa\].
-const NOT_LINEAR: f64 = 0.01 * 1.4 * 101_325.0;
+const NOT_LINEAR: f64 = 0.01 * HEAT_RATIO * STANDARD_PRESSURE;
 
 /// Statistics of the pressure in the middle of a groove.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -155,6 +158,15 @@ impl MiddlePressure {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pitches_that_pass_near_a_resonance_give_a_message() {
+        let resonances = vec![Some(Resonance { frequency: 1100.0, quality: 5.0 }), None];
+        let (frequencies, middle, of_places) = (Vec::new(), Vec::new(), Vec::new());
+        let fields = GrooveFields { resonances, frequencies, middle, loudest: None, of_places };
+        assert_eq!(fields.near(1.05 * 1100.0).len(), 1);
+        assert!(fields.near(1.2 * 1100.0).is_empty());
+    }
 
     #[test]
     fn pressures_above_a_hundredth_of_the_airs_are_counted_and_warned_of() {

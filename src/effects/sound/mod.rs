@@ -6,17 +6,13 @@
 mod amounts;
 mod decision;
 mod groove_fields;
-mod kept_signal;
-mod kept_transfers;
-mod open_patch;
+mod page;
 mod passages;
 mod passing;
 mod pictures;
-mod planned;
 mod results;
-mod shown;
 mod squeeze;
-mod way;
+mod stored_signal;
 
 use std::ops::Range;
 
@@ -29,7 +25,12 @@ use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::decisions::{Row, taken_pattern};
+use crate::plan::receivers::PlannedReceiver;
+use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::plan::{Amounts, Choice, Decisions, Plan};
+use crate::radiation::RadiationError;
+use crate::response::pressure::open_patch::{GrooveFields, waves_for};
+use crate::response::pressure::set_up::{FoundTransfers, SetUp};
 use crate::response::pressure::{BlockPressures, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, LevelErrors, Orders, SliceErrors, SpectrumAccumulator};
@@ -39,15 +40,10 @@ use crate::results::sound::{
 };
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::state::{StateError, StateStream, ensure};
-use groove_fields::MiddlePressure;
-use kept_signal::KeptSignal;
-pub(crate) use kept_transfers::KeptReceiver;
+use groove_fields::{MiddlePressure, expected_resonances, pitch_frequency};
 use passing::Passing;
-pub(crate) use planned::{PlannedReceiver, Sound};
-use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
 use squeeze::{PARTS, SqueezeStream, found_blocks};
-pub(crate) use way::WAVES;
-use way::{TransferSearch, Way};
+use stored_signal::StoredSignal;
 
 pub(crate) struct SoundEffect;
 
@@ -69,16 +65,18 @@ impl Effect for SoundEffect {
     }
 
     fn choice(&self, plan: &Plan) -> Option<Choice> {
-        plan.radiating_waves()
+        let path = plan.sound().filter(|_| plan.decisions.zone == Zone::Cells)?.path;
+        let reason = format!("even waves across; with the odd ones between them {} radiate", path.lateral);
+        Some(Choice { key: "radiation.lateral_waves", value: path.radiation.lateral_waves.to_string(), reason })
     }
 
     fn notes(&self, plan: &Plan) -> Vec<String> {
-        let passages = |sound| told_of_passages(plan, &sound, |passing, kept| passing.few(kept));
-        open_patch::expected_resonances(plan).into_iter().chain(plan.sound().into_iter().flat_map(passages)).collect()
+        let passages = |sound| told_of_passages(plan, &sound, Passing::few);
+        expected_resonances(plan).into_iter().chain(plan.sound().into_iter().flat_map(passages)).collect()
     }
 
     fn look_up(&self, plan: &mut Plan) {
-        plan.kept_frequencies = plan.frequencies_on_disk();
+        plan.stored_frequencies = plan.frequencies_on_disk();
     }
 
     fn add_amounts(&self, plan: &Plan, amounts: &mut Amounts) {
@@ -103,11 +101,11 @@ impl Effect for SoundEffect {
     }
 
     fn figures(&self, stored: &Stored) -> Vec<Figure> {
-        shown::figures(stored)
+        page::figures(stored)
     }
 
     fn sections(&self, stored: &Stored, all: &[Stored]) -> Result<Vec<Section>, ReportError> {
-        Ok(vec![Section { heading: "Sound", blocks: shown::blocks(stored, all)? }])
+        Ok(vec![Section { heading: "Sound", blocks: page::blocks(stored, all)? }])
     }
 
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
@@ -118,8 +116,12 @@ impl Effect for SoundEffect {
 /// Observer of the patch's forces, from which the pressures at the receivers are computed.
 pub(crate) struct SoundObserver {
     sound: Sound,
-    /// Air, delays, body and groove fields of the transfers.
-    way: Way,
+    /// By point, the whole time steps of its delay, by which its pressures are early.
+    delays: Vec<u64>,
+    /// Summary of the body and its solution.
+    body: BodySummary,
+    /// Fields in the grooves, where air passes through the patch.
+    grooves: Option<GrooveFields>,
     stream: PressureStream,
     /// Volumes that blocks squeeze into voids, where their sound is computed.
     squeeze: Option<Box<SqueezeStream>>,
@@ -128,7 +130,7 @@ pub(crate) struct SoundObserver {
     /// By place and point.
     spectra: Vec<SpectrumAccumulator>,
     /// By point, pressures over time as far as they are stored.
-    signals: Vec<KeptSignal>,
+    signals: Vec<StoredSignal>,
     /// By open groove, pressures in its middle.
     middle_pressures: Vec<MiddlePressure>,
     /// By receiver, pressures at its first point by order of the revolution; empty without a tread pattern.
@@ -163,29 +165,41 @@ fn too_short(sound: &Sound, speed: f64) -> String {
 
 /// Band of the radiation, from which the samples of a passage are planned \[Hz\].
 fn radiated(sound: &Sound) -> Range<f64> {
-    0.0..sound.radiation.fmax
+    0.0..sound.path.radiation.fmax
 }
 
 /// Messages on sounds for which a run of a plan is too short, known before it.
 fn missing_sounds(plan: &Plan) -> Vec<String> {
     let Some(sound) = plan.sound() else { return Vec::new() };
-    let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
+    let samples = PressureStream::samples(&sound.path.layout, plan.steps - plan.warm_up_steps);
     if samples == 0 {
         return vec![too_short(&sound, plan.speed)];
     }
-    told_of_passages(plan, &sound, |passing, kept| passing.missing(&sound, kept))
+    told_of_passages(plan, &sound, |passing, stored| passing.missing(&sound, stored))
 }
 
 /// Messages on the receivers that are passed, from their passing and the number of stored samples, before a run.
 fn told_of_passages(plan: &Plan, sound: &Sound, tell: impl Fn(&Passing, usize) -> Option<String>) -> Vec<String> {
-    let Some(way) = Way::expected(plan, sound) else { return Vec::new() };
-    let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
-    let kept = sound.kept_samples().min(samples as usize);
+    // The run will refuse a body that cannot be.
+    let Ok(body) = plan.radiating_body(&sound.path.radiation, plan.expected().length) else { return Vec::new() };
+    let (delays, _) = sound.path.delays(&body);
+    let samples = PressureStream::samples(&sound.path.layout, plan.steps - plan.warm_up_steps);
+    let stored = sound.stored_samples().min(samples as usize);
     let told = |receiver: &PlannedReceiver| {
-        let passing = Passing::of(sound, &way, receiver, plan.speed, &radiated(sound))?;
-        Some(format!("{}: {}", receiver.name, tell(&passing, kept)?))
+        let passing = Passing::of(sound, &delays, receiver, plan.speed, &radiated(sound))?;
+        Some(format!("{}: {}", receiver.name, tell(&passing, stored)?))
     };
     sound.receivers.iter().filter(|receiver| receiver.is_passed()).filter_map(told).collect()
+}
+
+/// Complaint about a body that cannot be.
+fn impossible_body(loaded: &LoadedScene, error: &RadiationError) -> SceneError {
+    let key = match error {
+        RadiationError::Gap { .. } => "radiation.acoustic_gap",
+        RadiationError::Shoulder { .. } => "radiation.shoulder",
+        _ => "radiation.patch_length",
+    };
+    loaded.complain(key, error.to_string(), "another one").into()
 }
 
 /// Pressures of blocks due to vibration and, where blocks squeeze air, due to that.
@@ -229,14 +243,14 @@ impl SoundObserver {
     /// An impossible body or receiver, a plan that needs too much memory: complaints about the scene;
     /// [`RunError::Interrupted`].
     pub(crate) fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
-        let Begin { loaded, plan, contact, warnings, stop, progress, meter, .. } = begin;
+        let Begin { loaded, plan, contact, amounts, warnings, stop, progress, meter, .. } = begin;
         let Some(sound) = plan.sound() else { return Ok(None) };
         let geometry = &contact.geometry;
         let layout = SegmentLayout {
             columns: geometry.columns,
             phase: geometry.substep(plan.warm_up_steps),
             first_position: geometry.first_position(),
-            ..sound.layout
+            ..sound.path.layout
         };
         let samples = PressureStream::samples(&layout, plan.steps - plan.warm_up_steps);
         if samples == 0 {
@@ -244,58 +258,64 @@ impl SoundObserver {
             return Ok(None);
         }
         // 1. Transfers and fields in the grooves.
-        let search = TransferSearch { loaded, plan, sound: &sound, layout, stop };
-        let (way, transfers) = search.find(contact, warnings, *progress, meter)?;
-        if let Some(grooves) = &way.grooves {
+        let (path, tyre, gaps) = (&sound.path, &plan.decisions.tyre, &contact.gaps);
+        let body = plan.radiating_body(&path.radiation, contact.at_rest.length);
+        let body = body.map_err(|error| impossible_body(loaded, &error))?;
+        let (delays, _) = path.delays(&body);
+        let set_up = SetUp { loaded, path, body: &body, tyre, gaps, stop };
+        let FoundTransfers { transfers, report, grooves } =
+            set_up.find(layout, contact.scale, warnings, *progress, meter)?;
+        if let Some(grooves) = &grooves {
             let across = contact.gaps.first().map(|gap| gap.across);
-            let needed = waves_for(&sound.channels, plan.decisions.tyre.contact_width, across);
-            if sound.radiation.lateral_waves < needed {
-                let taken = sound.radiation.lateral_waves;
+            let needed = waves_for(&path.channels, tyre.contact_width, across);
+            if path.radiation.lateral_waves < needed {
+                let taken = path.radiation.lateral_waves;
                 warnings.push(format!(
                     "the field under the patch has steps from void to rib that take radiation.lateral_waves = \
                      {needed}; {taken} are followed"
                 ));
             }
-            let passing = open_patch::passing(plan);
-            warnings.extend(passing.iter().flat_map(|&passing| grooves.near(passing)));
+            warnings.extend(pitch_frequency(plan).iter().flat_map(|&passing| grooves.near(passing)));
         }
         // 2. Signals that are stored over time.
-        let kept = sound.kept_samples().min(samples as usize);
-        let points = sound.points();
+        let stored = sound.stored_samples().min(samples as usize);
         let speed = plan.speed;
-        let mut signals = vec![KeptSignal::default(); points];
+        let mut signals = vec![StoredSignal::default(); path.points()];
         for receiver in &sound.receivers {
             if receiver.is_passed() {
                 // The samples are the same whatever band is recorded.
-                let passing = Passing::of(&sound, &way, receiver, speed, &radiated(&sound));
-                let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
+                let passing = Passing::of(&sound, &delays, receiver, speed, &radiated(&sound));
+                let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, stored));
                 warnings.extend(missing.map(|why| format!("{}: {why}", receiver.name)));
-                passing.iter().for_each(|passing| passing.keep(kept, &mut signals));
-            } else if receiver.standard().is_kept(sound.radiation.audio) {
-                signals[receiver.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
+                passing.iter().for_each(|passing| passing.request(stored, &mut signals));
+            } else if receiver.standard().is_kept(path.radiation.audio) {
+                signals[receiver.points.clone()].fill(StoredSignal::of(std::iter::once(0..stored).collect()));
             }
         }
         // 3. Spectra, orders and lateral forces.
-        let spectra = (0..sound.spectra())
+        let spectra = (0..path.spectra())
             .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
         let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;
         let receivers = if taken_pattern(&plan.scene).is_some() { sound.receivers.len() } else { 0 };
         let over_cells = plan.decisions.zone == Zone::Cells;
         let lateral = over_cells.then(|| {
-            let (grid, numbers) = (plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre));
+            let (grid, numbers) = (plan.cell_grid(), path.lateral_numbers(tyre));
             LateralForces::new(&grid, numbers).with_tangential(&grid, plan.scene.has_tractions())
         });
-        let squeeze = SqueezeStream::new(plan, &sound, geometry, &transfers, samples as usize)?.map(Box::new);
+        let most_waiting = amounts(plan).waiting_blocks;
+        let squeeze = SqueezeStream::new(plan, &sound, geometry, &transfers, samples as usize, most_waiting)?;
         Ok(Some(Self {
-            way,
-            squeeze,
+            body: BodySummary::of(path.radiation.quality, &body, &path.air, &report),
+            delays,
+            grooves,
+            squeeze: squeeze.map(Box::new),
             lateral,
-            stream: PressureStream::new(transfers, plan.steps - plan.warm_up_steps),
+            stream: PressureStream::new(transfers, plan.steps - plan.warm_up_steps, most_waiting),
             spectra,
             signals,
             orders: vec![Orders::new(steps); receivers],
-            middle_pressures: vec![MiddlePressure::default(); sound.channels.len()],
+            middle_pressures: vec![MiddlePressure::default(); path.channels.len()],
             speed,
             valid_to: contact.sound_valid_to().min(sound.complete_to()),
             by_slices: plan.by_slices(),
@@ -327,6 +347,7 @@ impl SoundObserver {
         if complete && streams().any(PressureStream::is_due) {
             let multiply_adds = streams().map(PressureStream::multiply_adds).sum();
             meter.time(Stage::Sound, || self.receive());
+            meter.count(Counter::SoundPasses, 1);
             meter.add_work(Stage::Sound, Work { multiply_adds, bytes: 0 });
         }
     }
@@ -340,11 +361,11 @@ impl SoundObserver {
         };
         stream.receive(other, |streamed, pressures, squeezed| {
             let summed = Summed { pressures, squeezed };
-            let [start, end] = [streamed.start, streamed.end].map(|point| point.min(sound.points()));
+            let [start, end] = [streamed.start, streamed.end].map(|point| point.min(sound.path.points()));
             for point in end..streamed.end {
                 let of = point - streamed.start;
-                let Some(place) = sound.spectrum_of(point) else {
-                    summed.of(of, |sum| middle_pressures[point - sound.points()].take(sum));
+                let Some(place) = sound.path.spectrum_of(point) else {
+                    summed.of(of, |sum| middle_pressures[point - sound.path.points()].take(sum));
                     continue;
                 };
                 summed.of(of, |sum| sum.iter().for_each(|&pressure| spectra[place].push(pressure)));
@@ -378,7 +399,7 @@ impl SoundObserver {
     pub(crate) fn results(&self) -> Result<SoundResults, RunError> {
         let receivers = self.receiver_spectra(&self.point_spectra()?)?;
         let rated = self.rated(&receivers);
-        Ok(SoundResults { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
+        Ok(SoundResults { receivers, rated, body: self.body.clone(), error: self.sound.error() })
     }
 }
 

@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use super::planned::Sound;
-use super::way::Way;
+use crate::plan::sound::Sound;
 use crate::sound::PassBy;
 use crate::sound::pass_by::Passage;
 use crate::sound::resample::FILE_RATE;
@@ -20,18 +19,18 @@ pub(super) struct Passages {
 
 impl Passages {
     /// Passages of points that the tyre passes; `None` where they are not on a line.
-    pub(super) fn of(sound: &Sound, way: &Way, points: Range<usize>, speed: f64) -> Option<Self> {
-        let rate = 1.0 / sound.layout.time_step;
+    pub(super) fn of(sound: &Sound, delays: &[u64], points: Range<usize>, speed: f64) -> Option<Self> {
+        let rate = 1.0 / sound.path.layout.time_step;
         let passing = PassBy::new(Passage {
-            receivers: sound.positions[points.clone()].to_vec(),
+            receivers: sound.path.positions[points.clone()].to_vec(),
             speed,
-            sound_speed: way.air.sound_speed,
+            sound_speed: sound.path.air.sound_speed,
             input_rate: rate,
             output_rate: FILE_RATE,
             amplification: true,
         });
         let passing = passing.ok()?;
-        let delays = way.delays[points].iter().enumerate();
+        let delays = delays[points].iter().enumerate();
         let needed = delays.map(|(receiver, &delay)| {
             let Range { start, end } = passing.needed(receiver);
             start - delay as i64..end - delay as i64
@@ -54,9 +53,9 @@ impl Passages {
     }
 
     /// Number of passages in so many samples, one after the other.
-    pub(super) fn within(&self, kept: usize) -> i64 {
-        let (kept, length) = (kept as i64, self.length());
-        if kept < length { 0 } else { (kept - length) / self.hop + 1 }
+    pub(super) fn within(&self, stored: usize) -> i64 {
+        let (stored, length) = (stored as i64, self.length());
+        if stored < length { 0 } else { (stored - length) / self.hop + 1 }
     }
 
     /// Range of samples of a point that a passage needs.
@@ -67,12 +66,12 @@ impl Passages {
     }
 
     /// Reason why there is no passage in so many samples; `None` if there is one.
-    pub(super) fn missing(&self, sound: &Sound, kept: usize) -> Option<String> {
-        if self.within(kept) > 0 {
+    pub(super) fn missing(&self, sound: &Sound, stored: usize) -> Option<String> {
+        if self.within(stored) > 0 {
             return None;
         }
         let length = self.length();
-        if length > sound.kept_samples() as i64 {
+        if length > sound.stored_samples() as i64 {
             return Some("no passage: at this speed one takes longer than the pressures that are kept".to_owned());
         }
         let seconds = sound.duration_for(length as u64);

@@ -13,11 +13,11 @@
 
 use std::ops::Range;
 
-use super::kept_signal::KeptSignal;
 use super::passages::Passages;
-use super::planned::{PlannedReceiver, Sound};
-use super::way::Way;
+use super::stored_signal::StoredSignal;
 use crate::numeric::in_parallel;
+use crate::plan::receivers::PlannedReceiver;
+use crate::plan::sound::Sound;
 use crate::results::pass_by::PassBySummary;
 use crate::sound::band_pass::band_pass;
 use crate::sound::levels::energetic_sum;
@@ -65,14 +65,14 @@ impl Passing {
     /// Passing of a receiver, over a band \[Hz\]; `None` where the tyre does not pass it.
     pub(super) fn of(
         sound: &Sound,
-        way: &Way,
+        delays: &[u64],
         receiver: &PlannedReceiver,
         speed: f64,
         band: &Range<f64>,
     ) -> Option<Self> {
         let passage = receiver.passage()?;
         let line =
-            |points: Range<usize>| Some(Line { passages: Passages::of(sound, way, points.clone(), speed)?, points });
+            |points: Range<usize>| Some(Line { passages: Passages::of(sound, delays, points.clone(), speed)?, points });
         // 1. Lines of points, one for each side.
         let lines: Option<Vec<Line>> = receiver.lines().into_iter().map(line).collect();
         let lines = lines?;
@@ -91,7 +91,7 @@ impl Passing {
         };
         // 3. Samples of the passage, so that every tyre is on its line.
         let most = tyres.iter().map(|tyre| tyre.early.unsigned_abs()).max().unwrap_or(0) as usize;
-        let front = sound.positions.get(lines.first()?.points.start)?[0];
+        let front = sound.path.positions.get(lines.first()?.points.start)?[0];
         let sample = |place: f64| (front - place) / speed * FILE_RATE;
         let start = (sample(0.5 * passage).ceil() as usize).max(most);
         let end = (sample(-0.5 * passage).floor() as usize + 1).min(count.saturating_sub(most));
@@ -109,20 +109,20 @@ impl Passing {
     }
 
     /// Reason why there is no passage in so many samples; `None` if there is one.
-    pub(super) fn missing(&self, sound: &Sound, kept: usize) -> Option<String> {
+    pub(super) fn missing(&self, sound: &Sound, stored: usize) -> Option<String> {
         let longest = self.lines.iter().max_by_key(|line| line.passages.length())?;
-        longest.passages.missing(sound, kept)
+        longest.passages.missing(sound, stored)
     }
 
     /// Message if there are too few passages in so many samples for the statistical error of their maximum.
-    pub(super) fn few(&self, kept: usize) -> Option<String> {
-        let summary = self.summary_of(String::new(), &vec![0.0; self.passages(kept)]);
+    pub(super) fn few(&self, stored: usize) -> Option<String> {
+        let summary = self.summary_of(String::new(), &vec![0.0; self.passages(stored)]);
         (summary.passages > 0 && summary.standard_error.is_none()).then(|| summary.statistics())
     }
 
     /// Number of passages in so many samples.
-    fn passages(&self, kept: usize) -> usize {
-        self.lines.iter().map(|line| line.passages.within(kept)).min().unwrap_or(0).max(0) as usize
+    fn passages(&self, stored: usize) -> usize {
+        self.lines.iter().map(|line| line.passages.within(stored)).min().unwrap_or(0).max(0) as usize
     }
 
     /// Summary of the passages' highest levels while the vehicle's middle is between the lines of the standard.
@@ -136,33 +136,33 @@ impl Passing {
         PassBySummary::new(file, maxima, self.tyres.len(), self.middle().samples() as f64 / FILE_RATE)
     }
 
-    /// Makes all points store what the passages within the first `kept` samples need of them.
-    pub(super) fn keep(&self, kept: usize, signals: &mut [KeptSignal]) {
+    /// Makes all points store what the passages within the first `stored` samples need of them.
+    pub(super) fn request(&self, stored: usize, signals: &mut [StoredSignal]) {
         for Line { points, passages } in &self.lines {
             for (receiver, signal) in signals[points.clone()].iter_mut().enumerate() {
-                let wanted = (0..passages.within(kept)).map(|passage| passages.samples(passage, receiver));
-                *signal = KeptSignal::of(wanted.collect());
+                let wanted = (0..passages.within(stored)).map(|passage| passages.samples(passage, receiver));
+                *signal = StoredSignal::of(wanted.collect());
             }
         }
     }
 
-    /// All passages in the stored pressures of the points, of `kept` samples; `None` if there is none.
-    pub(super) fn record(&self, kept: usize, signals: &[KeptSignal]) -> Option<RecordedPassage> {
-        let stretches = Some(self.passages(kept)).filter(|&stretches| stretches > 0)?;
+    /// All passages in the stored pressures of the points, of `stored` samples; `None` if there is none.
+    pub(super) fn record(&self, stored: usize, signals: &[StoredSignal]) -> Option<RecordedPassage> {
+        let stretches = Some(self.passages(stored)).filter(|&stretches| stretches > 0)?;
         let sounding = if stretches < self.tyres.len() { 1 } else { self.tyres.len() };
         let mut sound: Vec<f64> = Vec::new();
         // Levels by line and stretch.
         let mut alone: Vec<Vec<Vec<f64>>> = Vec::new();
         for (number, line) in self.lines.iter().enumerate() {
-            let shown = |stretch: usize| {
+            let read = |stretch: usize| {
                 let pressures = band_pass(&line.pressures(stretch, signals)?, FILE_RATE, &self.band);
-                let shown = self.levels(&pressures)?;
+                let levels = self.levels(&pressures)?;
                 // In the first passage a tyre has the stretch of its own number.
                 let tyre = self.tyres[..sounding].get(stretch).filter(|tyre| tyre.line == number);
-                Some((shown, tyre.map(|tyre| (tyre, pressures))))
+                Some((levels, tyre.map(|tyre| (tyre, pressures))))
             };
-            let shown = in_parallel::made(stretches, shown).into_iter().collect::<Option<Vec<_>>>()?;
-            let (levels, sounds): (Vec<_>, Vec<_>) = shown.into_iter().unzip();
+            let read = in_parallel::made(stretches, read).into_iter().collect::<Option<Vec<_>>>()?;
+            let (levels, sounds): (Vec<_>, Vec<_>) = read.into_iter().unzip();
             for (tyre, pressures) in sounds.into_iter().flatten() {
                 let pressure = self.samples().map(|sample| pressures[tyre.at(sample)]);
                 if sound.is_empty() {
@@ -209,7 +209,7 @@ impl Passing {
 
 impl Line {
     /// Pressures of a stretch \[Pa\].
-    fn pressures(&self, stretch: usize, signals: &[KeptSignal]) -> Option<Vec<f64>> {
+    fn pressures(&self, stretch: usize, signals: &[StoredSignal]) -> Option<Vec<f64>> {
         let point = |receiver: usize, _| signals[self.points.start + receiver].excerpt(stretch).collect();
         self.passages.passing.synthesise(point).ok()
     }

@@ -2,9 +2,10 @@
 
 use ndarray::Array2;
 
-use super::groove_fields::UnderPatchLevels;
-use super::planned::{PlannedReceiver, Sound};
 use crate::effects::error::RunError;
+use crate::plan::receivers::PlannedReceiver;
+use crate::response::pressure::TransferPath;
+use crate::response::pressure::open_patch::UnderPatchLevels;
 use crate::response::{BandLevel, LevelErrors};
 use crate::results::files::ResultFiles;
 use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, SurfaceMap, ThirdOctavePlot};
@@ -59,7 +60,7 @@ pub(super) fn draw_under_patch(
         let value = green[cell * strips + strip];
         if value > 0.0 { 20.0 * value.log10() } else { f64::NAN }
     });
-    let dx = loaded.scene.tyre.circumference / Sound::GRID.around as f64;
+    let dx = loaded.scene.tyre.circumference / TransferPath::GRID.around as f64;
     let title = format!("Field under the patch for {receiver}, {frequency:.0} Hz: {}", loaded.title());
     let map = SurfaceMap {
         title: &title,

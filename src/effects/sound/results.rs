@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::groove_fields::{GAP_FILE, VOIDS_FILE};
-use super::planned::{PlannedReceiver, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;
 use crate::effects::sound::passing::{Passing, RecordedPassage};
 use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by, draw_under_patch};
 use crate::numeric::in_parallel;
+use crate::plan::receivers::PlannedReceiver;
+use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT};
 use crate::response::{BandLevel, LevelErrors, PowerSpectrum, SliceErrors, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::ResultsError;
 use crate::results::files::ResultFiles;
@@ -44,8 +45,8 @@ impl SoundObserver {
         let error = self.sound.error();
         folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, self.slice_errors.as_ref()))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
-        if let Some(grooves) = &self.way.grooves {
-            if !self.sound.channels.is_empty() {
+        if let Some(grooves) = &self.grooves {
+            if !self.sound.path.channels.is_empty() {
                 folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound, &self.middle_pressures))?;
             }
             if let Some(table) = grooves.voids_to_csv(&self.sound) {
@@ -63,7 +64,7 @@ impl SoundObserver {
             receivers.push(summary);
         }
         let peak = recordings.iter().map(|(_, recording)| recording.peak()).fold(0.0, f64::max);
-        let full_scale = self.sound.radiation.full_scale.unwrap_or_else(|| full_scale_for(peak));
+        let full_scale = self.sound.path.radiation.full_scale.unwrap_or_else(|| full_scale_for(peak));
         for (receiver, recording) in recordings {
             let file = format!("sound_{}.wav", self.sound.receivers[receiver].file);
             receivers[receiver].audio = Some(recording.write(folder, file, full_scale)?);
@@ -73,8 +74,8 @@ impl SoundObserver {
         }
         Ok(SoundSummary {
             reference: REFERENCE_PRESSURE,
-            highest: self.sound.radiation.fmax,
-            body: self.way.body.clone(),
+            highest: self.sound.path.radiation.fmax,
+            body: self.body.clone(),
             error,
             receivers,
         })
@@ -82,7 +83,7 @@ impl SoundObserver {
 
     /// Spectra at all points, averaged over places whose voids are open.
     pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
-        Ok(PowerSpectrum::means(self.place_spectra()?, self.sound.points()))
+        Ok(PowerSpectrum::means(self.place_spectra()?, self.sound.path.points()))
     }
 
     /// Spectra at all points, place by place.
@@ -97,9 +98,9 @@ impl SoundObserver {
     /// # Errors
     /// Too few samples for a spectrum.
     pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Result<Vec<ReceiverSpectrum>, RunError> {
-        let count = self.sound.points();
+        let count = self.sound.path.points();
         let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(count, self.valid_to)).transpose()?;
-        let places = if self.sound.places > 1 { self.place_spectra()? } else { Vec::new() };
+        let places = if self.sound.path.places > 1 { self.place_spectra()? } else { Vec::new() };
         let at = |receiver: &PlannedReceiver, points: &[PowerSpectrum]| {
             let mut spectrum = PowerSpectrum::mean_of(self.sound.counted(receiver).map(|point| &points[point]))?;
             let tyres = receiver.tyres() as f64;
@@ -155,7 +156,7 @@ impl SoundObserver {
             intensity: None,
             audio: None,
         };
-        let audio = self.sound.radiation.audio;
+        let audio = self.sound.path.radiation.audio;
         let standard = receiver.standard();
         match standard.finding() {
             Finding::SoundPower(radius) => {
@@ -163,7 +164,7 @@ impl SoundObserver {
                     .iter()
                     .map(|point| mean_square(over_valid_bands(point).overall_a))
                     .collect();
-                summary.power_level_a = Some(power_level(Iso3744::power(&squares, radius, &self.way.air)));
+                summary.power_level_a = Some(power_level(Iso3744::power(&squares, radius, &self.sound.path.air)));
             }
             Finding::Directivity => {
                 if loaded.scene.outputs.plots {
@@ -210,12 +211,12 @@ impl SoundObserver {
         probes: &Probes,
         folder: &dyn ResultFiles,
     ) -> Result<Option<IntensitySummary>, RunError> {
-        let time_step = self.sound.layout.time_step;
+        let time_step = self.sound.path.layout.time_step;
         // Pressures are early by the whole time steps of each point's delay.
-        let delays = receiver.points.clone().map(|point| self.way.delays[point]);
+        let delays = receiver.points.clone().map(|point| self.delays[point]);
         let latest = delays.clone().max().unwrap_or(0);
         let signal = |point: usize| -> Vec<f64> {
-            let early = latest - self.way.delays[receiver.points.start + point];
+            let early = latest - self.delays[receiver.points.start + point];
             self.signals[receiver.points.start + point].excerpt(0).skip(early as usize).collect()
         };
         let (mut rows, mut levels, mut seconds, mut bands) = (Vec::new(), BTreeMap::new(), 0.0, None);
@@ -225,7 +226,7 @@ impl SoundObserver {
                 signals.each_ref().map(Vec::as_slice),
                 time_step,
                 probes.spacing,
-                &self.way.air,
+                &self.sound.path.air,
                 probes.frequencies.clone(),
                 [SOUND_SEGMENT, SOUND_FADE],
                 self.valid_to,
@@ -280,16 +281,16 @@ impl SoundObserver {
 
     /// A receiver that is passed, and its passages or the reason why there is none; `None` for one that is not passed.
     fn passing(&self, receiver: &PlannedReceiver) -> Option<(Passing, Result<RecordedPassage, String>)> {
-        let passing = Passing::of(&self.sound, &self.way, receiver, self.speed, &self.band())?;
-        let kept = self.sound.kept_samples().min(self.signals[receiver.points.start].taken());
-        let missing = || passing.missing(&self.sound, kept).unwrap_or_else(|| "no passage".to_owned());
-        let found = passing.record(kept, &self.signals).ok_or_else(missing);
+        let passing = Passing::of(&self.sound, &self.delays, receiver, self.speed, &self.band())?;
+        let stored = self.sound.stored_samples().min(self.signals[receiver.points.start].taken());
+        let missing = || passing.missing(&self.sound, stored).unwrap_or_else(|| "no passage".to_owned());
+        let found = passing.record(stored, &self.signals).ok_or_else(missing);
         Some((passing, found))
     }
 
     /// Band of the valid third octaves \[Hz\], to which levels and sound files are restricted.
     pub(super) fn band(&self) -> Range<f64> {
-        let bands = ThirdOctaveBand::within(LOWEST_FREQUENCY..0.5 / self.sound.layout.time_step);
+        let bands = ThirdOctaveBand::within(LOWEST_FREQUENCY..0.5 / self.sound.path.layout.time_step);
         let last = bands.iter().rfind(|band| band.is_valid_up_to(self.valid_to));
         let edges = |(first, last): (&ThirdOctaveBand, &ThirdOctaveBand)| first.lower_edge()..last.upper_edge();
         bands.first().zip(last).map_or(LOWEST_FREQUENCY..LOWEST_FREQUENCY, edges)
@@ -297,18 +298,8 @@ impl SoundObserver {
 
     fn at_file_rate(&self, point: usize) -> Vec<f64> {
         let (signal, rate): (Vec<f64>, f64) =
-            (self.signals[point].excerpt(0).collect(), 1.0 / self.sound.layout.time_step);
+            (self.signals[point].excerpt(0).collect(), 1.0 / self.sound.path.layout.time_step);
         resample(&band_pass(&signal, rate, &self.band()), rate, FILE_RATE)
-    }
-}
-
-impl Sound {
-    /// Points of a receiver over which its spectrum is averaged: all but those in which the detector settles before a
-    /// passage.
-    pub(crate) fn counted(&self, receiver: &PlannedReceiver) -> impl Iterator<Item = usize> {
-        let rear = self.positions[receiver.points.clone()].last().map_or(0.0, |last| last[0]);
-        let counts = move |point: &usize| !receiver.is_passed() || self.positions[*point][0] <= 1e-9 - rear;
-        receiver.points.clone().filter(counts)
     }
 }
 

@@ -8,12 +8,12 @@
 //! of G move with it. On the cells of the tread the volumes are a motion like any other, independent of the tyre's
 //! response: their waves round the tyre meet G as those of the surface do, with the rate w - n Omega of wave n.
 
-use super::planned::{SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::contact::geometry::Geometry;
 use crate::effects::error::RunError;
 use crate::numeric::in_parallel;
 use crate::plan::Plan;
 use crate::plan::decisions::{Decisions, tread_blocks, tread_map};
+use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::response::pressure::{PressureModel, PressureStream, PressureTransfers};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::response::{PowerSpectrum, SpectrumAccumulator, SqueezedVolumes};
@@ -53,7 +53,7 @@ pub(super) struct SqueezeStream {
 }
 
 impl SqueezeStream {
-    /// With the transfers of the forces; `None` where nothing is squeezed.
+    /// With the transfers of the forces, and at most `most_waiting` blocks that wait; `None` where nothing is squeezed.
     ///
     /// # Errors
     /// Samples that are too few for a spectrum.
@@ -63,6 +63,7 @@ impl SqueezeStream {
         forces: &Geometry,
         transfers: &PressureTransfers,
         samples: usize,
+        most_waiting: usize,
     ) -> Result<Option<Self>, RunError> {
         if !sound.squeezes {
             return Ok(None);
@@ -78,9 +79,10 @@ impl SqueezeStream {
             ..model.clone()
         };
         let transfers = PressureTransfers { model, greens: greens.clone() };
-        let stream = PressureStream::new(transfers, plan.steps - plan.warm_up_steps);
+        let stream = PressureStream::new(transfers, plan.steps - plan.warm_up_steps, most_waiting);
         let spectrum = || SpectrumAccumulator::faded(samples, plan.time_step, SOUND_SEGMENT, SOUND_FADE);
-        let parts = (0..sound.spectra()).map(|_| Ok([spectrum()?, spectrum()?])).collect::<Result<_, RunError>>()?;
+        let parts =
+            (0..sound.path.spectra()).map(|_| Ok([spectrum()?, spectrum()?])).collect::<Result<_, RunError>>()?;
         let volumes = SqueezedVolumes::new(squeeze, forces);
         debug_assert_eq!(volumes.window().columns, stream.columns());
         Ok(Some(Self { volumes, first_step: plan.warm_up_steps, stream, parts }))

@@ -337,14 +337,14 @@ fn check_memory(
     fields: usize,
     vibration: &Vibration,
 ) -> Result<(), SceneError> {
-    let Begin { loaded, plan, planned_memory, .. } = *begin;
+    let Begin { loaded, plan, amounts, .. } = *begin;
     let (points, elements) = (fields * vibration.points.len(), fields * vibration.elements.len());
     let map = if vibration.map { 3.0 * 16.0 * 1024.0 * layout.wavenumbers() as f64 } else { 0.0 };
     // The powers are in memory a second time when results are computed. Memory in use before is part of the plan's sum.
     let at_the_end = map + 8.0 * (layout.bins() * layout.row()) as f64;
     let needed = point_bytes(layout, fields, vibration, planned::has_both_ways(plan)) + at_the_end;
     let limit = plan.scene.numerics.memory_limit;
-    if at_the_end + planned_memory(plan) <= 1e9 * limit {
+    if at_the_end + amounts(plan).memory_on(1) <= 1e9 * limit {
         return Ok(());
     }
     let wrong = format!(

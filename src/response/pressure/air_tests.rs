@@ -86,7 +86,7 @@ fn received(models: &[PressureModel; 3], green: &SurfaceGreen, force: impl Fn(us
     models.each_ref().map(|model| {
         let (layout, steps) = (model.layout, 2 * model.layout.length());
         let transfers = PressureTransfers { model: model.clone(), greens: vec![green.clone()].into() };
-        let mut stream = PressureStream::new(transfers, steps as u64);
+        let mut stream = PressureStream::new(transfers, steps as u64, usize::MAX);
         for step in 0..steps {
             let column = |index: usize| force(step, index % layout.columns);
             stream.push(&(0..layout.width()).map(column).collect::<Vec<f64>>());

@@ -31,6 +31,8 @@
 //! n is signed throughout: for a tyre that turns, C_nm and C_-nm differ, one of waves that run forwards, the other of
 //! those that run backwards.
 //!
+//! - [`path`]: body, waves and air between contact and receivers; [`set_up`]: G from the disk or by boundary elements,
+//!   [`open_patch`]: under a patch with grooves or voids;
 //! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and its integrals with the tread's waves;
 //! - [`transfer`]: pressures from the spectra of forces, by way of `components`, for unit amplitude of each wavenumber,
 //!   and `window`, from places to wavenumbers;
@@ -50,8 +52,11 @@ mod components;
 #[cfg(test)]
 mod flank_tests;
 pub(crate) mod model;
+pub(crate) mod open_patch;
+pub(crate) mod path;
 #[cfg(test)]
 mod resolved_tests;
+pub(crate) mod set_up;
 pub(crate) mod shares;
 #[cfg(test)]
 mod squeeze_tests;
@@ -63,7 +68,8 @@ pub(crate) mod transfer;
 mod window;
 
 pub(crate) use model::PressureModel;
+pub(crate) use path::TransferPath;
 pub(crate) use shares::PressureShares;
 pub(crate) use stream::{BlockPressures, PressureStream};
-pub(crate) use surface::{SurfaceGreen, UnderPatch};
+pub(crate) use surface::SurfaceGreen;
 pub(crate) use transfer::PressureTransfers;

@@ -118,7 +118,7 @@ fn received(
     mut volumes: impl FnMut(u64) -> Vec<f64>,
 ) -> (Vec<f64>, u64) {
     let transfers = PressureTransfers { model: model.clone(), greens: vec![green].into() };
-    let mut stream = PressureStream::new(transfers, steps);
+    let mut stream = PressureStream::new(transfers, steps, usize::MAX);
     for step in 0..steps {
         stream.push(&volumes(step));
     }

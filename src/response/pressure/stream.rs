@@ -5,7 +5,9 @@
 //! highest frequency, may begin an eighth before its force.
 //!
 //! Complete blocks wait as spectra of their forces until there are many, or until the last one is complete. Then their
-//! pressures are computed all at once, one batch of receivers after another.
+//! pressures are computed all at once, one batch of receivers after another. This pass costs most in what the blocks
+//! share, the products with G's integrals, so as many wait as memory allows. A pressure has the same bits however many
+//! do.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -19,9 +21,8 @@ use crate::numeric::{double, single};
 use crate::response::vibration::SegmentLayout;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
-/// Most blocks that wait, and most bytes of them: the more, the smaller is the cost of what they share.
+/// Most blocks that wait: with more the checkpoints that hold them take longer than fewer passes save.
 const MOST_WAITING: usize = 32;
-const WAITING_BYTES: usize = 100_000_000;
 /// Most receivers whose pressures are in memory together.
 const RECEIVERS: usize = 160;
 
@@ -36,6 +37,8 @@ pub(crate) struct PressureStream {
     steps: u64,
     /// Blocks that are still to be completed.
     ahead: u64,
+    /// Most blocks that wait.
+    most_waiting: usize,
     /// Spectra of the complete blocks whose pressures are still to be computed.
     waiting: Vec<BlockSpectra>,
 }
@@ -48,9 +51,9 @@ pub(crate) struct BlockPressures<'a> {
 }
 
 impl PressureStream {
-    /// Stream of `steps` steps of forces in windows of the model's layout, whose segments are the blocks. The first
-    /// step has the layout's substep.
-    pub(crate) fn new(transfers: PressureTransfers, steps: u64) -> Self {
+    /// Stream of `steps` steps of forces in windows of the model's layout, whose segments are the blocks, of which at
+    /// most `most_waiting` wait. The first step has the layout's substep.
+    pub(crate) fn new(transfers: PressureTransfers, steps: u64, most_waiting: usize) -> Self {
         let mut planner = RealFftPlanner::new();
         let layout = &transfers.model.layout;
         Self {
@@ -59,21 +62,21 @@ impl PressureStream {
             forces: Vec::with_capacity(layout.length() * layout.width()),
             steps: 0,
             ahead: Self::blocks(layout, steps),
+            most_waiting,
             waiting: Vec::new(),
             transfers,
         }
     }
 
     /// Memory \[bytes\] except G for so many receivers, G on `around` cells with `integrals` integrals per wavenumber,
-    /// and `steps` steps.
+    /// while `waiting` blocks wait.
     pub(crate) fn bytes(
         layout: &SegmentLayout,
         bins: usize,
-        steps: u64,
+        waiting: usize,
         receivers: usize,
         [around, integrals]: [usize; 2],
     ) -> f64 {
-        let waiting = Self::together(layout, bins, steps);
         // One further block: the spectra are there twice while they are reordered.
         let forces = 8 * layout.length() * layout.width() + 8 * layout.places() * bins * (waiting + 1);
         let (_, most) = Self::batches(receivers);
@@ -86,11 +89,10 @@ impl PressureStream {
         (batches, receivers.div_ceil(batches))
     }
 
-    /// Most blocks of `steps` steps whose pressures are computed at once.
-    pub(crate) fn together(layout: &SegmentLayout, bins: usize, steps: u64) -> usize {
-        let bytes = 8 * layout.places() * bins;
-        let most = (WAITING_BYTES / bytes.max(1)).clamp(1, MOST_WAITING);
-        most.min(Self::blocks(layout, steps) as usize)
+    /// Most blocks of `steps` steps that wait where there is room for `room` of them.
+    pub(crate) fn most_waiting(layout: &SegmentLayout, steps: u64, room: f64) -> usize {
+        let useful = MOST_WAITING.min(Self::blocks(layout, steps) as usize);
+        (room as usize).min(useful).max(1)
     }
 
     /// Number of complete blocks in `steps` steps.
@@ -151,8 +153,7 @@ impl PressureStream {
 
     /// True if the pressures of the blocks that wait are to be computed now.
     pub(crate) fn is_due(&self) -> bool {
-        let most = Self::together(self.layout(), self.transfers.model.bins(), u64::MAX);
-        self.waiting.len() >= most || (self.ahead == 0 && !self.waiting.is_empty())
+        self.waiting.len() >= self.most_waiting || (self.ahead == 0 && !self.waiting.is_empty())
     }
 
     /// Steps so far.
@@ -243,7 +244,7 @@ impl Evolving for PressureStream {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.growing(&mut self.forces)?;
         state.growing(&mut self.waiting)?;
-        state.all([&mut self.steps, &mut self.ahead])?;
+        state.all([&mut self.steps, &mut self.ahead, &mut self.most_waiting])?;
         let (layout, bins) = (self.layout(), self.transfers.model.bins());
         let (count, width) = (self.forces.len(), layout.width());
         ensure(count < layout.length() * width && count.is_multiple_of(width))?;

@@ -12,11 +12,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use num_complex::{Complex32, Complex64};
+use rayon::prelude::*;
 use rustfft::{Fft, FftPlanner};
 
 use crate::numeric::{double, lagrange, legendre, sinc, single};
 use crate::radiation::transfer::{across_points, contact_distance, half_tread};
-use crate::radiation::{Body, Transfer};
+use crate::radiation::{Body, Transfer, TransferSet};
 use crate::response::vibration::SegmentLayout;
 use crate::tyre::influence::Waves;
 
@@ -89,6 +90,19 @@ impl SurfaceGreen {
             green.values.push(values);
         }
         green
+    }
+
+    /// From a set of transfers, for each of its receivers.
+    pub(crate) fn of_set(body: &Body, set: TransferSet) -> Vec<Self> {
+        let mut by_receiver = Vec::new();
+        for found in set.into_frequencies() {
+            by_receiver.resize_with(found.transfers.len(), Vec::new);
+            for (known, transfer) in by_receiver.iter_mut().zip(found.transfers) {
+                known.push((found.frequency, transfer));
+            }
+        }
+        // Takes the set apart: each receiver's transfers become its values in place.
+        by_receiver.into_par_iter().map(|known| Self::of(body, known)).collect()
     }
 }
 

@@ -21,7 +21,7 @@ use crate::tyre::poles::{FitOptions, fit};
 
 pub(super) const AROUND: usize = 64;
 
-fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
+pub(super) fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
     SegmentLayout {
         elements: 32,
         substeps,
@@ -337,7 +337,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
         };
         let transfers = PressureTransfers { model, greens: vec![surface_green(0.1)].into() };
         let steps = 3 * length + 17;
-        let mut stream = PressureStream::new(transfers.clone(), steps as u64);
+        let mut stream = PressureStream::new(transfers.clone(), steps as u64, usize::MAX);
         let force = |step: usize, place: usize| ((step * 7 + place * 13) as f64 * 0.37).sin();
         let backward = RealFftPlanner::new().plan_fft_inverse(length);
         let mut found = Vec::new();
@@ -347,7 +347,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
             if step == length + 5 {
                 assert_eq!(stream.blocks_that_wait().len(), 1);
                 let state = SavedState::of(&mut stream).unwrap();
-                stream = PressureStream::new(transfers.clone(), steps as u64);
+                stream = PressureStream::new(transfers.clone(), steps as u64, usize::MAX);
                 state.restore(&mut stream).unwrap();
             }
             let complete = stream.push(&forces);
@@ -386,17 +386,64 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
 }
 
 #[test]
+fn pressures_have_the_same_bits_however_many_blocks_wait_and_fewer_passes_make_them() {
+    let waves = Arc::new(SurfaceWaves::new(&plate_tyre(), AROUND / 2, 3, 3000.0, 1e-3));
+    let components = waves.lateral.len();
+    // Small and large products take different ways.
+    let resolved = Across::Resolved { components, kept: 0 };
+    for (across, receivers) in [(Across::Even, 1), (resolved, 2), (resolved, 40)] {
+        let layout = SegmentLayout { across, ..layout(TimeRule::Sdirk2, 1) };
+        let delays = (0..receivers).map(|receiver| 1e-4 * receiver as f64).collect();
+        let model = model(layout, &waves, &plate_tyre(), AirMotion::Road, delays);
+        let mut greens = vec![surface_green(0.5 * plate_tyre().width); receivers];
+        for (receiver, green) in greens.iter_mut().enumerate() {
+            green.values.iter_mut().flatten().for_each(|value| *value *= 1.0 + receiver as f32);
+        }
+        let transfers = PressureTransfers { model, greens: greens.into() };
+        let (hop, blocks) = (layout.hop(), 9);
+        let steps = layout.length() + (blocks - 1) * hop;
+        // Pressures by receiver, multiply-adds and passes.
+        let received = |most_waiting: usize| {
+            let mut stream = PressureStream::new(transfers.clone(), steps as u64, most_waiting);
+            let (mut found, mut multiply_adds, mut passes) = (vec![Vec::new(); receivers], 0, 0);
+            for step in 0..steps {
+                let forces = (0..layout.width()).map(|place| ((step * 7 + place * 13) as f64 * 0.37).sin());
+                if stream.push(&forces.collect::<Vec<f64>>()) && stream.is_due() {
+                    multiply_adds += stream.multiply_adds();
+                    passes += 1;
+                    stream.receive(None, |some, pressures, _| {
+                        for receiver in some.clone() {
+                            let of = |block: &[f64]| found[receiver].extend(block.iter().map(|value| value.to_bits()));
+                            pressures.of(receiver - some.start, of);
+                        }
+                    });
+                }
+            }
+            (found, multiply_adds, passes)
+        };
+        let (one, four, all) = (received(1), received(4), received(usize::MAX));
+        assert!(one.0.iter().all(|found| found.len() == blocks * hop && found.iter().any(|bits| *bits != 0)));
+        assert!(one.0 == four.0 && one.0 == all.0, "{receivers} receivers");
+        assert_eq!([one.2, four.2, all.2], [9, 3, 1]);
+        assert!(one.1 > four.1 && four.1 > all.1, "{} {} {}", one.1, four.1, all.1);
+    }
+}
+
+#[test]
 fn what_waits_and_what_is_worked_on_is_bounded_whatever_the_receivers_and_the_steps() {
     let layout = SegmentLayout { elements: 1024, revolutions: 6, columns: 142, ..layout(TimeRule::Sdirk2, 1) };
     let (bins, day) = (1318, 1_000_000_000);
-    let bytes = |receivers, steps| PressureStream::bytes(&layout, bins, steps, receivers, [512, 6]);
-    assert!(PressureStream::together(&layout, bins, day) <= 32);
-    let finer = SegmentLayout { columns: 1000, substeps: 4, ..layout };
-    assert!(8 * finer.places() * bins * PressureStream::together(&finer, bins, day) <= 100_000_000);
-    for (receivers, batches) in [(1, 1), (131, 1), (284, 2), (10_000, 63)] {
-        let (found, most) = PressureStream::batches(receivers);
-        assert!(found == batches && most <= 160 && found * most >= receivers, "{receivers}: {found} of {most}");
-        assert!(bytes(receivers, day) <= bytes(160, day) && bytes(160, day) < 2.5e8, "{}", bytes(receivers, day));
+    let most = PressureStream::most_waiting(&layout, day, f64::INFINITY);
+    let bytes = |receivers, waiting| PressureStream::bytes(&layout, bins, waiting, receivers, [512, 6]);
+    assert!(most <= 32);
+    for (room, steps, expected) in [(0.4, day, 1), (5.7, day, 5), (1e3, day, most), (1e3, 0, 1)] {
+        assert_eq!(PressureStream::most_waiting(&layout, steps, room), expected, "room for {room}");
     }
-    assert!(bytes(131, 3 * layout.length() as u64) < bytes(131, day));
+    for (receivers, batches) in [(1, 1), (131, 1), (284, 2), (10_000, 63)] {
+        let (found, of_batch) = PressureStream::batches(receivers);
+        assert!(found == batches && of_batch <= 160 && found * of_batch >= receivers, "{receivers}: {found}");
+        let all = bytes(receivers, most);
+        assert!(all <= bytes(160, most) && bytes(160, most) < 2.5e8, "{all}");
+    }
+    assert!(bytes(131, PressureStream::most_waiting(&layout, 3 * layout.length() as u64, 1e3)) < bytes(131, most));
 }

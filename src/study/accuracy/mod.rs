@@ -196,11 +196,12 @@ fn forecast<'a>(
             continue;
         }
         let variant = LoadedScene::from_scene(&settings.on(&scene), "variant")?;
-        let mut plan = Plan::new(&variant.scene).standing_as(&own).with_kept_model();
+        let mut plan = Plan::new(&variant.scene).standing_as(&own).with_cached_model();
         plan.check(&variant)?;
         let Numerics { elements, pole_tolerance, .. } = plan.scene.numerics;
         if fitted.contains(&plan.fit) {
-            plan.kept_poles = plan.kept_poles.or(Some(expected_fit::poles(elements as f64, pole_tolerance) as usize));
+            plan.cached_poles =
+                plan.cached_poles.or(Some(expected_fit::poles(elements as f64, pole_tolerance) as usize));
         }
         fitted.push(plan.fit);
         planned.push((settings.clone(), plan.forecast(&costs, threads, 0.0).wall_seconds));

@@ -6,9 +6,9 @@ use crate::effects::stored::{Stored, StoredError};
 use crate::response::{BandLevel, LevelErrors, ThirdOctaveBand};
 use crate::results::sound::{SOUND_FILE, SOUND_LEVEL};
 use crate::scene::Vehicle;
+use crate::sound::TotalLevel;
 use crate::sound::levels::energetic_sum;
 use crate::sound::point_source::PointSources;
-use crate::sound::{Air, TotalLevel};
 use crate::study::sweep::Label;
 
 /// Column of the unweighted levels at receivers.
@@ -78,17 +78,17 @@ pub(super) fn run_levels(label: &Label, run: &Stored) -> Result<Vec<RunLevels>, 
     let told = run.summary.sound.iter().flat_map(|sound| &sound.receivers);
     let told: Vec<_> = told.collect();
     let levels = run.levels(SOUND_FILE, LEVEL)?.unwrap_or_default();
-    let air = run.plan.sound().and_then(|sound| Some((Air::at(sound.radiation.temperature)?, sound)));
     let mut all = Vec::new();
-    if let Some((air, sound)) = air {
+    if let Some(sound) = run.plan.sound() {
         for receiver in sound.receivers.iter().filter(|receiver| receiver.is_passed()) {
             let levels = levels.iter().find(|(name, _)| *name == receiver.name);
             let summary = told.iter().find(|summary| summary.name == receiver.name);
             let (Some((_, levels)), Some(summary)) = (levels, summary) else { continue };
-            let positions: Vec<[f64; 3]> = sound.counted(receiver).map(|point| sound.positions[point]).collect();
+            let positions: Vec<[f64; 3]> = sound.counted(receiver).map(|point| sound.path.positions[point]).collect();
             let power = [PointSources::CNOSSOS_EU, PointSources::NORD2000].map(|sources| {
                 let one = |of: &BandLevel| {
-                    let level = sources.power_level(of.level, of.band, &positions, &air) + to_vehicle(receiver.tyres());
+                    let level = sources.power_level(of.level, of.band, &positions, &sound.path.air)
+                        + to_vehicle(receiver.tyres());
                     BandLevel { mean_square: 10.0_f64.powf(0.1 * level), level, ..*of }
                 };
                 levels.iter().map(one).collect()

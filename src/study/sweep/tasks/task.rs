@@ -37,7 +37,7 @@ impl Task {
         let Variant { label, loaded, plan } = variant;
         let scene = loaded.given().map_err(failed(&label.name))?.to_string();
         let digests = inputs.iter().map(|input| input.sha256.as_str());
-        let forecast = plan.clone().with_kept_model().forecast(&unit_record::known(), 1, 0.0);
+        let forecast = plan.clone().with_cached_model().forecast(&unit_record::known(), 1, 0.0);
         Ok(Self {
             id: sha256(&[[scene.as_str(), "\n"].to_vec(), digests.collect()].concat()),
             label: label.clone(),

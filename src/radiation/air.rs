@@ -4,7 +4,7 @@
 //! 287.05 J/(kg K). Humidity is left out: saturated air at 20 degC carries sound 0.4 % faster and weighs 1 % less,
 //! which changes no level by more than 0.1 dB.
 
-use crate::radiation::gap::GapAir;
+use super::gap::GapAir;
 
 /// Standard atmospheric pressure \[Pa\] (ISO 9613-1: the reference pressure).
 pub(crate) const STANDARD_PRESSURE: f64 = 101_325.0;
@@ -22,7 +22,7 @@ const SUTHERLAND: (f64, f64) = (1.458e-6, 110.4);
 /// Prandtl number of dry air at 0 to 40 degC.
 const PRANDTL: f64 = 0.71;
 /// Ratio of the heat capacities of air.
-const HEAT_RATIO: f64 = 1.4;
+pub(crate) const HEAT_RATIO: f64 = 1.4;
 
 /// Air at rest, at 101 325 Pa.
 #[derive(Clone, Copy, Debug, PartialEq)]

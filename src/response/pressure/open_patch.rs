@@ -2,18 +2,15 @@
 
 use std::cmp::Ordering;
 
-use super::groove_fields::{GrooveFields, UnderPatchLevels, root_mean};
-use super::planned::Sound;
+use super::path::TransferPath;
+use super::surface::{SurfaceGreen, UnderPatch};
 use crate::contact::cells::gaps::GapMap;
 use crate::numeric::{double, in_parallel, lagrange, single};
-use crate::plan::Plan;
 use crate::radiation::gap::GapAir;
 use crate::radiation::gap::patch::{Channel, PatchSheet, RoughGap};
 use crate::radiation::gap::resonance::Resonance;
 use crate::radiation::transfer::contact_distance;
 use crate::radiation::{Body, FrequencyTransfers, RadiationError, Transfer, TransferSet};
-use crate::response::pressure::UnderPatch;
-use crate::sound::Air;
 use num_complex::{Complex32, Complex64};
 
 /// Largest height of the gap at the sheet's ends, in wavelengths of the highest frequency.
@@ -23,11 +20,13 @@ const FINEST: f64 = 6.0;
 /// Band in which grooves' resonances are searched before a run \[Hz\], and the number of frequencies solved at first.
 const LOOKED_AT: [f64; 2] = [500.0, 2500.0];
 const FIRST_LOOK: usize = 9;
+/// Number of frequencies over that of the boundary elements: where grooves resonate more are needed.
+const FOUND_WANTING: f64 = 1.3;
 /// Number of times that the peak of the fitted parabola is solved for.
 const REFINED: usize = 3;
 
 /// Open patch of a body.
-pub(super) struct OpenPatch<'a> {
+pub(crate) struct OpenPatch<'a> {
     body: &'a Body,
     /// The sheet over grooves alone, or one for each place at which voids are known.
     sheets: Vec<PatchSheet>,
@@ -61,65 +60,65 @@ struct Field {
     values: Vec<Complex32>,
 }
 
-/// Expected work and memory of an open patch.
-pub(super) struct OpenAmounts {
-    /// Complex multiply-adds.
-    pub(super) multiply_adds: f64,
-    /// Memory that stays in use during the run \[bytes\].
-    pub(super) bytes: f64,
+/// Fields in the grooves of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct GrooveFields {
+    /// By groove; `None` where the response has no peak.
+    pub resonances: Vec<Option<Resonance>>,
+    pub frequencies: Vec<f64>,
+    /// |G| in the middle of a groove by point, frequency and groove \[1/m\].
+    pub middle: Vec<Vec<Vec<f64>>>,
+    /// |G| at the first point, at the frequency at which it is largest in a groove; `None` without a point.
+    pub loudest: Option<UnderPatchLevels>,
+    /// Root mean square of G over the patch by point, frequency and place \[1/m\]; empty for grooves alone.
+    pub of_places: Vec<Vec<Vec<f64>>>,
 }
 
-impl OpenAmounts {
-    /// For an open patch of a length \[m\]; `None` for a sealed one, or for a body or air that the run will refuse.
-    pub(super) fn of(plan: &Plan, sound: &Sound, at_rest: f64) -> Option<Self> {
-        let body = plan.radiating_body(&sound.radiation, at_rest).ok()?;
-        let air = Air::at(sound.radiation.temperature)?;
-        let OpenPatch { sheets, .. } = OpenPatch::of(sound, &body, &air, &[])?;
-        let (sheet, places) = (sheets.first()?, sound.places as f64);
-        let (points, intervals) = (sound.streamed() as f64, 2 * (sound.range(&air).first().len() - 1));
-        let known = FOUND_WANTING * intervals as f64;
-        // The middle of each interval is tried, too.
-        let one = sheet.sheet.multiply_adds(1) + sheet.sheet.multiply_adds(sound.points() + 1);
-        let solved = known * places * one;
-        let values = (2 * sheet.cells * sheet.sheet.cells()[1] + Sound::GRID.around * Sound::GRID.across) as f64;
-        let factors = (rayon::current_num_threads() * sheet.sheet.bytes()) as f64;
-        Some(Self { multiply_adds: solved, bytes: 8.0 * points * known * values + factors })
-    }
-}
-
-/// Number of frequencies over that of the boundary elements: where grooves resonate more are needed.
-const FOUND_WANTING: f64 = 1.3;
-
-/// Transfers with the frequencies that the grooves need, the field by point, and its figures.
-pub(super) struct Opened {
-    pub(super) set: TransferSet,
-    /// By place and point.
-    pub(super) under: Vec<Vec<UnderPatch>>,
-    /// By groove, G of the point in its middle.
-    pub(super) of_middles: Vec<UnderPatch>,
-    pub(super) fields: GrooveFields,
+/// Field under the patch at a frequency.
+#[derive(Clone, Debug)]
+pub(crate) struct UnderPatchLevels {
+    /// Frequency \[Hz\].
+    pub frequency: f64,
+    /// |G| cell by cell along, and in each strip by strip across \[1/m\].
+    pub green: Vec<f64>,
+    /// Ends of the strips across \[m\].
+    pub ends: Vec<f64>,
 }
 
 impl<'a> OpenPatch<'a> {
+    /// Expected work of the fields, in complex multiply-adds, and the memory that stays in use during the run
+    /// \[bytes\].
+    pub(crate) fn expected(&self, path: &TransferPath) -> [f64; 2] {
+        let Some(PatchSheet { sheet, cells, .. }) = self.sheets.first() else { return [0.0; 2] };
+        let intervals = 2 * (path.range().first().len() - 1);
+        let known = FOUND_WANTING * intervals as f64;
+        // The middle of each interval is tried, too.
+        let one = sheet.multiply_adds(1) + sheet.multiply_adds(path.points() + 1);
+        let on_grid = TransferPath::GRID.around * TransferPath::GRID.across;
+        let values = (2 * cells * sheet.cells()[1] + on_grid) as f64;
+        let factors = (rayon::current_num_threads() * sheet.bytes()) as f64;
+        [known * path.places as f64 * one, 8.0 * path.streamed() as f64 * known * values + factors]
+    }
+
     /// Patch of a body, with the gaps at places of the run where these are open; `None` where it is sealed.
-    pub(super) fn of(sound: &'a Sound, body: &'a Body, air: &Air, gaps: &[GapMap]) -> Option<Self> {
-        if sound.channels.is_empty() && sound.places == 1 {
+    pub(crate) fn of(path: &'a TransferPath, body: &'a Body, gaps: &[GapMap]) -> Option<Self> {
+        if path.channels.is_empty() && path.places == 1 {
             return None;
         }
         let at_place = |gap: &GapMap| {
             let (ends, height): (Vec<f64>, _) = (gap.ends().collect(), |x: f64, y: f64| gap.height(x, y));
-            PatchSheet::new(body, Sound::GRID, &sound.channels, Some(&RoughGap { ends: &ends, height: &height }))
+            PatchSheet::new(body, TransferPath::GRID, &path.channels, Some(&RoughGap { ends: &ends, height: &height }))
         };
         let sheets: Option<Vec<PatchSheet>> = match gaps {
-            [] => PatchSheet::new(body, Sound::GRID, &sound.channels, None).map(|sheet| vec![sheet]),
+            [] => PatchSheet::new(body, TransferPath::GRID, &path.channels, None).map(|sheet| vec![sheet]),
             gaps => gaps.iter().map(at_place).collect(),
         };
-        let (channels, tolerance) = (sound.channels.as_slice(), sound.radiation.frequency_tolerance);
-        Some(Self { body, sheets: sheets?, has_voids: !gaps.is_empty(), channels, air: air.in_gap(), tolerance })
+        let (channels, tolerance) = (path.channels.as_slice(), path.radiation.frequency_tolerance);
+        Some(Self { body, sheets: sheets?, has_voids: !gaps.is_empty(), channels, air: path.air.in_gap(), tolerance })
     }
 
     /// Highest frequency at which the gap is thin where the sheet ends \[Hz\].
-    pub(super) fn highest(&self) -> f64 {
+    pub(crate) fn highest(&self) -> f64 {
         let heights = self.sheets.iter().map(PatchSheet::height_at_ends);
         HIGHEST * self.air.sound_speed / heights.fold(0.0, f64::max)
     }
@@ -187,11 +186,11 @@ impl<'a> OpenPatch<'a> {
     }
 
     /// Solves for the field of all transfers of a set, at its frequencies and at further ones between them, until
-    /// cubics meet the grooves' responses.
+    /// cubics meet the grooves' responses: G by streamed point, and the fields' figures.
     ///
     /// # Errors
     /// [`RadiationError::Singular`].
-    pub(super) fn open(&self, set: TransferSet) -> Result<Opened, RadiationError> {
+    pub(super) fn open(&self, set: TransferSet) -> Result<(Vec<SurfaceGreen>, GrooveFields), RadiationError> {
         let points = set.frequencies().first().map_or(0, |found| found.transfers.len());
         // 1. Fields at the frequencies of the set.
         let at_known = in_parallel::map(set.frequencies(), |found| self.solve(found.frequency, &found.transfers));
@@ -232,8 +231,12 @@ impl<'a> OpenPatch<'a> {
         Ok(self.opened(TransferSet::new(all), known, points))
     }
 
-    /// Resonances of grooves between two frequencies \[Hz\], found with few solutions.
-    fn resonances(&self, [low, high]: [f64; 2]) -> Result<Vec<Option<Resonance>>, RadiationError> {
+    /// Resonances of grooves in the range that is searched before a run, found with few solutions.
+    ///
+    /// # Errors
+    /// [`RadiationError::Singular`].
+    pub(crate) fn resonances(&self) -> Result<Vec<Option<Resonance>>, RadiationError> {
+        let [low, high] = [LOOKED_AT[0], LOOKED_AT[1].min(self.highest())];
         let part = |step: usize| step as f64 / (FIRST_LOOK - 1) as f64;
         let mut wanted: Vec<f64> = (0..FIRST_LOOK).map(|step| low * (high / low).powf(part(step))).collect();
         let mut known: Vec<Solved> = Vec::new();
@@ -262,7 +265,7 @@ impl<'a> OpenPatch<'a> {
     }
 
     /// Sorts the fields by points.
-    fn opened(&self, set: TransferSet, known: Vec<Solved>, points: usize) -> Opened {
+    fn opened(&self, set: TransferSet, known: Vec<Solved>, points: usize) -> (Vec<SurfaceGreen>, GrooveFields) {
         let resonances = self.found(&known);
         let frequencies = known.iter().map(|solved| solved.frequency).collect();
         let (ends, cells) = self.sheets.first().map_or((&[][..], 0), |sheet| (&sheet.sheet.y, sheet.cells));
@@ -296,58 +299,78 @@ impl<'a> OpenPatch<'a> {
                 under.iter_mut().zip(fields).for_each(|(under, field)| under.values.push(field.values));
             }
         }
-        Opened { set, under, of_middles, fields: GrooveFields { resonances, frequencies, middle, loudest, of_places } }
+        // G by point: the first place, points in grooves, then the other places.
+        let mut greens = SurfaceGreen::of_set(self.body, set);
+        let mut under = under.into_iter();
+        let first = under.next().unwrap_or_default();
+        let sealed = if under.len() > 0 { greens.clone() } else { Vec::new() };
+        // The pressures in grooves leave out sources beyond the sheet.
+        let silent = greens.first().filter(|_| !of_middles.is_empty()).map(|first| {
+            let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
+            SurfaceGreen { values, ..first.clone() }
+        });
+        greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
+        let of = |under| silent.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
+        greens.extend(of_middles.into_iter().filter_map(of));
+        // Then those of the other places, point by point.
+        for under in under {
+            let pairs = sealed.iter().cloned().zip(under);
+            greens.extend(pairs.map(|(green, under)| SurfaceGreen { under_patch: Some(under), ..green }));
+        }
+        (greens, GrooveFields { resonances, frequencies, middle, loudest, of_places })
     }
 }
 
-/// Passing frequency of a plan's pitches \[Hz\]; `None` without pitches.
-pub(super) fn passing(plan: &Plan) -> Option<f64> {
-    let train = plan.tread_map().and_then(|map| map.train)?;
-    Some(train.count() as f64 * plan.speed / train.circumference)
+/// Root mean square over places.
+pub(crate) fn root_mean<T>(places: &[T], of: impl Fn(&T) -> f64) -> f64 {
+    let sum: f64 = places.iter().map(|place| of(place).powi(2)).sum();
+    (sum / places.len() as f64).sqrt()
 }
 
-/// Message on the resonances of a plan's grooves, by the gap equation over the expected patch, and on the passing
-/// frequency of its pitches; `None` for a sealed patch, or for a body or air that the run will refuse.
-pub(super) fn expected_resonances(plan: &Plan) -> Option<String> {
-    let sound = plan.sound().filter(|sound| !sound.channels.is_empty())?;
-    let body = plan.radiating_body(&sound.radiation, plan.expected().length).ok()?;
-    let air = Air::at(sound.radiation.temperature)?;
-    let open = OpenPatch::of(&sound, &body, &air, &[])?;
-    let resonances = open.resonances([LOOKED_AT[0], LOOKED_AT[1].min(open.highest())]).ok()?;
-    let of = |(groove, found): (usize, &Option<Resonance>)| match found {
-        Some(Resonance { frequency, .. }) => {
-            format!("tread_pattern.grooves[{groove}] resonates near {frequency:.0} Hz")
-        }
-        None => format!("tread_pattern.grooves[{groove}] has no resonance in the range that is searched"),
-    };
-    let mut told: Vec<String> = resonances.iter().enumerate().map(of).collect();
-    told.extend(passing(plan).map(|passing| {
-        let is_near = resonances.iter().flatten().any(|found| found.is_near(passing));
-        format!("pitches pass at {passing:.0} Hz{}", if is_near { ", within 10 % of a resonance" } else { "" })
-    }));
-    let length = 2e3 * body.half_patch();
-    Some(format!("in a patch of {length:.0} mm {}", told.join(", ")))
+/// Lateral waves that resolve the steps of a field between grooves: twice the strip's width over that of the narrowest
+/// rib or groove, or of a cell where voids are open on so many cells across.
+pub(crate) fn waves_for(channels: &[Channel], contact_width: f64, voids: Option<usize>) -> usize {
+    if let Some(cells) = voids {
+        return 2 * cells;
+    }
+    let mut sides = vec![-0.5 * contact_width, 0.5 * contact_width];
+    sides.extend(
+        channels.iter().flat_map(|Channel { position, width, .. }| [-0.5, 0.5].map(|half| position + half * width)),
+    );
+    sides.sort_by(f64::total_cmp);
+    let widths = sides.windows(2).map(|ends| ends[1] - ends[0]).filter(|width| *width > 1e-9 * contact_width);
+    (2.0 * contact_width / widths.fold(contact_width, f64::min) - 1e-9).ceil() as usize
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{DEFAULT, Receiver, ReceiverPlace, Scene};
+    use crate::radiation::Air;
+    use crate::response::pressure::tests::layout;
+    use crate::scene::{DEFAULT, Scene, TimeRule};
 
     #[test]
     fn frequencies_are_added_where_a_groove_resonates_until_cubics_meet_its_response() {
-        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
-        let place = ReceiverPlace::Position { position: [0.0, 7.5, 1.2] };
-        scene.receivers = vec![Receiver { name: String::new(), place }];
-        let plan = Plan::new(&scene);
-        let mut sound = plan.sound().unwrap();
-        sound.channels = vec![Channel { position: 0.0, width: 0.012, depth: 0.008 }];
-        let body = plan.radiating_body(&sound.radiation, 0.108).unwrap();
-        let air = Air::at(20.0).unwrap();
-        let open = OpenPatch::of(&sound, &body, &air, &[]).unwrap();
+        let Scene { tyre, radiation, .. } = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let shoulder = radiation.shoulder;
+        let body = Body::standing_tyre(tyre.radius(), tyre.width + 2.0 * shoulder, shoulder, 0.054).unwrap();
+        let body = body.with_gap(radiation.acoustic_gap).unwrap();
+        let path = TransferPath {
+            radiation,
+            air: Air::at(20.0).unwrap(),
+            positions: vec![[0.0, 7.5, 1.2]],
+            receivers: Vec::new(),
+            layout: layout(TimeRule::Bdf2, 1),
+            lateral: 1,
+            has_tractions: false,
+            bead: None,
+            channels: vec![Channel { position: 0.0, width: 0.012, depth: 0.008 }],
+            places: 1,
+        };
+        let open = OpenPatch::of(&path, &body, &[]).unwrap();
         assert!((3000.0..3700.0).contains(&open.highest()), "{}", open.highest());
         // A field of 1 everywhere, with the delay of the receiver.
-        let (receiver, grid) = (sound.positions[0], Sound::GRID);
+        let (receiver, grid) = (path.positions[0], TransferPath::GRID);
         let late = contact_distance(&body, receiver);
         let at = |frequency: f64| {
             let wavenumber = open.wavenumber(frequency);
@@ -358,12 +381,12 @@ mod tests {
         };
         let known: Vec<f64> = (0..8).map(|step| 700.0 + 100.0 * f64::from(step)).collect();
         let set = TransferSet::new(known.iter().map(|&frequency| at(frequency)).collect());
-        let opened = open.open(set).unwrap();
-        let frequencies = &opened.fields.frequencies;
-        assert!(frequencies.len() > known.len() && opened.set.frequencies().len() == frequencies.len());
-        let resonance = opened.fields.resonances[0].unwrap();
+        let (greens, fields) = open.open(set).unwrap();
+        let frequencies = &fields.frequencies;
+        assert!(frequencies.len() > known.len() && greens[0].frequencies == *frequencies);
+        let resonance = fields.resonances[0].unwrap();
         assert!((1000.0..1200.0).contains(&resonance.frequency), "{resonance:?}");
-        let under = &opened.under[0][0];
+        let under = greens[0].under_patch.as_ref().unwrap();
         let strips = under.ends.len() - 1;
         for frequency in [933.0, 1058.0, 1104.0, 1171.0, 1262.0] {
             let near = lagrange::cubic_neighbours(frequencies, frequency);
@@ -384,12 +407,9 @@ mod tests {
             assert!(off < 0.03 * size, "{frequency} Hz: {off} of {size}");
             assert!(ribs > strips / 2 && ribs < strips, "{ribs} of {strips}");
         }
-        // Pitches that pass at that frequency give a message.
-        assert_eq!(opened.fields.near(1.05 * resonance.frequency).len(), 1);
-        assert!(opened.fields.near(1.2 * resonance.frequency).is_empty());
         // Few frequencies before the run find the same.
         let clock = std::time::Instant::now();
-        let early = open.resonances([LOOKED_AT[0], LOOKED_AT[1].min(open.highest())]).unwrap()[0].unwrap();
+        let early = open.resonances().unwrap()[0].unwrap();
         println!("{early:?} after {:?}, in the run {resonance:?}", clock.elapsed());
         assert!((early.frequency / resonance.frequency - 1.0).abs() < 0.01, "{early:?} {resonance:?}");
     }
@@ -397,11 +417,10 @@ mod tests {
     #[test]
     fn waves_across_follow_the_narrowest_rib_or_groove() {
         let channel = |position, width| Channel { position, width, depth: 0.008 };
-        let waves = crate::effects::sound::planned::waves_for;
-        assert_eq!(waves(&[channel(0.0, 0.01)], 0.11, None), 22);
+        assert_eq!(waves_for(&[channel(0.0, 0.01)], 0.11, None), 22);
         // The rib beside it has 5 mm.
-        assert_eq!(waves(&[channel(0.045, 0.01)], 0.11, None), 44);
-        assert_eq!(waves(&[], 0.11, None), 2);
-        assert_eq!(waves(&[channel(0.0, 0.01)], 0.11, Some(30)), 60);
+        assert_eq!(waves_for(&[channel(0.045, 0.01)], 0.11, None), 44);
+        assert_eq!(waves_for(&[], 0.11, None), 2);
+        assert_eq!(waves_for(&[channel(0.0, 0.01)], 0.11, Some(30)), 60);
     }
 }

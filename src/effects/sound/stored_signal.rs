@@ -7,7 +7,7 @@ use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 /// Stored samples of a point.
 #[derive(Clone, Debug, Default)]
-pub(super) struct KeptSignal {
+pub(super) struct StoredSignal {
     /// Range of samples of each excerpt.
     wanted: Vec<Range<usize>>,
     /// Number of samples so far.
@@ -16,7 +16,7 @@ pub(super) struct KeptSignal {
     excerpts: Vec<Vec<f32>>,
 }
 
-impl KeptSignal {
+impl StoredSignal {
     pub(super) fn of(wanted: Vec<Range<usize>>) -> Self {
         let excerpts = vec![Vec::new(); wanted.len()];
         Self { wanted, taken: 0, excerpts }
@@ -46,12 +46,12 @@ impl KeptSignal {
     }
 
     #[cfg(test)]
-    pub(super) fn kept(&self) -> usize {
+    fn count(&self) -> usize {
         self.excerpts.iter().map(Vec::len).sum()
     }
 }
 
-impl Evolving for KeptSignal {
+impl Evolving for StoredSignal {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.value(&mut self.taken)?;
         state.same(&self.wanted.len())?;
@@ -67,19 +67,19 @@ mod tests {
     use crate::storage::state::SavedState;
 
     #[test]
-    fn excerpts_are_kept_and_nothing_else_whatever_the_blocks() {
-        let mut kept = KeptSignal::of(vec![2..5, 4..9, 20..30]);
+    fn excerpts_are_stored_and_nothing_else_whatever_the_blocks() {
+        let mut stored = StoredSignal::of(vec![2..5, 4..9, 20..30]);
         for block in [0..3, 3..4, 4..12, 12..25] {
             let pressures: Vec<f64> = block.map(f64::from).collect();
-            kept.push(&pressures);
-            let mut again = KeptSignal::of(vec![2..5, 4..9, 20..30]);
-            SavedState::of(&mut kept).unwrap().restore(&mut again).unwrap();
-            kept = again;
+            stored.push(&pressures);
+            let mut again = StoredSignal::of(vec![2..5, 4..9, 20..30]);
+            SavedState::of(&mut stored).unwrap().restore(&mut again).unwrap();
+            stored = again;
         }
-        let excerpt = |index| kept.excerpt(index).collect::<Vec<f64>>();
+        let excerpt = |index| stored.excerpt(index).collect::<Vec<f64>>();
         assert_eq!((excerpt(0), excerpt(1)), (vec![2.0, 3.0, 4.0], vec![4.0, 5.0, 6.0, 7.0, 8.0]));
         assert_eq!((excerpt(2), excerpt(3)), ((20..25).map(f64::from).collect(), Vec::new()));
-        assert_eq!((kept.taken(), kept.kept()), (25, 13));
-        assert!(SavedState::of(&mut kept).unwrap().restore(&mut KeptSignal::default()).is_err());
+        assert_eq!((stored.taken(), stored.count()), (25, 13));
+        assert!(SavedState::of(&mut stored).unwrap().restore(&mut StoredSignal::default()).is_err());
     }
 }

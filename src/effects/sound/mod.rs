@@ -27,7 +27,7 @@ use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
-use crate::counters::{Counter, Meter, Stage, Work};
+use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::plan::decisions::{Row, taken_pattern};
 use crate::plan::{Amounts, Choice, Decisions, Plan};
 use crate::response::pressure::{BlockPressures, PressureStream};
@@ -110,8 +110,8 @@ impl Effect for SoundEffect {
         Ok(vec![Section { heading: "Sound", blocks: shown::blocks(stored, all)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
-        Ok(SoundObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
+    fn begin(&self, begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        Ok(SoundObserver::begin(begin, job)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
     }
 }
 
@@ -228,8 +228,8 @@ impl SoundObserver {
     /// # Errors
     /// An impossible body or receiver, a plan that needs too much memory: complaints about the scene;
     /// [`RunError::Interrupted`].
-    pub(crate) fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
-        let Begin { loaded, plan, contact, warnings, stop, progress, meter, .. } = begin;
+    pub(crate) fn begin(begin: &Begin<'_>, job: &mut Job<'_>) -> Result<Option<Self>, RunError> {
+        let Begin { loaded, plan, contact, .. } = *begin;
         let Some(sound) = plan.sound() else { return Ok(None) };
         let geometry = &contact.geometry;
         let layout = SegmentLayout {
@@ -240,24 +240,24 @@ impl SoundObserver {
         };
         let samples = PressureStream::samples(&layout, plan.steps - plan.warm_up_steps);
         if samples == 0 {
-            warnings.push(too_short(&sound, plan.speed));
+            job.warnings.push(too_short(&sound, plan.speed));
             return Ok(None);
         }
         // 1. Transfers and fields in the grooves.
-        let search = TransferSearch { loaded, plan, sound: &sound, layout, stop };
-        let (way, transfers) = search.find(contact, warnings, *progress, meter)?;
+        let search = TransferSearch { loaded, plan, sound: &sound, layout };
+        let (way, transfers) = search.find(contact, job)?;
         if let Some(grooves) = &way.grooves {
             let across = contact.gaps.first().map(|gap| gap.across);
             let needed = waves_for(&sound.channels, plan.decisions.tyre.contact_width, across);
             if sound.radiation.lateral_waves < needed {
                 let taken = sound.radiation.lateral_waves;
-                warnings.push(format!(
+                job.warnings.push(format!(
                     "the field under the patch has steps from void to rib that take radiation.lateral_waves = \
                      {needed}; {taken} are followed"
                 ));
             }
             let passing = open_patch::passing(plan);
-            warnings.extend(passing.iter().flat_map(|&passing| grooves.near(passing)));
+            job.warnings.extend(passing.iter().flat_map(|&passing| grooves.near(passing)));
         }
         // 2. Signals that are stored over time.
         let kept = sound.kept_samples().min(samples as usize);
@@ -269,7 +269,7 @@ impl SoundObserver {
                 // The samples are the same whatever band is recorded.
                 let passing = Passing::of(&sound, &way, receiver, speed, &radiated(&sound));
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
-                warnings.extend(missing.map(|why| format!("{}: {why}", receiver.name)));
+                job.warnings.extend(missing.map(|why| format!("{}: {why}", receiver.name)));
                 passing.iter().for_each(|passing| passing.keep(kept, &mut signals));
             } else if receiver.standard().is_kept(sound.radiation.audio) {
                 signals[receiver.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));

@@ -1,7 +1,7 @@
 //! Transfer path of the sound: G from the cache or by boundary elements, and the waves of the tyre that meet it.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use num_complex::Complex32;
 use rayon::prelude::*;
@@ -11,8 +11,7 @@ use super::kept_transfers::KeptTransfers;
 use super::open_patch::{OpenPatch, Opened};
 use super::planned::Sound;
 use crate::contact::cells::gaps::GapMap;
-use crate::counters::Progress;
-use crate::counters::{Counter, Meter, Stage, Work};
+use crate::counters::{Counter, Job, Stage, Work};
 use crate::effects::effect::ContactFacts;
 use crate::effects::error::RunError;
 use crate::plan::Plan;
@@ -70,8 +69,6 @@ pub(super) struct TransferSearch<'a> {
     pub(super) sound: &'a Sound,
     /// Blocks of the forces.
     pub(super) layout: SegmentLayout,
-    /// Set to stop the work.
-    pub(super) stop: &'a AtomicBool,
 }
 
 impl TransferSearch<'_> {
@@ -79,22 +76,16 @@ impl TransferSearch<'_> {
     ///
     /// # Errors
     /// Complaints about the scene; [`RunError::Interrupted`].
-    pub(super) fn find(
-        &self,
-        contact: &ContactFacts,
-        warnings: &mut Vec<String>,
-        progress: &mut dyn Progress,
-        meter: &mut Meter,
-    ) -> Result<(Way, PressureTransfers), RunError> {
+    pub(super) fn find(&self, contact: &ContactFacts, job: &mut Job<'_>) -> Result<(Way, PressureTransfers), RunError> {
         let Self { plan, sound, layout, .. } = *self;
         let tyre = &plan.decisions.tyre;
         let air = Air::at(sound.radiation.temperature).ok_or_else(|| {
             self.refused("radiation.temperature", "air cannot be this cold".to_owned(), "a higher temperature")
         })?;
-        let open = meter.open();
-        progress.stage(Stage::Radiation);
+        let open = job.meter.open();
+        job.progress.stage(Stage::Radiation);
         let body = self.body(contact.at_rest.length)?;
-        let (greens, summary, grooves) = self.greens(&air, &body, &contact.gaps, warnings, progress, meter)?;
+        let (greens, summary, grooves) = self.greens(&air, &body, &contact.gaps, job)?;
         let (delays, of_points) = delays(sound, &body, &air);
         // Points in grooves have no delay.
         let delay = |streamed| sound.spectrum_of(streamed).map_or(0.0, |spectrum| of_points[spectrum % sound.points()]);
@@ -106,12 +97,12 @@ impl TransferSearch<'_> {
         let tangential =
             plan.scene.has_tractions().then(|| Arc::new(TractionWaves::new(tyre, around, &lateral, wanted)));
         let (waves, known) = match Cache::open() {
-            Ok(cache) => SurfaceWaves::fetch(&cache, tyre, around, lateral, wanted, rule.as_ref(), warnings),
+            Ok(cache) => SurfaceWaves::fetch(&cache, tyre, around, lateral, wanted, rule.as_ref(), &mut job.warnings),
             // The cache of the transfers has warned of that.
             Err(_) => (SurfaceWaves::with_flank(tyre, around, lateral, wanted, rule.as_ref()), false),
         };
         if !known {
-            meter.count(Counter::ComplianceEvaluations, waves.evaluations());
+            job.meter.count(Counter::ComplianceEvaluations, waves.evaluations());
         }
         let model = PressureModel {
             layout,
@@ -125,7 +116,7 @@ impl TransferSearch<'_> {
             delays: delays_of_all,
             strips: None,
         };
-        meter.close(open, Stage::Radiation);
+        job.meter.close(open, Stage::Radiation);
         Ok((Way { air, delays, body: summary, grooves }, PressureTransfers { model, greens: greens.into() }))
     }
 
@@ -152,9 +143,7 @@ impl TransferSearch<'_> {
         air: &Air,
         body: &Body,
         gaps: &[GapMap],
-        warnings: &mut Vec<String>,
-        progress: &mut dyn Progress,
-        meter: &mut Meter,
+        job: &mut Job<'_>,
     ) -> Result<(Vec<SurfaceGreen>, BodySummary, Option<GrooveFields>), RunError> {
         let Self { plan, sound, .. } = *self;
         // 1. Transfers of the sealed body: a draft, or stored ones and boundary elements.
@@ -170,22 +159,22 @@ impl TransferSearch<'_> {
             return Ok((surface_greens(set, body, sound), summary, None));
         }
         let open = self.open_patch(air, body, gaps)?;
-        let kept = KeptTransfers::open(&problem, &range, sound, warnings);
+        let kept = KeptTransfers::open(&problem, &range, sound, &mut job.warnings);
         let mut troubles = Vec::new();
         let mut watch = Watch {
-            known: &mut |wanted| kept.load(wanted, warnings),
+            known: &mut |wanted| kept.load(wanted, &mut job.warnings),
             sink: &mut |found| {
                 kept.store(found, &mut troubles);
                 Ok(())
             },
-            progress: &mut |so_far| progress.pieces(so_far.finished, so_far.open),
-            interrupted: &|| self.stop.load(Ordering::Relaxed),
+            progress: &mut |so_far| job.progress.pieces(so_far.finished, so_far.open),
+            interrupted: &|| job.stop.load(Ordering::Relaxed),
         };
         let found = transfers(&problem, &range, rayon::current_num_threads(), &mut watch);
-        warnings.extend(troubles);
+        job.warnings.extend(troubles);
         let (set, report) = found.map_err(|error| match error {
             RadiationError::Interrupted => {
-                progress.note("frequencies of the radiation that were solved are kept for the next run");
+                job.progress.note("frequencies of the radiation that were solved are kept for the next run");
                 RunError::Interrupted { kept: None }
             }
             error @ RadiationError::Memory { .. } => {
@@ -194,11 +183,11 @@ impl TransferSearch<'_> {
             error @ RadiationError::Point { .. } => self.refused("receiver", error.to_string(), "a place in the air"),
             error => self.refused("radiation.fmax", error.to_string(), "another one"),
         })?;
-        meter.count(Counter::RadiationSolves, report.solved as u64);
+        job.meter.count(Counter::RadiationSolves, report.solved as u64);
         let work = report.solve.work;
-        meter.count(Counter::RadiationKernels, work.far_evaluations + work.near_evaluations);
+        job.meter.count(Counter::RadiationKernels, work.far_evaluations + work.near_evaluations);
         let multiply_adds = (0.5 * report.solve.factor_operations) as u64;
-        meter.add_work(Stage::Radiation, Work { multiply_adds, bytes: 0 });
+        job.meter.add_work(Stage::Radiation, Work { multiply_adds, bytes: 0 });
         let summary = BodySummary {
             frequencies: report.count,
             solved: report.solved,

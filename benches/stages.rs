@@ -22,7 +22,7 @@ use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
 use rustfft::FftPlanner;
 use tyrewave::Plan;
-use tyrewave::counters::{Meter, Watch};
+use tyrewave::counters::{Job, Meter, Unwatched};
 use tyrewave::internals::{
     self, Across, CIRCUMFERENCE, NpyWriter, Prepared, Ring, Row, SegmentLayout, TransferKind, TyreResponse,
     VibrationAccumulator, VibrationField, add, edit, fetch_model, fit_options, prepare, symbols,
@@ -98,10 +98,10 @@ struct Rolling {
 impl Rolling {
     fn new(elements: usize, history: &str, more: &str) -> Self {
         let loaded = scene(elements, history, more);
-        let mut meter = Meter::new(Watch::default());
-        let plan = Plan::new(&loaded.scene);
-        let prepared = prepare(&loaded, &plan, &AtomicBool::new(false), &mut meter).expect("a contact");
-        Self { prepared, meter }
+        let (stop, mut unwatched) = (AtomicBool::new(false), Unwatched);
+        let mut job = Job::new(&stop, &mut unwatched);
+        let prepared = prepare(&loaded, &Plan::new(&loaded.scene), &mut job).expect("a contact");
+        Self { prepared, meter: job.meter }
     }
 
     /// Makes the road under the next steps.

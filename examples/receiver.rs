@@ -8,7 +8,7 @@ use std::error::Error;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use tyrewave::run::{Unwatched, run_in_memory};
+use tyrewave::run::{Job, Unwatched, run_in_memory};
 use tyrewave::scene::{PLATE, RadiationQuality, Receiver, ReceiverPlace};
 use tyrewave::{LoadedScene, Scene};
 
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     (scene.radiation.quality, scene.radiation.fmax) = (RadiationQuality::Draft, 1000.0);
     let loaded = LoadedScene::from_scene(&scene, "heard")?;
 
-    let found = run_in_memory(&loaded, &AtomicBool::new(false), &mut Unwatched)?;
+    let found = run_in_memory(&loaded, Job::new(&AtomicBool::new(false), &mut Unwatched))?;
     let sound = found.summary.sound.ok_or("the run is too short for sound")?;
     for receiver in &sound.receivers {
         println!("{}: {:.1} dB, {:.1} dB(A)", receiver.name, receiver.level, receiver.level_a);

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use crate::counters::AllocationProbe;
+use crate::counters::{AllocationProbe, Job, Progress};
 use crate::results::table::Report;
 use crate::run::RunError;
 use crate::scene::{LoadedScene, Reach, Scene, SceneError};
@@ -44,6 +44,11 @@ impl Context {
             }
             other => other.map(|loaded| (loaded, false)),
         }
+    }
+
+    /// Work that the user may interrupt.
+    pub(crate) fn job<'a>(&'a self, progress: &'a mut dyn Progress) -> Job<'a> {
+        Job::new(self.interrupt.flag(), progress)
     }
 
     /// Progress display, as the options want it.

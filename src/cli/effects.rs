@@ -47,11 +47,8 @@ impl EffectsArguments {
         let mut side = self.place.open("effects", context)?;
         side.loaded.check_time_domain()?;
         let duration = self.duration.unwrap_or(side.loaded.scene.rolling.duration.min(LONGEST));
-        let stop = context.interrupt.flag();
-        let costs = calibrated(stop)?;
-        let mut progress = context.progress();
-        let comparison = effects::compare(&side.loaded, duration, &costs, stop, &mut progress)?;
-        drop(progress);
+        let costs = calibrated(context.interrupt.flag())?;
+        let comparison = effects::compare(&side.loaded, duration, &costs, context.job(&mut context.progress()))?;
         let mut report = report(&comparison);
         if let Some(cells) = effects::over_cells(&side.loaded, duration) {
             report.text(cells_instead(&comparison.all.plan, &cells, &costs, context));

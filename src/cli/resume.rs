@@ -45,9 +45,7 @@ impl ResumeArguments {
             return if context.options.quiet { Ok(()) } else { print(&told) };
         }
         let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
-        let (stop, mut progress) = (context.interrupt.flag(), context.progress());
-        let report = run::resume(&self.results, context.threads, watch, stop, &mut progress)?;
-        drop(progress);
+        let report = run::resume(&self.results, context.threads, context.job(&mut context.progress()).watched(watch))?;
         end(&report, context, profile.complete(&report)?)
     }
 }

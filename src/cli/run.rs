@@ -51,13 +51,11 @@ impl RunArguments {
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let loaded = context.load(&self.scene)?;
         let watch = self.profile.watch(context);
-        let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
+        let options = RunOptions { target: self.results_folder(), threads: context.threads };
         let page = self.report.then(|| beside(&options.target, ".html"));
         page.as_deref().map_or(Ok(()), check_page)?;
         let profile = self.profile.begin()?;
-        let mut progress = context.progress();
-        let report = run::run(&loaded, &options, context.interrupt.flag(), &mut progress)?;
-        drop(progress);
+        let report = run::run(&loaded, &options, context.job(&mut context.progress()).watched(watch))?;
         if let Some(page) = page {
             let folders = std::slice::from_ref(&report.folder);
             write_page(folders, loaded.scene.road.file(), &page, context)?;

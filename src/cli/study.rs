@@ -91,9 +91,7 @@ impl StudyArguments {
             let wrong = format!("presets state no error up to {} Hz on this road", options.highest);
             return Err(CliError::Usage(format!("{wrong}: take a lower --fmax, 1000 at most on every road")));
         }
-        let mut progress = context.progress();
-        let found = study(loaded, &options, context.interrupt.flag(), &mut progress)?;
-        drop(progress);
+        let found = study(loaded, &options, context.job(&mut context.progress()))?;
         let mut report = report(&found);
         let plan = checked(loaded)?;
         if let Some(errors) = &plan.slice_errors {

@@ -191,8 +191,7 @@ impl TyreArguments {
         };
         let (mobility, in_table) = (mobility_at(&frequencies(from, to, points)), mobility_at(&TABLE));
 
-        let stop = context.interrupt.flag();
-        let lengths = if rolls { Some(rolling(&scene, &newtons, stop, &mut progress)?) } else { None };
+        let lengths = if rolls { Some(rolling(&scene, &newtons, context.job(&mut progress))?) } else { None };
         let turning = rolls.then(|| side.meter.time(Stage::Influence, || rolling_waves(&scene, largest_n, highest)));
         let turning = turning.transpose().map_err(|error| CliError::Failed(error.to_string()))?;
         drop(progress);

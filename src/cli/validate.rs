@@ -84,9 +84,7 @@ impl ValidateArguments {
         let mut side = Side::new(loaded.clone(), target)?;
         let textures = NamedTexture::ALL.into_iter().filter(|texture| roads.iter().any(|road| road == texture.name()));
         let options = Options { speeds: ordered(speeds), textures: textures.collect() };
-        let mut progress = context.progress();
-        let measured = measure(&loaded, &options, context.interrupt.flag(), &mut progress)?;
-        drop(progress);
+        let measured = measure(&loaded, &options, context.job(&mut context.progress()))?;
         let rows = rows(&measured, &Published::embedded());
         let title =
             format!("Validation: {}", if given { side.loaded.title() } else { "the default car tyre".to_owned() });

@@ -1,7 +1,5 @@
 //! Interface of the effects to the program: each begins an observer for a run that includes it.
 
-use std::sync::atomic::AtomicBool;
-
 use super::channel::Channel;
 use super::error::RunError;
 use super::observer::EffectObserver;
@@ -11,7 +9,7 @@ use crate::contact::cells::gaps::GapMap;
 use crate::contact::footprint::WindowShape;
 use crate::contact::geometry::Geometry;
 use crate::contact::static_contact::StaticContact;
-use crate::counters::{Meter, Progress};
+use crate::counters::Job;
 use crate::plan::decisions::Row;
 use crate::plan::{Amounts, Choice, Plan};
 use crate::response::SliceErrors;
@@ -79,14 +77,6 @@ pub struct Begin<'a> {
     pub in_memory: bool,
     /// Work and memory of a plan.
     pub amounts: fn(&Plan) -> Amounts,
-    /// Warnings that the user should act on.
-    pub warnings: &'a mut Vec<String>,
-    /// Set to stop the work.
-    pub stop: &'a AtomicBool,
-    /// Receiver of progress reports.
-    pub progress: &'a mut dyn Progress,
-    /// Costs of the run so far.
-    pub meter: &'a mut Meter,
 }
 
 /// An effect, which reads the steps of a run.
@@ -161,5 +151,5 @@ pub(crate) trait Effect: Sync {
     ///
     /// # Errors
     /// [`RunError`].
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError>;
+    fn begin(&self, begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError>;
 }

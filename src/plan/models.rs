@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 
 use super::Plan;
-use crate::counters::{Counter, Meter, Stage, Work};
+use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::scene::{LoadedScene, SceneError, SetUpError, Tyre};
 use crate::storage::cache::key;
 use crate::storage::{Cache, Cached};
@@ -46,23 +46,21 @@ pub(crate) fn planned_model(
     loaded: &LoadedScene,
     plan: &Plan,
     right: &str,
-    stop: &AtomicBool,
-    meter: &mut Meter,
-    warnings: &mut Vec<String>,
+    job: &mut Job<'_>,
 ) -> Result<RationalModel, SetUpError> {
-    let open = meter.open();
-    let fetched = fetch(&plan.decisions.tyre, &plan.fit, stop).map_err(|error| refused(loaded, error, right))?;
+    let open = job.meter.open();
+    let fetched = fetch(&plan.decisions.tyre, &plan.fit, job.stop).map_err(|error| refused(loaded, error, right))?;
     match fetched.times {
-        None => meter.close(open, Stage::Influence),
+        None => job.meter.close(open, Stage::Influence),
         Some(FitTimes { sums, poles }) => {
             let share = poles.as_secs_f64() / (sums + poles).as_secs_f64();
-            meter.close_shared(open, &[(Stage::Influence, 1.0 - share), (Stage::Fit, share)]);
+            job.meter.close_shared(open, &[(Stage::Influence, 1.0 - share), (Stage::Fit, share)]);
         }
     }
-    warnings.extend(fetched.warnings);
+    job.warnings.extend(fetched.warnings);
     // The evaluations of a cached model belong to an earlier run.
     let evaluations = if fetched.warm { 0 } else { fetched.model.evaluations() };
-    count_evaluations(plan, evaluations, meter);
+    count_evaluations(plan, evaluations, &mut job.meter);
     Ok(fetched.model)
 }
 
@@ -77,17 +75,16 @@ pub(crate) fn planned_cell_model<M: Cached>(
     content: &impl Serialize,
     fit: impl Fn() -> Result<M, FitError>,
     evaluations: fn(&M) -> u64,
-    meter: &mut Meter,
-    warnings: &mut Vec<String>,
+    job: &mut Job<'_>,
 ) -> Result<M, SetUpError> {
     let mut fitted = || -> Result<M, SetUpError> {
         let right = "another tolerance, or history = \"direct\"";
-        let model = meter.time(Stage::Fit, &fit).map_err(|error| refused(loaded, error, right))?;
-        count_evaluations(plan, evaluations(&model), meter);
+        let model = job.meter.time(Stage::Fit, &fit).map_err(|error| refused(loaded, error, right))?;
+        count_evaluations(plan, evaluations(&model), &mut job.meter);
         Ok(model)
     };
     match (Cache::open(), key::<M>(content)) {
-        (Ok(cache), Ok(key)) => cache.fetch(&key, warnings, fitted),
+        (Ok(cache), Ok(key)) => cache.fetch(&key, &mut job.warnings, fitted),
         _ => fitted(),
     }
 }

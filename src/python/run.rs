@@ -9,7 +9,7 @@ use pyo3::types::{PyBytes, PyDict};
 use super::error::Failure;
 use super::scene::Scene;
 use super::work::{carried_out, of_shape};
-use crate::counters::Watch;
+use crate::counters::Job;
 use crate::effects::channel::{ArrayNumbers, KeptArray, RowShape, RowTimes};
 use crate::effects::{self};
 use crate::plan::process_memory;
@@ -44,8 +44,8 @@ pub(super) fn run_to_folder(
 ) -> PyResult<PathBuf> {
     let loaded = &scene.loaded;
     carried_out(py, threads, progress.as_ref(), |mut watched| {
-        let options = RunOptions { target: out, threads: rayon::current_num_threads(), watch: Watch::default() };
-        let RunReport { folder, .. } = run::run(loaded, &options, &watched.stop, &mut watched)?;
+        let options = RunOptions { target: out, threads: rayon::current_num_threads() };
+        let RunReport { folder, .. } = run::run(loaded, &options, Job::new(&watched.stop, &mut watched))?;
         Ok(folder)
     })
 }
@@ -61,7 +61,7 @@ pub(super) fn resume(
 ) -> PyResult<PathBuf> {
     carried_out(py, threads, progress.as_ref(), |mut watched| {
         let threads = rayon::current_num_threads();
-        let RunReport { folder, .. } = run::resume(&folder, threads, Watch::default(), &watched.stop, &mut watched)?;
+        let RunReport { folder, .. } = run::resume(&folder, threads, Job::new(&watched.stop, &mut watched))?;
         Ok(folder)
     })
 }
@@ -78,7 +78,7 @@ pub(super) fn run_in_memory<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let loaded = &scene.loaded;
     let RunInMemory { summary, arrays, files } = carried_out(py, threads, progress.as_ref(), |mut watched| {
-        roll_in_memory(loaded, &watched.stop, &mut watched).map_err(Failure::from)
+        roll_in_memory(loaded, Job::new(&watched.stop, &mut watched)).map_err(Failure::from)
     })?;
     let found = PyDict::new(py);
     let to_json =

@@ -10,7 +10,7 @@ use super::error::Failure;
 use super::scene::{Scene, setting};
 use super::tyre::{SMALLEST_PATCH, within};
 use super::work::carried_out;
-use crate::counters::Stage;
+use crate::counters::{Job, Stage};
 use crate::plan::Plan;
 use crate::report::radiation::radiation_record;
 use crate::report::tyre::{UnderLoad, tyre_record};
@@ -69,7 +69,7 @@ pub(super) fn tyre(
         let contacts = contacts.map_err(RunError::from)?;
         let found = modes(&scene.tyre, waves, lateral, highest)?;
         let mobility = driving_point(&scene.tyre, &patches, &frequencies(MOBILITY.0, MOBILITY.1, points));
-        let lengths = if rolls { Some(rolling(scene, &loads, &watched.stop, &mut watched)?) } else { None };
+        let lengths = if rolls { Some(rolling(scene, &loads, Job::new(&watched.stop, &mut watched))?) } else { None };
         let length = |index: usize| lengths.as_ref().map(|lengths| lengths[index]);
         let under: Vec<UnderLoad> = contacts
             .into_iter()
@@ -122,7 +122,7 @@ pub(super) fn effects(
         let duration = duration.unwrap_or(loaded.scene.rolling.duration.min(LONGEST));
         within("duration", &[duration], f64::MIN_POSITIVE, f64::MAX)?;
         let costs = calibrated(&watched.stop)?;
-        Ok(compare(loaded, duration, &costs, &watched.stop, &mut watched)?.csv())
+        Ok(compare(loaded, duration, &costs, Job::new(&watched.stop, &mut watched))?.csv())
     })
 }
 

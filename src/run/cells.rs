@@ -1,7 +1,5 @@
 //! Contact over cells, made for a planned scene.
 
-use std::sync::atomic::AtomicBool;
-
 use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::gaps::{GapMap, PLACES, StandingCells};
 use crate::contact::cells::past::{RingParts, WavePast, first_influences};
@@ -11,7 +9,7 @@ use crate::contact::cells::{CellPast, CellZone, InstantCells};
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
 use crate::contact::tread::TreadSurface;
-use crate::counters::{Counter, Meter, Stage};
+use crate::counters::{Counter, Job, Meter, Stage};
 use crate::effects::RunError;
 use crate::effects::TyreModels;
 use crate::plan::Plan;
@@ -34,7 +32,6 @@ pub(super) struct CellContact<'a> {
     tread: TreadSurface,
     blocks: Option<Blocks>,
     resting: RestingCells,
-    stop: &'a AtomicBool,
 }
 
 impl ZoneMaker for CellContact<'_> {
@@ -71,7 +68,7 @@ impl ZoneMaker for CellContact<'_> {
         Ok(found)
     }
 
-    fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {
+    fn make(&self, window: Window<'_>, job: &mut Job<'_>) -> Result<Made, RunError> {
         let plan = self.plan;
         let Window { output_window, margin, columns, at_rest, .. } = window;
         if matches!(plan.scene.rolling.axle, Axle::Mass { .. }) {
@@ -81,26 +78,26 @@ impl ZoneMaker for CellContact<'_> {
         }
         let numerics = &plan.scene.numerics;
         if let Some(friction) = plan.scene.friction.as_ref().filter(|_| plan.scene.has_tractions()) {
-            let (loaded, sums, tread, stop) = (self.loaded, &self.sums, &self.tread, self.stop);
-            let contact = FrictionContact { loaded, plan, sums, tread, friction, stop };
+            let (loaded, sums, tread) = (self.loaded, &self.sums, &self.tread);
+            let contact = FrictionContact { loaded, plan, sums, tread, friction };
             return Ok(Made {
-                march: contact.march(at_rest, (output_window, margin), meter, warnings)?,
+                march: contact.march(at_rest, (output_window, margin), job)?,
                 form: SliceForm::Cells,
                 moving: None,
                 local_compliance: None,
                 models: TyreModels::default(),
             });
         }
-        let instant = self.instant(columns, meter);
+        let instant = self.instant(columns, &mut job.meter);
         let followed = plan.decisions.takes_models;
         let waves = match numerics.history {
             History::Direct if !followed => Vec::new(),
-            _ => self.carried(columns, meter, warnings)?,
+            _ => self.carried(columns, job)?,
         };
-        let zone = self.zone(instant.clone(), &waves, margin, meter);
+        let zone = self.zone(instant.clone(), &waves, margin, &mut job.meter);
         let mut models = TyreModels::default();
         if followed {
-            let beyond = meter.time(Stage::Influence, || self.beyond(instant, &waves));
+            let beyond = job.meter.time(Stage::Influence, || self.beyond(instant, &waves));
             models.waves = Some((waves, beyond));
         }
         Ok(Made {
@@ -114,8 +111,8 @@ impl ZoneMaker for CellContact<'_> {
 }
 
 impl<'a> CellContact<'a> {
-    /// Contact of a planned scene; `stop` ends the work on the influence functions once it is set.
-    pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
+    /// Contact of a planned scene.
+    pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan) -> Self {
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
         let sums = cell_sums(plan, &plan.decisions.tyre);
@@ -124,7 +121,7 @@ impl<'a> CellContact<'a> {
             None => (crown.into(), None),
         };
         let resting = RestingCells::new(sums.clone(), tread.clone(), blocks.clone());
-        Self { loaded, plan, sums, tread, blocks, resting, stop }
+        Self { loaded, plan, sums, tread, blocks, resting }
     }
 
     /// Influence between the cells of a window of `columns` columns within an instant.
@@ -157,19 +154,15 @@ impl<'a> CellContact<'a> {
 
     /// Waves that carry the past through a window of `columns` columns, ring by ring. Fails if a fit is refused, or
     /// stopped.
-    fn carried(
-        &self,
-        columns: usize,
-        meter: &mut Meter,
-        warnings: &mut Vec<String>,
-    ) -> Result<Vec<CarriedWaves>, RunError> {
+    fn carried(&self, columns: usize, job: &mut Job<'_>) -> Result<Vec<CarriedWaves>, RunError> {
+        let stop = job.stop;
         let carried = |band: WaveBand| -> Result<CarriedWaves, RunError> {
             let sums = band_sums(self.plan, band, &self.sums);
             let rows = sums.waves(band);
             let options = self.plan.cell_fit();
-            let fit = || fit_cells(&sums, &rows, &options, self.stop);
+            let fit = || fit_cells(&sums, &rows, &options, stop);
             let (content, count) = ((self.plan.tyre_of(band).levelled(), &rows, options), PoleModel::evaluations);
-            let model = planned_cell_model(self.loaded, self.plan, &content, fit, count, meter, warnings)?;
+            let model = planned_cell_model(self.loaded, self.plan, &content, fit, count, job)?;
             Ok(CarriedWaves { part: band.part, rows, model })
         };
         self.bands(columns).into_iter().map(carried).collect()

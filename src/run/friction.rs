@@ -1,7 +1,5 @@
 //! Contact over cells with friction, made for a planned scene.
 
-use std::sync::atomic::AtomicBool;
-
 use crate::contact::cells::CellPast;
 use crate::contact::cells::component_transforms::ComponentTransforms;
 use crate::contact::cells::direct::DirectPast;
@@ -16,7 +14,7 @@ use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
 use crate::contact::tread::TreadSurface;
-use crate::counters::{Counter, Meter, Stage};
+use crate::counters::{Counter, Job, Stage};
 use crate::effects::RunError;
 use crate::plan::Plan;
 use crate::plan::models::{band_sums, planned_cell_model};
@@ -44,8 +42,6 @@ pub(super) struct FrictionContact<'a> {
     pub tread: &'a TreadSurface,
     /// The scene's `[friction]`.
     pub friction: &'a Friction,
-    /// Ends the work on the influence functions once it is set.
-    pub stop: &'a AtomicBool,
 }
 
 impl FrictionContact<'_> {
@@ -58,8 +54,7 @@ impl FrictionContact<'_> {
         &self,
         at_rest: StaticContact,
         (output_window, margin): (Geometry, usize),
-        meter: &mut Meter,
-        warnings: &mut Vec<String>,
+        job: &mut Job<'_>,
     ) -> Result<March, RunError> {
         let Self { plan, sums, tread, friction, .. } = *self;
         let Plan { scene, time_step, .. } = plan;
@@ -87,8 +82,8 @@ impl FrictionContact<'_> {
         };
         let window = output_window.columns + 2 * margin;
         let columns = window + rolling.ahead(window);
-        let influence = meter.time(Stage::Influence, || sums.traction_instant(rate, columns));
-        let past = self.past(columns, meter, warnings)?;
+        let influence = job.meter.time(Stage::Influence, || sums.traction_instant(rate, columns));
+        let past = self.past(columns, job)?;
         let cells = grid.elements() * grid.across;
         let law = CellLaw::new(friction.coefficient(), scene.adhesion.clone(), *time_step, cells);
         let search = FrictionSearch::new(influence, plan.friction_tolerance());
@@ -96,33 +91,29 @@ impl FrictionContact<'_> {
     }
 
     /// Past of a window of `columns` columns.
-    fn past(
-        &self,
-        columns: usize,
-        meter: &mut Meter,
-        warnings: &mut Vec<String>,
-    ) -> Result<Box<dyn CellPast<COMPONENTS>>, RunError> {
+    fn past(&self, columns: usize, job: &mut Job<'_>) -> Result<Box<dyn CellPast<COMPONENTS>>, RunError> {
         let Self { plan, sums, .. } = *self;
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
         if plan.scene.numerics.history == History::Direct {
             let rows = sums.traction_rows(WaveBand::WHOLE);
             let transforms = ComponentTransforms::of_tractions(grid, [grid.elements(), columns], &rows);
             let past = || DirectPast::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
-            return Ok(Box::new(meter.time(Stage::Influence, past)));
+            return Ok(Box::new(job.meter.time(Stage::Influence, past)));
         }
+        let stop = job.stop;
         let carried = |band: WaveBand| -> Result<Carried, RunError> {
             let sums = band_sums(plan, band, sums);
             let rows = sums.traction_rows(band);
             let options = plan.cell_fit();
-            let fit = || fit_tractions(&sums, &rows, &options, self.stop);
+            let fit = || fit_tractions(&sums, &rows, &options, stop);
             let content = (plan.tyre_of(band).levelled(), &rows, options, plan.scene.numerics.influence_tolerance);
             let count = TractionModel::evaluations;
-            let model = planned_cell_model(self.loaded, plan, &content, fit, count, meter, warnings)?;
-            meter.count(Counter::Poles, model.order() as u64);
+            let model = planned_cell_model(self.loaded, plan, &content, fit, count, job)?;
+            job.meter.count(Counter::Poles, model.order() as u64);
             Ok(Carried { band, grid: sums.grid().clone(), rows, model })
         };
         let carried = plan.wave_bands(columns).into_iter().map(carried).collect::<Result<Vec<_>, _>>()?;
-        Ok(meter.time(Stage::Influence, || -> Box<dyn CellPast<COMPONENTS>> {
+        Ok(job.meter.time(Stage::Influence, || -> Box<dyn CellPast<COMPONENTS>> {
             if plan.is_single() {
                 Box::new(self.waves::<f32>(columns, &carried))
             } else {

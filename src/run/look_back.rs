@@ -61,7 +61,7 @@ pub(crate) fn summary(
         solves_per_step: counts.solves_per_step(),
     };
     summary.notes.clone_from(&prepared.notes);
-    summary.warnings.clone_from(&prepared.warnings);
+    summary.warnings.clone_from(&run.warnings);
     summary.warnings.extend(load.filter(|load| !load.met).map(|load| load.to_string()));
     summary.warnings.extend(impossible_energy(&loaded.scene, &summary.outcome));
     summary.warnings.extend((totals.edge_contacts > 0).then(|| {

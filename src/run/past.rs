@@ -1,12 +1,10 @@
 //! Histories of contact over slices, made for a planned scene.
 
-use std::sync::atomic::AtomicBool;
-
 use crate::contact::ContactError;
 use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces};
 use crate::contact::kernel::{ContactKernel, EqualBedding};
 use crate::contact::stability::{UNSTABLE, unstable_zero};
-use crate::counters::{Counter, Meter, Stage};
+use crate::counters::{Counter, Job, Stage};
 use crate::effects::RunError;
 use crate::plan::Plan;
 use crate::plan::models::{count_evaluations, planned_model};
@@ -27,8 +25,6 @@ pub(crate) struct Past<'a> {
     pub columns: usize,
     /// Factor of the influence functions, and the spring in series with them.
     pub bedding: EqualBedding,
-    /// Ends the work on the influence functions once it is set.
-    pub stop: &'a AtomicBool,
 }
 
 /// Influence between the points in contact within an instant, and the past; and the model that both were made from, if
@@ -40,24 +36,24 @@ impl Past<'_> {
     ///
     /// # Errors
     /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
-    pub(crate) fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
+    pub(crate) fn direct(&self, job: &mut Job<'_>) -> Result<Kernels, RunError> {
         let numerics = &self.plan.scene.numerics;
-        let weights = meter.time(Stage::Influence, || {
+        let weights = job.meter.time(Stage::Influence, || {
             let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
-            Weights::unless_stopped(self.sum, self.plan.field, rule, time_step, self.plan.lags, self.stop)
+            Weights::unless_stopped(self.sum, self.plan.field, rule, time_step, self.plan.lags, job.stop)
         });
         let weights = weights.ok_or(RunError::Interrupted { kept: None })?;
-        count_evaluations(self.plan, weights.evaluations, meter);
+        count_evaluations(self.plan, weights.evaluations, &mut job.meter);
         let truncated = weights.truncated();
         if truncated > 0.01 && self.plan.lags as u64 <= self.plan.steps {
-            warnings.push(format!(
+            job.warnings.push(format!(
                 "numerics.memory = {} s leaves out {:.1} % of the static influence function: a longer memory is more \
                  exact",
                 numerics.memory,
                 100.0 * truncated
             ));
         }
-        meter.time(Stage::Influence, || {
+        job.meter.time(Stage::Influence, || {
             let wavenumbers = 0..=numerics.elements / 2;
             let first: Vec<f64> = wavenumbers.clone().map(|n| weights.of(n)[0]).collect();
             let odd: Vec<f64> = wavenumbers.filter_map(|n| weights.odd_of(n).first().copied()).collect();
@@ -71,12 +67,12 @@ impl Past<'_> {
     ///
     /// # Errors
     /// A fit that was refused; as [`ContactKernel::new`].
-    pub(crate) fn modal(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
+    pub(crate) fn modal(&self, job: &mut Job<'_>) -> Result<Kernels, RunError> {
         let (rule, time_step) = (self.plan.scene.numerics.time_rule, self.plan.time_step);
         let right = "another tolerance, or history = \"direct\"";
-        let model = planned_model(self.loaded, self.plan, right, self.stop, meter, warnings)?;
-        meter.count(Counter::Poles, model.order() as u64);
-        meter.time(Stage::Influence, || self.check_stability(&model, warnings))?;
+        let model = planned_model(self.loaded, self.plan, right, job)?;
+        job.meter.count(Counter::Poles, model.order() as u64);
+        job.meter.time(Stage::Influence, || self.check_stability(&model, &mut job.warnings))?;
         let field = self.plan.field;
         let history = ModalHistory::new(&model, field, rule, time_step, self.columns);
         let (first, odd) = ModalHistory::first_weights(&model, field, rule, time_step)

@@ -4,14 +4,12 @@
 //! 2. the road is opened and must be long enough: everything that can be refused is refused before the long work;
 //! 3. convolution weights and the contact's kernels.
 
-use std::sync::atomic::AtomicBool;
-
 use crate::contact::axle::{AxleHeight, LoadControl};
 use crate::contact::cells::gaps::GapMap;
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::{deepest, window_reach};
-use crate::counters::{Meter, Progress, Stage};
+use crate::counters::{Job, Stage};
 use crate::effects::{Begin, ContactFacts, RunError, TyreModels};
 use crate::plan::Plan;
 use crate::road::RoadSurface;
@@ -39,55 +37,44 @@ pub struct Prepared {
     pub local_compliance: Option<f64>,
     /// Notes: choices of the plan, and effects that it leaves out.
     pub notes: Vec<String>,
-    /// Warnings that need the user's attention.
-    pub warnings: Vec<String>,
 }
 
 impl Prepared {
     /// Arguments for the begin of its effects' observers; `in_memory` is true for a run whose results stay in memory.
-    pub fn begin<'a>(
-        &'a mut self,
-        loaded: &'a LoadedScene,
-        plan: &'a Plan,
-        in_memory: bool,
-        stop: &'a AtomicBool,
-        progress: &'a mut dyn Progress,
-        meter: &'a mut Meter,
-    ) -> Begin<'a> {
-        let Self { contact, models, warnings, .. } = self;
-        let amounts = Plan::amounts;
-        Begin { loaded, plan, contact, models, in_memory, amounts, warnings, stop, progress, meter }
+    pub fn begin<'a>(&'a mut self, loaded: &'a LoadedScene, plan: &'a Plan, in_memory: bool) -> Begin<'a> {
+        let Self { contact, models, .. } = self;
+        Begin { loaded, plan, contact, models, in_memory, amounts: Plan::amounts }
     }
 }
 
-/// Prepares a run. `stop` ends the work on the influence functions once it is set.
+/// Prepares a run.
 ///
 /// # Errors
 /// [`RunError`].
-pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut Meter) -> Result<Prepared, RunError> {
+pub fn prepare(loaded: &LoadedScene, plan: &Plan, job: &mut Job<'_>) -> Result<Prepared, RunError> {
     let Plan { scene, radius, .. } = plan;
     // 1. Static influence functions and static contact.
-    let mut warnings = meter.time(Stage::Influence, || plan.warnings());
-    let mut zone = meter.time(Stage::Influence, || -> Box<dyn ZoneMaker + '_> {
+    job.warnings.extend(job.meter.time(Stage::Influence, || plan.warnings()));
+    let mut zone = job.meter.time(Stage::Influence, || -> Box<dyn ZoneMaker + '_> {
         match plan.decisions.zone {
-            Zone::Slices => Box::new(SliceContact::new(loaded, plan, stop)),
-            Zone::Cells => Box::new(CellContact::new(loaded, plan, stop)),
+            Zone::Slices => Box::new(SliceContact::new(loaded, plan)),
+            Zone::Cells => Box::new(CellContact::new(loaded, plan)),
         }
     });
-    let (at_rest, scale) = meter.time(Stage::Axle, || zone.at_rest())?;
+    let (at_rest, scale) = job.meter.time(Stage::Axle, || zone.at_rest())?;
 
     // 2. The road must reach half of the chord in which the tyre can meet the plane z = 0; texture past the end that is
     //    higher is unknown and counts as no road.
     let chord = Geometry::half_chord(*radius, deepest(&plan.decisions.axle, at_rest.indentation));
-    let (mut surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
-    warnings.extend(road_warnings(&surface, plan));
-    warnings.extend(zone.law_warning(&surface));
+    let (mut surface, start) = job.meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
+    job.warnings.extend(road_warnings(&surface, plan));
+    job.warnings.extend(zone.law_warning(&surface));
     let excited = surface.report().highest_frequency(plan.speed);
     let slice_errors = plan.slice_errors_on(&surface);
     let mut notes: Vec<String> = plan.notes().collect();
     if let Some(errors) = &slice_errors {
         let (message, missed) = plan.end_of_slices(errors);
-        if missed { &mut warnings } else { &mut notes }.push(message);
+        if missed { &mut job.warnings } else { &mut notes }.push(message);
     }
 
     // 3. The window, the voids' air, and the kernels of the contact.
@@ -104,10 +91,10 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let reached = search_window.first_element(plan.steps.saturating_sub(1)) + columns as i64;
 
     let standing = Standing { surface: &mut surface, elements, start, at_rest, reach };
-    let gaps = meter.time(Stage::Axle, || zone.gaps(standing))?;
+    let gaps = job.meter.time(Stage::Axle, || zone.gaps(standing))?;
     notes.extend(closed(&gaps, 0.5 * at_rest.length));
     let window = Window { output_window, margin, columns, surface: &surface, at_rest };
-    let Made { march, form, moving, local_compliance, models } = zone.make(window, meter, &mut warnings)?;
+    let Made { march, form, moving, local_compliance, models } = zone.make(window, job)?;
     let axle = match plan.decisions.axle {
         Axle::Indentation { indentation, .. } => AxleHeight::Fixed { indentation, ramp: plan.ramp_steps() },
         Axle::Load { load, .. } | Axle::Mass { load, .. } => {
@@ -128,7 +115,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         gaps,
     };
     let road = RoadAhead::new(surface, form, strip, elements, reached);
-    Ok(Prepared { march, road, axle, contact, models, local_compliance, notes, warnings })
+    Ok(Prepared { march, road, axle, contact, models, local_compliance, notes })
 }
 
 /// Note on the closed share of the patch at the places where the voids are measured; `None` without any.

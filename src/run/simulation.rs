@@ -11,7 +11,7 @@ use std::time::Duration;
 use crate::contact::ContactError;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::march::StepResult;
-use crate::counters::{Counter, Meter, Phase, Progress, Stage, Timing, Unwatched, Watch, Work};
+use crate::counters::{Counter, Job, Meter, Phase, Stage, Timing, Unwatched, Watch, Work};
 use crate::effects::RunError;
 use crate::effects::force::ForceObserver;
 use crate::effects::sound::{SoundObserver, SoundResults};
@@ -59,20 +59,8 @@ pub struct Simulation {
     arrays: Option<Arrays>,
     /// Cost so far.
     pub(crate) meter: Meter,
-}
-
-/// Options of a beginning.
-pub(crate) struct Setup<'a> {
-    /// Flag that ends the work once it is set.
-    pub stop: &'a AtomicBool,
-    /// Running meter of the cost.
-    pub meter: Meter,
-    /// Receives the progress.
-    pub progress: &'a mut dyn Progress,
-    /// True for a run whose results stay in memory; it makes no pictures.
-    pub in_memory: bool,
-    /// Names of effects that are left out regardless of the scene.
-    pub without: &'a [&'a str],
+    /// Warnings of its preparation.
+    pub(crate) warnings: Vec<String>,
 }
 
 /// Findings of a run after its warm-up; values that do not exist (no step counted yet) are `None`.
@@ -121,26 +109,31 @@ impl Simulation {
     /// # Errors
     /// As [`Self::begin`].
     pub fn begin_watched(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, watch: Watch) -> Result<Self, RunError> {
-        let meter = Meter::new(watch);
-        let setup = Setup { stop, meter, progress: &mut Unwatched, in_memory: true, without: &[] };
-        let mut run = Self::prepare(loaded, plan, setup)?;
+        let mut run = Self::prepare(loaded, plan, true, &[], &mut Job::new(stop, &mut Unwatched).watched(watch))?;
         run.enter_steps();
         Ok(run)
     }
 
-    /// Prepares a run: tyre, road, contact, then the observers of its effects.
+    /// Prepares a run: tyre, road, contact, then the observers of its effects, except those named in `without`. Takes
+    /// the meter and the warnings of the job. `in_memory` is true for a run whose results stay there; it makes no
+    /// pictures.
     ///
     /// # Errors
     /// As [`Self::begin`].
-    pub(crate) fn prepare(loaded: &LoadedScene, plan: &Plan, setup: Setup<'_>) -> Result<Self, RunError> {
+    pub(crate) fn prepare(
+        loaded: &LoadedScene,
+        plan: &Plan,
+        in_memory: bool,
+        without: &[&str],
+        job: &mut Job<'_>,
+    ) -> Result<Self, RunError> {
         loaded.check_time_domain()?;
-        let Setup { stop, mut meter, progress, in_memory, without } = setup;
-        progress.stage(Stage::Influence);
-        let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
-        let mut begin = prepared.begin(loaded, plan, in_memory, stop, progress, &mut meter);
+        job.progress.stage(Stage::Influence);
+        let mut prepared = prepare(loaded, plan, job)?;
+        let mut begin = prepared.begin(loaded, plan, in_memory);
         let mut observers = Vec::new();
         for effect in EFFECTS.into_iter().filter(|effect| !without.contains(&effect.name())) {
-            observers.extend(effect.begin(&mut begin)?.map(|observer| (effect.name(), observer)));
+            observers.extend(effect.begin(&mut begin, job)?.map(|observer| (effect.name(), observer)));
         }
         let needs_power = observers.iter().any(|(_, observer)| observer.needs_power());
         let mut run = Self {
@@ -152,7 +145,8 @@ impl Simulation {
             observers,
             own: Vec::new(),
             arrays: None,
-            meter,
+            meter: std::mem::take(&mut job.meter),
+            warnings: std::mem::take(&mut job.warnings),
         };
         run.power = needs_power.then(|| run.contact_power());
         Ok(run)
@@ -259,7 +253,7 @@ impl Simulation {
             (first_of::<SoundObserver>(&self.observers), first_of::<ForceObserver>(&self.observers));
         let (sound, spectrum) =
             (sound.and_then(|sound| sound.results().ok()), spectrum.and_then(ForceObserver::spectrum));
-        let Self { prepared, meter, .. } = self;
+        let Self { prepared, meter, warnings, .. } = self;
         let spectrum = spectrum.map(|spectrum| spectrum.valid_to(prepared.contact.force_valid_to()));
         Results {
             steps: self.next_step,
@@ -273,7 +267,7 @@ impl Simulation {
             residuals: prepared.march.totals().relative_residuals(),
             sound,
             notes: prepared.notes,
-            warnings: prepared.warnings,
+            warnings,
             meter,
         }
     }
@@ -340,8 +334,11 @@ impl Simulation {
             return Ok(());
         }
         self.plan.window = window;
-        let stop = AtomicBool::new(false);
-        let Prepared { march, road, axle, .. } = prepare(&self.loaded, &self.plan, &stop, &mut self.meter)?;
+        let (stop, mut unwatched) = (AtomicBool::new(false), Unwatched);
+        let mut job = Job { meter: std::mem::take(&mut self.meter), ..Job::new(&stop, &mut unwatched) };
+        let prepared = prepare(&self.loaded, &self.plan, &mut job);
+        self.meter = job.meter;
+        let Prepared { march, road, axle, .. } = prepared?;
         let prepared = &mut self.prepared;
         (prepared.march, prepared.road, prepared.axle) = (march, road, axle);
         Ok(())

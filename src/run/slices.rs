@@ -1,7 +1,5 @@
 //! Contact over slices, made for a planned scene.
 
-use std::sync::atomic::AtomicBool;
-
 use crate::contact::axle::{LARGEST_RATE, LoadControl, MovingAxle, SprungMass};
 use crate::contact::complementarity::SliceLaw;
 use crate::contact::kernel::{ContactKernel, EqualBedding, equal_bedding};
@@ -9,7 +7,7 @@ use crate::contact::local_compliance::local_compliance;
 use crate::contact::march::March;
 use crate::contact::pressed::PressedRoad;
 use crate::contact::static_contact::{StaticContact, StaticTyre};
-use crate::counters::{Meter, Stage};
+use crate::counters::{Job, Stage};
 use crate::effects::{RunError, TyreModels};
 use crate::plan::Plan;
 use crate::road::maker::SliceForm;
@@ -25,16 +23,15 @@ pub(super) struct SliceContact<'a> {
     plan: &'a Plan,
     sum: InfluenceSum,
     bedding: EqualBedding,
-    stop: &'a AtomicBool,
 }
 
 impl<'a> SliceContact<'a> {
-    /// Contact of a planned scene; `stop` ends the work on the influence functions once it is set.
-    pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
+    /// Contact of a planned scene.
+    pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan) -> Self {
         let numerics = &plan.scene.numerics;
         let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
         let sum = InfluenceSum::new(&plan.decisions.tyre, numerics, largest);
-        Self { loaded, plan, sum, bedding: EqualBedding::NONE, stop }
+        Self { loaded, plan, sum, bedding: EqualBedding::NONE }
     }
 }
 
@@ -52,8 +49,8 @@ impl ZoneMaker for SliceContact<'_> {
         single.then(|| "an element is a single cell of the road: the slice law makes no difference".into())
     }
 
-    fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {
-        let Self { loaded, plan, sum, bedding, stop } = self;
+    fn make(&self, window: Window<'_>, job: &mut Job<'_>) -> Result<Made, RunError> {
+        let Self { loaded, plan, sum, bedding } = self;
         let Plan { scene, field, .. } = plan;
         let Window { output_window, columns, surface, at_rest, .. } = window;
         let (numerics, tyre) = (&scene.numerics, &plan.decisions.tyre);
@@ -75,13 +72,14 @@ impl ZoneMaker for SliceContact<'_> {
             SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, surface)),
             SliceCoupling::Explicit => None,
         };
-        let past = Past { loaded, plan, sum, columns, bedding: *bedding, stop };
+        let past = Past { loaded, plan, sum, columns, bedding: *bedding };
         let (mut kernel, history, model) = match numerics.history {
-            History::Direct => past.direct(meter, warnings)?,
-            History::Modal => past.modal(meter, warnings)?,
+            History::Direct => past.direct(job)?,
+            History::Modal => past.modal(job)?,
         };
         if scene.contact.equal_stiffness {
-            kernel.spring = meter
+            kernel.spring = job
+                .meter
                 .time(Stage::Axle, || kernel.uncoupled_spring(&sum.static_row(*field), tyre.circumference, at_rest))?;
         }
         let moving = SprungMass::of(&scene.rolling.axle)
@@ -167,8 +165,7 @@ pub(crate) fn check_axle(loaded: &LoadedScene, plan: &Plan) -> Result<(), RunErr
     if plan.decisions.zone != Zone::Slices || sprung.is_none() && *field != Field::UnderTread {
         return Ok(());
     }
-    let stop = AtomicBool::new(false);
-    let SliceContact { sum, .. } = SliceContact::new(loaded, plan, &stop);
+    let SliceContact { sum, .. } = SliceContact::new(loaded, plan);
     let (at_rest, EqualBedding { scale, spring }) = static_contact(plan, &sum)?;
     // Uncoupled points of an equal stiffness have a spring in series, which is found later.
     let is_known = !scene.contact.equal_stiffness;

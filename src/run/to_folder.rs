@@ -1,11 +1,10 @@
 //! A run to a results folder: every step, then spectra, plots and summary.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::counters::process::cpu_time;
-use crate::counters::{MachinePeak, Meter, Progress, Stage, Trace, Watch};
+use crate::counters::{Job, MachinePeak, Meter, Progress, Stage, Trace};
 use crate::effects::RunError;
 use crate::plan::{Forecast, Plan, process_memory, unit_record};
 use crate::results::arrays::ArrayPlace;
@@ -15,18 +14,16 @@ use crate::results::unfinished::unfinished;
 use crate::run::checkpoint::{Checkpoint, Checkpoints, inputs_of};
 use crate::run::energy::impossible_energy;
 use crate::run::look_back::{look_back, summary};
-use crate::run::simulation::{Setup, Simulation};
+use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 
-/// Target of a run, its number of threads, and how closely its cost is measured.
+/// Target of a run, and its number of threads.
 #[derive(Clone, Debug)]
 pub struct RunOptions {
     /// Results folder.
     pub target: PathBuf,
     /// Threads of the pool that the run is executed on; only recorded.
     pub threads: usize,
-    /// How closely the cost is measured; the results are the same bytes.
-    pub watch: Watch,
 }
 
 /// Report of a complete run.
@@ -44,18 +41,12 @@ pub struct RunReport {
     pub impossible: Option<String>,
 }
 
-/// Runs a scene into a folder. `stop` is checked between steps: once it is set the run ends and keeps its partial
-/// results.
+/// Runs a scene into a folder. A job that is stopped ends after the present steps and keeps its partial results.
 ///
 /// # Errors
 /// [`RunError`]; nothing is left under the target's name then.
-pub fn run(
-    loaded: &LoadedScene,
-    options: &RunOptions,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<RunReport, RunError> {
-    let begin = Begin::now(options.watch);
+pub fn run(loaded: &LoadedScene, options: &RunOptions, job: Job<'_>) -> Result<RunReport, RunError> {
+    let begin = Begin::now(&job.meter);
     loaded.check_time_domain()?;
     let plan = Plan::of(loaded)?.with_cached_model();
     let loaded = &loaded.clone().settled(plan.scene.clone());
@@ -65,28 +56,22 @@ pub fn run(
     drop(ResultsFolder::create(&options.target)?);
     if let Ok(unfinished) = unfinished(&options.target) {
         let target = options.target.display();
-        progress.note(&format!(
+        job.progress.note(&format!(
             "an unfinished run is kept in {}: `tyrewave resume {target}` would continue it",
             unfinished.display()
         ));
     }
     let planned = PlannedRun::new(loaded, &plan, options.threads, begin.process);
-    planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, stop, progress)
+    planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, job)
 }
 
 /// Continues an unfinished run, given its results folder or its own folder, with the same bytes as if it had never
-/// stopped. From now on the cost is measured as closely as `watch` says.
+/// stopped. From now on the cost is measured as closely as the job says.
 ///
 /// # Errors
 /// [`RunError`]; [`RunError::Checkpoint`] if there is nothing to continue.
-pub fn resume(
-    path: &Path,
-    threads: usize,
-    watch: Watch,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<RunReport, RunError> {
-    let begin = Begin::now(watch);
+pub fn resume(path: &Path, threads: usize, job: Job<'_>) -> Result<RunReport, RunError> {
+    let begin = Begin::now(&job.meter);
     ResultsFolder::put_in_order(path)?;
     let folder = ResultsFolder::reopen(path)?;
     let checkpoint = Checkpoint::read(folder.working())?;
@@ -96,7 +81,7 @@ pub fn resume(
     plan.check(&loaded)?;
     let planned = PlannedRun::new(&loaded, &plan, threads, begin.process);
     let kept = folder.working().to_owned();
-    planned.carry_out(begin, || Ok(folder), Some(checkpoint), stop, progress).map_err(|error| match error {
+    planned.carry_out(begin, || Ok(folder), Some(checkpoint), job).map_err(|error| match error {
         // Before its first step: what was kept is still there.
         RunError::Interrupted { kept: None } => RunError::Interrupted { kept: Some(kept) },
         other => other,
@@ -117,15 +102,14 @@ struct Begin {
     cpu: Option<Duration>,
     /// Memory of the process without the run \[bytes\].
     process: f64,
-    meter: Meter,
 }
 
 impl Begin {
-    fn now(watch: Watch) -> Self {
-        let (cpu, process, meter) = (cpu_time(), process_memory(), Meter::new(watch));
+    fn now(meter: &Meter) -> Self {
+        let (cpu, process) = (cpu_time(), process_memory());
         // A timeline and the wall time begin and end with the same reading of the clock.
         let wall = meter.trace().map_or_else(Instant::now, Trace::began);
-        Self { wall, cpu, process, meter }
+        Self { wall, cpu, process }
     }
 }
 
@@ -141,25 +125,22 @@ impl<'a> PlannedRun<'a> {
         begin: Begin,
         folder: impl FnOnce() -> Result<ResultsFolder, RunError>,
         checkpoint: Option<Checkpoint>,
-        stop: &AtomicBool,
-        progress: &mut dyn Progress,
+        mut job: Job<'_>,
     ) -> Result<RunReport, RunError> {
         let Self { loaded, plan, .. } = *self;
-        let Begin { wall, cpu, meter, .. } = begin;
+        let Begin { wall, cpu, .. } = begin;
         // Hashed before they are read: a file that is changed meanwhile does not count as that of the results. A file
         // that cannot be read is reported by the stage that needs it.
         let inputs = checkpoint.as_ref().map_or_else(|| inputs_of(loaded), |checkpoint| Ok(checkpoint.inputs.clone()));
-        let setup = Setup { stop, meter, progress: &mut *progress, in_memory: false, without: &[] };
-        let mut run = Simulation::prepare(loaded, plan, setup)?;
+        let mut run = Simulation::prepare(loaded, plan, false, &[], &mut job)?;
         let inputs = inputs?;
-        let prepared = &run.prepared;
-        for note in &prepared.notes {
-            progress.note(note);
+        for note in &run.prepared.notes {
+            job.progress.note(note);
         }
-        for warning in &prepared.warnings {
-            progress.warning(warning);
+        for warning in &run.warnings {
+            job.progress.warning(warning);
         }
-        if stop.load(Ordering::Relaxed) {
+        if job.is_stopped() {
             return Err(RunError::Interrupted { kept: None });
         }
 
@@ -168,11 +149,11 @@ impl<'a> PlannedRun<'a> {
         run.open_arrays(Some(&ArrayPlace { folder: &folder, written }))?;
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
         let mut checkpoints = Checkpoints::new((loaded, inputs.clone()), (wall, cpu), earlier)?;
-        progress.march(run.next_step(), plan.steps, plan.time_step);
+        job.progress.march(run.next_step(), plan.steps, plan.time_step);
         run.enter_steps();
         let rolled = run.roll(&mut |run| {
-            progress.step(run.prepared.march.next_step());
-            let interrupted = stop.load(Ordering::Relaxed);
+            job.progress.step(run.prepared.march.next_step());
+            let interrupted = job.is_stopped();
             if interrupted || checkpoints.due() {
                 checkpoints.write(&mut folder, run)?;
             }
@@ -180,7 +161,7 @@ impl<'a> PlannedRun<'a> {
         });
         run.settle();
         let ended = rolled.and_then(|complete| {
-            let ended = self.end(&mut run, &folder, &checkpoints, complete, progress);
+            let ended = self.end(&mut run, &folder, &checkpoints, complete, job.progress);
             ended.map(|summary| (complete, Summary { inputs, ..summary }))
         });
         let (complete, summary) = match ended {
@@ -194,7 +175,7 @@ impl<'a> PlannedRun<'a> {
                 return Err(error);
             }
         };
-        progress.finish();
+        job.progress.finish();
         if !complete {
             let kept = folder.finish_partial(summary)?;
             return Err(RunError::Interrupted { kept: Some(kept) });
@@ -233,7 +214,7 @@ impl<'a> PlannedRun<'a> {
         })?;
         // A missed load is an error that the command reports.
         let missed = summary.outcome.load.filter(|load| !load.met).map(|load| load.to_string());
-        let told = run.prepared.warnings.len();
+        let told = run.warnings.len();
         for warning in summary.warnings[told..].iter().filter(|warning| missed.as_ref() != Some(*warning)) {
             progress.warning(warning);
         }

@@ -5,7 +5,7 @@ use crate::contact::cells::gaps::GapMap;
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
-use crate::counters::Meter;
+use crate::counters::Job;
 use crate::effects::RunError;
 use crate::effects::TyreModels;
 use crate::road::RoadSurface;
@@ -73,5 +73,5 @@ pub(super) trait ZoneMaker {
     }
 
     /// Makes the contact.
-    fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError>;
+    fn make(&self, window: Window<'_>, job: &mut Job<'_>) -> Result<Made, RunError>;
 }

@@ -12,11 +12,10 @@
 //! it cannot be without (rotation at 250 km/h).
 
 use std::collections::HashSet;
-use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
 use crate::contact::local_compliance::{UNCERTAINTY, formula_for};
-use crate::counters::{Progress, Stage};
+use crate::counters::{Job, Stage};
 use crate::plan::decisions::Row;
 use crate::plan::{Forecast, Plan, UnitCosts};
 use crate::planning::rows;
@@ -137,8 +136,7 @@ pub(crate) fn compare(
     loaded: &LoadedScene,
     duration: f64,
     costs: &UnitCosts,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
+    job: Job<'_>,
 ) -> Result<Comparison, RunError> {
     let mut scene = loaded.scene.clone();
     scene.rolling.duration = duration;
@@ -195,8 +193,8 @@ pub(crate) fn compare(
     let expected: Vec<(String, f64)> =
         planned.into_iter().map(|(name, scene)| (name, forecasts.next(&scene))).collect();
     let seconds: f64 = expected.iter().map(|(_, seconds)| seconds).sum();
-    progress.note(&format!("{} runs, about {seconds:.0} s on {threads} threads as planned", expected.len()));
-    let mut trials = Trials::shared(seconds, stop, progress).with_sound();
+    job.progress.note(&format!("{} runs, about {seconds:.0} s on {threads} threads as planned", expected.len()));
+    let mut trials = Trials::shared(seconds, job).with_sound();
     let mut roll = |name: &str, scene: &Scene| {
         let seconds = expected.iter().find(|(known, _)| known == name).map_or(0.0, |(_, seconds)| *seconds);
         trials.announce(name, seconds);

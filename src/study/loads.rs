@@ -6,11 +6,9 @@
 //! Both with the elastic tread, whatever the scene's contact law: the results are properties of the tyre. Lengths are
 //! whole elements where a step rolls a whole element.
 
-use std::sync::atomic::AtomicBool;
-
 use crate::contact::ContactError;
 use crate::contact::static_contact::{StaticContact, StaticTyre};
-use crate::counters::Progress;
+use crate::counters::Job;
 use crate::run::RunError;
 use crate::scene::{Axle, Contact, Effects, Road, Scene};
 use crate::study::trial::{SETTLING, Trials};
@@ -72,12 +70,7 @@ impl Standing {
 ///
 /// # Errors
 /// Errors of any of the runs; [`RunError::Interrupted`].
-pub(crate) fn rolling(
-    scene: &Scene,
-    loads: &[f64],
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<Vec<f64>, RunError> {
+pub(crate) fn rolling(scene: &Scene, loads: &[f64], job: Job<'_>) -> Result<Vec<f64>, RunError> {
     let mut smooth = scene.clone();
     smooth.numerics.forget_wishes();
     (smooth.road, smooth.contact) = (Road::Smooth, Contact::default());
@@ -86,7 +79,7 @@ pub(crate) fn rolling(
     smooth.rolling.warm_up = smooth.rolling.warm_up.max(SETTLING);
     smooth.rolling.duration = AVERAGED;
     let time = loads.len() as f64 * (smooth.rolling.warm_up + AVERAGED);
-    let mut trials = Trials::new(time, stop, progress);
+    let mut trials = Trials::new(time, job);
     let lengths = loads.iter().map(|&load| {
         smooth.rolling.axle = Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE };
         Ok(trials.roll(&smooth)?.contact_length())

@@ -7,12 +7,11 @@
 
 use std::f64::consts::TAU;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::counters::{Meter, Progress, Unwatched, Watch};
+use crate::counters::{Job, Unwatched, Watch};
 use crate::effects::Observer;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
@@ -21,7 +20,7 @@ use crate::results::sound::{RatedLevel, ReceiverSpectrum};
 use crate::results::summary::{Outcome, RollingResistance};
 use crate::run::RunError;
 use crate::run::energy::impossible_energy;
-use crate::run::{Results, Setup, Simulation};
+use crate::run::{Results, Simulation};
 use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;
 
@@ -108,8 +107,7 @@ impl Trial {
 pub(crate) struct Trials<'a> {
     /// True if the runs compute the sound at the receivers.
     with_sound: bool,
-    stop: &'a AtomicBool,
-    progress: &'a mut dyn Progress,
+    job: Job<'a>,
     /// Simulated time, or expected wall time of the runs so far \[s\].
     done: f64,
     /// The present run, if progress is reported as a share of all work.
@@ -127,16 +125,16 @@ struct Shared {
 
 impl<'a> Trials<'a> {
     /// Runs of about `time` \[s\] of simulated time in all.
-    pub(crate) fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
-        progress.march(0, (time / UNIT) as u64, UNIT);
-        Self { with_sound: false, stop, progress, done: 0.0, shared: None }
+    pub(crate) fn new(time: f64, job: Job<'a>) -> Self {
+        job.progress.march(0, (time / UNIT) as u64, UNIT);
+        Self { with_sound: false, job, done: 0.0, shared: None }
     }
 
     /// Runs that are expected to take about `all` \[s\] of wall time: progress is their share of it, see
     /// [`Self::announce`].
-    pub(crate) fn shared(all: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
+    pub(crate) fn shared(all: f64, job: Job<'a>) -> Self {
         let shared = Shared { all, name: String::new(), seconds: 0.0 };
-        Self { with_sound: false, stop, progress, done: 0.0, shared: Some(shared) }
+        Self { with_sound: false, job, done: 0.0, shared: Some(shared) }
     }
 
     /// Announces what is rolled or prepared next, and the wall time that it is expected to take \[s\].
@@ -150,10 +148,10 @@ impl<'a> Trials<'a> {
     /// Reports progress: the `part` of the present run that is done, and its simulated time so far \[s\].
     fn tell(&mut self, part: f64, rolled: f64) {
         match &self.shared {
-            None => self.progress.step(((self.done + rolled) / UNIT) as u64),
+            None => self.job.progress.step(((self.done + rolled) / UNIT) as u64),
             Some(Shared { all, name, seconds }) => {
                 let share = (self.done + part * seconds) / all.max(f64::MIN_POSITIVE);
-                self.progress.share(share.min(1.0), name);
+                self.job.progress.share(share.min(1.0), name);
             }
         }
     }
@@ -199,9 +197,9 @@ impl<'a> Trials<'a> {
         let plan = Plan::of(&loaded)?.with_cached_model();
         plan.check(&loaded)?;
         let without: &[&str] = if self.with_sound { &[] } else { &["sound"] };
-        let meter = Meter::new(Watch::EVERY);
-        let setup = Setup { stop: self.stop, meter, progress: &mut Unwatched, in_memory: true, without };
-        let run = Simulation::prepare(&loaded, &plan, setup)?;
+        let mut unwatched = Unwatched;
+        let mut job = Job::new(self.job.stop, &mut unwatched).watched(Watch::EVERY);
+        let run = Simulation::prepare(&loaded, &plan, true, without, &mut job)?;
         Ok((plan, run))
     }
 
@@ -220,7 +218,7 @@ impl<'a> Trials<'a> {
             if run.next_step().is_multiple_of(LOOK_EVERY) {
                 let steps = run.next_step() as f64;
                 self.tell(steps / plan.steps as f64, steps * plan.time_step);
-                if self.stop.load(Ordering::Relaxed) {
+                if self.job.is_stopped() {
                     return Err(RunError::Interrupted { kept: None });
                 }
             }
@@ -285,7 +283,7 @@ impl<'a> Trials<'a> {
 
     /// Ends the progress.
     pub(crate) fn finish(self) {
-        self.progress.finish();
+        self.job.progress.finish();
     }
 }
 
@@ -424,8 +422,10 @@ fn resampled(force: &[f64], time_step: f64, lag: f64, spacing: f64, within: Rang
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
+    use std::sync::atomic::AtomicBool;
 
     use super::*;
+    use crate::counters::Meter;
     use crate::effects::{RunError, Step};
     use crate::scene::PLATE;
     use crate::test_models::{edit, scene};
@@ -445,7 +445,7 @@ mod tests {
         let small = [("numerics.elements", "64"), ("rolling.warm_up", "0.03"), ("rolling.duration", "0.02")];
         let scene = scene(&edit(PLATE, &small)).scene;
         let (stop, mut progress) = (AtomicBool::new(false), Unwatched);
-        let mut trials = Trials::new(0.08, &stop, &mut progress);
+        let mut trials = Trials::new(0.08, Job::new(&stop, &mut progress));
         let (trial, observed) = trials.roll_with(&scene, Forces::default()).unwrap();
         assert!(trial.force.len() as u64 == trial.plan.steps && observed.0 == trial.force);
         assert_eq!(trials.roll(&scene).unwrap().force, trial.force);

@@ -4,9 +4,9 @@ use std::fs;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use tyrewave::Plan;
-use tyrewave::counters::{Progress, Watch};
+use tyrewave::counters::Progress;
 use tyrewave::internals::{decisions, edit, plan_rows as rows, scene, scene_text};
-use tyrewave::run::{RunOptions, Simulation, Unwatched, resume};
+use tyrewave::run::{Job, RunOptions, Simulation, Unwatched, resume};
 use tyrewave::scene::{LoadedScene, Scene};
 
 use crate::common::{Results, run};
@@ -117,10 +117,10 @@ fn squeezed_blocks_are_heard_beside_the_vibration_on_any_threads_and_after_a_sto
     // Stopped while its second block of forces is taken in, and gone on with.
     let folder = tempfile::tempdir().unwrap();
     let (target, stop) = (folder.path().join("run"), AtomicBool::new(false));
-    let options = RunOptions { target: target.clone(), threads: 1, watch: Watch::default() };
-    let stopped = tyrewave::run::run(&scene(&text(&squeezed)), &options, &stop, &mut After(900, &stop));
+    let options = RunOptions { target: target.clone(), threads: 1 };
+    let stopped = tyrewave::run::run(&scene(&text(&squeezed)), &options, Job::new(&stop, &mut After(900, &stop)));
     assert!(stopped.is_err() && !target.exists());
-    resume(&target, 1, Watch::default(), &AtomicBool::new(false), &mut Unwatched).unwrap();
+    resume(&target, 1, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     assert!(SOUND.map(|name| fs::read(target.join(name)).unwrap()) == sound(&one), "resumed");
     // The forces are the same, and the vibration's part is all there was.
     let force = |results: &Results| fs::read(results.path("total_force.npy")).unwrap();
@@ -174,10 +174,10 @@ fn voids_of_the_road_are_heard_on_any_threads_and_after_a_stop_and_nothing_is_el
     assert!(!one.path("gap.csv").exists());
     let folder = tempfile::tempdir().unwrap();
     let (target, stop) = (folder.path().join("run"), AtomicBool::new(false));
-    let options = RunOptions { target: target.clone(), threads: 1, watch: Watch::default() };
-    let stopped = tyrewave::run::run(&scene(&text(VOIDS)), &options, &stop, &mut After(900, &stop));
+    let options = RunOptions { target: target.clone(), threads: 1 };
+    let stopped = tyrewave::run::run(&scene(&text(VOIDS)), &options, Job::new(&stop, &mut After(900, &stop)));
     assert!(stopped.is_err() && !target.exists());
-    resume(&target, 1, Watch::default(), &AtomicBool::new(false), &mut Unwatched).unwrap();
+    resume(&target, 1, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     assert!(SOUND.map(|name| fs::read(target.join(name)).unwrap()) == sound(&one), "resumed");
     let force = |results: &Results| fs::read(results.path("total_force.npy")).unwrap();
     assert!(force(&one) == force(&sealed));

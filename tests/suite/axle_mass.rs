@@ -12,7 +12,7 @@ use tyrewave::internals::{
     implausible, prepare, scene, scene_text,
 };
 use tyrewave::road::StiffnessCurve;
-use tyrewave::run::RunError;
+use tyrewave::run::{Job, RunError, Unwatched};
 use tyrewave::scene::LoadedScene;
 
 use crate::common::{Results, mean_and_deviation, run, try_run, write_grid};
@@ -25,7 +25,7 @@ fn rolling(warm_up: f64, duration: f64, axle: &str) -> String {
 
 fn prepared(loaded: &LoadedScene) -> (Prepared, Plan) {
     let plan = Plan::new(&loaded.scene);
-    (prepare(loaded, &plan, &AtomicBool::new(false), &mut Meter::default()).unwrap(), plan)
+    (prepare(loaded, &plan, &mut Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap(), plan)
 }
 
 /// Total forces on a smooth road for an axle that `next` gives before every step and that is told the force.

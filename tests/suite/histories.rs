@@ -5,9 +5,9 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use tyrewave::counters::{Stage, Watch};
+use tyrewave::counters::Stage;
 use tyrewave::internals::{CHIP_SEAL, edit, reference, scene, with_road};
-use tyrewave::run::{RunOptions, RunReport, Unwatched, run};
+use tyrewave::run::{Job, RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{History, PLATE, Scene, TimeRule};
 
 /// A run of the default tyre on its road at a fixed height.
@@ -25,9 +25,8 @@ fn rolled_scene(text: &str, change: impl Fn(&mut Scene), folder: &Path) -> (Vec<
     loaded.scene.numerics.influence_tolerance = 1e-9;
     loaded.scene.outputs.plots = false;
     change(&mut loaded.scene);
-    let options =
-        RunOptions { target: folder.join("out"), threads: rayon::current_num_threads(), watch: Watch::default() };
-    let report = run(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let options = RunOptions { target: folder.join("out"), threads: rayon::current_num_threads() };
+    let report = run(&loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     let bytes = std::fs::read(report.folder.join("total_force.npy")).unwrap();
     let force = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec::<f64>().unwrap();
     (force, report)

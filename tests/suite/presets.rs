@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use tyrewave::internals::{CHIP_SEAL, edit, reference, scene, scene_text, with_all_terms};
 use tyrewave::internals::{Study, StudyOptions, Sweep, study};
-use tyrewave::run::Unwatched;
+use tyrewave::run::{Job, Unwatched};
 use tyrewave::scene::LoadedScene;
 
 /// Reference and presets of a scene, which keep their stated errors.
@@ -12,7 +12,7 @@ fn measured(loaded: &LoadedScene, highest: f64, reference: Option<(usize, usize)
     let (elements, substeps) = (reference.map(|given| given.0), reference.map(|given| given.1));
     let defaults = StudyOptions::new(&loaded.scene, Sweep::Presets);
     let options = StudyOptions { highest, elements, substeps, ..defaults };
-    let found = study(loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let found = study(loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     assert_eq!(found.presets().count(), 3);
     for (point, stated) in found.presets() {
         let worst = point.difference.worst;

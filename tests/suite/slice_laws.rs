@@ -6,9 +6,8 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use tyrewave::counters::Watch;
 use tyrewave::internals::{CHIP_SEAL, COBBLES, edit, plate_scene, reference, scene, with_road};
-use tyrewave::run::{RunOptions, Unwatched, run};
+use tyrewave::run::{Job, RunOptions, Unwatched, run};
 use tyrewave::scene::PLATE;
 
 use crate::common::write_grid;
@@ -22,9 +21,8 @@ fn levels(road: &str, law: &str, folder: &Path) -> (Vec<(String, f64)>, f64, f64
     loaded.scene.numerics.influence_tolerance = 1e-5;
     loaded.scene.rolling.duration = 2.0;
     loaded.scene.outputs.plots = false;
-    let options =
-        RunOptions { target: folder.join(law), threads: rayon::current_num_threads(), watch: Watch::default() };
-    let report = run(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let options = RunOptions { target: folder.join(law), threads: rayon::current_num_threads() };
+    let report = run(&loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     let table = std::fs::read_to_string(report.folder.join("spectra.csv")).unwrap();
     let rows = table.lines().skip(1).map(|line| {
         let cells: Vec<&str> = line.split(',').collect();
@@ -121,8 +119,8 @@ fn a_repeated_road_has_its_slices_made_once() {
     loaded.scene.rolling.warm_up = 0.05;
     loaded.scene.rolling.duration = 1.5;
     loaded.scene.outputs.plots = false;
-    let options = RunOptions { target: folder.path().join("out"), threads: 1, watch: Watch::default() };
-    let report = run(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let options = RunOptions { target: folder.path().join("out"), threads: 1 };
+    let report = run(&loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     let made = report.meter.counted(tyrewave::counters::Counter::Slices);
     let steps = report.meter.counted(tyrewave::counters::Counter::Steps);
     assert!(made == 512 && steps > 2 * made, "{made} slices for {steps} steps");

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tyrewave::internals::{Study, StudyOptions, StudyPoint as Point, Sweep, front, study};
 use tyrewave::internals::{scene, scene_text};
-use tyrewave::run::{Progress, RunError, Unwatched};
+use tyrewave::run::{Job, Progress, RunError, Unwatched};
 use tyrewave::scene::{DEFAULT, History, LoadedScene};
 
 use crate::common::command;
@@ -27,7 +27,7 @@ fn options(loaded: &LoadedScene, sweep: Sweep, elements: usize) -> StudyOptions 
 
 fn studied(loaded: &LoadedScene) -> Study {
     let options = options(loaded, Sweep::Knobs, 64);
-    study(loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap()
+    study(loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap()
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
     let until = |last: &str| {
         let stop = AtomicBool::new(false);
         let mut shares = Shares { told: Vec::new(), last, stop: &stop };
-        let found = study(&loaded, &options, &stop, &mut shares);
+        let found = study(&loaded, &options, Job::new(&stop, &mut shares));
         (found, shares.told)
     };
     let (whole, told) = until("never");
@@ -119,7 +119,7 @@ fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
 fn a_direct_history_is_compared_with_a_modal_reference() {
     let loaded = small("history = \"direct\"\nmemory = 0.3\ntime_rule = \"bdf2\"");
     let options = options(&loaded, Sweep::Outline, 64);
-    let found = study(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let found = study(&loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     let own = &found.named[0];
     assert_eq!((own.label.as_str(), own.settings.numerics.history), ("the scene", History::Direct));
     assert!(own.cost.fit.is_none() && found.reference.settings.numerics.history == History::Modal);
@@ -168,7 +168,8 @@ fn an_interrupted_command_says_what_is_kept_and_where() {
 fn a_smooth_road_is_refused() {
     let smooth = scene(&scene_text(32, "kind = \"smooth\"", ROLLING, "", ""));
     let options = options(&smooth, Sweep::Knobs, 64);
-    let refused = study(&smooth, &options, &AtomicBool::new(false), &mut Unwatched).err().unwrap().to_string();
+    let refused =
+        study(&smooth, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).err().unwrap().to_string();
     assert!(refused.contains("road.kind") && refused.contains("no levels"), "{refused}");
 }
 
@@ -176,7 +177,7 @@ fn a_smooth_road_is_refused() {
 fn a_study_that_would_take_too_long_is_refused() {
     let loaded = scene(&scene_text(512, MADE, ROLLING, "history = \"modal\"\ntime_limit = 1e-3", ""));
     let options = StudyOptions::new(&loaded.scene, Sweep::Knobs);
-    let refused = study(&loaded, &options, &AtomicBool::new(false), &mut Unwatched).err().unwrap();
+    let refused = study(&loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).err().unwrap();
     assert!(refused.to_string().contains("time_limit"), "{refused}");
 }
 
@@ -184,7 +185,8 @@ fn a_study_that_would_take_too_long_is_refused() {
 fn contact_over_cells_is_studied_with_its_own_knobs() {
     let contact = "[contact]\nzone = \"cells\"\ncells_across = 3";
     let loaded = scene(&scene_text(32, MADE, ROLLING, "pole_tolerance = 1e-3", contact));
-    let found = study(&loaded, &options(&loaded, Sweep::Knobs, 48), &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let found =
+        study(&loaded, &options(&loaded, Sweep::Knobs, 48), Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     assert_eq!(found.reference.settings.contact.cells_across, Some(6));
     let knob = |name: &str| found.knobs.iter().find(|knob| knob.name == name);
     let cells = &knob("cells").unwrap().points;

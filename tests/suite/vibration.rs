@@ -18,7 +18,7 @@ use tyrewave::internals::{
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::road::StiffnessCurve;
-use tyrewave::run::Simulation;
+use tyrewave::run::{Job, Simulation, Unwatched};
 use tyrewave::scene::TimeRule;
 use tyrewave::tyre::Field;
 
@@ -347,8 +347,8 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
     let of_rule = numerics(substeps as u32, &format!("time_rule = \"{}\"", rule.name()));
     let loaded = scene(&scene_text(elements, "kind = \"smooth\"", &rolling, &of_rule, ""));
     let plan = Plan::new(&loaded.scene);
-    let (stop, mut meter) = (AtomicBool::new(false), Meter::default());
-    let mut prepared = prepare(&loaded, &plan, &stop, &mut meter).unwrap();
+    let stop = AtomicBool::new(false);
+    let mut prepared = prepare(&loaded, &plan, &mut Job::new(&stop, &mut Unwatched)).unwrap();
     let model = fetch(&loaded.scene.tyre, &fit_options(&loaded.scene, Field::Surface), &stop).unwrap().model;
     let march = &mut prepared.march;
     let geometry = march.geometry().clone();

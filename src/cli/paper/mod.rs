@@ -8,9 +8,8 @@ mod subject;
 mod tests;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 
-use crate::counters::{Progress, Stage};
+use crate::counters::{Job, Stage};
 use crate::plan::Plan;
 use crate::report::html::{Chapter, chapters};
 use crate::results::table::{Report, row, words};
@@ -57,9 +56,7 @@ impl PaperArguments {
         let mut side = Side::new(Scene::from_str(DEFAULT, "default")?, target)?;
         let mut scene = side.loaded.scene.clone();
         scene.rolling.duration = DURATION;
-        let mut progress = context.progress();
-        let subjects = recompute(&scene, HIGHEST, context.interrupt.flag(), &mut progress)?;
-        drop(progress);
+        let subjects = recompute(&scene, HIGHEST, context.job(&mut context.progress()))?;
         let statements: Vec<&Statement> = subjects.iter().flat_map(|subject| &subject.statements).collect();
         let report = report(&statements, &scene);
         let mut numbers = json!({ "statements": statements });
@@ -75,28 +72,23 @@ impl PaperArguments {
 }
 
 /// Computes the paper's figures and statements again for a scene's tyre and road, up to `highest` \[Hz\].
-fn recompute(
-    scene: &Scene,
-    highest: f64,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<Vec<Subject>, CliError> {
+fn recompute(scene: &Scene, highest: f64, job: Job<'_>) -> Result<Vec<Subject>, CliError> {
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();
     scene.outputs.vibration = None;
     let loaded = LoadedScene::from_scene(&scene, "paper")?;
 
     // 1. Everything without rolling.
-    progress.stage(Stage::Influence);
+    job.progress.stage(Stage::Influence);
     let mobility = standing::mobility(&Plan::of(&loaded)?.decisions.tyre)?;
-    progress.stage(Stage::Road);
+    job.progress.stage(Stage::Road);
     let road = standing::road(&loaded)?;
 
     // 2. One run with the scene's laws; the other laws of tread and slices beside it; equation 4 and the local law with
     //    ever smaller time steps.
     let of_laws = 6.0 * (scene.rolling.warm_up + scene.rolling.duration);
     let halved = 2.0 * f64::from(HALVINGS + 1) * (SETTLING + HALVED_DURATION);
-    let mut trials = Trials::new(of_laws + halved, stop, progress);
+    let mut trials = Trials::new(of_laws + halved, job);
     let (run, recorder) = trials.roll_with(&scene, rolling::Recorder::new(&scene))?;
     let mut rolling = Rolling { loaded: &loaded, run, highest, trials: &mut trials };
     let patch_forces = rolling.patch_forces(&recorder)?;

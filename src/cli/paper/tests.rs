@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::cli::error::CliError;
 use crate::results::table::Part;
-use crate::run::Unwatched;
+use crate::run::{Job, Unwatched};
 use crate::scene::Scene;
 use crate::test_models::{scene, scene_text};
 use serde_json::Value;
@@ -39,7 +39,7 @@ fn assert_finite(value: &Value, path: &str) {
 #[test]
 fn every_figure_and_statement_is_there_with_a_verdict_and_finite_numbers() {
     let scene = small();
-    let subjects = recompute(&scene, HIGHEST, &AtomicBool::new(false), &mut Unwatched).unwrap();
+    let subjects = recompute(&scene, HIGHEST, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     let statements: Vec<&Statement> = subjects.iter().flat_map(|subject| &subject.statements).collect();
     let places: BTreeSet<&str> = statements.iter().map(|of| of.place.as_str()).collect();
     let expected = ["figure 2", "figure 3", "figure 4", "figure 5", "figure 6", "contact search", "equation 4"];
@@ -82,6 +82,6 @@ fn every_figure_and_statement_is_there_with_a_verdict_and_finite_numbers() {
 
 #[test]
 fn an_interruption_ends_it() {
-    let stopped = recompute(&small(), HIGHEST, &AtomicBool::new(true), &mut Unwatched);
+    let stopped = recompute(&small(), HIGHEST, Job::new(&AtomicBool::new(true), &mut Unwatched));
     assert!(matches!(stopped, Err(CliError::Interrupted { .. })), "{stopped:?}");
 }

@@ -7,7 +7,7 @@ use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, ReportError, Section, pictures};
 use super::stored::Stored;
-use crate::counters::{Meter, Stage};
+use crate::counters::{Job, Meter, Stage};
 use crate::numeric::{RunningMoments, largest_or_zero};
 use crate::plan::Plan;
 use crate::results::files::ResultFiles;
@@ -121,7 +121,7 @@ impl Effect for CellsEffect {
         Ok(vec![Section { heading: "Contact", blocks: pictures(stored, &named)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+    fn begin(&self, begin: &mut Begin<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         let Begin { plan, contact, .. } = *begin;
         if !over_cells(plan) {
             return Ok(None);

@@ -11,7 +11,7 @@ use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Block, Figure, LevelTable, ReportError, Section, levels, pictures};
 use super::stored::Stored;
-use crate::counters::Meter;
+use crate::counters::{Job, Meter};
 use crate::numeric::RunningMoments;
 use crate::plan::front::FrontRow;
 use crate::plan::{Plan, SEGMENT};
@@ -108,7 +108,7 @@ impl Effect for ForceEffect {
         Ok(vec![Section { heading: "Contact", blocks: patch }, Section { heading: "Force spectrum", blocks: spectrum }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+    fn begin(&self, begin: &mut Begin<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         let Begin { plan, contact, in_memory, .. } = *begin;
         let outputs = &plan.scene.outputs;
         let steps = plan.steps_drawn(contact.at_rest.length) as u64;

@@ -9,7 +9,7 @@ use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures};
 use super::stored::Stored;
 use crate::contact::footprint::TangentialPart;
-use crate::counters::Meter;
+use crate::counters::{Job, Meter};
 use crate::numeric::RunningMoments;
 use crate::plan::{Plan, SEGMENT};
 use crate::response::{BandLevel, LevelErrors, SpectrumAccumulator};
@@ -190,7 +190,7 @@ impl Effect for FrictionEffect {
         Ok(vec![Section { heading: "Friction", blocks }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+    fn begin(&self, begin: &mut Begin<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         let Begin { plan, contact, in_memory, .. } = *begin;
         if !has_friction(plan) {
             return Ok(None);

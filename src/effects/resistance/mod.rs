@@ -10,7 +10,7 @@ use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::Figure;
 use super::stored::Stored;
-use crate::counters::Meter;
+use crate::counters::{Job, Meter};
 use crate::numeric::RunningMoments;
 use crate::results::summary::RollingResistance;
 use crate::scene::Tread;
@@ -28,7 +28,7 @@ impl Effect for ResistanceEffect {
         Figure::of("rolling resistance", "", found).into_iter().collect()
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+    fn begin(&self, begin: &mut Begin<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         if begin.plan.decisions.tread == Tread::Uncoupled {
             return Ok(None);
         }

@@ -23,7 +23,7 @@ use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
-use crate::counters::{Counter, Meter, Stage, Work};
+use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::plan::decisions::{Row, taken_pattern};
 use crate::plan::receivers::PlannedReceiver;
 use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT, Sound};
@@ -108,8 +108,8 @@ impl Effect for SoundEffect {
         Ok(vec![Section { heading: "Sound", blocks: page::blocks(stored, all)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
-        Ok(SoundObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
+    fn begin(&self, begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        Ok(SoundObserver::begin(begin, job)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
     }
 }
 
@@ -242,8 +242,8 @@ impl SoundObserver {
     /// # Errors
     /// An impossible body or receiver, a plan that needs too much memory: complaints about the scene;
     /// [`RunError::Interrupted`].
-    pub(crate) fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
-        let Begin { loaded, plan, contact, amounts, warnings, stop, progress, meter, .. } = begin;
+    pub(crate) fn begin(begin: &Begin<'_>, job: &mut Job<'_>) -> Result<Option<Self>, RunError> {
+        let Begin { loaded, plan, contact, amounts, .. } = *begin;
         let Some(sound) = plan.sound() else { return Ok(None) };
         let geometry = &contact.geometry;
         let layout = SegmentLayout {
@@ -254,7 +254,7 @@ impl SoundObserver {
         };
         let samples = PressureStream::samples(&layout, plan.steps - plan.warm_up_steps);
         if samples == 0 {
-            warnings.push(too_short(&sound, plan.speed));
+            job.warnings.push(too_short(&sound, plan.speed));
             return Ok(None);
         }
         // 1. Transfers and fields in the grooves.
@@ -262,20 +262,19 @@ impl SoundObserver {
         let body = plan.radiating_body(&path.radiation, contact.at_rest.length);
         let body = body.map_err(|error| impossible_body(loaded, &error))?;
         let (delays, _) = path.delays(&body);
-        let set_up = SetUp { loaded, path, body: &body, tyre, gaps, stop };
-        let FoundTransfers { transfers, report, grooves } =
-            set_up.find(layout, contact.scale, warnings, *progress, meter)?;
+        let set_up = SetUp { loaded, path, body: &body, tyre, gaps };
+        let FoundTransfers { transfers, report, grooves } = set_up.find(layout, contact.scale, job)?;
         if let Some(grooves) = &grooves {
             let across = contact.gaps.first().map(|gap| gap.across);
             let needed = waves_for(&path.channels, tyre.contact_width, across);
             if path.radiation.lateral_waves < needed {
                 let taken = path.radiation.lateral_waves;
-                warnings.push(format!(
+                job.warnings.push(format!(
                     "the field under the patch has steps from void to rib that take radiation.lateral_waves = \
                      {needed}; {taken} are followed"
                 ));
             }
-            warnings.extend(pitch_frequency(plan).iter().flat_map(|&passing| grooves.near(passing)));
+            job.warnings.extend(pitch_frequency(plan).iter().flat_map(|&passing| grooves.near(passing)));
         }
         // 2. Signals that are stored over time.
         let stored = sound.stored_samples().min(samples as usize);
@@ -286,7 +285,7 @@ impl SoundObserver {
                 // The samples are the same whatever band is recorded.
                 let passing = Passing::of(&sound, &delays, receiver, speed, &radiated(&sound));
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, stored));
-                warnings.extend(missing.map(|why| format!("{}: {why}", receiver.name)));
+                job.warnings.extend(missing.map(|why| format!("{}: {why}", receiver.name)));
                 passing.iter().for_each(|passing| passing.request(stored, &mut signals));
             } else if receiver.standard().is_kept(path.radiation.audio) {
                 signals[receiver.points.clone()].fill(StoredSignal::of(std::iter::once(0..stored).collect()));

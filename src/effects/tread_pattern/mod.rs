@@ -7,7 +7,7 @@ use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{ReportError, Section, pictures};
 use super::stored::Stored;
-use crate::counters::Meter;
+use crate::counters::{Job, Meter};
 use crate::plan::decisions::{taken_pattern, takes_depths, tread_map};
 use crate::plan::{Amounts, Decisions, Plan};
 use crate::response::Orders;
@@ -65,7 +65,7 @@ impl Effect for TreadPatternEffect {
         Ok(vec![Section { heading: "Tread pattern", blocks: pictures(stored, &named)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+    fn begin(&self, begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         let Begin { plan, .. } = *begin;
         if taken_pattern(&plan.scene).is_none() {
             return Ok(None);
@@ -74,7 +74,7 @@ impl Effect for TreadPatternEffect {
         let revolution = plan.time_step * steps as f64;
         if plan.steps - plan.warm_up_steps < steps as u64 {
             let warning = format!("the run is shorter than a revolution, {revolution:.3} s: there are no orders");
-            begin.warnings.push(warning);
+            job.warnings.push(warning);
         }
         Ok(Some(Box::new(PatternObserver { orders: Orders::new(steps) })))
     }

@@ -1,8 +1,6 @@
 //! Response of the tyre to the forces of a run: as a whole, or by lateral number for forces on cells.
 
-use std::sync::atomic::AtomicBool;
-
-use crate::counters::{Counter, Meter, Stage};
+use crate::counters::{Counter, Job, Meter, Stage};
 use crate::effects::effect::Begin;
 use crate::effects::error::RunError;
 use crate::plan::Plan;
@@ -46,20 +44,20 @@ impl TyreAnswer {
     ///
     /// # Errors
     /// A fit that was refused; [`RunError::Interrupted`].
-    pub(super) fn new(begin: &mut Begin<'_>, numbers: Option<&[usize]>) -> Result<Self, RunError> {
-        let Begin { loaded, plan, contact, models, warnings, stop, meter, .. } = begin;
+    pub(super) fn new(begin: &mut Begin<'_>, numbers: Option<&[usize]>, job: &mut Job<'_>) -> Result<Self, RunError> {
+        let Begin { loaded, plan, contact, models, .. } = begin;
         let (scale, spring) = (contact.scale, contact.spring);
         let component = |share, number, model| Component { share, number, model, tangential: None };
         let components = match (numbers, models.poles.take()) {
             (Some(numbers), _) => {
-                let models = lateral_models(loaded, plan, numbers, stop, meter, warnings)?;
+                let models = lateral_models(loaded, plan, numbers, job)?;
                 let grid = plan.cell_grid();
                 let known = numbers.iter().zip(models);
                 known.map(|(&m, model)| component(grid.mean_shape(m), Some(m), model)).collect()
             }
             (None, Some(model)) => vec![component(1.0, None, model)],
             (None, None) => {
-                let model = planned_model(loaded, plan, INSTEAD, stop, meter, warnings)?;
+                let model = planned_model(loaded, plan, INSTEAD, job)?;
                 vec![component(1.0, None, model)]
             }
         };
@@ -147,25 +145,23 @@ fn lateral_models(
     loaded: &LoadedScene,
     plan: &Plan,
     numbers: &[usize],
-    stop: &AtomicBool,
-    meter: &mut Meter,
-    warnings: &mut Vec<String>,
+    job: &mut Job<'_>,
 ) -> Result<Vec<RationalModel>, RunError> {
     let (tyre, options) = (&plan.decisions.tyre, plan.lateral_fit());
     let cache = Cache::open().ok();
     let key = |m: usize| options.key(tyre, m).ok();
-    let mut kept = |m: usize| cache.as_ref()?.kept::<RationalModel>(&key(m)?, warnings);
+    let mut kept = |m: usize| cache.as_ref()?.kept::<RationalModel>(&key(m)?, &mut job.warnings);
     let mut models: Vec<Option<RationalModel>> = numbers.iter().map(|&m| kept(m)).collect();
     let known = numbers.iter().zip(&models);
     let missing: Vec<usize> = known.filter(|(_, model)| model.is_none()).map(|(&m, _)| m).collect();
     if !missing.is_empty() {
-        let fitted = meter.time(Stage::Fit, || fit_lateral(tyre, &missing, &options, stop));
+        let fitted = job.meter.time(Stage::Fit, || fit_lateral(tyre, &missing, &options, job.stop));
         let fitted = fitted.map_err(|error| refused(loaded, error, INSTEAD))?;
         let places = models.iter_mut().filter(|model| model.is_none());
         for ((place, model), m) in places.zip(fitted).zip(missing) {
-            count_evaluations(plan, model.evaluations(), meter);
+            count_evaluations(plan, model.evaluations(), &mut job.meter);
             if let Some((cache, key)) = cache.as_ref().zip(key(m)) {
-                cache.keep(&key, &model, warnings);
+                cache.keep(&key, &model, &mut job.warnings);
             }
             *place = Some(model);
         }

@@ -14,7 +14,7 @@ use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures_of};
 use super::stored::Stored;
-use crate::counters::{Counter, Meter, Stage, Work};
+use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::plan::decisions::Row;
 use crate::plan::{Amounts, Choice, Plan, bytes};
 use crate::response::vibration::{
@@ -98,8 +98,8 @@ impl Effect for VibrationEffect {
         Ok(vec![Section { heading: "Vibration", blocks }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
-        Ok(VibrationObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
+    fn begin(&self, begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        Ok(VibrationObserver::begin(begin, job)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
     }
 }
 
@@ -154,14 +154,14 @@ impl EffectObserver for VibrationObserver {
 impl VibrationObserver {
     /// Begins the observer of a run; `None` if no vibration is requested, or, with a warning, if the run is shorter
     /// than a revolution.
-    pub fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
+    pub fn begin(begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Self>, RunError> {
         let Begin { loaded, plan, contact, .. } = *begin;
         let Some(vibration) = plan.vibration() else { return Ok(None) };
         let geometry = &contact.geometry;
         let steps = plan.steps - plan.warm_up_steps;
         let Some(segments) = plan.vibration_segments(&vibration, geometry.columns) else {
             let revolution = (plan.scene.numerics.elements * plan.scene.numerics.substeps) as f64;
-            begin.warnings.push(format!(
+            job.warnings.push(format!(
                 "the run is too short for vibration: it needs a revolution, {:.2} s, after the warm-up",
                 revolution * plan.time_step
             ));
@@ -185,8 +185,8 @@ impl VibrationObserver {
 
         let cells = segments.cells.as_ref();
         let numbers = cells.map(|cells| cells.in_mean.as_slice());
-        let mut tyre = TyreAnswer::new(begin, numbers)?;
-        let meter = &mut *begin.meter;
+        let mut tyre = TyreAnswer::new(begin, numbers, job)?;
+        let meter = &mut job.meter;
         if vibration.tangential {
             tyre.add_tangential(loaded, plan, layout.angular_frequency(layout.bins() - 1), meter)?;
         }

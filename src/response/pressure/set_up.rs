@@ -2,7 +2,7 @@
 //! waves of the tyre that meet it.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use super::model::PressureModel;
 use super::open_patch::{GrooveFields, OpenPatch};
@@ -10,7 +10,7 @@ use super::path::TransferPath;
 use super::surface::SurfaceGreen;
 use super::transfer::PressureTransfers;
 use crate::contact::cells::gaps::GapMap;
-use crate::counters::{Counter, Meter, Progress, Stage, Work};
+use crate::counters::{Counter, Job, Stage, Work};
 use crate::radiation::stored::StoredTransfers;
 use crate::radiation::{Body, FrequencyReport, RadiationError, Watch, draft, transfers};
 use crate::response::vibration::SegmentLayout;
@@ -30,8 +30,6 @@ pub(crate) struct SetUp<'a> {
     pub tyre: &'a Tyre,
     /// Gaps between tread and road at the places whose voids are open.
     pub gaps: &'a [GapMap],
-    /// Set to stop the work.
-    pub stop: &'a AtomicBool,
 }
 
 /// Transfers to all points.
@@ -52,14 +50,12 @@ impl SetUp<'_> {
         &self,
         layout: SegmentLayout,
         scale: f64,
-        warnings: &mut Vec<String>,
-        progress: &mut dyn Progress,
-        meter: &mut Meter,
+        job: &mut Job<'_>,
     ) -> Result<FoundTransfers, SetUpError> {
         let Self { path, body, tyre, .. } = *self;
-        let open = meter.open();
-        progress.stage(Stage::Radiation);
-        let (greens, report, grooves) = self.greens(warnings, progress, meter)?;
+        let open = job.meter.open();
+        job.progress.stage(Stage::Radiation);
+        let (greens, report, grooves) = self.greens(job)?;
         // Points in grooves have no delay.
         let (_, late) = path.delays(body);
         let delay = |streamed| path.spectrum_of(streamed).map_or(0.0, |spectrum| late[spectrum % path.points()]);
@@ -69,16 +65,16 @@ impl SetUp<'_> {
         let (around, wanted) = (TransferPath::GRID.around / 2, [highest, WAVES]);
         let tangential = path.has_tractions.then(|| Arc::new(TractionWaves::new(tyre, around, &lateral, wanted)));
         let (waves, known) = match Cache::open() {
-            Ok(cache) => SurfaceWaves::fetch(&cache, tyre, around, lateral, wanted, rule.as_ref(), warnings),
+            Ok(cache) => SurfaceWaves::fetch(&cache, tyre, around, lateral, wanted, rule.as_ref(), &mut job.warnings),
             // The cache of the transfers has warned of that.
             Err(_) => (SurfaceWaves::with_flank(tyre, around, lateral, wanted, rule.as_ref()), false),
         };
         if !known {
-            meter.count(Counter::ComplianceEvaluations, waves.evaluations());
+            job.meter.count(Counter::ComplianceEvaluations, waves.evaluations());
         }
         let model = path.model(Arc::new(waves), tyre.contact_width);
         let model = PressureModel { layout, tangential, scale, delays, ..model };
-        meter.close(open, Stage::Radiation);
+        job.meter.close(open, Stage::Radiation);
         Ok(FoundTransfers { transfers: PressureTransfers { model, greens: greens.into() }, report, grooves })
     }
 
@@ -89,9 +85,7 @@ impl SetUp<'_> {
     /// G from the tread to all points.
     fn greens(
         &self,
-        warnings: &mut Vec<String>,
-        progress: &mut dyn Progress,
-        meter: &mut Meter,
+        job: &mut Job<'_>,
     ) -> Result<(Vec<SurfaceGreen>, FrequencyReport, Option<GrooveFields>), SetUpError> {
         let Self { path, body, .. } = *self;
         // 1. Transfers of the sealed body: a draft, or stored ones and boundary elements.
@@ -104,22 +98,22 @@ impl SetUp<'_> {
             return Ok((SurfaceGreen::of_set(body, set), report, None));
         }
         let open = self.open_patch()?;
-        let stored = StoredTransfers::open(&problem, &range, &path.receivers, warnings);
+        let stored = StoredTransfers::open(&problem, &range, &path.receivers, &mut job.warnings);
         let mut troubles = Vec::new();
         let mut watch = Watch {
-            known: &mut |wanted| stored.load(wanted, warnings),
+            known: &mut |wanted| stored.load(wanted, &mut job.warnings),
             sink: &mut |found| {
                 stored.store(found, &mut troubles);
                 Ok(())
             },
-            progress: &mut |so_far| progress.pieces(so_far.finished, so_far.open),
-            interrupted: &|| self.stop.load(Ordering::Relaxed),
+            progress: &mut |so_far| job.progress.pieces(so_far.finished, so_far.open),
+            interrupted: &|| job.stop.load(Ordering::Relaxed),
         };
         let found = transfers(&problem, &range, rayon::current_num_threads(), &mut watch);
-        warnings.extend(troubles);
+        job.warnings.extend(troubles);
         let (set, report) = found.map_err(|error| match error {
             RadiationError::Interrupted => {
-                progress.note("frequencies of the radiation that were solved are kept for the next run");
+                job.progress.note("frequencies of the radiation that were solved are kept for the next run");
                 SetUpError::Stopped
             }
             error @ RadiationError::Memory { .. } => {
@@ -128,11 +122,11 @@ impl SetUp<'_> {
             error @ RadiationError::Point { .. } => self.refused("receiver", error, "a place in the air"),
             error => self.refused("radiation.fmax", error, "another one"),
         })?;
-        meter.count(Counter::RadiationSolves, report.solved as u64);
+        job.meter.count(Counter::RadiationSolves, report.solved as u64);
         let work = report.solve.work;
-        meter.count(Counter::RadiationKernels, work.far_evaluations + work.near_evaluations);
+        job.meter.count(Counter::RadiationKernels, work.far_evaluations + work.near_evaluations);
         let multiply_adds = (0.5 * report.solve.factor_operations) as u64;
-        meter.add_work(Stage::Radiation, Work { multiply_adds, bytes: 0 });
+        job.meter.add_work(Stage::Radiation, Work { multiply_adds, bytes: 0 });
         // 2. Fields under an open patch.
         let Some(open) = open else { return Ok((SurfaceGreen::of_set(body, set), report, None)) };
         let (greens, fields) = open.open(set).map_err(|error| self.refused("air_pumping", error, "other grooves"))?;

@@ -15,8 +15,6 @@ pub(crate) mod lab;
 pub(crate) mod options;
 pub(crate) mod settings;
 
-use std::sync::atomic::AtomicBool;
-
 use serde::Serialize;
 
 pub use front::front;
@@ -26,7 +24,7 @@ pub use lab::Point;
 pub use options::{StudyOptions, Sweep};
 pub(crate) use settings::Settings;
 
-use crate::counters::Progress;
+use crate::counters::Job;
 use crate::plan::front::FrontRow;
 use crate::plan::{Plan, unit_record};
 use crate::run::RunError;
@@ -64,12 +62,7 @@ pub struct Study {
 /// # Errors
 /// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the
 /// runs; [`RunError::Interrupted`] before there is anything.
-pub fn study(
-    loaded: &LoadedScene,
-    options: &StudyOptions,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<Study, RunError> {
+pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Result<Study, RunError> {
     let (scene, StudyOptions { highest, sweep, .. }) = (&loaded.scene, *options);
     if matches!(scene.road, Road::Smooth) {
         let wrong = "the force on a smooth road has no levels to compare";
@@ -104,9 +97,9 @@ pub fn study(
         .chain(knobs.iter().flat_map(|knob| &knob.steps).map(|(_, settings)| settings));
     let planned = forecast(loaded, &shorter, all)?;
     let seconds = planned.iter().map(|(_, seconds)| seconds).sum::<f64>();
-    progress.note(&format!("about {} runs, {seconds:.0} s on this machine", planned.len()));
+    job.progress.note(&format!("about {} runs, {seconds:.0} s on this machine", planned.len()));
     // 3. They are rolled, as far as the user waits.
-    let mut trials = Trials::shared(seconds, stop, progress);
+    let mut trials = Trials::shared(seconds, job);
     trials.announce("the height of the axle", 0.0);
     let held = trials.held(scene, options.duration)?;
     let mut lab = Lab { scene: held, highest, planned, trials: &mut trials, known: Vec::new() };

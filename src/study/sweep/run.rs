@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-use crate::counters::{self, Stage};
+use crate::counters::{Job, Stage};
 use crate::effects::stored::{NamedLevels, levels};
 use crate::plan::Plan;
 use crate::plan::models::fetch;
@@ -278,10 +278,9 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
     let target = target.join(&variant.label.name);
     let mut progress = VariantProgress { name: &variant.label.name, watch, done: 0, time_step: 0.0 };
     let report = if resumable(variant, &target, &mut progress) {
-        run::resume(&target, threads, counters::Watch::default(), stop, &mut progress)
+        run::resume(&target, threads, Job::new(stop, &mut progress))
     } else {
-        let options = RunOptions { target, threads, watch: counters::Watch::default() };
-        run::run(&variant.loaded, &options, stop, &mut progress)
+        run::run(&variant.loaded, &RunOptions { target, threads }, Job::new(stop, &mut progress))
     };
     match report {
         Ok(RunReport { impossible: Some(why), .. }) => Outcome::Failed(RunError::Impossible(why)),

@@ -1,7 +1,6 @@
 //! Measurement of a scene: its tyre standing, and rolling on the named roads.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
 
 use serde::{Serialize, Serializer};
 use thiserror::Error;
@@ -9,7 +8,7 @@ use thiserror::Error;
 use super::missing::Lacks;
 use super::published::is_compared;
 use crate::contact::ContactError;
-use crate::counters::Progress;
+use crate::counters::Job;
 use crate::planning::settled;
 use crate::response::{BandLevel, ThirdOctaveBand};
 use crate::results::pass_by::PassBySummary;
@@ -185,12 +184,7 @@ fn setting(text: &str) -> Vec<Setting> {
 ///
 /// # Errors
 /// [`ValidationError`]; [`RunError::Interrupted`] within it.
-pub(crate) fn measure(
-    loaded: &LoadedScene,
-    options: &Options,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<Measured, ValidationError> {
+pub(crate) fn measure(loaded: &LoadedScene, options: &Options, job: Job<'_>) -> Result<Measured, ValidationError> {
     loaded.check_time_domain().map_err(RunError::from)?;
     let Some((load, _)) = loaded.scene.rolling.axle.load() else {
         let wrong = "the axle holds a height: levels and rolling resistance are published for loads";
@@ -209,7 +203,7 @@ pub(crate) fn measure(
         }
     }
     let all = planned.iter().map(|(_, _, seconds, _)| seconds).sum();
-    let mut trials = Trials::shared(all, stop, progress).with_sound();
+    let mut trials = Trials::shared(all, job).with_sound();
     let mut runs = Vec::new();
     for (number, (texture, speed, seconds, scene)) in planned.iter().enumerate() {
         trials

@@ -9,11 +9,10 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tempfile::TempDir;
-use tyrewave::counters::Watch;
 use tyrewave::internals::{NpyWriter, Row, read_force_levels, scene};
 use tyrewave::response::BandLevel;
 use tyrewave::run;
-use tyrewave::run::{RunError, RunOptions, RunReport, Unwatched};
+use tyrewave::run::{Job, RunError, RunOptions, RunReport, Unwatched};
 use tyrewave::scene::{Law, LoadedScene, Material};
 
 pub(super) mod hard_case;
@@ -29,12 +28,8 @@ pub(super) struct Results {
 /// Runs a scene into a temporary folder.
 pub(super) fn try_run(loaded: &LoadedScene) -> Result<Results, RunError> {
     let folder = tempfile::tempdir().unwrap();
-    let options = RunOptions {
-        target: folder.path().join("run"),
-        threads: rayon::current_num_threads(),
-        watch: Watch::default(),
-    };
-    let report = run::run(loaded, &options, &AtomicBool::new(false), &mut Unwatched)?;
+    let options = RunOptions { target: folder.path().join("run"), threads: rayon::current_num_threads() };
+    let report = run::run(loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched))?;
     Ok(Results { folder, report })
 }
 

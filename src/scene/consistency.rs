@@ -1,7 +1,7 @@
 //! Consistency of a scene across its tables.
 
 use super::problem::Problem;
-use super::table::Table;
+use super::table::{Keys, Table};
 use super::{
     Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
     Switch, TimeRule, Tread, Vehicle, Vibration, Zone,

@@ -20,7 +20,7 @@ use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
 use super::receiver_file::ReceiverFiles;
 use super::setting::Setting;
-use super::table::Table;
+use super::table::{Keys, Table};
 use super::{DEFAULT, Diagnostic, Law, Problem, Scene, SceneError, consistency};
 use crate::numeric::digest::sha256;
 use crate::storage::input::{self, SCENE_BYTES};

@@ -247,6 +247,15 @@ pub(super) fn array(kind: &impl Kind) -> Json {
     json!({ "type": "array", "items": kind.schema(), "minItems": 1 })
 }
 
+/// Keys of a table, as `keys!` declares them.
+pub(super) trait Keys: Sized {
+    /// Reads all keys before the first failure counts, so that independent mistakes are reported together.
+    fn read(table: &mut Table<'_>) -> Option<Self>;
+
+    /// JSON Schema of the table.
+    fn schema() -> Json;
+}
+
 /// A table within a table: how it is described and read.
 #[derive(Debug)]
 pub(super) struct Nested<T> {
@@ -258,6 +267,17 @@ pub(super) struct Nested<T> {
     pub(super) schema: fn() -> Json,
     /// Reads its keys.
     pub(super) read: fn(&mut Table<'_>) -> Option<T>,
+}
+
+impl<T: Keys> Nested<T> {
+    pub(super) const fn new(title: &'static str, wanted: &'static str) -> Self {
+        Self { title, wanted, schema: T::schema, read: T::read }
+    }
+
+    /// The same, read by a function that also compares keys.
+    pub(super) const fn read_by(self, read: fn(&mut Table<'_>) -> Option<T>) -> Self {
+        Self { read, ..self }
+    }
 }
 
 impl<T: Serialize> Kind for Nested<T> {

@@ -20,70 +20,61 @@ mod runge_kutta;
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
-use serde::{Deserialize, Serialize};
+
+use crate::counters::catalogue::catalogue;
 
 pub(crate) use rates::Rates;
 pub(crate) use runge_kutta::RungeKutta;
 use runge_kutta::{SDIRK2, SDIRK3};
 
-/// Time rule.
-///
-/// x = w dt; damping relative to w, phase as relative error of the frequency, both for small x.
-///
-/// | rule | order | damping | phase | G0 | inverse |
-/// |---|---|---|---|---|---|
-/// | `bdf1` | 1 | x/2 | x^2/6 | H(1/dt) | stable |
-/// | `bdf2` | 2 | x^3/4 | x^2/3 | H(1.5/dt) | stable |
-/// | `sdirk2` | 2 | 0.0037 x^3 | 0.040 x^2 | H(3.41/dt) | stable; 2 stages |
-/// | `sdirk3` | 3 | 0.026 x^3 | 0.015 x^4 | H(2.29/dt) | stable; 3 stages, one with a negative weight |
-///
-/// Constants of the Runge-Kutta rules are measured; so is the order of all, with a smooth force on the tyre
-/// (tests/suite/time_rules.rs: 0.95, 1.99, 2.00, 2.99).
-///
-/// The Runge-Kutta rules are singly diagonally implicit: every stage is one linear complementarity problem with the
-/// same symmetric positive definite G0, and one cached factor serves all stages. Fully implicit ones (Radau IIA) couple
-/// the stages in one problem whose matrix is not symmetric: neither its unique solution nor the end of the search would
-/// be certain. Their force of a step is the stages' weighted mean: single stages have order 1 only. With `sdirk3` an
-/// element's mean may be slightly negative.
-///
-/// `sdirk2` is the default: with a contact law that has a limit it is of second order on rough roads, too, with an
-/// error two to ten times smaller than that of `bdf2` at the same step, the more the shorter it is
-/// (tests/suite/convergence.rs).
-///
-/// Not offered: the trapezoidal rule, whose force rings at half the sampling frequency without decay, and exact modes
-/// under a piecewise linear force, whose inverse is unstable wherever the tyre is inertia-like.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TimeRule {
-    /// First-order backward differences.
-    Bdf1,
-    /// Second-order backward differences.
-    Bdf2,
-    /// Singly diagonally implicit Runge-Kutta rule of two stages, order 2 (Alexander 1977).
-    #[default]
-    Sdirk2,
-    /// Singly diagonally implicit Runge-Kutta rule of three stages, order 3 (Alexander 1977, *SIAM J. Numer. Anal.*
-    /// 14, 1006).
-    Sdirk3,
+catalogue! {
+    /// Time rule.
+    ///
+    /// x = w dt; damping relative to w, phase as relative error of the frequency, both for small x.
+    ///
+    /// | rule | order | damping | phase | G0 | inverse |
+    /// |---|---|---|---|---|---|
+    /// | `bdf1` | 1 | x/2 | x^2/6 | H(1/dt) | stable |
+    /// | `bdf2` | 2 | x^3/4 | x^2/3 | H(1.5/dt) | stable |
+    /// | `sdirk2` | 2 | 0.0037 x^3 | 0.040 x^2 | H(3.41/dt) | stable; 2 stages |
+    /// | `sdirk3` | 3 | 0.026 x^3 | 0.015 x^4 | H(2.29/dt) | stable; 3 stages, one with a negative weight |
+    ///
+    /// Constants of the Runge-Kutta rules are measured; so is the order of all, with a smooth force on the tyre
+    /// (tests/suite/time_rules.rs: 0.95, 1.99, 2.00, 2.99).
+    ///
+    /// The Runge-Kutta rules are singly diagonally implicit: every stage is one linear complementarity problem with the
+    /// same symmetric positive definite G0, and one cached factor serves all stages. Fully implicit ones (Radau IIA)
+    /// couple the stages in one problem whose matrix is not symmetric: neither its unique solution nor the end of the
+    /// search would be certain. Their force of a step is the stages' weighted mean: single stages have order 1 only.
+    /// With `sdirk3` an element's mean may be slightly negative.
+    ///
+    /// `sdirk2` is the default: with a contact law that has a limit it is of second order on rough roads, too, with an
+    /// error two to ten times smaller than that of `bdf2` at the same step, the more the shorter it is
+    /// (tests/suite/convergence.rs).
+    ///
+    /// Not offered: the trapezoidal rule, whose force rings at half the sampling frequency without decay, and exact
+    /// modes under a piecewise linear force, whose inverse is unstable wherever the tyre is inertia-like.
+    #[derive(Default)]
+    pub enum TimeRule as "kebab-case",
+    /// Name in a scene.
+    name {
+        /// First-order backward differences.
+        Bdf1 => "bdf1",
+        /// Second-order backward differences.
+        Bdf2 => "bdf2",
+        /// Singly diagonally implicit Runge-Kutta rule of two stages, order 2 (Alexander 1977).
+        #[default]
+        Sdirk2 => "sdirk2",
+        /// Singly diagonally implicit Runge-Kutta rule of three stages, order 3 (Alexander 1977, *SIAM J. Numer. Anal.*
+        /// 14, 1006).
+        Sdirk3 => "sdirk3",
+    }
 }
 
 /// Nodes of multistep rules: the end of the step.
 const END: &[f64] = &[1.0];
 
 impl TimeRule {
-    /// All rules, in the order of the variants.
-    pub const ALL: [Self; 4] = [Self::Bdf1, Self::Bdf2, Self::Sdirk2, Self::Sdirk3];
-
-    /// Name in a scene.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Bdf1 => "bdf1",
-            Self::Bdf2 => "bdf2",
-            Self::Sdirk2 => "sdirk2",
-            Self::Sdirk3 => "sdirk3",
-        }
-    }
-
     /// The stages of a Runge-Kutta rule.
     #[doc(hidden)]
     pub const fn runge_kutta(self) -> Option<RungeKutta> {

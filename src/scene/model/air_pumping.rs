@@ -33,9 +33,5 @@ keys! {
     }
 }
 
-pub(in crate::scene) const AIR_PUMPING: Nested<AirPumping> = Nested {
-    title: "[air_pumping]",
-    wanted: "the table [air_pumping] with patch = \"sealed\", \"grooves\" or \"voids\"",
-    schema: AirPumping::schema,
-    read: AirPumping::read,
-};
+pub(in crate::scene) const AIR_PUMPING: Nested<AirPumping> =
+    Nested::new("[air_pumping]", "the table [air_pumping] with patch = \"sealed\", \"grooves\" or \"voids\"");

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Optional};
-use crate::scene::table::{Kind, Nested, Table};
+use crate::scene::table::{Keys, Kind, Nested, Table};
 
 /// Support of the axle: a load, a height, or a mass under a load that moves.
 #[derive(Clone, Debug, PartialEq, Serialize)]

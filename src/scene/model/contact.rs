@@ -6,9 +6,9 @@ use super::numerics::decibels;
 use super::road::Road;
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Optional, Whole};
+use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Whole};
 use crate::scene::sizes::MOST_CELLS;
-use crate::scene::table::{Nested, Table};
+use crate::scene::table::{Keys, Nested, Table};
 
 /// Default bound of the error of levels computed by slices \[dB\].
 const LARGEST_SLICE_ERROR: f64 = 2.0;
@@ -39,19 +39,15 @@ keys! {
         slice_coupling: SliceCoupling = SliceCoupling::default() => OneOf::instead_of(&FORMER_COUPLINGS),
         /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of
         /// compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        local_compliance: Option<f64> = None => Optional(Bounds::positive("m/Pa").plausible(1e-18, 1e-4)),
+        local_compliance?: f64 => Bounds::positive("m/Pa").plausible(1e-18, 1e-4),
         /// Size of a cell across \[m\], `zone = "cells"` only; instead of `cells_across`. Default: a cell's length.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        cell: Option<f64> = None => Optional(Bounds::positive("m").plausible(1e-5, 1.0)),
+        cell?: f64 => Bounds::positive("m").plausible(1e-5, 1.0),
         /// Cells across the contact width; default: as many as the road's texture asks for, each about 2 mm at most (a
         /// grid that fits exactly keeps its columns).
-        #[serde(skip_serializing_if = "Option::is_none")]
-        cells_across: Option<usize> = None => Optional(Whole::between(1, MOST_CELLS)),
+        cells_across?: usize => Whole::between(1, MOST_CELLS),
         /// Cells along an element; default: as many as the road's texture asks for, each 2 mm at most (a grid that fits
         /// exactly keeps its rows).
-        #[serde(skip_serializing_if = "Option::is_none")]
-        cells_along: Option<usize> = None => Optional(Whole::between(1, MOST_CELLS)),
+        cells_along?: usize => Whole::between(1, MOST_CELLS),
         /// Largest error of a slice's displacement curve that leaving breakpoints out may make \[m\]; 0 keeps it
         /// exact. The default is that of the standard preset: thinned curves err to the same side in every slice,
         /// 1e-6 m changes levels by 0.1 dB, 1e-5 m by 6 dB (measured at N = 512).
@@ -62,8 +58,7 @@ keys! {
         largest_slice_error: f64 = LARGEST_SLICE_ERROR => Decibels(Bounds::between(0.1, 60.0, "dB")),
         /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: influence functions and springs
         /// that give one element alone and the smooth static contact the stiffness of the elastic tread.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        bedding_stiffness: Option<f64> = None => Optional(Bounds::positive("N/m^3").plausible(1e3, 1e16)),
+        bedding_stiffness?: f64 => Bounds::positive("N/m^3").plausible(1e3, 1e16),
         /// `uncoupled` only: whether G0_ii is scaled so that the smooth static contact has the stiffness of the elastic
         /// tread.
         #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -71,8 +66,7 @@ keys! {
     }
 }
 
-pub(in crate::scene) const CONTACT: Nested<Contact> =
-    Nested { title: "[contact]", wanted: "the table [contact]", schema: Contact::schema, read: contact };
+pub(in crate::scene) const CONTACT: Nested<Contact> = Nested::new("[contact]", "the table [contact]").read_by(contact);
 
 /// Writes the keys of the zone alone: a scene of cells with the keys of slices would be refused when it is read back.
 pub(super) fn of_zone<S: Serializer>(contact: &Contact, serializer: S) -> Result<S::Ok, S::Error> {

@@ -5,9 +5,9 @@ use serde::Serialize;
 use super::material::LOSS;
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, Optional};
+use crate::scene::kind::Bounds;
 use crate::scene::problem::short;
-use crate::scene::table::{Each, Nested, Table};
+use crate::scene::table::{Each, Keys, Nested, Table};
 
 const STIFFNESS: Bounds = Bounds::positive("Pa").plausible(1e4, 1e12);
 const MODULUS: Bounds = Bounds::positive("Pa").plausible(1e4, 1e13);
@@ -20,17 +20,13 @@ keys! {
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub Cords {
         /// Stiffness K of the cords over the layer's thickness, at the material's reference frequency \[Pa\].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        stiffness: Option<f64> = None => Optional(STIFFNESS),
+        stiffness?: f64 => STIFFNESS,
         /// Distance of neighbouring cords \[m\].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        spacing: Option<f64> = None => Optional(Bounds::positive("m").plausible(1e-5, 0.1)),
+        spacing?: f64 => Bounds::positive("m").plausible(1e-5, 0.1),
         /// Cross-section of a cord \[m^2\].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        area: Option<f64> = None => Optional(Bounds::positive("m^2").plausible(1e-11, 1e-4)),
+        area?: f64 => Bounds::positive("m^2").plausible(1e-11, 1e-4),
         /// Young's modulus of a cord \[Pa\].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        modulus: Option<f64> = None => Optional(MODULUS),
+        modulus?: f64 => MODULUS,
         /// Angle from the circumference; 90 runs across (degrees).
         angle_deg: f64 => Bounds::between(-90.0, 90.0, "degrees").no_radians(90.0),
         /// Loss factor eta; the same power law as the material's, by its frequencies \[1\].
@@ -149,21 +145,14 @@ impl Orthotropic {
     }
 }
 
-pub(super) const CORDS: Each<Cords> = Each(Nested {
-    title: "cords",
-    wanted: "a list of tables, [{ stiffness = ..., angle_deg = ..., loss_factor = ... }]",
-    schema: Cords::schema,
-    read: cords,
-});
+pub(super) const CORDS: Each<Cords> = Each(
+    Nested::new("cords", "a list of tables, [{ stiffness = ..., angle_deg = ..., loss_factor = ... }]").read_by(cords),
+);
 
-pub(super) const ORTHOTROPIC: Nested<Orthotropic> = Nested {
-    title: "an orthotropic layer",
-    wanted: "a table, { E_theta = ..., E_y = ..., E_r = ..., G_y_r = ..., G_theta_r = ..., G_theta_y = ..., \
-             nu_theta_y = ..., nu_theta_r = ..., nu_y_r = ... }",
-    schema: Orthotropic::schema,
-    read: orthotropic,
-};
-
+pub(super) const ORTHOTROPIC: Nested<Orthotropic> =
+    Nested::new("an orthotropic layer", ORTHOTROPIC_KEYS).read_by(orthotropic);
+const ORTHOTROPIC_KEYS: &str = "a table, { E_theta = ..., E_y = ..., E_r = ..., G_y_r = ..., G_theta_r = ..., \
+                                G_theta_y = ..., nu_theta_y = ..., nu_theta_r = ..., nu_y_r = ... }";
 fn cords(table: &mut Table<'_>) -> Option<Cords> {
     let parts = ["spacing", "area", "modulus"];
     let given = parts.map(|key| table.has(key));

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::OneOf;
-use crate::scene::table::{Nested, Table};
+use crate::scene::table::{Keys, Nested, Table};
 
 /// Choice for an effect: simulated, not simulated, or depending on the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
@@ -49,8 +49,7 @@ keys! {
     }
 }
 
-pub(in crate::scene) const EFFECTS: Nested<Effects> =
-    Nested { title: "[effects]", wanted: "the table [effects]", schema: Effects::schema, read: effects };
+pub(in crate::scene) const EFFECTS: Nested<Effects> = Nested::new("[effects]", "the table [effects]").read_by(effects);
 
 fn effects(table: &mut Table<'_>) -> Option<Effects> {
     if table.has("centrifugal_tension") {

@@ -5,8 +5,8 @@ use serde_json::{Value as Json, json};
 
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, OneOf, Optional};
-use crate::scene::table::{Kind, Nested, Table, Value};
+use crate::scene::kind::{Bounds, OneOf};
+use crate::scene::table::{Keys, Kind, Nested, Table, Value};
 
 /// Law of the coefficient of friction, where it is not constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -72,27 +72,20 @@ keys! {
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub Friction {
         /// Coefficient of friction; 0 leaves contact without friction. Or give a `law`.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        mu: Option<f64> = None => Optional(COEFFICIENT),
+        mu?: f64 => COEFFICIENT,
         /// Law of a coefficient that is not constant, in place of `mu`.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        law: Option<FrictionLaw> = None => Optional(OneOf::new()),
+        law?: FrictionLaw => OneOf::new(),
         /// Coefficient of slow slip, `law = "falling"`.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        mu_slow: Option<f64> = None => Optional(COEFFICIENT),
+        mu_slow?: f64 => COEFFICIENT,
         /// Coefficient of fast slip, `law = "falling"`.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        mu_fast: Option<f64> = None => Optional(COEFFICIENT),
+        mu_fast?: f64 => COEFFICIENT,
         /// Speed of slip over which the coefficient falls by a factor e \[m/s\], `law = "falling"`.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        speed_scale: Option<f64> = None => Optional(SPEED),
+        speed_scale?: f64 => SPEED,
         /// Length of slip over which the coefficient follows \[m\], `law = "falling"`.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        memory_length: Option<f64> = None => Optional(Bounds::positive("m").plausible(1e-9, 1.0)),
+        memory_length?: f64 => Bounds::positive("m").plausible(1e-9, 1.0),
         /// Speed that replaces the slip speed at rest \[m/s\], `law = "falling"`: the friction of a cell at rest
         /// recovers with it.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        speed_floor: Option<f64> = None => Optional(SPEED),
+        speed_floor?: f64 => SPEED,
         /// Creep of the wheel against free rolling of a rigid one.
         #[serde(skip_serializing_if = "is_default")]
         creep: Creep = Creep::default() => CREEP,
@@ -161,12 +154,7 @@ keys! {
     }
 }
 
-const CREEP: Nested<Creep> = Nested {
-    title: "the creep",
-    wanted: "{ longitudinal = ..., lateral = ..., spin = ..., ramp = ... }",
-    schema: Creep::schema,
-    read: Creep::read,
-};
+const CREEP: Nested<Creep> = Nested::new("the creep", "{ longitudinal = ..., lateral = ..., spin = ..., ramp = ... }");
 
 impl Creep {
     /// Default time over which creep rises \[s\].
@@ -174,7 +162,7 @@ impl Creep {
 }
 
 pub(in crate::scene) const FRICTION: Nested<Friction> =
-    Nested { title: "[friction]", wanted: "the table [friction] with mu", schema: Friction::schema, read: friction };
+    Nested::new("[friction]", "the table [friction] with mu").read_by(friction);
 
 /// Keys of the falling law.
 const OF_FALLING: [&str; 5] = ["mu_slow", "mu_fast", "speed_scale", "memory_length", "speed_floor"];
@@ -240,9 +228,5 @@ keys! {
     }
 }
 
-pub(in crate::scene) const ADHESION: Nested<Adhesion> = Nested {
-    title: "[adhesion]",
-    wanted: "the table [adhesion] with stress and range",
-    schema: Adhesion::schema,
-    read: Adhesion::read,
-};
+pub(in crate::scene) const ADHESION: Nested<Adhesion> =
+    Nested::new("[adhesion]", "the table [adhesion] with stress and range");

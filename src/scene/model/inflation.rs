@@ -6,7 +6,7 @@ use super::sidewall::SIDEWALL;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::Bounds;
-use crate::scene::table::{Nested, Table};
+use crate::scene::table::{Keys, Nested, Table};
 
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-3, 10.0);
 
@@ -40,18 +40,10 @@ keys! {
     }
 }
 
-pub(super) const INFLATION: Nested<Inflation> = Nested {
-    title: "the inflation",
-    wanted: "a table, { pressure = ... }",
-    schema: Inflation::schema,
-    read: inflation,
-};
-pub(super) const CAVITY: Nested<Cavity> = Nested {
-    title: "the cavity",
-    wanted: "a table, { radius = ..., depth = ..., density = ... }",
-    schema: Cavity::schema,
-    read: cavity,
-};
+pub(super) const INFLATION: Nested<Inflation> =
+    Nested::new("the inflation", "a table, { pressure = ... }").read_by(inflation);
+pub(super) const CAVITY: Nested<Cavity> =
+    Nested::new("the cavity", "a table, { radius = ..., depth = ..., density = ... }").read_by(cavity);
 
 /// Keys of the sidewalls that once stood here, and their present names.
 const MOVED: [(&str, &str); 4] = [

@@ -5,9 +5,9 @@ use serde::Serialize;
 use super::named_texture::NamedTexture;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Numbers, OneOf, Optional, Whole};
+use crate::scene::kind::{Bounds, Numbers, OneOf, Whole};
 use crate::scene::problem::short;
-use crate::scene::table::{Nested, Table};
+use crate::scene::table::{Keys, Nested, Table};
 
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-6, 1e4);
 /// 120 dB re 1e-6 m are one metre: no tyre rolls on that, and it is far from overflow.
@@ -23,19 +23,15 @@ keys! {
         /// Seed of the random numbers.
         seed: u64 = 0 => Whole::least(0),
         /// Third-octave mid-wavelengths \[m\].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        wavelengths: Option<Vec<f64>> = None => Optional(Numbers(LENGTH)),
+        wavelengths?: Vec<f64> => Numbers(LENGTH),
         /// Third-octave texture levels of a profile, dB re 1e-6 m.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        levels: Option<Vec<f64>> = None => Optional(Numbers(LEVEL)),
+        levels?: Vec<f64> => Numbers(LEVEL),
         /// Power-law spectrum instead of levels.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        power_law: Option<PowerLawTexture> = None => Optional(POWER_LAW),
+        power_law?: PowerLawTexture => POWER_LAW,
         /// Name of a road instead of levels: a test track of ISO 10844, dense asphalt with stones up to 11 mm, stone
         /// mastic asphalt up to 8 mm, a chip seal; mean profile depths 0.5, 1.1, 0.6 and 3.3 mm. `chip-seal` has its
         /// own skewness and kurtosis where none are given. `tyrewave road` reports the source of the levels.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        texture: Option<NamedTexture> = None => Optional(OneOf::new()),
+        texture?: NamedTexture => OneOf::new(),
         /// Spacing of the lattice on which the texture is made, independent of the run's elements \[m\]; by default a
         /// quarter of the shortest wavelength of the named textures, 4 mm.
         spacing: f64 = 0.001 => LENGTH,
@@ -73,12 +69,9 @@ keys! {
     }
 }
 
-const POWER_LAW: Nested<PowerLawTexture> = Nested {
-    title: "a power-law texture",
-    wanted: "a table, { rms = ..., exponent = ..., longest = ..., shortest = ... }",
-    schema: PowerLawTexture::schema,
-    read: power_law,
-};
+const POWER_LAW: Nested<PowerLawTexture> =
+    Nested::new("a power-law texture", "a table, { rms = ..., exponent = ..., longest = ..., shortest = ... }")
+        .read_by(power_law);
 
 pub(super) fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
     let read = MadeRoad::read(table);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Numbers, OneOf};
-use crate::scene::table::{Kind, Nested, Table};
+use crate::scene::table::{Keys, Kind, Nested, Table};
 
 pub(super) const LOSS: Bounds = Bounds::not_negative("").plausible(1e-9, 10.0);
 /// The corner frequency must not be 0: a power law would then have no static stiffness.
@@ -117,12 +117,9 @@ impl Serialize for Material {
     }
 }
 
-pub(super) const MATERIAL: Nested<Material> = Nested {
-    title: "a material",
-    wanted: "a table, { law = ..., modulus = ..., loss_factor = ..., poisson = ..., density = ... }",
-    schema: Material::schema,
-    read: material,
-};
+pub(super) const MATERIAL: Nested<Material> =
+    Nested::new("a material", "a table, { law = ..., modulus = ..., loss_factor = ..., poisson = ..., density = ... }")
+        .read_by(material);
 
 fn material(table: &mut Table<'_>) -> Option<Material> {
     let law = table.peek("law", &OneOf::<Law>::new()).map(Option::unwrap_or_default);

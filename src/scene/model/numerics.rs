@@ -4,11 +4,12 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Value as Json, json};
 
 use super::vibration::{VIBRATION, Vibration};
+use crate::counters::catalogue::catalogue;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Optional, Whole};
 use crate::scene::sizes::MOST;
-use crate::scene::table::{Kind, Nested, Table, Value};
+use crate::scene::table::{Keys, Kind, Nested, Table, Value};
 use crate::time_rule::TimeRule;
 
 const FORMER_RULES: [[&str; 2]; 2] = [
@@ -21,11 +22,9 @@ keys! {
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub Numerics {
         /// Highest frequency wanted \[Hz\]: the plan chooses elements and substeps by it where they are not given.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        fmax: Option<f64> = None => Optional(FMAX),
+        fmax?: f64 => FMAX,
         /// Row of the plan's table of accuracy against time, from which all settings are taken that are not given.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        preset: Option<Preset> = None => Optional(OneOf::new()),
+        preset?: Preset => OneOf::new(),
         /// Largest numerical error of third-octave levels up to `fmax` \[dB\]: the cheapest row of the plan's table
         /// that keeps it is taken.
         #[serde(skip_serializing_if = "Option::is_none", serialize_with = "optional_decibels")]
@@ -51,11 +50,9 @@ keys! {
         /// leave less than rounding; with a larger tolerance a contact condition would say nothing.
         contact_tolerance: f64 = 1e-12 => Bounds::between(1e-15, 1e-3, ""),
         /// A fixed number of odd lateral terms m, instead of the tolerance.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        lateral_terms: Option<usize> = None => Optional(Whole::between(1, MOST)),
+        lateral_terms?: usize => Whole::between(1, MOST),
         /// A fixed largest alias |p|, instead of the tolerance.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        wavenumber_aliases: Option<usize> = None => Optional(Whole::between(0, MOST)),
+        wavenumber_aliases?: usize => Whole::between(0, MOST),
         /// Largest number of cached factorisations; fewer where they would take more than 256 MB.
         cached_factors: usize = 32 => Whole::between(1, MOST),
         /// Memory that the run may plan to use \[GB\].
@@ -68,7 +65,7 @@ keys! {
 const FMAX: Bounds = Bounds::positive("Hz").plausible(1.0, 1e5);
 
 pub(in crate::scene) const NUMERICS: Nested<Numerics> =
-    Nested { title: "[numerics]", wanted: "the table [numerics]", schema: Numerics::schema, read: numerics };
+    Nested::new("[numerics]", "the table [numerics]").read_by(numerics);
 
 impl Numerics {
     /// Least number of elements: fewer put less than two into the patch of a car tyre.
@@ -152,29 +149,17 @@ pub(super) fn decibels<S: Serializer>(difference: &f64, serializer: S) -> Result
     Decibels::text(*difference).serialize(serializer)
 }
 
-/// A named row of the table of accuracy against time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Preset {
-    /// For trying out: fast, levels within a few decibels.
-    Draft,
-    /// For final results.
-    Standard,
-    /// For comparison with other results: the most accurate.
-    Reference,
-}
-
-impl Preset {
-    /// All presets, cheapest first.
-    pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Reference];
-
+catalogue! {
+    /// A named row of the table of accuracy against time.
+    pub enum Preset as "kebab-case",
     /// The value of `numerics.preset` in a scene.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Draft => "draft",
-            Self::Standard => "standard",
-            Self::Reference => "reference",
-        }
+    name {
+        /// For trying out: fast, levels within a few decibels.
+        Draft => "draft",
+        /// For final results.
+        Standard => "standard",
+        /// For comparison with other results: the most accurate.
+        Reference => "reference",
     }
 }
 
@@ -201,19 +186,15 @@ keys! {
         plots: bool = true => Flag,
         /// How much of the run after the warm-up `patch_force.svg` shows \[s\]; default: the time in which six lengths
         /// of the patch are rolled.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        patch_span: Option<f64> = None => Optional(Bounds::positive("s")),
+        patch_span?: f64 => Bounds::positive("s"),
         /// Wall time between two checkpoints of an unfinished run \[s\]; 0: only when it is interrupted.
         checkpoint_interval: f64 = 60.0 => Bounds::not_negative("s").plausible(1e-6, 1e9),
         /// Time between two instants at which all cells are written to `cells.npy` \[s\], with
         /// `contact.zone = "cells"` only; none without it.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        cells_every: Option<f64> = None => Optional(Bounds::positive("s").plausible(1e-9, 1e6)),
+        cells_every?: f64 => Bounds::positive("s").plausible(1e-9, 1e6),
         /// Vibration of the tyre; none is computed without it.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        vibration: Option<Vibration> = None => Optional(VIBRATION),
+        vibration?: Vibration => VIBRATION,
     }
 }
 
-pub(in crate::scene) const OUTPUTS: Nested<Outputs> =
-    Nested { title: "[outputs]", wanted: "the table [outputs]", schema: Outputs::schema, read: Outputs::read };
+pub(in crate::scene) const OUTPUTS: Nested<Outputs> = Nested::new("[outputs]", "the table [outputs]");

@@ -10,9 +10,9 @@ use super::made_road::{MadeRoad, made};
 use super::named_texture::NamedTexture;
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, Columns, Exactly, File, OneOf, Optional, Whole};
+use crate::scene::kind::{Bounds, Columns, Exactly, File, OneOf, Whole};
 use crate::scene::schema;
-use crate::scene::table::{Nested, Table};
+use crate::scene::table::{Keys, Nested, Table};
 
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-6, 1e4);
 const COORDINATE: Bounds = Bounds::any("m").plausible(1e-9, 1e7);
@@ -187,28 +187,22 @@ keys! {
         /// A table of text, CAPTIF `.dat`, or ERD; relative to the scene.
         file: PathBuf => File,
         /// Unit of the distances, where the file does not state it.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        distance_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
+        distance_unit?: LengthUnit => OneOf::new(),
         /// Unit of the heights, where the file does not state it.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        height_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
+        height_unit?: LengthUnit => OneOf::new(),
         /// Columns of distance and height, by their titles or numbers from 1; default: by titles, or the only two. Of
         /// an ERD file the channel of the heights alone.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        columns: Option<Vec<String>> = None => Optional(Columns),
+        columns?: Vec<String> => Columns,
         /// Part of the profile to use \[m\]; default: all of it (CAPTIF: between the reference plates).
-        #[serde(skip_serializing_if = "Option::is_none")]
-        range: Option<[f64; 2]> = None => Optional(RANGE),
+        range?: [f64; 2] => RANGE,
         /// Values that mark missing heights, besides empty cells and NaN: numbers in the file's unit, words; [] if
         /// there are none. Default: values that recur exactly and lie far from all others are recognised.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
+        missing?: Vec<MissingHeight> => MissingHeights,
         /// Level that is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
         #[serde(skip_serializing_if = "is_default")]
         level: Levelling = Levelling::default() => OneOf::new(),
         /// Waves longer than this are removed \[m\]; default: none.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        longest_wavelength: Option<f64> = None => Optional(LENGTH),
+        longest_wavelength?: f64 => LENGTH,
         /// How a line becomes a surface.
         lateral: Lateral = Lateral::default() => OneOf::new(),
         /// Seed of the random phases (`lateral = "isotropic"`).
@@ -227,21 +221,18 @@ keys! {
         /// The `.crg` file; relative to the scene.
         file: PathBuf => File,
         /// Lateral position v of the tyre's middle \[m\]; default: the middle of the valid columns.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        lateral_position: Option<f64> = None => Optional(COORDINATE),
+        lateral_position?: f64 => COORDINATE,
         /// Continuation of a road that is narrower than the contact strip.
         #[serde(skip_serializing_if = "is_default")]
         widen: Widen = Widen::default() => OneOf::new(),
         /// Values that mark missing heights, besides empty cells and NaN: numbers in the file's unit, words; [] if
         /// there are none. Default: values that recur exactly and lie far from all others are recognised.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
+        missing?: Vec<MissingHeight> => MissingHeights,
         /// Level that is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
         #[serde(skip_serializing_if = "is_default")]
         level: Levelling = Levelling::default() => OneOf::new(),
         /// Waves longer than this are removed \[m\]; default: none.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        longest_wavelength: Option<f64> = None => Optional(LENGTH),
+        longest_wavelength?: f64 => LENGTH,
         /// Continuation past the end.
         at_end: AtEnd = AtEnd::default() => OneOf::new(),
     }
@@ -255,33 +246,26 @@ keys! {
         /// relative to the scene.
         file: PathBuf => File,
         /// Row spacing of an array \[m\]: row r lies at road coordinate r dx. Text states its spacings.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        dx: Option<f64> = None => Optional(LENGTH),
+        dx?: f64 => LENGTH,
         /// Column spacing of an array \[m\].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        dy: Option<f64> = None => Optional(LENGTH),
+        dy?: f64 => LENGTH,
         /// Unit of x and y of text, where it does not state it.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        distance_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
+        distance_unit?: LengthUnit => OneOf::new(),
         /// Unit of the heights; of an array metres by default.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        height_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
+        height_unit?: LengthUnit => OneOf::new(),
         /// Columns of x (along the road), y and height, by their titles or numbers from 1.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        columns: Option<Vec<String>> = None => Optional(Columns),
+        columns?: Vec<String> => Columns,
         /// Continuation of a road that is narrower than the contact strip.
         #[serde(skip_serializing_if = "is_default")]
         widen: Widen = Widen::default() => OneOf::new(),
         /// Values that mark missing heights, besides empty cells and NaN: numbers in the file's unit, words; [] if
         /// there are none. Default: values that recur exactly and lie far from all others are recognised.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
+        missing?: Vec<MissingHeight> => MissingHeights,
         /// Level that is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
         #[serde(skip_serializing_if = "is_default")]
         level: Levelling = Levelling::default() => OneOf::new(),
         /// Waves longer than this are removed \[m\]; default: none.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        longest_wavelength: Option<f64> = None => Optional(LENGTH),
+        longest_wavelength?: f64 => LENGTH,
         /// Continuation past the end.
         at_end: AtEnd = AtEnd::default() => OneOf::new(),
     }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::axle::{AXLE, Axle};
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Optional};
+use crate::scene::kind::Bounds;
 use crate::scene::table::Nested;
 
 keys! {
@@ -19,19 +19,14 @@ keys! {
         warm_up: f64 = Rolling::WARM_UP => Bounds::not_negative("s").plausible(1e-6, 1e6),
         /// Road coordinate under the axle at t = 0 \[m\]; default: 0 on an endless road, just far enough from its
         /// beginning on a finite one.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        start: Option<f64> = None => Optional(Bounds::any("m").plausible(1e-9, 1e7)),
+        start?: f64 => Bounds::any("m").plausible(1e-9, 1e7),
         /// Support of the axle.
         axle: Axle => AXLE,
     }
 }
 
-pub(in crate::scene) const ROLLING: Nested<Rolling> = Nested {
-    title: "[rolling]",
-    wanted: "the table [rolling] with speed_kmh, duration and axle",
-    schema: Rolling::schema,
-    read: Rolling::read,
-};
+pub(in crate::scene) const ROLLING: Nested<Rolling> =
+    Nested::new("[rolling]", "the table [rolling] with speed_kmh, duration and axle");
 
 impl Rolling {
     /// Default warm-up \[s\]: the default tyre's transient after a static start has died out by then.

@@ -15,7 +15,7 @@ use super::sound::{RADIATION, RECEIVERS, Radiation, RadiationQuality, Receiver};
 use super::tread_pattern::{BlockModel, Groove, TREAD_PATTERN, TreadPattern};
 use super::tyre::{Tyre, TyreKind};
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Flag, Optional, Text};
+use crate::scene::kind::{Flag, Text};
 
 keys! {
     /// A complete scene: what rolls, on what, how fast, and what is wanted from it.
@@ -29,8 +29,7 @@ keys! {
         /// The tyre: given in place or, in the file, by the path of a tyre file.
         tyre: Tyre => TyreKind,
         /// Pattern of the tread, also as a table of the tyre's file; without it the tread has no grooves.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        tread_pattern: Option<TreadPattern> = None => Optional(TREAD_PATTERN),
+        tread_pattern?: TreadPattern => TREAD_PATTERN,
         /// The road.
         road: Road = Road::default() => ROAD,
         /// Speed, duration and axle.
@@ -39,11 +38,9 @@ keys! {
         #[serde(serialize_with = "of_zone")]
         contact: Contact = Contact::default() => CONTACT,
         /// Friction, with `contact.zone = "cells"` only; without it forces are normal.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        friction: Option<Friction> = None => Optional(FRICTION),
+        friction?: Friction => FRICTION,
         /// Adhesion, with friction only.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        adhesion: Option<Adhesion> = None => Optional(ADHESION),
+        adhesion?: Adhesion => ADHESION,
         /// Effects beside the contact itself.
         effects: Effects = Effects::default() => EFFECTS,
         /// Resolution and tolerances.
@@ -57,8 +54,7 @@ keys! {
         #[serde(skip_serializing_if = "is_default")]
         radiation: Radiation = Radiation::default() => RADIATION,
         /// Air under the contact patch; without it the patch is sealed.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        air_pumping: Option<AirPumping> = None => Optional(AIR_PUMPING),
+        air_pumping?: AirPumping => AIR_PUMPING,
     }
 }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::material::LOSS;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, Optional};
+use crate::scene::kind::Bounds;
 use crate::scene::table::Nested;
 
 const STIFFNESS: Bounds = Bounds::positive("N/m").plausible(1.0, 1e9);
@@ -25,17 +25,12 @@ keys! {
         /// Shear stiffness G t of the wall \[N/m\].
         shear: f64 => STIFFNESS,
         /// Hoop stiffness of the wall \[N/m\]; 4 G t, that of rubber across cords, where it is left out.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        hoop: Option<f64> = None => Optional(STIFFNESS),
+        hoop?: f64 => STIFFNESS,
         /// Loss factor eta, of pressure, tension and stiffness alike \[1\].
         #[serde(skip_serializing_if = "is_default")]
         loss_factor: f64 = 0.0 => LOSS,
     }
 }
 
-pub(super) const SIDEWALL: Nested<Sidewall> = Nested {
-    title: "the sidewalls",
-    wanted: "a table, { radius = ..., angle = ..., mass = ..., shear = ... }",
-    schema: Sidewall::schema,
-    read: Sidewall::read,
-};
+pub(super) const SIDEWALL: Nested<Sidewall> =
+    Nested::new("the sidewalls", "a table, { radius = ..., angle = ..., mass = ..., shear = ... }");

@@ -11,7 +11,7 @@ use super::tyre::{Sides, Tyre};
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Decibels, Exactly, File, Flag, Name, OneOf, Optional, Whole};
-use crate::scene::table::{Each, Kind, Nested, Table, Value};
+use crate::scene::table::{Each, Keys, Kind, Nested, Table, Value};
 
 /// A place, or places, at which the sound pressure is wanted. A scene without any computes none.
 ///
@@ -155,8 +155,7 @@ keys! {
         shoulder: f64 = 0.02 => Bounds::inside(0.0, 1.0, "m").plausible(1e-3, 1.0),
         /// Length of the contact patch that the body of the tyre has; that of the static contact where it is left out
         /// \[m\].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        patch_length: Option<f64> = None => Optional(LENGTH),
+        patch_length?: f64 => LENGTH,
         /// Height of the slit between a rough road and the patch \[m\]; 0: sealed.
         acoustic_gap: f64 = 0.0 => Bounds::between(0.0, 0.05, "m"),
         /// Motion of the air at the tread: at rest over the road, at rest beside the axle, or round with the tread.
@@ -170,8 +169,7 @@ keys! {
         audio: bool = true => Flag,
         /// Pressure that is full scale, 1, in audio files \[Pa\]; default: for all files of a run, a sweep or a report
         /// the same, large enough for the loudest.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        full_scale: Option<f64> = None => Optional(Bounds::inside(0.0, 1e5, "Pa")),
+        full_scale?: f64 => Bounds::inside(0.0, 1e5, "Pa"),
     }
 }
 
@@ -218,14 +216,8 @@ pub(in crate::scene) const RECEIVERS: Each<Receiver> = Each(Nested {
     schema: ReceiverKeys::schema,
     read: receiver,
 });
-pub(in crate::scene) const RADIATION: Nested<Radiation> =
-    Nested { title: "[radiation]", wanted: "the table [radiation]", schema: Radiation::schema, read: Radiation::read };
-const VEHICLE: Nested<Vehicle> = Nested {
-    title: "the vehicle",
-    wanted: "a table, { wheelbase = 2.7, track = 1.55 }",
-    schema: Vehicle::schema,
-    read: Vehicle::read,
-};
+pub(in crate::scene) const RADIATION: Nested<Radiation> = Nested::new("[radiation]", "the table [radiation]");
+const VEHICLE: Nested<Vehicle> = Nested::new("the vehicle", "a table, { wheelbase = 2.7, track = 1.55 }");
 
 const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
 

@@ -10,9 +10,9 @@ use toml::de::DeValue;
 
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, File, Numbers, OneOf, Optional, Text, Whole};
+use crate::scene::kind::{Bounds, File, Numbers, OneOf, Text, Whole};
 use crate::scene::sizes::MOST_PITCHES;
-use crate::scene::table::{Each, Kind, Nested, Table, Value};
+use crate::scene::table::{Each, Keys, Kind, Nested, Table, Value};
 
 /// Greatest depth of a void in the tread \[m\].
 pub const DEEPEST_VOID: f64 = 0.02;
@@ -61,11 +61,9 @@ keys! {
         /// Order of the pitches by their letters, such as "ABCB", or "random".
         sequence: String => Text,
         /// Number of pitches in a random order; each length comes as often as any other, or once more.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        count: Option<usize> = None => Optional(Whole::between(1, MOST_PITCHES)),
+        count?: usize => Whole::between(1, MOST_PITCHES),
         /// Seed of a random order.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        seed: Option<u64> = None => Optional(Whole::least(0)),
+        seed?: u64 => Whole::least(0),
     }
 }
 
@@ -106,12 +104,9 @@ impl PitchSequence {
     }
 }
 
-const VARIED: Nested<PitchSequence> = Nested {
-    title: "the pitches",
-    wanted: "the number of equal pitches, or { lengths = [...], sequence = \"ABC...\" }",
-    schema: PitchSequence::schema,
-    read: sequence,
-};
+const VARIED: Nested<PitchSequence> =
+    Nested::new("the pitches", "the number of equal pitches, or { lengths = [...], sequence = \"ABC...\" }")
+        .read_by(sequence);
 
 fn sequence(table: &mut Table<'_>) -> Option<PitchSequence> {
     let given = table.peek("sequence", &Text).flatten();
@@ -193,19 +188,13 @@ keys! {
     }
 }
 
-const GROOVES: Each<Groove> = Each(Nested {
-    title: "a groove",
-    wanted: "an array of tables, [{ position = ..., width = ..., depth = ... }]",
-    schema: Groove::schema,
-    read: Groove::read,
-});
+const GROOVES: Each<Groove> =
+    Each(Nested::new("a groove", "an array of tables, [{ position = ..., width = ..., depth = ... }]"));
 
-const LATERALS: Each<LateralGroove> = Each(Nested {
-    title: "a groove across",
-    wanted: "an array of tables, [{ from = ..., to = ..., width = ..., depth = ... }]",
-    schema: LateralGroove::schema,
-    read: lateral,
-});
+const LATERALS: Each<LateralGroove> = Each(
+    Nested::new("a groove across", "an array of tables, [{ from = ..., to = ..., width = ..., depth = ... }]")
+        .read_by(lateral),
+);
 
 fn lateral(table: &mut Table<'_>) -> Option<LateralGroove> {
     let read = LateralGroove::read(table)?;
@@ -219,17 +208,14 @@ keys! {
     pub TreadPattern {
         /// Raster of depths in place of grooves: a two-dimensional `.npy` array \[m\], along and across, or a `.png`
         /// whose black is `depth` deep.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        file: Option<PathBuf> = None => Optional(File),
+        file?: PathBuf => File,
         /// Depth of a picture's black \[m\].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        depth: Option<f64> = None => Optional(DEPTH),
+        depth?: f64 => DEPTH,
         /// Part of the tyre that the raster shows.
         #[serde(skip_serializing_if = "is_default")]
         period: RasterPeriod = RasterPeriod::Circumference => OneOf::new(),
         /// Number of equal pitches round the tyre, or their lengths and their order.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        pitches: Option<Pitches> = None => Optional(PitchesKind),
+        pitches?: Pitches => PitchesKind,
         /// Grooves round the tyre.
         #[serde(skip_serializing_if = "Vec::is_empty")]
         grooves: Vec<Groove> = Vec::new() => GROOVES,
@@ -243,17 +229,13 @@ keys! {
         #[serde(skip_serializing_if = "is_default")]
         blocks: BlockModel = BlockModel::Compliant => OneOf::new(),
         /// Compliance of every block's mean pressure, in place of the formula \[m/Pa\].
-        #[serde(skip_serializing_if = "Option::is_none")]
-        block_compliance: Option<f64> = None => Optional(Bounds::not_negative("m/Pa").plausible(1e-13, 1e-6)),
+        block_compliance?: f64 => Bounds::not_negative("m/Pa").plausible(1e-13, 1e-6),
     }
 }
 
-pub(in crate::scene) const TREAD_PATTERN: Nested<TreadPattern> = Nested {
-    title: "[tread_pattern]",
-    wanted: "the table [tread_pattern] with pitches and grooves, or with a file",
-    schema: TreadPattern::schema,
-    read: pattern,
-};
+pub(in crate::scene) const TREAD_PATTERN: Nested<TreadPattern> =
+    Nested::new("[tread_pattern]", "the table [tread_pattern] with pitches and grooves, or with a file")
+        .read_by(pattern);
 
 fn pattern(table: &mut Table<'_>) -> Option<TreadPattern> {
     if table.has("file") {

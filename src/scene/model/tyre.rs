@@ -13,7 +13,7 @@ use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Exactly, File, Flag, Name, OneOf, Optional, Whole};
 use crate::scene::problem::short;
-use crate::scene::table::{Each, Kind, Nested, Table, Value};
+use crate::scene::table::{Each, Keys, Kind, Nested, Table, Value};
 use crate::sidewall::{Arc, Meridian, Relaxation};
 
 const CIRCUMFERENCE: Bounds = Bounds::positive("m").plausible(0.02, 30.0);
@@ -35,12 +35,10 @@ keys! {
         contact_width: f64 => LENGTH,
         /// Radius of the tread's crown across \[m\], which spreads the pressure of `zone = "cells"` and of pressed
         /// slices over the strip; level without.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        crown_radius: Option<f64> = None => Optional(CROWN),
+        crown_radius?: f64 => CROWN,
         /// Load index (ETRTO, ISO 4000-1), which states the load capacity: 91 for 615 kg. A larger load gives a
         /// warning.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        load_index: Option<u16> = None => Optional(Whole::between(0, 279)),
+        load_index?: u16 => Whole::between(0, 279),
         /// Support of the sides.
         #[serde(skip_serializing_if = "is_default")]
         sides: Sides = Sides::default() => OneOf::new(),
@@ -48,14 +46,11 @@ keys! {
         #[serde(skip_serializing_if = "is_default")]
         curvature: bool = false => Flag,
         /// The inflation: a pressure above that outside.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        inflation: Option<Inflation> = None => Optional(INFLATION),
+        inflation?: Inflation => INFLATION,
         /// The air within, as a resonator.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        cavity: Option<Cavity> = None => Optional(CAVITY),
+        cavity?: Cavity => CAVITY,
         /// The sidewalls of a curved tyre as inflated arcs, in place of `foundation`.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        sidewall: Option<Sidewall> = None => Optional(SIDEWALL),
+        sidewall?: Sidewall => SIDEWALL,
         /// The air cushion and carcass under the innermost layer; there is none beside `sidewall`.
         #[serde(skip_serializing_if = "is_default")]
         foundation: Foundation = Foundation::default() => FOUNDATION,
@@ -247,24 +242,12 @@ impl Tyre {
 /// Kind of the tyre: a table. The path of a tyre file has been replaced by the file's table before.
 pub(in crate::scene) struct TyreKind;
 
-const TYRE: Nested<Tyre> = Nested {
-    title: "the tyre",
-    wanted: "the table [tyre], or the path of a tyre file in quotes",
-    schema: Tyre::schema,
-    read: tyre,
-};
-const FOUNDATION: Nested<Foundation> = Nested {
-    title: "the foundation",
-    wanted: "a table, { normal = ..., tangential = ..., loss_factor = ... }",
-    schema: Foundation::schema,
-    read: Foundation::read,
-};
-const LAYERS: Each<Layer> = Each(Nested {
-    title: "a layer",
-    wanted: "one table [[tyre.layers]] ([[layers]] in a tyre file) for each layer",
-    schema: Layer::schema,
-    read: layer,
-});
+const TYRE: Nested<Tyre> =
+    Nested::new("the tyre", "the table [tyre], or the path of a tyre file in quotes").read_by(tyre);
+const FOUNDATION: Nested<Foundation> =
+    Nested::new("the foundation", "a table, { normal = ..., tangential = ..., loss_factor = ... }");
+const LAYERS: Each<Layer> =
+    Each(Nested::new("a layer", "one table [[tyre.layers]] ([[layers]] in a tyre file) for each layer").read_by(layer));
 
 /// Reads a layer and checks that its moduli are given either in its material or in `orthotropic`.
 fn layer(table: &mut Table<'_>) -> Option<Layer> {

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::Problem;
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Flag, Numbers, OneOf, Optional, Whole};
-use crate::scene::table::{Nested, Table};
+use crate::scene::kind::{Bounds, Flag, Numbers, OneOf, Whole};
+use crate::scene::table::{Keys, Nested, Table};
 
 keys! {
     /// Which velocities, means across the contact strip, are computed from the contact forces, and how they are shown.
@@ -35,17 +35,12 @@ keys! {
         segment: f64 = 1.0 => Bounds::positive("s").plausible(1e-4, 1e4),
         /// Over contact.zone = "cells": largest share of the mean square velocity in waves across the strip that are
         /// left out, for forces that are independent from cell to cell; 0.02 by default, below 0.1 dB.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        lateral_tolerance: Option<f64> = None => Optional(Bounds::inside(0.0, 1.0, "")),
+        lateral_tolerance?: f64 => Bounds::inside(0.0, 1.0, ""),
     }
 }
 
-pub(in crate::scene) const VIBRATION: Nested<Vibration> = Nested {
-    title: "[outputs.vibration]",
-    wanted: "the table [outputs.vibration]",
-    schema: Vibration::schema,
-    read: vibration,
-};
+pub(in crate::scene) const VIBRATION: Nested<Vibration> =
+    Nested::new("[outputs.vibration]", "the table [outputs.vibration]").read_by(vibration);
 
 impl Vibration {
     /// Default of [`Self::lateral_tolerance`].

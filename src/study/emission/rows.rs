@@ -1,8 +1,7 @@
 //! Regressions of the emission over the logarithm of the speed.
 
-use serde::Serialize;
-
 use super::run_levels::{RunLevels, octaves};
+use crate::counters::catalogue::catalogue;
 use crate::response::{BandLevel, ThirdOctaveBand};
 use crate::scene::Vehicle;
 use crate::sound::{Compared, SpeedCoefficient, TotalLevel};
@@ -13,31 +12,21 @@ const R117_SPEEDS: std::ops::RangeInclusive<f64> = 70.0..=90.0;
 /// Third octaves of Nord2000, 25 Hz to 10 kHz.
 const NORD2000_BANDS: std::ops::RangeInclusive<i32> = -16..=10;
 
-/// Models of traffic noise, and the regulation of tyres, that rows are made for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum EmissionModel {
-    /// Octaves of the sound power by CNOSSOS-EU: A_R and B_R.
-    CnossosEu,
-    /// Third octaves of the sound power by Nord2000: a_R and b_R.
-    Nord2000,
-    /// Maximum of the coast-by, by UN R117 for tyres of classes C1 and C2.
-    UnR117,
+catalogue! {
+    /// Models of traffic noise, and the regulation of tyres, that rows are made for.
+    pub(crate) enum EmissionModel as "kebab-case",
+    /// Name in tables for scripts.
+    name {
+        /// Octaves of the sound power by CNOSSOS-EU: A_R and B_R.
+        CnossosEu => "cnossos-eu",
+        /// Third octaves of the sound power by Nord2000: a_R and b_R.
+        Nord2000 => "nord2000",
+        /// Maximum of the coast-by, by UN R117 for tyres of classes C1 and C2.
+        UnR117 => "un-r117",
+    }
 }
 
 impl EmissionModel {
-    /// All models, in the order of the table.
-    pub(crate) const ALL: [Self; 3] = [Self::CnossosEu, Self::Nord2000, Self::UnR117];
-
-    /// Name in tables for scripts.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::CnossosEu => "cnossos-eu",
-            Self::Nord2000 => "nord2000",
-            Self::UnR117 => "un-r117",
-        }
-    }
-
     /// Reference speed v_ref \[km/h\].
     pub(crate) fn reference_speed(self) -> f64 {
         match self {

@@ -2,76 +2,58 @@
 
 use std::ops::Range;
 
+use crate::counters::catalogue::catalogue;
 use crate::scene::{Law, Tyre};
 
 /// Bounds of a parameter: its start divided and multiplied by this.
 pub const BOUND: f64 = 4.0;
 
-/// A parameter of the tyre. The tread is the outermost layer, the belt the innermost one under tension, or the
-/// innermost where none is under tension. All are positive and fitted by their logarithm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Parameter {
-    /// Modulus of the tread \[Pa\].
-    TreadModulus,
-    /// Its loss factor.
-    TreadLoss,
-    /// Its thickness \[m\].
-    TreadThickness,
-    /// Its density \[kg/m^3\].
-    TreadDensity,
-    /// Modulus of the belt \[Pa\].
-    BeltModulus,
-    /// Its loss factor.
-    BeltLoss,
-    /// Stiffness of the belt's first family of cords \[Pa\].
-    CordStiffness,
-    /// Their angle, in degrees.
-    CordAngle,
-    /// Its tension along the circumference \[N/m\].
-    TensionAlong,
-    /// Its tension across \[N/m\].
-    TensionAcross,
-    /// Normal stiffness of the foundation \[N/m^3\].
-    FoundationNormal,
-    /// Its tangential stiffness \[N/m^3\].
-    FoundationTangential,
-    /// Its loss factor.
-    FoundationLoss,
-    /// Radius of the sidewalls' arcs \[m\].
-    SidewallRadius,
-    /// Half their angle \[rad\].
-    SidewallAngle,
-    /// Their mass \[kg/m^2\].
-    SidewallMass,
-    /// Their shear stiffness \[N/m\].
-    SidewallShear,
-    /// Their loss factor.
-    SidewallLoss,
+catalogue! {
+    /// A parameter of the tyre. The tread is the outermost layer, the belt the innermost one under tension, or the
+    /// innermost where none is under tension. All are positive and fitted by their logarithm.
+    pub enum Parameter as "kebab-case",
+    /// Name on the command line.
+    name {
+        /// Modulus of the tread \[Pa\].
+        TreadModulus => "tread-modulus",
+        /// Its loss factor.
+        TreadLoss => "tread-loss",
+        /// Its thickness \[m\].
+        TreadThickness => "tread-thickness",
+        /// Its density \[kg/m^3\].
+        TreadDensity => "tread-density",
+        /// Modulus of the belt \[Pa\].
+        BeltModulus => "belt-modulus",
+        /// Its loss factor.
+        BeltLoss => "belt-loss",
+        /// Stiffness of the belt's first family of cords \[Pa\].
+        CordStiffness => "cord-stiffness",
+        /// Their angle, in degrees.
+        CordAngle => "cord-angle",
+        /// Its tension along the circumference \[N/m\].
+        TensionAlong => "tension-along",
+        /// Its tension across \[N/m\].
+        TensionAcross => "tension-across",
+        /// Normal stiffness of the foundation \[N/m^3\].
+        FoundationNormal => "foundation-normal",
+        /// Its tangential stiffness \[N/m^3\].
+        FoundationTangential => "foundation-tangential",
+        /// Its loss factor.
+        FoundationLoss => "foundation-loss",
+        /// Radius of the sidewalls' arcs \[m\].
+        SidewallRadius => "sidewall-radius",
+        /// Half their angle \[rad\].
+        SidewallAngle => "sidewall-angle",
+        /// Their mass \[kg/m^2\].
+        SidewallMass => "sidewall-mass",
+        /// Their shear stiffness \[N/m\].
+        SidewallShear => "sidewall-shear",
+        /// Their loss factor.
+        SidewallLoss => "sidewall-loss",
+    }
 }
 
 impl Parameter {
-    /// All parameters, in the order of the command line.
-    pub const ALL: [Self; 18] = [
-        Self::TreadModulus,
-        Self::TreadLoss,
-        Self::TreadThickness,
-        Self::TreadDensity,
-        Self::BeltModulus,
-        Self::BeltLoss,
-        Self::CordStiffness,
-        Self::CordAngle,
-        Self::TensionAlong,
-        Self::TensionAcross,
-        Self::FoundationNormal,
-        Self::FoundationTangential,
-        Self::FoundationLoss,
-        Self::SidewallRadius,
-        Self::SidewallAngle,
-        Self::SidewallMass,
-        Self::SidewallShear,
-        Self::SidewallLoss,
-    ];
-
     /// The parameters that determine the lowest modes: a search over starts varies these.
     pub(crate) const OF_LOW_MODES: [Self; 5] = [
         Self::TensionAlong,
@@ -80,30 +62,6 @@ impl Parameter {
         Self::SidewallRadius,
         Self::SidewallAngle,
     ];
-
-    /// Name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::TreadModulus => "tread-modulus",
-            Self::TreadLoss => "tread-loss",
-            Self::TreadThickness => "tread-thickness",
-            Self::TreadDensity => "tread-density",
-            Self::BeltModulus => "belt-modulus",
-            Self::BeltLoss => "belt-loss",
-            Self::CordStiffness => "cord-stiffness",
-            Self::CordAngle => "cord-angle",
-            Self::TensionAlong => "tension-along",
-            Self::TensionAcross => "tension-across",
-            Self::FoundationNormal => "foundation-normal",
-            Self::FoundationTangential => "foundation-tangential",
-            Self::FoundationLoss => "foundation-loss",
-            Self::SidewallRadius => "sidewall-radius",
-            Self::SidewallAngle => "sidewall-angle",
-            Self::SidewallMass => "sidewall-mass",
-            Self::SidewallShear => "sidewall-shear",
-            Self::SidewallLoss => "sidewall-loss",
-        }
-    }
 
     /// Unit; empty for a number.
     pub(crate) const fn unit(self) -> &'static str {

@@ -4,58 +4,31 @@ use serde::Serialize;
 
 use super::missing::Missing;
 use super::published::Kind;
+use crate::counters::catalogue::catalogue;
 
-/// Part of the table that a row stands in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Group {
-    /// Properties of the standing tyre.
-    Tyre,
-    /// Third octaves relative to their energy sum at 50 km/h.
-    Shape50,
-    /// The same at 80 km/h.
-    Shape80,
-    /// The same at 110 km/h.
-    Shape110,
-    /// Growth of third octaves with the speed.
-    Growth,
-    /// Overall levels.
-    Levels,
-    /// Differences of roads.
-    Roads,
-    /// Rolling resistance.
-    Resistance,
-    /// Targets that the tyre was fitted to: shown, and no part of the validation.
-    Targets,
-}
-
-impl Group {
-    /// All groups, in the order of the table.
-    pub(crate) const ALL: [Self; 9] = [
-        Self::Tyre,
-        Self::Shape50,
-        Self::Shape80,
-        Self::Shape110,
-        Self::Growth,
-        Self::Levels,
-        Self::Roads,
-        Self::Resistance,
-        Self::Targets,
-    ];
-
+catalogue! {
+    /// Part of the table that a row stands in.
+    pub enum Group as "kebab-case",
     /// Heading of the group.
-    pub(crate) const fn title(self) -> &'static str {
-        match self {
-            Self::Tyre => "tyre, standing",
-            Self::Shape50 => "third octaves, 50 km/h",
-            Self::Shape80 => "third octaves, 80 km/h",
-            Self::Shape110 => "third octaves, 110 km/h",
-            Self::Growth => "growth of third octaves, 50 to 110 km/h",
-            Self::Levels => "overall levels",
-            Self::Roads => "differences of roads",
-            Self::Resistance => "rolling resistance",
-            Self::Targets => "targets of the fit, no validation",
-        }
+    title {
+        /// Properties of the standing tyre.
+        Tyre => "tyre, standing",
+        /// Third octaves relative to their energy sum at 50 km/h.
+        Shape50 => "third octaves, 50 km/h",
+        /// The same at 80 km/h.
+        Shape80 => "third octaves, 80 km/h",
+        /// The same at 110 km/h.
+        Shape110 => "third octaves, 110 km/h",
+        /// Growth of third octaves with the speed.
+        Growth => "growth of third octaves, 50 to 110 km/h",
+        /// Overall levels.
+        Levels => "overall levels",
+        /// Differences of roads.
+        Roads => "differences of roads",
+        /// Rolling resistance.
+        Resistance => "rolling resistance",
+        /// Targets that the tyre was fitted to: shown, and no part of the validation.
+        Targets => "targets of the fit, no validation",
     }
 }
 

@@ -3,7 +3,7 @@
 //! 1. [`settle`]: what the scene leaves open, decided from its `fmax`, `preset` and `accuracy`: [`front`] is the table
 //!    of accuracy against time, [`resolution`] makes elements and steps of it;
 //! 2. [`decisions`]: physics and effects that are on, off or reduced, and why; every later stage asks them;
-//! 3. sizes: time step, steps, lags;
+//! 3. sizes: time step, steps, lags; [`sound`] with its [`receivers`] and its transfer path;
 //! 4. [`Amounts`]: work of each stage in units, memory by what holds it;
 //! 5. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that were measured on it.
 //!

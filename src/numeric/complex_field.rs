@@ -33,6 +33,9 @@ pub trait ComplexField:
     fn gathered(self, value: impl FnMut(usize) -> Complex64) -> Self;
     /// `small` where |self|^2 < `limit`, `large` elsewhere.
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self;
+    /// Carries out a long part as a function that all callers share: inlined, each would have a copy for every set of
+    /// instructions. The call takes some nanoseconds. The part has to be inlined into it (`#[inline(always)]`).
+    fn outlined<R>(self, part: impl FnOnce() -> R) -> R;
 }
 
 impl ComplexField for Complex64 {
@@ -74,5 +77,10 @@ impl ComplexField for Complex64 {
     #[inline]
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self {
         if self.norm_sqr() < limit { small } else { large }
+    }
+
+    #[inline(never)]
+    fn outlined<R>(self, part: impl FnOnce() -> R) -> R {
+        part()
     }
 }

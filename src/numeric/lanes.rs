@@ -339,6 +339,11 @@ impl<S: Simd> ComplexField for Lanes<S> {
         let mask = simd.less_than_f64s(self.norm_squared(), simd.splat_f64s(limit));
         Self::blend(mask, small, large)
     }
+
+    #[inline(never)]
+    fn outlined<R>(self, part: impl FnOnce() -> R) -> R {
+        self.simd.vectorize(part)
+    }
 }
 
 #[cfg(test)]

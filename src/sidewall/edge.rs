@@ -285,14 +285,14 @@ fn expansion<T: ComplexField>(
 #[inline(always)]
 fn exponential<T: ComplexField>(matrix: &Matrix<T, 6>, squarings: u32) -> Matrix<T, 6> {
     let one = scaled(matrix, 0.5_f64.powi(squarings as i32));
-    let two = product(&one, &one);
-    let three = product(&two, &one);
-    let four = product(&two, &two);
+    let two = step_product(&one, &one);
+    let three = step_product(&two, &one);
+    let four = step_product(&two, &two);
     let inner = plus(&terms(8, &one, &two, &three), inverse_factorial(12), &four);
-    let inner = plus(&terms(4, &one, &two, &three), 1.0, &product(&four, &inner));
-    let mut result = plus(&terms(0, &one, &two, &three), 1.0, &product(&four, &inner));
+    let inner = plus(&terms(4, &one, &two, &three), 1.0, &step_product(&four, &inner));
+    let mut result = plus(&terms(0, &one, &two, &three), 1.0, &step_product(&four, &inner));
     for _ in 0..squarings {
-        result = product(&result, &result);
+        result = step_product(&result, &result);
     }
     result
 }
@@ -369,9 +369,18 @@ fn product<T: ComplexField, const N: usize>(a: &Matrix<T, N>, b: &Matrix<T, N>) 
     result
 }
 
+/// Product of matrices of a step, as a function of its own.
+#[inline(always)]
+fn step_product<T: ComplexField>(a: &Matrix<T, 6>, b: &Matrix<T, 6>) -> Matrix<T, 6> {
+    a[0][0].outlined(
+        #[inline(always)]
+        || product(a, b),
+    )
+}
+
 #[inline(always)]
 fn commutator<T: ComplexField>(a: &Matrix<T, 6>, b: &Matrix<T, 6>) -> Matrix<T, 6> {
-    plus(&product(a, b), -1.0, &product(b, a))
+    plus(&step_product(a, b), -1.0, &step_product(b, a))
 }
 
 /// a + factor b.

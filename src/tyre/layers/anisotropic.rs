@@ -147,17 +147,22 @@ impl<T: ComplexField> FlatLayer<T> {
     /// Tractions on the faces by their displacements: see [`super::faces`].
     #[inline(always)]
     fn faces(&self, kx: f64, ky: f64) -> [Block<T>; 3] {
-        let halvings = self.halvings(self.growth[1], kx, ky);
-        let [mut outer, mut down] = self.thin(kx, ky, self.thickness * 0.5_f64.powi(halvings));
-        for _ in 0..halvings {
-            // The middle face, where outer + S outer S is a block in the plane and one outwards.
-            let middle = self.halved_inverse(&outer);
-            let through = product(&middle, &down);
-            let twice = product(&down, &through);
-            outer = difference(&outer, &product(&mirrored(&down), &through));
-            down = negated(&twice);
-        }
-        [mirrored(&outer), down, outer]
+        self.inertia.outlined(
+            #[inline(always)]
+            || {
+                let halvings = self.halvings(self.growth[1], kx, ky);
+                let [mut outer, mut down] = self.thin(kx, ky, self.thickness * 0.5_f64.powi(halvings));
+                for _ in 0..halvings {
+                    // The middle face, where outer + S outer S is a block in the plane and one outwards.
+                    let middle = self.halved_inverse(&outer);
+                    let through = product(&middle, &down);
+                    let twice = product(&down, &through);
+                    outer = difference(&outer, &product(&mirrored(&down), &through));
+                    down = negated(&twice);
+                }
+                [mirrored(&outer), down, outer]
+            },
+        )
     }
 
     /// Halvings after which waves grow by no more than [`THIN`].

@@ -396,40 +396,52 @@ impl CylinderWave {
     /// reached, and displacements of the inner face by those.
     #[inline(always)]
     fn climb<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> Climb<T> {
-        let mut impedance = self.inner.impedance(at.s, at.foundation);
-        if let Some(edge) = at.edge(self.inner.periods(), |both| &both.forwards) {
-            self.inner.hold(&mut impedance, &edge);
-        }
-        let mut climb = Climb::from(scaled(impedance, self.inner.radius));
-        for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {
-            climb = climb.through(&layer.faces(at));
-        }
-        climb
+        at.s.outlined(
+            #[inline(always)]
+            || {
+                let mut impedance = self.inner.impedance(at.s, at.foundation);
+                if let Some(edge) = at.edge(self.inner.periods(), |both| &both.forwards) {
+                    self.inner.hold(&mut impedance, &edge);
+                }
+                let mut climb = Climb::from(scaled(impedance, self.inner.radius));
+                for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {
+                    climb = climb.through(&layer.faces(at));
+                }
+                climb
+            },
+        )
     }
 
     /// As [`Self::climb`], of the waves n and -n of a tyre that turns: layer by layer, since what is even in Omega
     /// serves both.
     #[inline(always)]
     fn climb_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> [Climb<T>; 2] {
-        let (even, odd) = self.inner.turning_impedance(at.s, at.foundation);
-        let (even, odd) = (scaled(even, self.inner.radius), (odd * self.inner.radius).times_i());
-        let (mut forwards, mut backwards) = (even, even);
-        for (row, column) in [(0, 2), (2, 0)] {
-            forwards[row][column] = even[row][column] + odd;
-            backwards[row][column] = even[row][column] - odd;
-        }
-        let n = self.inner.periods();
-        if let (Some(forth), Some(back)) = (at.edge(n, |both| &both.forwards), at.edge(n, |both| &both.backwards)) {
-            self.inner.hold_scaled(&mut forwards, &forth, self.inner.radius);
-            self.inner.hold_scaled(&mut backwards, &back, self.inner.radius);
-        }
-        let (mut forwards, mut backwards) = (Climb::from(forwards), Climb::from(backwards));
-        for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {
-            let faces = layer.faces_both_ways(at);
-            forwards = forwards.through(&faces[0]);
-            backwards = backwards.through(&faces[1]);
-        }
-        [forwards, backwards]
+        at.s.outlined(
+            #[inline(always)]
+            || {
+                let (even, odd) = self.inner.turning_impedance(at.s, at.foundation);
+                let (even, odd) = (scaled(even, self.inner.radius), (odd * self.inner.radius).times_i());
+                let (mut forwards, mut backwards) = (even, even);
+                for (row, column) in [(0, 2), (2, 0)] {
+                    forwards[row][column] = even[row][column] + odd;
+                    backwards[row][column] = even[row][column] - odd;
+                }
+                let n = self.inner.periods();
+                if let (Some(forth), Some(back)) =
+                    (at.edge(n, |both| &both.forwards), at.edge(n, |both| &both.backwards))
+                {
+                    self.inner.hold_scaled(&mut forwards, &forth, self.inner.radius);
+                    self.inner.hold_scaled(&mut backwards, &back, self.inner.radius);
+                }
+                let (mut forwards, mut backwards) = (Climb::from(forwards), Climb::from(backwards));
+                for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {
+                    let faces = layer.faces_both_ways(at);
+                    forwards = forwards.through(&faces[0]);
+                    backwards = backwards.through(&faces[1]);
+                }
+                [forwards, backwards]
+            },
+        )
     }
 }
 

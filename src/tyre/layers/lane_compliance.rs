@@ -12,7 +12,7 @@ use super::compliance::{NormalCompliance, StackAt};
 use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
 use super::matrix2::Matrix2;
 use crate::numeric::lanes::{load, store};
-use crate::numeric::{Lanes, MOST_LANES};
+use crate::numeric::{ComplexField, Lanes, MOST_LANES};
 
 /// A stack at several values of s.
 #[derive(Clone, Debug)]
@@ -96,15 +96,20 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         ky: f64,
         under_tread: bool,
     ) -> (NormalCompliance<Matrix2<Lanes<S>>>, Lanes<S>, [bool; MOST_LANES]) {
-        let mut sliced = [false; MOST_LANES];
-        let (both, driven) = self.lanes.p_sv(
-            kx,
-            ky,
-            under_tread,
+        self.lanes.foundation[0].outlined(
             #[inline(always)]
-            |layer, exponents, under| pass(layer, exponents, under, &mut sliced),
-        );
-        (both, driven, sliced)
+            || {
+                let mut sliced = [false; MOST_LANES];
+                let (both, driven) = self.lanes.p_sv(
+                    kx,
+                    ky,
+                    under_tread,
+                    #[inline(always)]
+                    |layer, exponents, under| pass(layer, exponents, under, &mut sliced),
+                );
+                (both, driven, sliced)
+            },
+        )
     }
 
     /// The values, those of some lanes evaluated one by one.

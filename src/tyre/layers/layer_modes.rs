@@ -237,19 +237,27 @@ impl LayerModes {
     /// turns, without the Coriolis force.
     #[inline(always)]
     pub(super) fn faces<T: ComplexField>(&self, values: &LayerValues<T>) -> Faces<T> {
-        blocks_of(self.entries(values))
+        values.shear.outlined(
+            #[inline(always)]
+            || blocks_of(self.entries(values)),
+        )
     }
 
     /// As [`Self::faces`], of the waves n and -n of a tyre that turns, with the Coriolis force.
     #[inline(always)]
     pub(super) fn faces_both_ways<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
-        let entries = self.entries(values);
-        let Some(modes) = &self.coriolis else { return [blocks_of(entries), blocks_of(entries)] };
-        let deviation = self.deviation(values);
-        let inertia = values.inertia + deviation[0] * self.mean;
-        let both = modes.both_ways(entries, [values.coriolis, inertia], values.shear, &deviation);
-        let [forwards, backwards] = both;
-        [blocks_of(forwards), blocks_of(backwards)]
+        values.shear.outlined(
+            #[inline(always)]
+            || {
+                let entries = self.entries(values);
+                let Some(modes) = &self.coriolis else { return [blocks_of(entries), blocks_of(entries)] };
+                let deviation = self.deviation(values);
+                let inertia = values.inertia + deviation[0] * self.mean;
+                let both = modes.both_ways(entries, [values.coriolis, inertia], values.shear, &deviation);
+                let [forwards, backwards] = both;
+                [blocks_of(forwards), blocks_of(backwards)]
+            },
+        )
     }
 
     /// t_p = f(s) less the fraction of each part that follows the modulus.

@@ -10,6 +10,8 @@ use crate::scene::problem::short;
 use crate::scene::table::{Nested, Table};
 
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-6, 1e4);
+/// Texture in millimetres lies above.
+const WAVELENGTH: Bounds = Bounds::positive("m").plausible(1e-5, 10.0);
 /// 120 dB re 1e-6 m are one metre: no tyre rolls on that, and it is far from overflow.
 const LEVEL: Bounds = Bounds::between(-100.0, 120.0, "dB re 1e-6 m");
 /// Ratio of a third-octave band's mid-wavelength to its lower edge.
@@ -24,7 +26,7 @@ keys! {
         seed: u64 = 0 => Whole::least(0),
         /// Third-octave mid-wavelengths \[m\].
         #[serde(skip_serializing_if = "Option::is_none")]
-        wavelengths: Option<Vec<f64>> = None => Optional(Numbers(LENGTH)),
+        wavelengths: Option<Vec<f64>> = None => Optional(Numbers(WAVELENGTH)),
         /// Third-octave texture levels of a profile, dB re 1e-6 m.
         #[serde(skip_serializing_if = "Option::is_none")]
         levels: Option<Vec<f64>> = None => Optional(Numbers(LEVEL)),

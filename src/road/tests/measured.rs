@@ -247,7 +247,7 @@ fn faulty_profiles_are_refused_with_the_place() {
     let rows: String = (0..4000).map(|i| format!("{},{}\n", 0.2 * f64::from(i), f64::from(i % 7))).collect();
     let coarse = ProfileRoad { lateral: Lateral::Isotropic, ..profile(write(&folder, "coarse.csv", rows.as_bytes())) };
     let message = refused(&Road::Profile(coarse), line()).to_string();
-    assert!(message.contains("0.2 m apart") && message.contains("is the unit of its distances right"), "{message}");
+    assert!(message.contains("0.200 m apart") && message.contains("is the unit of its distances right"), "{message}");
     let absent = Road::Profile(profile(folder.path().join("absent.csv")));
     assert!(refused(&absent, line()).to_string().contains("absent.csv"));
     let directory = Road::Profile(profile(folder.path().to_owned()));

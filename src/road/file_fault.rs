@@ -122,8 +122,8 @@ pub(crate) enum FileFault {
     TooFewPoints { found: usize, needed: usize },
     /// Points too far apart \[m\] for a third octave of texture up to the wavelength `longest` \[m\].
     #[error(
-        "its points are {spacing:.3} m apart, too far for any texture up to a wavelength of {longest} m: is the unit of \
-         its distances right?"
+        "its points are {spacing:.3} m apart, too far for any texture up to a wavelength of {longest} m: is the unit \
+         of its distances right?"
     )]
     TooCoarse { spacing: f64, longest: f64 },
     /// More than the share `allowed` of the heights is missing.

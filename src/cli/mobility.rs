@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::context::Context;
 use super::error::CliError;
-use super::options::positive;
+use super::options::{patch_side, positive};
 use super::side::Place;
 
 const EXAMPLES: &str = "\
@@ -29,7 +29,7 @@ pub(crate) struct MobilityArguments {
     #[command(flatten)]
     place: Place,
     /// Sides of the square patches, in mm.
-    #[arg(long, value_name = "MM", value_delimiter = ',', default_value = "5,10,20,50", value_parser = positive)]
+    #[arg(long, value_name = "MM", value_delimiter = ',', default_value = "5,10,20,50", value_parser = patch_side)]
     patch: Vec<f64>,
     /// Lowest frequency, in Hz.
     #[arg(long, value_name = "HZ", default_value = "50", value_parser = positive)]
@@ -94,7 +94,7 @@ mod tests {
     fn patches_are_a_list_of_positive_lengths() {
         assert_eq!(parse(&["a.toml", "--patch", "5,10, 20"]).unwrap().patch, [5.0, 10.0, 20.0]);
         assert_eq!(parse(&["a.toml"]).unwrap().patch, [5.0, 10.0, 20.0, 50.0]);
-        for patch in ["0", "-5", "five", "5,,10", "nan", "inf"] {
+        for patch in ["0", "-5", "five", "5,,10", "nan", "inf", "0.02"] {
             assert!(parse(&["a.toml", &format!("--patch={patch}")]).is_err(), "{patch}");
         }
     }

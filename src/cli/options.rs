@@ -130,6 +130,14 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Parses the side of a patch in millimetres; `fit-tyre` takes metres.
+pub(super) fn patch_side(text: &str) -> Result<f64, String> {
+    match positive(text)? {
+        side if side < 0.5 => Err(format!("{side} mm is implausible: the side is in mm, at least 0.5")),
+        side => Ok(side),
+    }
+}
+
 /// Parses a finite number.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::report::{Comparison, MeasuredLevels, PAGE_HEAD, ReportError, Stored, page};
+use crate::results::summary::SUMMARY_FILE;
 use crate::storage::input::{self, TABLE_BYTES};
 use crate::study::sweep::StoredSweep;
 use clap::Args;
@@ -99,15 +100,22 @@ impl CompareArguments {
 }
 
 fn stored(folders: &[PathBuf]) -> Result<Vec<Stored>, CliError> {
-    let open = |folder: &PathBuf| Stored::open(folder).map_err(|error| CliError::Usage(error.to_string()));
+    let open = |folder: &PathBuf| Stored::open(folder).map_err(|error| not_opened(folder, &error.to_string()));
     folders.iter().map(open).collect()
+}
+
+/// Error of a folder that was not opened; one without results is told what is wanted.
+fn not_opened(folder: &Path, error: &str) -> CliError {
+    let wanted =
+        if folder.join(SUMMARY_FILE).is_file() { "" } else { ": name the folder of a finished `tyrewave run`" };
+    CliError::Usage(format!("{error}{wanted}"))
 }
 
 /// The sweep in a folder, if it is the only one; `None` if all folders are those of runs.
 fn sweep_of(folders: &[PathBuf]) -> Result<Option<StoredSweep>, CliError> {
     let mut sweep = None;
     for folder in folders {
-        let found = StoredSweep::open(folder).map_err(|error| CliError::Usage(error.to_string()))?;
+        let found = StoredSweep::open(folder).map_err(|error| not_opened(folder, &error.to_string()))?;
         if found.is_some() && folders.len() > 1 {
             let told = "is the folder of a sweep, which has a page of its own: name it alone, or its runs";
             return Err(CliError::Usage(format!("{} {told}", folder.display())));
@@ -154,6 +162,13 @@ pub(super) fn write_page(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_without_results_is_told_what_is_wanted() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = stored(&[folder.path().to_owned()]).unwrap_err().to_string();
+        assert!(error.contains("name the folder of a finished `tyrewave run`"), "{error}");
+    }
 
     #[test]
     fn a_page_stands_beside_its_folder() {

@@ -159,7 +159,7 @@ impl SweepArguments {
                 speeds = values(&listed).map_err(told)?.0;
                 factors.remove(index);
             }
-        } else if !speeds.is_empty() && factors.iter().any(|factor| factor.key == SPEED_KEY) {
+        } else if !speeds.is_empty() && self.place.scene.settings.iter().any(|setting| setting.key() == SPEED_KEY) {
             return Err(usage(format!("--speed and --set {SPEED_KEY} are the same: give one of them")));
         }
         let design = match self.latin_hypercube {
@@ -173,7 +173,8 @@ impl SweepArguments {
         let loads = self.load.clone().map_or(Vec::new(), |loads| loads.0);
         let axes = Axes { speeds, loads, roads: self.road.clone(), points };
         if axes == Axes::default() {
-            let how = "--speed, --load, --road, or --set with a range or a list, such as --set road.seed=1..20";
+            let how = "--speed, --load, --road, or --set with a range or a list without brackets, such as --set \
+                       road.seed=1..20 or --set contact.tread=elastic,bedding";
             return Err(usage(format!("nothing is varied: give {how}")));
         }
         Ok((context.load(&place)?, axes))

@@ -19,7 +19,7 @@ use serde_json::json;
 use super::context::Context;
 use super::error::CliError;
 use super::mobility::to_csv as mobility_csv;
-use super::options::positive;
+use super::options::{patch_side, positive};
 use super::side::Place;
 use super::{tyre_pattern, tyre_rolling, tyre_views as views};
 
@@ -110,7 +110,7 @@ pub(crate) struct TyreArguments {
     #[arg(long)]
     rolling: bool,
     /// Sides of the square patches of the mobility, in mm.
-    #[arg(long, value_name = "MM", value_delimiter = ',', default_value = "50,20,10,5", value_parser = positive)]
+    #[arg(long, value_name = "MM", value_delimiter = ',', default_value = "50,20,10,5", value_parser = patch_side)]
     patch: Vec<f64>,
     /// Number of frequencies of the mobility; 300 resolve modes of 2 % damping.
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = clap::value_parser!(u32).range(2..=100_000))]

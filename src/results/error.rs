@@ -48,7 +48,7 @@ pub enum ResultsError {
         source: io::Error,
     },
     /// The output path ends in `..`, `/` or nothing, and cannot be the name of a folder.
-    #[error("{} does not name a folder to write results to", path.display())]
+    #[error("{} does not name a folder to write results to: choose another --out, as results/trial", path.display())]
     NoFolderName {
         /// Path given.
         path: PathBuf,

@@ -120,6 +120,12 @@ pub(crate) enum FileFault {
     TooFlat { rms: f64 },
     #[error("{found} usable points, at least {needed} are needed")]
     TooFewPoints { found: usize, needed: usize },
+    /// Points too far apart \[m\] for a third octave of texture up to the wavelength `longest` \[m\].
+    #[error(
+        "its points are {spacing:.3} m apart, too far for any texture up to a wavelength of {longest} m: is the unit \
+         of its distances right?"
+    )]
+    TooCoarse { spacing: f64, longest: f64 },
     /// More than the share `allowed` of the heights is missing.
     #[error(
         "{missing} of {total} heights are missing, more than the {} % that are filled by interpolation",
@@ -159,7 +165,10 @@ pub(crate) enum FileFault {
     Npy(ArrayError),
     #[error("a grid needs a two-dimensional array (rows along x, columns across), this one has the shape {shape:?}")]
     NpyShape { shape: Vec<u64> },
-    #[error("a grid needs float64 or float32 heights, this array holds {found}")]
+    #[error(
+        "a grid needs float64 or float32 heights in metres, this array holds {found}: convert it, as \
+         heights.astype(\"float64\") does in numpy"
+    )]
     NpyType { found: String },
 
     /// A point of a cloud, and the length \[m\] at which it lies.

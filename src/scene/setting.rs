@@ -19,7 +19,8 @@ const MOST_TOLD: usize = 200;
 /// Most parts of a key: no table of a scene is as deep.
 const MOST_STEPS: usize = 16;
 const NOT_GIVEN: &str = "leave the setting out, or correct the key's name";
-const NO_PLACE: &str = "name a key of a table, or an item of an array that is there: receiver[0].height";
+const NO_PLACE: &str = "name a key of a table, or an item that the scene's array has: the first is [0]; a whole array, \
+                        such as receiver=[{ standard = \"cpx\" }], can be set, too";
 
 /// A key of a scene and its new value; without a value the key is removed.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,8 +9,9 @@
 //! The record belongs to one build of the program on one kind of processor; any other is measured anew.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use crate::counters::process::cpu_time;
 use crate::counters::{Stage, Watch};
 use crate::plan::unit_record::{keep, known};
 use crate::plan::{Forecast, Plan, Unit, UnitCosts};
@@ -53,11 +54,11 @@ fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     let (elements, ..) = PROBE;
     let tyre = &base.scene.tyre;
     let options = FitOptions::new(tyre, elements, base.scene.rolling.speed()).with_tolerance(TOLERANCE);
-    let begin = Instant::now();
+    let begin = Begin::now();
     fit_unless_stopped(tyre, &options, stop).map_err(|_| RunError::Interrupted { kept: None })?;
     let fit = expected_fit::share(elements as f64, TOLERANCE, tyre) * Unit::Fit.typical();
 
-    let mut probes = Probes { fit: begin.elapsed().as_secs_f64() / fit, ..Probes::default() };
+    let mut probes = Probes { fit: begin.ran() * begin.wall.elapsed().as_secs_f64() / fit, ..Probes::default() };
     probes.roll(base.clone(), stop)?;
     let mut smooth = base;
     smooth.scene.road = Road::Smooth;
@@ -65,7 +66,26 @@ fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     Ok(probes.costs())
 }
 
-/// Sums over the short runs, times in s.
+/// Begin of a measurement on one thread.
+struct Begin {
+    wall: Instant,
+    cpu: Option<Duration>,
+}
+
+impl Begin {
+    fn now() -> Self {
+        Self { wall: Instant::now(), cpu: cpu_time() }
+    }
+
+    /// Part of the time since then for which the thread ran, at most 1: other programs must not make work dear. 1 where
+    /// processor times are not known.
+    fn ran(&self) -> f64 {
+        let cpu = self.cpu.zip(cpu_time()).map(|(then, now)| now.saturating_sub(then));
+        cpu.map_or(1.0, |cpu| (cpu.as_secs_f64() / self.wall.elapsed().as_secs_f64()).min(1.0))
+    }
+}
+
+/// Sums over the short runs, times in s that the thread ran.
 #[derive(Default)]
 struct Probes {
     /// Time of the fit over the expected time.
@@ -85,6 +105,7 @@ impl Probes {
         let step = scene.tyre.circumference / (elements as f64 * scene.rolling.speed());
         (scene.rolling.warm_up, scene.rolling.duration) = (before as f64 * step, watched as f64 * step);
         let plan = Plan::new(scene);
+        let all = Begin::now();
         let mut run = Simulation::begin_watched(&loaded, &plan, stop, Watch::EVERY)?;
         let begin = Instant::now();
         while run.step()?.is_some() {
@@ -92,17 +113,17 @@ impl Probes {
                 return Err(RunError::Interrupted { kept: None });
             }
         }
-        let rolled = begin.elapsed();
+        let (rolled, ran) = (begin.elapsed(), all.ran());
         let in_stages = run.spent().iter().sum();
         let meter = run.finish().meter;
         self.steps += plan.steps as f64;
-        self.rest += rolled.saturating_sub(in_stages).as_secs_f64();
+        self.rest += ran * rolled.saturating_sub(in_stages).as_secs_f64();
         let Forecast { stages, .. } = plan.forecast(&UnitCosts::default(), 1, 0.0);
         for expected in stages {
             let [planned, taken] = &mut self.stages[expected.stage as usize];
             *planned += expected.seconds;
             // In a plan a stage includes its parts.
-            *taken += meter.whole(expected.stage).spent.wall.as_secs_f64();
+            *taken += ran * meter.whole(expected.stage).spent.wall.as_secs_f64();
         }
         Ok(())
     }
@@ -123,6 +144,15 @@ impl Probes {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_thread_that_waits_costs_nothing() {
+        let later = |cpu: Duration| cpu + Duration::from_secs(3600);
+        let waited = Begin { wall: Instant::now(), cpu: cpu_time().map(later) };
+        let unknown = Begin { wall: Instant::now(), cpu: None };
+        assert!((unknown.ran() - 1.0).abs() < 1e-12 && (0.0..=1.0).contains(&Begin::now().ran()));
+        assert!(waited.cpu.is_none() || waited.ran().abs() < 1e-12);
+    }
 
     #[test]
     fn what_is_measured_scales_its_stage_and_all_of_it_the_others() {

@@ -291,7 +291,9 @@ fn settings_are_varied_and_seeds_averaged_with_their_confidence() {
     refused(&with("rolling.speed_kmh=80..50:10"), "before it begins");
     refused(&with("rolling.speed_kmh=50.0..80.5"), "needs steps");
     refused(&with("road.seed=1,2"), "given twice");
-    refused(&[&with("rolling.speed_kmh=50,80")[..], &["--speed", "50"]].concat(), "the same");
+    for speeds in ["rolling.speed_kmh=50,80", "rolling.speed_kmh=70"] {
+        refused(&[&with(speeds)[..], &["--speed", "50"]].concat(), "the same");
+    }
     refused(&["scene.toml", "--latin-hypercube", "4", "--speed", "50"], "beside seeds");
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::height_map::{HeightMap, fill_missing, origins, plausible_spacing};
+use super::height_map::{HeightMap, LARGEST_SPACING_OF_TABLE, fill_missing, origins, plausible_spacing};
 use super::raster::{self, Raster};
 use super::{missing, table};
 use crate::road::error::{RoadError, positive};
@@ -95,7 +95,8 @@ pub(super) fn read(
     let fault = |fault| RoadError::file(path, fault);
     let raster = if spec.is_array() { array(spec, limit)? } else { text(spec, limit)? };
     let Raster { dx, dy, columns, mut heights, .. } = raster;
-    [dx, dy].into_iter().try_for_each(plausible_spacing).map_err(fault)?;
+    let plausible = |spacing| plausible_spacing(spacing, LARGEST_SPACING_OF_TABLE).map_err(fault);
+    [dx, dy].into_iter().try_for_each(plausible)?;
     let width = columns as f64 * dy;
     if width < contact_width * (1.0 - 1e-9) {
         if spec.widen == Widen::Refuse {

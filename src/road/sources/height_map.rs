@@ -18,8 +18,15 @@ const SMOOTHEST: [f64; 2] = [1e-6, 20e-6];
 /// Largest remainder of an exact plane after levelling \[m\].
 const ROUNDING: f64 = 1e-12;
 
-/// Plausible spacings of a measured road \[m\]: from well below a laser spot to well above a wheel.
-const SPACINGS: [f64; 2] = [1e-6, 10.0];
+/// Least plausible spacing of a measured road \[m\]: well below a laser spot.
+const LEAST_SPACING: f64 = 1e-6;
+
+/// Largest plausible spacing \[m\] of a file that states its unit: well above a wheel.
+pub(crate) const LARGEST_SPACING: f64 = 10.0;
+
+/// Largest plausible spacing \[m\] where its unit may be mistaken: above a foot, the coarsest of profilers for
+/// evenness; 0.5 or 1 mm read as metres lie above.
+pub(crate) const LARGEST_SPACING_OF_TABLE: f64 = 0.4;
 
 /// Most lengths of the road that the trend's kernel may span, the road being reflected at its ends.
 const MOST_TURNS: f64 = 100.0;
@@ -142,9 +149,9 @@ impl HeightMap {
     }
 }
 
-/// Refuses a spacing \[m\] that no instrument has: a unit or a scale must be wrong.
-pub(crate) fn plausible_spacing(spacing: f64) -> Result<(), FileFault> {
-    let [least, most] = SPACINGS;
+/// Refuses a spacing \[m\] that no instrument has, or above `most`: a unit or a scale must be wrong.
+pub(crate) fn plausible_spacing(spacing: f64, most: f64) -> Result<(), FileFault> {
+    let least = LEAST_SPACING;
     if (least..=most).contains(&spacing) { Ok(()) } else { Err(FileFault::ImplausibleSpacing { spacing, least, most }) }
 }
 

@@ -101,6 +101,10 @@ fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<
     let longest = (map.end() * ISOTROPIC_LONGEST.1).min(ISOTROPIC_LONGEST.0);
     let shortest = spacing / 0.45;
     if bands_between(longest, shortest).next().is_none() {
+        if bands_between(ISOTROPIC_LONGEST.0, shortest).next().is_none() {
+            let fault = FileFault::TooCoarse { spacing, longest: ISOTROPIC_LONGEST.0 };
+            return Err(RoadError::file(&spec.file, fault));
+        }
         let needed = (8.0 * shortest / map.dx / ISOTROPIC_LONGEST.1).ceil() as usize;
         return Err(RoadError::file(&spec.file, FileFault::TooFewPoints { found: map.heights.len(), needed }));
     }

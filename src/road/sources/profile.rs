@@ -9,7 +9,7 @@
 //!    Road coordinate 0 is the first point used.
 
 use super::columns::Point;
-use super::height_map::{HeightMap, plausible_spacing};
+use super::height_map::{HeightMap, LARGEST_SPACING_OF_TABLE, plausible_spacing};
 use super::missing;
 use super::signature::refuse_other_kinds;
 use super::table;
@@ -81,7 +81,7 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
         report.notes.push(RoadNote::Filled { missing, total: points.len() });
     }
     let Uniform { dx, heights, origins } = uniform(&points, &mut report.notes).map_err(fault)?;
-    plausible_spacing(dx).map_err(fault)?;
+    plausible_spacing(dx, LARGEST_SPACING_OF_TABLE).map_err(fault)?;
     Ok(HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights, origins })
 }
 

@@ -72,6 +72,9 @@ pub(super) fn points(
     } else {
         let table = Table::of(bytes);
         let layout = Layout::of(&table, 2).map_err(fault)?;
+        if layout.first == u64::MAX {
+            return Err(fault(FileFault::TooFewPoints { found: 0, needed: 2 }));
+        }
         let roles = [columns::DISTANCE, columns::HEIGHT];
         let mut used =
             layout.columns(&table, roles, units, spec.columns.as_deref()).map_err(|error| error.at(&spec.file))?;

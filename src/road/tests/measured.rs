@@ -241,6 +241,13 @@ fn faulty_profiles_are_refused_with_the_place() {
         ),
         "must not be filled with 1e15 points"
     );
+    // Millimetres read as metres, as a line and as what an isotropic surface is made after.
+    let rows: String = (0..4000).map(|i| format!("{},{}\n", 0.5 * f64::from(i), f64::from(i % 7))).collect();
+    assert!(fault(rows.as_bytes()).to_string().contains("is the unit of its distances right"));
+    let rows: String = (0..4000).map(|i| format!("{},{}\n", 0.2 * f64::from(i), f64::from(i % 7))).collect();
+    let coarse = ProfileRoad { lateral: Lateral::Isotropic, ..profile(write(&folder, "coarse.csv", rows.as_bytes())) };
+    let message = refused(&Road::Profile(coarse), line()).to_string();
+    assert!(message.contains("0.200 m apart") && message.contains("is the unit of its distances right"), "{message}");
     let absent = Road::Profile(profile(folder.path().join("absent.csv")));
     assert!(refused(&absent, line()).to_string().contains("absent.csv"));
     let directory = Road::Profile(profile(folder.path().to_owned()));

@@ -10,6 +10,8 @@ use crate::scene::problem::short;
 use crate::scene::table::{Keys, Nested, Table};
 
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-6, 1e4);
+/// Texture in millimetres lies above.
+const WAVELENGTH: Bounds = Bounds::positive("m").plausible(1e-5, 10.0);
 /// 120 dB re 1e-6 m are one metre: no tyre rolls on that, and it is far from overflow.
 const LEVEL: Bounds = Bounds::between(-100.0, 120.0, "dB re 1e-6 m");
 /// Ratio of a third-octave band's mid-wavelength to its lower edge.
@@ -23,7 +25,7 @@ keys! {
         /// Seed of the random numbers.
         seed: u64 = 0 => Whole::least(0),
         /// Third-octave mid-wavelengths \[m\].
-        wavelengths?: Vec<f64> => Numbers(LENGTH),
+        wavelengths?: Vec<f64> => Numbers(WAVELENGTH),
         /// Third-octave texture levels of a profile, dB re 1e-6 m.
         levels?: Vec<f64> => Numbers(LEVEL),
         /// Power-law spectrum instead of levels.

@@ -62,7 +62,8 @@ keys! {
     }
 }
 
-const FMAX: Bounds = Bounds::positive("Hz").plausible(1.0, 1e5);
+/// From the lowest third octave that is written: a value in kHz lies below.
+const FMAX: Bounds = Bounds::positive("Hz").plausible(25.0, 1e5);
 
 pub(in crate::scene) const NUMERICS: Nested<Numerics> =
     Nested::new("[numerics]", "the table [numerics]").read_by(numerics);

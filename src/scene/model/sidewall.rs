@@ -9,7 +9,8 @@ use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::Bounds;
 use crate::scene::table::Nested;
 
-const STIFFNESS: Bounds = Bounds::positive("N/m").plausible(1.0, 1e9);
+/// A stiffness in kN/m lies below.
+const STIFFNESS: Bounds = Bounds::positive("N/m").plausible(100.0, 1e9);
 
 keys! {
     /// Both sidewalls of a curved tyre, in place of a foundation: arcs of inextensible cords under the inflation

@@ -284,7 +284,9 @@ fn road(scene: &Table, path: &Path) -> Result<(String, Table), SweepError> {
     let same = own.get("kind").and_then(Value::as_str) == Some(kind);
     if ending == "npy" && !same {
         return Err(failed(
-            "a height map needs its spacings: name a .toml file with kind = \"grid\", file, dx and dy".into(),
+            "a height map needs its spacings: name a scene whose [road] has kind = \"grid\", file, dx and dy; for \
+             sweep --road, a .toml file with these keys"
+                .into(),
         ));
     }
     let mut table = if same { own } else { Table::from_iter([("kind".to_owned(), Value::String(kind.into()))]) };

@@ -14,7 +14,7 @@ use super::header::{Channel, Format, Header};
 use crate::road::error::RoadError;
 use crate::road::file_fault::{FileFault, LikelyCause};
 use crate::road::report::RoadNote;
-use crate::road::sources::height_map::plausible_spacing;
+use crate::road::sources::height_map::{LARGEST_SPACING, plausible_spacing};
 use crate::road::sources::missing;
 use crate::road::sources::signature::refuse_other_kinds;
 use crate::scene::MissingHeight;
@@ -172,8 +172,8 @@ impl Crg {
     /// Refuses impossible roads after all scaling: columns without width, elevations beyond all bounds.
     fn check(&self) -> Result<(), FileFault> {
         let narrowest = self.v.windows(2).map(|pair| pair[1] - pair[0]).fold(self.increment, f64::min);
-        plausible_spacing(narrowest)?;
-        plausible_spacing(self.increment)?;
+        plausible_spacing(narrowest, LARGEST_SPACING)?;
+        plausible_spacing(self.increment, LARGEST_SPACING)?;
         for (row, line) in self.grid.chunks_exact(self.v.len()).enumerate() {
             for (column, height) in line.iter().enumerate().filter(|(_, height)| !height.is_nan()) {
                 let value = self.elevation(row, column);

@@ -40,6 +40,18 @@ fn what_no_tyre_has_is_asked_about_and_may_be_tried_within_bounds() {
     Scene::from_str(&toy, "toy").unwrap();
 }
 
+#[test]
+fn kilohertz_kilonewtons_per_metre_and_millimetres_are_asked_about() {
+    for setting in [
+        "numerics={ preset = \"draft\", fmax = 1 }",
+        "tyre.sidewall.shear=3",
+        "road={ kind = \"made\", levels = [40.0, 40.0], wavelengths = [100.0, 80.0] }",
+    ] {
+        let told = about(setting);
+        assert!(told.contains("implausible") && told.contains("another unit?"), "{setting}: {told}");
+    }
+}
+
 /// Complaints about the default scene with a setting.
 fn about(setting: &str) -> String {
     let setting = [Setting::parse(setting).unwrap()];

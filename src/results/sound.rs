@@ -144,7 +144,7 @@ impl SoundError {
 }
 
 /// The body that radiates, and the solution of its transfers.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct BodySummary {
     /// Boundary elements, or a draft without them.
     pub quality: RadiationQuality,
@@ -175,11 +175,7 @@ impl BodySummary {
             patch_length: 2.0 * body.half_patch(),
             sound_speed: air.sound_speed,
             density: air.density,
-            frequencies: 0,
-            solved: 0,
-            unknowns: 0,
-            interpolation_error: 0.0,
-            reciprocal_condition: None,
+            ..Self::default()
         }
     }
 }

@@ -104,7 +104,7 @@ impl ZoneMaker for CellContact<'_> {
             models.waves = Some((waves, beyond));
         }
         Ok(Made {
-            march: March::with_cells(output_window, zone, numerics.time_rule, plan.time_step),
+            march: March::over(Box::new(zone), output_window, numerics.time_rule, plan.time_step),
             form: SliceForm::Cells,
             moving: None,
             local_compliance: None,

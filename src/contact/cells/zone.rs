@@ -26,7 +26,7 @@ pub trait CellPast<const C: usize>: Evolving + Send {
 
 /// The cells of a window, column by column. The window may be longer than the one whose forces are reported: what is
 /// beyond its ends then counts with their columns.
-pub struct CellZone {
+pub(crate) struct CellZone {
     across: usize,
     /// Columns of the window beyond either end of the reported part.
     margin: usize,

@@ -346,7 +346,7 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
     };
     let layers = layers.into_iter().map(layer).collect::<Result<_, _>>()?;
     let (name, flat) = stack(TyreEntry { name, _curved: true, speed: 0.0, layers, foundation })?;
-    let (layers, foundation) = flat.into_parts();
+    let Stack { layers, foundation } = flat;
     let radius = circumference / std::f64::consts::TAU;
     if layers.iter().map(|layer| layer.thickness).sum::<f64>() >= radius {
         return Err(refuse(&name, "the layers must be thinner than the radius"));

@@ -37,10 +37,12 @@ impl UnderLoad {
 
 /// Everything on a tyre as JSON in SI units; `element` is the length of an element \[m\].
 pub(crate) fn tyre_record(title: &str, element: f64, modes: &Modes, loads: &[UnderLoad], mobility: &Mobility) -> Value {
+    let unconfirmed =
+        modes.unconfirmed.iter().map(|(n, m, pole)| json!({ "n": n, "m": m, "pole": [pole.re, pole.im] }));
     json!({
         "title": title,
         "modes": modes.confirmed.iter().map(mode_json).collect::<Vec<_>>(),
-        "unconfirmed": modes.unconfirmed.iter().map(|(n, m, pole)| json!({ "n": n, "m": m, "pole": [pole.re, pole.im] })).collect::<Vec<_>>(),
+        "unconfirmed": unconfirmed.collect::<Vec<_>>(),
         "element": element,
         "loads": loads.iter().map(UnderLoad::to_json).collect::<Vec<_>>(),
         "mobility": mobility_json(mobility),

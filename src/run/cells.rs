@@ -80,16 +80,11 @@ impl ZoneMaker for CellContact<'_> {
             return Err(SceneError::from(problem).into());
         }
         let numerics = &plan.scene.numerics;
+        let made = |march, models| Made { march, form: SliceForm::Cells, moving: None, local_compliance: None, models };
         if let Some(friction) = plan.scene.friction.as_ref().filter(|_| plan.scene.has_tractions()) {
             let (loaded, sums, tread, stop) = (self.loaded, &self.sums, &self.tread, self.stop);
             let contact = FrictionContact { loaded, plan, sums, tread, friction, stop };
-            return Ok(Made {
-                march: contact.march(at_rest, (output_window, margin), meter, warnings)?,
-                form: SliceForm::Cells,
-                moving: None,
-                local_compliance: None,
-                models: TyreModels::default(),
-            });
+            return Ok(made(contact.march(at_rest, (output_window, margin), meter, warnings)?, TyreModels::default()));
         }
         let instant = self.instant(columns, meter);
         let followed = plan.decisions.takes_models;
@@ -103,13 +98,7 @@ impl ZoneMaker for CellContact<'_> {
             let beyond = meter.time(Stage::Influence, || self.beyond(instant, &waves));
             models.waves = Some((waves, beyond));
         }
-        Ok(Made {
-            march: March::over(Box::new(zone), output_window, numerics.time_rule, plan.time_step),
-            form: SliceForm::Cells,
-            moving: None,
-            local_compliance: None,
-            models,
-        })
+        Ok(made(March::over(Box::new(zone), output_window, numerics.time_rule, plan.time_step), models))
     }
 }
 

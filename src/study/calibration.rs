@@ -14,8 +14,7 @@ use std::time::Instant;
 use crate::counters::{Stage, Watch};
 use crate::plan::unit_record::{keep, known};
 use crate::plan::{Forecast, Plan, Unit, UnitCosts};
-use crate::run::RunError;
-use crate::run::Simulation;
+use crate::run::{RunError, Simulation};
 use crate::scene::{LoadedScene, PLATE, Road, Scene};
 use crate::tyre::poles::{FitOptions, expected_fit, fit_unless_stopped};
 

@@ -17,8 +17,7 @@ use crate::radiation::{Block, Body, Cost, Flank, RadiationError, Resolution, Tra
 use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
 use crate::scene::{AirMotion, Scene};
-use crate::sound::Side;
-use crate::sound::{Air, receivers};
+use crate::sound::{Air, Side, receivers};
 use crate::tyre::influence::mobility::frequencies;
 use crate::tyre::influence::{SurfaceWaves, Waves};
 

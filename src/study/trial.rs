@@ -19,9 +19,8 @@ use crate::plan::Plan;
 use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
 use crate::results::sound::{RatedLevel, ReceiverSpectrum};
 use crate::results::summary::{Outcome, RollingResistance};
-use crate::run::RunError;
 use crate::run::energy::impossible_energy;
-use crate::run::{Results, Setup, Simulation};
+use crate::run::{Results, RunError, Setup, Simulation};
 use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;
 

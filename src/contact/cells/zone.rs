@@ -12,7 +12,7 @@ use crate::contact::zone::{Instant, Solved, Zone};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::{Evolving, evolving};
 
 /// A method to carry the past of cells under forces in `C` components: 1, normal forces, or 3, tractions.
 pub trait CellPast<const C: usize>: Evolving + Send {
@@ -164,8 +164,4 @@ impl Zone for CellZone {
     }
 }
 
-impl Evolving for CellZone {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.past, &mut self.search, &mut self.forces, &mut self.first_element])
-    }
-}
+evolving!(CellZone: past, search, forces, first_element);

@@ -6,7 +6,7 @@ use crate::storage::input::{self, TABLE_BYTES};
 use crate::tyre::layers::cases;
 use clap::Args;
 
-use super::context::print;
+use super::context::{Context, print};
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
@@ -35,7 +35,7 @@ pub(crate) struct ComplianceArguments {
 }
 
 impl ComplianceArguments {
-    pub(crate) fn execute(self) -> Result<(), CliError> {
+    pub(crate) fn execute(self, _: &Context) -> Result<(), CliError> {
         let path = self.cases;
         let text = input::read_text(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;
         let answer = cases::evaluate(&text).map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::half_space::rough::{Extent, HeightMap};
 use crate::storage::array::{Array, ArrayError};
 
 use super::error::CliError;
@@ -9,59 +10,50 @@ use super::error::CliError;
 /// Largest median slope that is accepted as metres per metre: real textures, steps and spikes included, stay below 2.
 const STEEPEST: f64 = 20.0;
 
-/// A grid of heights \[m\], row-major.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Heights {
-    pub values: Vec<f64>,
-    pub rows: usize,
-    pub columns: usize,
+/// Reads a grid of heights \[m\] above cells of `dx` x `dy` \[m\].
+pub(super) fn read_grid(path: &Path, [dx, dy]: [f64; 2]) -> Result<HeightMap, CliError> {
+    let name = path.display();
+    let fault = |error| match error {
+        ArrayError::Io(source) => CliError::Read { path: path.to_owned(), source },
+        other => CliError::Usage(format!("{name}: {other}")),
+    };
+    let array = Array::open(path).map_err(fault)?;
+    let extent = match *array.shape() {
+        [rows, columns] if rows > 0 && columns > 0 => Extent { nx: rows as usize, ny: columns as usize },
+        ref shape => {
+            return Err(CliError::Usage(format!(
+                "{name} has shape {shape:?}: a two-dimensional array with at least one height is needed"
+            )));
+        }
+    };
+    let map = HeightMap { heights: array.into_values().map_err(fault)?, extent, dx, dy };
+    check_unit(&map, path)?;
+    Ok(map)
 }
 
-impl Heights {
-    /// Reads a grid of heights; `cell` is the cells' size \[m\].
-    pub(super) fn read_grid(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
-        let name = path.display();
-        let fault = |error| match error {
-            ArrayError::Io(source) => CliError::Read { path: path.to_owned(), source },
-            other => CliError::Usage(format!("{name}: {other}")),
-        };
-        let array = Array::open(path).map_err(fault)?;
-        let (rows, columns) = match *array.shape() {
-            [rows, columns] if rows > 0 && columns > 0 => (rows as usize, columns as usize),
-            ref shape => {
-                return Err(CliError::Usage(format!(
-                    "{name} has shape {shape:?}: a two-dimensional array with at least one height is needed"
-                )));
-            }
-        };
-        let values = array.into_values().map_err(fault)?;
-        Self { values, rows, columns }.checked(path, cell)
+/// Refuses heights that are plausible in millimetres or micrometres only, by the median slope between neighbouring
+/// finite heights: a few spikes or walls do not matter.
+fn check_unit(map: &HeightMap, path: &Path) -> Result<(), CliError> {
+    let (heights, columns) = (&map.heights, map.extent.ny);
+    let across = heights.chunks_exact(columns).flat_map(|row| row.windows(2)).map(|z| (z[1] - z[0]).abs() / map.dy);
+    let along = heights.iter().zip(heights.iter().skip(columns)).map(|(a, b)| (b - a).abs() / map.dx);
+    let mut slopes: Vec<f64> = across.chain(along).filter(|slope| slope.is_finite()).collect();
+    if slopes.is_empty() {
+        return Ok(());
     }
-
-    /// Refuses heights that are plausible in millimetres or micrometres only, by the median slope between neighbouring
-    /// finite heights: a few spikes or walls do not matter.
-    fn checked(self, path: &Path, [dx, dy]: [f64; 2]) -> Result<Self, CliError> {
-        let columns = self.columns;
-        let across = self.values.chunks_exact(columns).flat_map(|row| row.windows(2)).map(|z| (z[1] - z[0]).abs() / dy);
-        let along = self.values.iter().zip(self.values.iter().skip(columns)).map(|(a, b)| (b - a).abs() / dx);
-        let mut slopes: Vec<f64> = across.chain(along).filter(|slope| slope.is_finite()).collect();
-        if slopes.is_empty() {
-            return Ok(self);
-        }
-        let middle = slopes.len() / 2;
-        let slope = *slopes.select_nth_unstable_by(middle, f64::total_cmp).1;
-        if slope <= STEEPEST {
-            return Ok(self);
-        }
-        let finite = || self.values.iter().copied().filter(|z| z.is_finite());
-        let unit = if slope < 1e3 * STEEPEST { "millimetres" } else { "micrometres" };
-        let [least, greatest] = [finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max)];
-        Err(CliError::Usage(format!(
-            "the median slope of {} is {slope:.0}: heights or cell sizes are not in metres (most likely the heights \
-             are in {unit}; they rise from {least} to {greatest})",
-            path.display()
-        )))
+    let middle = slopes.len() / 2;
+    let slope = *slopes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    if slope <= STEEPEST {
+        return Ok(());
     }
+    let finite = || heights.iter().copied().filter(|z| z.is_finite());
+    let unit = if slope < 1e3 * STEEPEST { "millimetres" } else { "micrometres" };
+    let [least, greatest] = [finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max)];
+    Err(CliError::Usage(format!(
+        "the median slope of {} is {slope:.0}: heights or cell sizes are not in metres (most likely the heights \
+         are in {unit}; they rise from {least} to {greatest})",
+        path.display()
+    )))
 }
 
 #[cfg(test)]
@@ -70,16 +62,16 @@ mod tests {
 
     use super::*;
 
-    fn grid(values: Vec<f64>, columns: usize) -> Heights {
-        Heights { rows: values.len() / columns, columns, values }
+    fn grid(heights: Vec<f64>, columns: usize) -> HeightMap {
+        HeightMap { extent: Extent { nx: heights.len() / columns, ny: columns }, heights, dx: 4e-3, dy: 2e-3 }
     }
 
     #[test]
     fn millimetres_and_micrometres_are_recognised_and_steps_are_not_mistaken_for_them() {
         let texture = |i: usize| 4e-4 * (i as f64 * 0.9).sin() + 1e-4 * (i as f64 * 2.3).cos();
         let in_unit = |unit: f64| grid((0..600).map(|i| texture(i) * unit).collect(), 20);
-        let check = |heights: &Heights| heights.clone().checked(Path::new("z.npy"), [4e-3, 2e-3]);
-        let unit = |heights: &Heights| check(heights).unwrap_err().to_string();
+        let check = |map: &HeightMap| check_unit(map, Path::new("z.npy"));
+        let unit = |map: &HeightMap| check(map).unwrap_err().to_string();
         assert!(check(&in_unit(1.0)).is_ok());
         assert!(unit(&in_unit(1e3)).contains("in millimetres"));
         assert!(unit(&in_unit(1e6)).contains("in micrometres"));
@@ -102,18 +94,19 @@ mod tests {
         writer.extend([0.0_f32, 1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
         writer.finish().unwrap();
         std::fs::write(&path, bytes).unwrap();
-        assert_eq!(Heights::read_grid(&path, [1.0; 2]).unwrap(), grid(vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 3));
-        let wrong = |error: Result<Heights, CliError>| error.unwrap_err().to_string();
+        let expected = HeightMap { dx: 1.0, dy: 1.0, ..grid(vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], 3) };
+        assert_eq!(read_grid(&path, [1.0; 2]).unwrap(), expected);
+        let wrong = |error: Result<HeightMap, CliError>| error.unwrap_err().to_string();
         let mut bytes = Vec::new();
         let options = npyz::WriteOptions::new().default_dtype().shape(&[3]).writer(&mut bytes);
         let mut writer = options.begin_nd().unwrap();
         writer.extend([0.0_f32, 1.0, 2.0]).unwrap();
         writer.finish().unwrap();
         std::fs::write(&path, bytes).unwrap();
-        assert!(wrong(Heights::read_grid(&path, [1.0; 2])).contains("has shape [3]"));
+        assert!(wrong(read_grid(&path, [1.0; 2])).contains("has shape [3]"));
         std::fs::write(&path, b"heights").unwrap();
-        assert!(wrong(Heights::read_grid(&path, [1.0; 2])).contains("is not a complete .npy array"));
-        let missing = Heights::read_grid(&folder.path().join("none.npy"), [1.0; 2]);
+        assert!(wrong(read_grid(&path, [1.0; 2])).contains("is not a complete .npy array"));
+        let missing = read_grid(&folder.path().join("none.npy"), [1.0; 2]);
         assert!(matches!(missing, Err(CliError::Read { .. })));
     }
 }

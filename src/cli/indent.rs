@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::half_space::rough::{Extent, HeightMap, IndentationControl, IndentationLimits, indent};
+use crate::half_space::rough::{IndentationControl, IndentationLimits, indent};
 use crate::results::npy::{NpyWriter, Row};
 use clap::Args;
 use serde_json::json;
 
-use super::context::print;
+use super::context::{Context, print};
 use super::error::CliError;
-use super::heights::Heights;
+use super::heights::read_grid;
 use super::options::{poisson_ratio, positive};
 use super::output_file::{OutputFile, Replaces};
 
@@ -67,7 +67,7 @@ pub(crate) struct IndentArguments {
 }
 
 impl IndentArguments {
-    pub(crate) fn execute(self) -> Result<(), CliError> {
+    pub(crate) fn execute(self, _: &Context) -> Result<(), CliError> {
         let Self { dx, dy, modulus, poisson, tolerance, .. } = self;
         let control = match (self.load, self.penetration) {
             (Some(load), _) => IndentationControl::Load(load),
@@ -76,8 +76,7 @@ impl IndentArguments {
         let inputs = [self.heights.as_path()];
         let replaces = if self.force { Replaces::AllBut(&inputs) } else { Replaces::Nothing("--force") };
         let out = self.out.as_deref().map(|path| OutputFile::begin(path, replaces)).transpose()?;
-        let Heights { values, rows, columns } = Heights::read_grid(&self.heights, [dx, dy])?;
-        let map = HeightMap { heights: values, extent: Extent { nx: rows, ny: columns }, dx, dy };
+        let map = read_grid(&self.heights, [dx, dy])?;
         let begin = Instant::now();
         let limits = IndentationLimits { tolerance, ..IndentationLimits::default() };
         let contact = indent(&map, modulus / (1.0 - poisson * poisson), control, limits)
@@ -91,8 +90,8 @@ impl IndentArguments {
             "seconds": begin.elapsed().as_secs_f64(),
         });
         if let Some(file) = out {
-            let mut writer = NpyWriter::create(file.temporary(), Row::Columns(columns))?;
-            for row in contact.pressure.chunks_exact(columns) {
+            let mut writer = NpyWriter::create(file.temporary(), Row::Columns(map.extent.ny))?;
+            for row in contact.pressure.chunks_exact(map.extent.ny) {
                 writer.push(row)?;
             }
             writer.finish()?;

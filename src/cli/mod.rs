@@ -92,9 +92,26 @@ pub(crate) struct CommandLine {
     pub command: Command,
 }
 
-/// Commands of tyrewave.
-#[derive(Clone, Debug, Subcommand)]
-pub(crate) enum Command {
+/// Declares the commands, each carried out by the `execute` of its arguments.
+macro_rules! commands {
+    ($($(#[$help:meta])* $name:ident($arguments:ty),)*) => {
+        /// Commands of tyrewave.
+        #[derive(Clone, Debug, Subcommand)]
+        pub(crate) enum Command {
+            $($(#[$help])* $name($arguments),)*
+        }
+
+        impl Command {
+            fn execute(self, context: &Context) -> Result<(), CliError> {
+                match self {
+                    $(Self::$name(arguments) => arguments.execute(context),)*
+                }
+            }
+        }
+    };
+}
+
+commands! {
     /// Simulate a rolling tyre: contact forces, spectra, vibration, sound.
     Run(run::RunArguments),
     /// Show the settings of a run with their reasons, its work, time and memory; nothing is simulated.
@@ -155,41 +172,6 @@ pub(crate) enum Command {
 
 type Execute = fn(Command, &Context) -> Result<(), CliError>;
 
-impl Command {
-    fn execute(self, context: &Context) -> Result<(), CliError> {
-        match self {
-            Self::Run(arguments) => arguments.execute(context),
-            Self::Plan(arguments) => arguments.execute(context),
-            Self::Init(arguments) => arguments.execute(context),
-            Self::Check(arguments) => arguments.execute(context),
-            Self::Keys(arguments) => arguments.execute(context),
-            Self::Effects(arguments) => arguments.execute(context),
-            Self::Study(arguments) => arguments.execute(context),
-            Self::Resume(arguments) => arguments.execute(context),
-            Self::Sweep(arguments) => arguments.execute(context),
-            Self::Emission(arguments) => arguments.execute(context),
-            Self::Report(arguments) => arguments.execute(context),
-            Self::Compare(arguments) => arguments.execute(context),
-            Self::Validate(arguments) => arguments.execute(context),
-            Self::Paper(arguments) => arguments.execute(context),
-            Self::Export(arguments) => arguments.execute(context),
-            Self::Tyre(arguments) => arguments.execute(context),
-            Self::Mobility(arguments) => arguments.execute(context),
-            Self::FitTyre(arguments) => arguments.execute(context),
-            Self::Radiation(arguments) => arguments.execute(context),
-            Self::RadiationCases(arguments) => arguments.execute(context),
-            Self::Road(arguments) => arguments.execute(context),
-            Self::Profile(arguments) => arguments.execute(context),
-            Self::Compliance(arguments) => arguments.execute(),
-            Self::Cache(arguments) => arguments.execute(context),
-            Self::Slices(arguments) => arguments.execute(context),
-            Self::Indent(arguments) => arguments.execute(),
-            Self::Completions(arguments) => arguments.execute(CommandLine::command()),
-            Self::Man(arguments) => arguments.execute(CommandLine::command()),
-        }
-    }
-}
-
 /// Executes the command line of this process on a thread pool, and returns the exit code for `main`. `allocations`
 /// reads the counters of the program's allocator, if it counts.
 pub fn command_line(allocations: Option<AllocationProbe>) -> ExitCode {
@@ -221,7 +203,8 @@ fn carry_out(
         .build()
         .map_err(|error| CliError::Failed(format!("cannot start {wanted} threads: {error}")))?;
     let interrupt = Interrupt::listen()?;
-    let context = Context { options, threads: pool.current_num_threads(), colour, interrupt, allocations };
+    let threads = pool.current_num_threads();
+    let context = Context { options, threads, colour, interrupt, allocations, program: CommandLine::command };
     pool.install(|| execute(command, &context))
 }
 

@@ -4,10 +4,10 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::results::ResultsError;
-use clap::{Args, Command};
+use clap::Args;
 use clap_complete::Shell;
 
-use super::context::print;
+use super::context::{Context, print};
 use super::error::CliError;
 
 const COMPLETIONS_EXAMPLES: &str = "\
@@ -26,9 +26,9 @@ pub(crate) struct CompletionsArguments {
 
 impl CompletionsArguments {
     /// Prints the completions of the whole program.
-    pub(crate) fn execute(self, mut program: Command) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let mut text = Vec::new();
-        clap_complete::generate(self.shell, &mut program, "tyrewave", &mut text);
+        clap_complete::generate(self.shell, &mut (context.program)(), "tyrewave", &mut text);
         print(&String::from_utf8_lossy(&text))
     }
 }
@@ -48,10 +48,10 @@ pub(crate) struct ManArguments {
 
 impl ManArguments {
     /// Writes the pages of the whole program.
-    pub(crate) fn execute(self, program: Command) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         fs::create_dir_all(&self.folder).map_err(ResultsError::creating(&self.folder))?;
         let failed = ResultsError::writing(&self.folder);
-        clap_mangen::generate_to(program, &self.folder).map_err(failed)?;
+        clap_mangen::generate_to((context.program)(), &self.folder).map_err(failed)?;
         Ok(())
     }
 }

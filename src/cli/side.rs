@@ -123,11 +123,6 @@ impl Side {
         printed.map_err(|error| error.with_results(&place))
     }
 
-    /// Writes the folder, for a command that prints something else.
-    pub(super) fn write_only(self, context: &Context) -> Result<(), CliError> {
-        self.write(context).map(drop)
-    }
-
     /// Keeps the results of interrupted work in a partial folder and prints its report; the error is the interruption,
     /// which names the folder.
     pub(super) fn keep(self, context: &Context, report: &Report) -> Result<(), CliError> {
@@ -138,7 +133,7 @@ impl Side {
     }
 
     /// Writes the folder and returns its path.
-    fn write(self, context: &Context) -> Result<PathBuf, CliError> {
+    pub(super) fn write(self, context: &Context) -> Result<PathBuf, CliError> {
         let (folder, summary) = self.filled(context)?;
         Ok(folder.finish(summary)?)
     }

@@ -59,22 +59,11 @@ pub(super) fn to_csv(found: &RollingWaves) -> String {
 /// Everything as JSON, in SI units.
 pub(super) fn to_json(found: &RollingWaves) -> Value {
     let RollingWaves { speed, growth, waves, belt, belt_held, tread, limit } = found;
-    let wave = |wave: &Option<SlowestWave>| wave.map(|SlowestWave { n, speed }| json!({ "n": n, "speed": speed }));
     json!({
         "speed": speed,
         "growth": growth,
-        "waves": waves.iter().map(|wave| json!({
-            "n": wave.n,
-            "standing": wave.standing,
-            "forwards": wave.forwards,
-            "backwards": wave.backwards,
-        })).collect::<Vec<_>>(),
-        "critical_speeds": {
-            "belt": wave(belt),
-            "belt_not_turning": wave(belt_held),
-            "tread": tread.map(|TreadWave { length, speed }| json!({ "length": length, "speed": speed })),
-            "stability": limit,
-        },
+        "waves": waves,
+        "critical_speeds": { "belt": belt, "belt_not_turning": belt_held, "tread": tread, "stability": limit },
     })
 }
 

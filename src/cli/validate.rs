@@ -99,7 +99,7 @@ impl ValidateArguments {
             side.file(name, picture);
         }
         if markdown {
-            side.write_only(context)?;
+            side.write(context)?;
             return print(&section);
         }
         side.finish(context, &report)

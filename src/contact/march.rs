@@ -19,11 +19,9 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::axle::AxleHeight;
-use super::cells::CellZone;
 use super::complementarity::{Residuals, SearchCounts, SliceLaw};
 use super::error::ContactError;
 use super::footprint::{Footprint, WindowShape};
-use super::friction::FrictionZone;
 use super::geometry::Geometry;
 use super::history::PastForces;
 use super::kernel::ContactKernel;
@@ -102,17 +100,8 @@ impl March {
         Self::over(Box::new(zone), geometry, numerics.time_rule, time_step)
     }
 
-    /// Cells with friction at rest, about to do step 0.
-    pub(crate) fn with_friction(geometry: Geometry, zone: FrictionZone, rule: TimeRule, time_step: f64) -> Self {
-        Self::over(Box::new(zone), geometry, rule, time_step)
-    }
-
-    /// Cells at rest, about to do step 0; `time_step` \[s\] is used in messages only.
-    pub fn with_cells(geometry: Geometry, zone: CellZone, rule: TimeRule, time_step: f64) -> Self {
-        Self::over(Box::new(zone), geometry, rule, time_step)
-    }
-
-    fn over(zone: Box<dyn Zone>, geometry: Geometry, rule: TimeRule, time_step: f64) -> Self {
+    /// A zone at rest, about to do step 0; `time_step` \[s\] is used in messages only.
+    pub(crate) fn over(zone: Box<dyn Zone>, geometry: Geometry, rule: TimeRule, time_step: f64) -> Self {
         let (nodes, weights) = (rule.nodes(), rule.weights());
         let window = geometry.wider(zone.margin());
         let shape = WindowShape { columns: geometry.columns, across: zone.across(), stages: nodes.len() };

@@ -10,7 +10,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
 use crate::scene::Numerics;
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 
 pub(crate) struct SliceZone {
     kernel: ContactKernel,
@@ -97,8 +97,4 @@ impl Zone for SliceZone {
     }
 }
 
-impl Evolving for SliceZone {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.search, &mut self.history])
-    }
-}
+evolving!(SliceZone: search, history);

@@ -41,8 +41,7 @@ pub(crate) mod watch;
 
 pub use clock::Spent;
 pub(crate) use clock::{Clock, CpuClock};
-pub(crate) use cost::AllocationProbe;
-pub(crate) use cost::idle_share;
+pub(crate) use cost::{AllocationProbe, idle_share};
 pub use cost::{Allocations, StageCost, Work};
 pub use counter::Counter;
 pub use job::Job;

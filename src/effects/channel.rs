@@ -39,6 +39,26 @@ impl Channel {
         read: Read::Written,
     };
 
+    /// A channel of one number per step, in every run.
+    pub(crate) const fn new(name: &'static str, unit: &'static str, meaning: &'static str, read: Read) -> Self {
+        Self { name, unit, meaning, read, ..Self::BASE }
+    }
+
+    /// The same with rows of another size.
+    pub(crate) const fn rows(self, row: RowShape) -> Self {
+        Self { row, ..self }
+    }
+
+    /// The same in the runs of some plans.
+    pub(crate) const fn only(self, wanted: fn(&Plan) -> bool) -> Self {
+        Self { wanted, ..self }
+    }
+
+    /// The same at the instants of frames, in the runs of some plans.
+    pub(crate) const fn at_instants(self, wanted: fn(&Plan) -> bool) -> Self {
+        Self { when: RowTimes::CellsEvery, wanted, ..self }
+    }
+
     /// True if it is written at the end of a run, not row by row.
     pub fn is_written_at_the_end(&self) -> bool {
         matches!(self.read, Read::Written)

@@ -191,16 +191,11 @@ impl<T: Task> Background<T> {
         }
     }
 
-    /// Gives the work back as it was taken.
-    pub(crate) fn give_back(&self, work: Box<T>) {
-        self.shared.set(Place::Done(work));
-    }
-
     /// Looks at the work, done, or changes it.
     pub(crate) fn with<R>(&self, of: impl FnOnce(&mut T) -> R) -> R {
         let mut work = self.take();
         let result = of(&mut work);
-        self.give_back(work);
+        self.shared.set(Place::Done(work));
         result
     }
 

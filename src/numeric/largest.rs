@@ -5,15 +5,20 @@ const LANES: usize = 8;
 
 /// The largest number, 0 if none is positive; NaN is passed over.
 pub(crate) fn largest_or_zero(values: &[f64]) -> f64 {
+    largest_above(0.0, values)
+}
+
+/// The largest of `least` and the numbers; NaN is passed over.
+pub(crate) fn largest_above(least: f64, values: &[f64]) -> f64 {
     // Lanes, because in a single chain every comparison would wait for the last.
-    let mut lanes = [0.0_f64; LANES];
+    let mut lanes = [least; LANES];
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let (whole, rest) = values.as_chunks::<LANES>();
     for values in whole {
         lanes.iter_mut().zip(values).for_each(|(lane, &value)| *lane = larger(*lane, value));
     }
     lanes.iter_mut().zip(rest).for_each(|(lane, &value)| *lane = larger(*lane, value));
-    lanes.into_iter().fold(0.0, larger)
+    lanes.into_iter().fold(least, larger)
 }
 
 #[cfg(test)]

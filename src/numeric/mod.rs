@@ -26,7 +26,7 @@ pub use aligned::Aligned;
 pub(crate) use complex_field::ComplexField;
 pub(crate) use element::Element;
 pub(crate) use lanes::{Lanes, MOST_LANES};
-pub(crate) use largest::largest_or_zero;
+pub(crate) use largest::{largest_above, largest_or_zero};
 pub(crate) use precision::{double, single};
 pub use ring::Ring;
 pub(crate) use running_moments::RunningMoments;

@@ -95,20 +95,7 @@ impl Amounts {
     /// Work and memory of the physics.
     pub(crate) fn of_physics(plan: &Plan) -> Self {
         let scene = &plan.scene;
-        let mut amounts = Self {
-            expected: plan.expected(),
-            poles: 0.0,
-            work: Vec::new(),
-            counters: Vec::new(),
-            memory: Vec::new(),
-            memory_per_thread: 0.0,
-            fit_memory_per_thread: 0.0,
-            fit_memory: 0.0,
-            fit_memory_that_stays: 0.0,
-            result_bytes: 0.0,
-            cache_bytes: 0.0,
-            waiting_blocks: 0,
-        };
+        let mut amounts = Self { expected: plan.expected(), ..Self::default() };
         amounts.hold("freed pages that the allocator keeps", ALLOCATOR_BYTES);
         if plan.needs_model() {
             amounts.model(plan);

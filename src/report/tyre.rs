@@ -1,6 +1,5 @@
 //! A tyre as JSON, for scripts: modes, contact under loads, mobility.
 
-use num_complex::Complex64;
 use serde_json::{Value, json};
 
 use crate::contact::static_contact::StaticContact;
@@ -38,10 +37,12 @@ impl UnderLoad {
 
 /// Everything on a tyre as JSON in SI units; `element` is the length of an element \[m\].
 pub(crate) fn tyre_record(title: &str, element: f64, modes: &Modes, loads: &[UnderLoad], mobility: &Mobility) -> Value {
+    let unconfirmed =
+        modes.unconfirmed.iter().map(|(n, m, pole)| json!({ "n": n, "m": m, "pole": [pole.re, pole.im] }));
     json!({
         "title": title,
         "modes": modes.confirmed.iter().map(mode_json).collect::<Vec<_>>(),
-        "unconfirmed": modes.unconfirmed.iter().map(unconfirmed_json).collect::<Vec<_>>(),
+        "unconfirmed": unconfirmed.collect::<Vec<_>>(),
         "element": element,
         "loads": loads.iter().map(UnderLoad::to_json).collect::<Vec<_>>(),
         "mobility": mobility_json(mobility),
@@ -59,10 +60,6 @@ fn mode_json(mode: &Mode) -> Value {
         "pole": [mode.pole.re, mode.pole.im],
         "shares": mode.shares,
     })
-}
-
-fn unconfirmed_json(&(n, m, pole): &(usize, usize, Complex64)) -> Value {
-    json!({ "n": n, "m": m, "pole": [pole.re, pole.im] })
 }
 
 /// Frequencies \[Hz\] and, for each patch, its side \[m\], levels \[dB re 1 m/(N s)\] and phases \[degrees\].

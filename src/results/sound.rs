@@ -144,7 +144,7 @@ impl SoundError {
 }
 
 /// The body that radiates, and the solution of its transfers.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct BodySummary {
     /// Boundary elements, or a draft without them.
     pub quality: RadiationQuality,
@@ -359,11 +359,6 @@ impl ReceiverSummary {
     }
 }
 
-#[allow(clippy::trivially_copy_pass_by_ref)]
-fn is_false(value: &bool) -> bool {
-    !value
-}
-
 /// A sound file.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct AudioSummary {
@@ -375,7 +370,7 @@ pub(crate) struct AudioSummary {
     #[serde(default)]
     pub peak: Option<f64>,
     /// True if its peak is above full scale: then samples are floats.
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub louder: bool,
     /// Duration \[s\].
     pub seconds: f64,

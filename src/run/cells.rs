@@ -10,8 +10,7 @@ use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
 use crate::contact::tread::TreadSurface;
 use crate::counters::{Counter, Job, Meter, Stage};
-use crate::effects::RunError;
-use crate::effects::TyreModels;
+use crate::effects::{RunError, TyreModels};
 use crate::plan::Plan;
 use crate::plan::models::{band_sums, cell_sums, planned_cell_model};
 use crate::radiation::gap::patch::REACH;
@@ -77,16 +76,11 @@ impl ZoneMaker for CellContact<'_> {
             return Err(SceneError::from(problem).into());
         }
         let numerics = &plan.scene.numerics;
+        let made = |march, models| Made { march, form: SliceForm::Cells, moving: None, local_compliance: None, models };
         if let Some(friction) = plan.scene.friction.as_ref().filter(|_| plan.scene.has_tractions()) {
             let (loaded, sums, tread) = (self.loaded, &self.sums, &self.tread);
             let contact = FrictionContact { loaded, plan, sums, tread, friction };
-            return Ok(Made {
-                march: contact.march(at_rest, (output_window, margin), job)?,
-                form: SliceForm::Cells,
-                moving: None,
-                local_compliance: None,
-                models: TyreModels::default(),
-            });
+            return Ok(made(contact.march(at_rest, (output_window, margin), job)?, TyreModels::default()));
         }
         let instant = self.instant(columns, &mut job.meter);
         let followed = plan.decisions.takes_models;
@@ -100,13 +94,7 @@ impl ZoneMaker for CellContact<'_> {
             let beyond = job.meter.time(Stage::Influence, || self.beyond(instant, &waves));
             models.waves = Some((waves, beyond));
         }
-        Ok(Made {
-            march: March::with_cells(output_window, zone, numerics.time_rule, plan.time_step),
-            form: SliceForm::Cells,
-            moving: None,
-            local_compliance: None,
-            models,
-        })
+        Ok(made(March::over(Box::new(zone), output_window, numerics.time_rule, plan.time_step), models))
     }
 }
 

@@ -87,7 +87,7 @@ impl FrictionContact<'_> {
         let cells = grid.elements() * grid.across;
         let law = CellLaw::new(friction.coefficient(), scene.adhesion.clone(), *time_step, cells);
         let search = FrictionSearch::new(influence, plan.friction_tolerance());
-        Ok(March::with_friction(output_window, FrictionZone::new(rolling, past, search, law), rule, *time_step))
+        Ok(March::over(Box::new(FrictionZone::new(rolling, past, search, law)), output_window, rule, *time_step))
     }
 
     /// Past of a window of `columns` columns.

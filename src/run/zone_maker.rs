@@ -6,8 +6,7 @@ use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
 use crate::counters::Job;
-use crate::effects::RunError;
-use crate::effects::TyreModels;
+use crate::effects::{RunError, TyreModels};
 use crate::road::RoadSurface;
 use crate::road::maker::SliceForm;
 

@@ -4,9 +4,8 @@ use super::problem::Problem;
 use super::table::{Keys, Table};
 use super::{
     Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
-    Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
+    Switch, TimeRule, Tread, Vehicle, Vibration, Zone, air_pumping, plausible, tread_pattern,
 };
-use super::{air_pumping, plausible, tread_pattern};
 use crate::radiation::draft::{self, DraftErrors};
 
 /// Reads a whole scene and checks it; `None` after a complaint.

@@ -122,7 +122,7 @@ impl Document {
                 // A value of several lines would be marked from end to end: marking its key is enough.
                 let value_is_short =
                     place.source.text.get(place.value.clone()).is_some_and(|text| !text.contains('\n'));
-                let at_value = path == key && !problem.points_at_key() && value_is_short;
+                let at_value = path == key && !problem.at_key && value_is_short;
                 let span = if at_value { place.value.clone() } else { place.key.clone() };
                 return Diagnostic { source: Arc::clone(&place.source), key: key.to_owned(), span, problem };
             }

@@ -25,7 +25,8 @@ macro_rules! keys {
             }
         }
     };
-    (@read $(#[doc = $title:literal])* #[derive($($trait:ident),*)] $vis:vis $table:ident {
+    (@read $(#[doc = $title:literal])* #[derive($($trait:ident),*)] $(#[serde($form:ident)])?
+    $vis:vis $table:ident {
         $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
         $key:ident $(as $name:literal)? $(?: $some:ty)? $(: $type:ty $(= $default:expr)?)? => $kind:expr,)*
     } $(without key {
@@ -33,6 +34,7 @@ macro_rules! keys {
     })?) => {
         $(#[doc = $title])*
         #[derive($($trait),*)]
+        $(#[serde($form)])?
         $vis struct $table {
             $($(#[doc = $about])* $(#[serde($($serde)*)])* $(pub $key: $type)?
             $(#[serde(skip_serializing_if = "Option::is_none")] pub $key: Option<$some>)?,)*

@@ -11,10 +11,9 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 use serde_json::{Value as Json, json};
 use toml::de::{DeInteger, DeValue};
 
-use super::Problem;
 use super::problem::{quoted, short};
-use super::schema;
 use super::table::{Kind, Value, array};
+use super::{Problem, schema};
 
 /// Characters by which spreadsheets recognise a formula.
 const FORMULA: [char; 4] = ['=', '+', '-', '@'];

@@ -28,12 +28,10 @@ pub use diagnostic::Diagnostic;
 pub use error::SceneError;
 pub(crate) use error::SetUpError;
 pub use load::LoadedScene;
-pub(crate) use load::Reach;
-pub(crate) use load::settings_hash;
+pub(crate) use load::{Reach, settings_hash};
 pub use model::*;
 pub(crate) use plausible::GRAVITY;
-pub(crate) use problem::Problem;
-pub(crate) use problem::short;
+pub(crate) use problem::{Problem, short};
 pub use setting::Setting;
 pub(crate) use tread_pattern::deepest_groove;
 

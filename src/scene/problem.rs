@@ -13,7 +13,7 @@ pub(crate) struct Problem {
     wrong: String,
     right: String,
     /// True if the key is at fault, not its value.
-    at_key: bool,
+    pub(super) at_key: bool,
 }
 
 impl fmt::Display for Problem {
@@ -134,11 +134,6 @@ impl Problem {
     /// The remedy, as a short request.
     pub(crate) fn right(&self) -> &str {
         &self.right
-    }
-
-    /// True if the key is at fault, not its value.
-    pub(super) fn points_at_key(&self) -> bool {
-        self.at_key
     }
 }
 

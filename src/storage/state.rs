@@ -37,6 +37,21 @@ pub trait Evolving {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError>;
 }
 
+/// Implements [`Evolving`] for a type of which the named parts evolve.
+macro_rules! evolving {
+    ($type:ty: $($part:ident),+) => {
+        impl $crate::storage::state::Evolving for $type {
+            fn state(
+                &mut self,
+                state: &mut $crate::storage::state::StateStream<'_>,
+            ) -> Result<(), $crate::storage::state::StateError> {
+                state.all([$(&mut self.$part),+])
+            }
+        }
+    };
+}
+pub(crate) use evolving;
+
 /// Bytes of a saved state.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct SavedState(Vec<u8>);

@@ -15,8 +15,7 @@ use crate::counters::process::cpu_time;
 use crate::counters::{Stage, Watch};
 use crate::plan::unit_record::{keep, known};
 use crate::plan::{Forecast, Plan, Unit, UnitCosts};
-use crate::run::RunError;
-use crate::run::Simulation;
+use crate::run::{RunError, Simulation};
 use crate::scene::{LoadedScene, PLATE, Road, Scene};
 use crate::tyre::poles::{FitOptions, expected_fit, fit_unless_stopped};
 

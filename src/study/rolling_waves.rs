@@ -4,6 +4,8 @@
 //! the axle runs around the tyre against its rotation with the speed V, at n V/L for n periods: where this line meets a
 //! wave against the rotation, the tyre rolls into its own wave.
 
+use serde::Serialize;
+
 use crate::plan::Decisions;
 use crate::scene::{Scene, Switch};
 use crate::tyre::critical_speed::{TreadWave, limit, tread_wave};
@@ -15,7 +17,7 @@ use crate::tyre::slowest_wave::{SlowestWave, slowest_wave_below};
 pub(crate) const HIGHEST: f64 = 200.0;
 
 /// Lowest radial modes of n periods and of the lowest lateral number \[Hz\], where they exist.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct RollingWave {
     /// Number of periods around the circumference.
     pub n: usize,

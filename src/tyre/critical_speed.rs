@@ -15,6 +15,7 @@
 //! Cost: some ten compliances for each speed tried, once per halving.
 
 use num_complex::Complex64;
+use serde::Serialize;
 
 use super::influence::Waves;
 use super::layers::compliance::{Matrix3, Stack};
@@ -56,7 +57,7 @@ pub fn limit(tyre: &Tyre) -> Option<f64> {
 }
 
 /// Surface wave of the tread that stands still under the axle.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct TreadWave {
     /// Wavelength \[m\].
     pub length: f64,

@@ -15,6 +15,7 @@
 //! Cost: one evaluation of C_zz for each n, and ten times as many where a wave is slower than V.
 
 use num_complex::Complex64;
+use serde::Serialize;
 
 use super::influence::Waves;
 use super::influence::kernel::Kernel;
@@ -29,7 +30,7 @@ const TOLERANCE: f64 = 1e-3;
 const HALVINGS: usize = 10;
 
 /// A free wave round the tyre.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SlowestWave {
     /// Periods round the tyre.
     pub n: usize,

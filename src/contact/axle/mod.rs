@@ -9,8 +9,7 @@ mod moving;
 
 pub use load_control::LoadControl;
 pub(crate) use moving::LARGEST_RATE;
-pub use moving::MovingAxle;
-pub use moving::SprungMass;
+pub use moving::{MovingAxle, SprungMass};
 
 use crate::storage::state::{Evolving, StateError, StateStream};
 

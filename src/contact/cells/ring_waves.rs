@@ -265,7 +265,7 @@ impl<N: Element, R: Recursion> Block<'_, N, R> {
         };
         let of_tile = 2 * instants * size;
         let forces = &self.forces[2 * of_tile * tile..][..2 * of_tile];
-        for (instant, own) in group.all_forces_mut().chunks_exact_mut(2 * E::MOST_LANES).enumerate() {
+        for (instant, own) in group.forces.chunks_exact_mut(2 * E::MOST_LANES).enumerate() {
             let place = slot(instant, instants, self.turned);
             for (number, own) in own.chunks_exact_mut(E::MOST_LANES).enumerate() {
                 copy(&forces[part(place, number)], own, |force| E::rounded(force.double()));
@@ -274,7 +274,7 @@ impl<N: Element, R: Recursion> Block<'_, N, R> {
         let lanes = N::MOST_LANES;
         let of_group = 2 * instants * lanes;
         if let Some(old) = self.old.get_mut(first / lanes * of_group..).and_then(|old| old.get_mut(..of_group)) {
-            let rows = old.chunks_exact_mut(lanes).zip(group.all_old_forces_mut().chunks_exact_mut(E::MOST_LANES));
+            let rows = old.chunks_exact_mut(lanes).zip(group.old_forces.chunks_exact_mut(E::MOST_LANES));
             for (row, (old, own)) in rows.enumerate() {
                 let old = &mut old[first % lanes..][..E::MOST_LANES];
                 copy(old, own, |force| E::rounded(force.into()));
@@ -284,7 +284,7 @@ impl<N: Element, R: Recursion> Block<'_, N, R> {
         }
         pass(group, self.arch, self.recursion);
         let foretold = &mut self.foretold[2 * of_tile * tile..][..2 * of_tile];
-        for (instant, own) in group.all_displacements().chunks_exact(2 * E::MOST_LANES).enumerate() {
+        for (instant, own) in group.displacement.chunks_exact(2 * E::MOST_LANES).enumerate() {
             let place = slot(instants + instant, instants, self.turned);
             for (number, own) in own.chunks_exact(E::MOST_LANES).enumerate() {
                 copy(own, &mut foretold[part(place, number)], |displacement| N::rounded(displacement.double()));

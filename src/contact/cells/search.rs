@@ -27,7 +27,7 @@ use super::gradients::Gradients;
 use super::instant::InstantCells;
 use super::proportioning::Proportioning;
 use crate::counters::Work;
-use crate::numeric::largest_or_zero;
+use crate::numeric::{largest_above, largest_or_zero};
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
 /// How far the contact conditions are missed, at worst, relative to the largest required displacement and force.
@@ -301,7 +301,8 @@ impl CellSearch {
         let (of_columns, first) = (&of_columns[inside.clone()], inside.start);
         let mut columns = required.chunks_exact(across).enumerate();
         columns.all(|(column, d)| {
-            inside.contains(&column) || largest(d) <= -cells.lowering(column, (first..).zip(of_columns.iter().copied()))
+            inside.contains(&column)
+                || largest_above(NOWHERE, d) <= -cells.lowering(column, (first..).zip(of_columns.iter().copied()))
         })
     }
 
@@ -385,16 +386,6 @@ impl Evolving for CellSearch {
         ensure(start.is_multiple_of(across) && end.is_multiple_of(across))?;
         self.displacement.state(state)
     }
-}
-
-/// Largest of some required displacements, at least [`NOWHERE`].
-fn largest(required: &[f64]) -> f64 {
-    let larger = |a: f64, b: f64| if b > a { b } else { a };
-    let mut lanes = [NOWHERE; LANES];
-    for values in required.chunks(LANES) {
-        lanes.iter_mut().zip(values).for_each(|(lane, &value)| *lane = larger(*lane, value));
-    }
-    lanes.into_iter().fold(NOWHERE, larger)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::ring_waves::RingWaves;
 use super::wave_transform::{WaveNumber, WaveTransform};
 use crate::counters::Work;
 use crate::numeric::Element;
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::{Evolving, StateError, StateStream, evolving};
 use crate::tyre::influence::CellInfluence;
 
 /// Values on the cells of a part of a window, which goes with the contact.
@@ -69,11 +69,7 @@ impl Seen {
     }
 }
 
-impl Evolving for Seen {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.first, &mut self.cells])
-    }
-}
+evolving!(Seen: first, cells);
 
 /// Displacements by the forces of an instant at the next one, in a part of the window that goes with the contact.
 pub(super) struct NextInstant<N> {

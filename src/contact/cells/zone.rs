@@ -12,7 +12,7 @@ use crate::contact::zone::{Instant, Solved, Zone};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::{Evolving, evolving};
 
 /// A method to carry the past of cells under forces in `C` components: 1, normal forces, or 3, tractions.
 pub trait CellPast<const C: usize>: Evolving + Send {
@@ -26,7 +26,7 @@ pub trait CellPast<const C: usize>: Evolving + Send {
 
 /// The cells of a window, column by column. The window may be longer than the one whose forces are reported: what is
 /// beyond its ends then counts with their columns.
-pub struct CellZone {
+pub(crate) struct CellZone {
     across: usize,
     /// Columns of the window beyond either end of the reported part.
     margin: usize,
@@ -164,8 +164,4 @@ impl Zone for CellZone {
     }
 }
 
-impl Evolving for CellZone {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.past, &mut self.search, &mut self.forces, &mut self.first_element])
-    }
-}
+evolving!(CellZone: past, search, forces, first_element);

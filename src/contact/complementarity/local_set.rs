@@ -64,7 +64,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{Aligned, largest_or_zero};
 use crate::road::slices::StiffnessCurve;
 use crate::road::strip::RoadStrip;
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 
 /// Sweeps of the guess. A second one costs more than the solves that it saves: an instant of dense asphalt takes 2.00
 /// solves without sweeps, 1.11 (N = 512) and 1.08 (N = 1024) with one, 1.00 with two.
@@ -453,11 +453,7 @@ impl LocalSet {
     }
 }
 
-impl Evolving for LocalSet {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        self.surface.state(state)
-    }
-}
+evolving!(LocalSet: surface);
 
 /// The law of a point alone.
 struct SliceAlone<'a> {

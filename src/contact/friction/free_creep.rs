@@ -10,7 +10,7 @@
 //! the warm-up has ended: the force follows creep over a length that is shorter by far, at any speed.
 
 use crate::contact::static_contact::StaticContact;
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 
 /// K over the load: tyres have between 8 and 40.
 const STIFFNESS: f64 = 20.0;
@@ -49,11 +49,7 @@ impl FreeCreep {
     }
 }
 
-impl Evolving for FreeCreep {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        self.creep.state(state)
-    }
-}
+evolving!(FreeCreep: creep);
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 //! Coefficients of friction and bonds of cells from step to step: a cell is material and keeps its values.
 
 use crate::scene::{Adhesion, Coefficient};
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 
 /// Law of all cells round the tyre, and their states.
 pub(crate) struct CellLaw {
@@ -54,8 +54,4 @@ impl CellLaw {
     }
 }
 
-impl Evolving for CellLaw {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.friction, &mut self.bonded])
-    }
-}
+evolving!(CellLaw: friction, bonded);

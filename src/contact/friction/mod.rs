@@ -25,7 +25,6 @@ mod sweeps;
 pub(crate) mod wave_group;
 pub(crate) mod zone;
 
-pub(crate) use zone::FrictionZone;
 #[cfg(test)]
 mod modal_tests;
 #[cfg(test)]

@@ -18,7 +18,7 @@ use super::PastForces;
 use crate::contact::windows::add_windows;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Ring;
-use crate::storage::state::{Evolving, StateError, StateStream, ensure};
+use crate::storage::state::{Evolving, StateError, StateStream, ensure, evolving};
 use crate::tyre::influence::convolution_quadrature::Weights;
 
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.
@@ -92,11 +92,7 @@ struct Mark {
     to: u32,
 }
 
-impl Evolving for Mark {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.first_element, &mut self.from, &mut self.to])
-    }
-}
+evolving!(Mark: first_element, from, to);
 
 impl DirectHistory {
     /// Empty history, everything at rest.

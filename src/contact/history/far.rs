@@ -12,7 +12,7 @@ use super::wavenumber_group::WavenumberGroup;
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
 use crate::numeric::background::Task;
 use crate::numeric::{Element, transform_multiply_adds};
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
 use crate::tyre::influence::Field;
@@ -94,11 +94,7 @@ impl Far {
     }
 }
 
-impl Evolving for Far {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.rings, &mut self.groups])
-    }
-}
+evolving!(Far: rings, groups);
 
 impl Task for Far {
     fn carry_out(&mut self, in_background: bool) {

@@ -259,11 +259,11 @@ pub(crate) struct WavenumberGroup<E> {
     /// Products of passing over them.
     skip: usize,
     /// Forces of the last block by instant: real parts of the group, imaginary parts.
-    pub(super) forces: Vec<E>,
+    pub(crate) forces: Vec<E>,
     /// Those of the block that is forgotten likewise; empty: none is.
-    pub(super) old_forces: Vec<E>,
+    pub(crate) old_forces: Vec<E>,
     /// u_old of the block foretold without the forces of those between, likewise.
-    pub(super) displacement: Vec<E>,
+    pub(crate) displacement: Vec<E>,
 }
 
 impl<E: Element> WavenumberGroup<E> {
@@ -324,25 +324,10 @@ impl<E: Element> WavenumberGroup<E> {
     }
 
     /// Makes the group forget a force `steps` steps after it has been taken in, from now on;
-    /// [`Self::all_old_forces_mut`] holds those that are forgotten.
+    /// [`Self::old_forces`] holds those that are forgotten.
     pub(crate) fn forget(&mut self, rule: TimeRule, steps: usize) {
         self.old_forces = vec![E::default(); self.forces.len()];
         rule.with_recursion(Forget { group: self, steps });
-    }
-
-    /// Forces by instant, to be written: the real parts of a whole group, the imaginary parts.
-    pub(crate) fn all_forces_mut(&mut self) -> &mut [E] {
-        &mut self.forces
-    }
-
-    /// Forces that are forgotten, likewise; empty where none are.
-    pub(crate) fn all_old_forces_mut(&mut self) -> &mut [E] {
-        &mut self.old_forces
-    }
-
-    /// u_old, likewise.
-    pub(crate) fn all_displacements(&self) -> &[E] {
-        &self.displacement
     }
 
     /// The group's part of u_old at an instant, wavenumber by wavenumber: real and imaginary parts.

@@ -1,7 +1,7 @@
 //! Results of contact over cells in addition to those of every run: force by row across, area and pressure over time,
 //! pictures of the patch, and the forces of the cells themselves at chosen instants.
 
-use super::channel::{Channel, Read, RowShape, RowTimes};
+use super::channel::{Channel, Read, RowShape};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
@@ -18,55 +18,15 @@ use crate::storage::state::{StateError, StateStream};
 pub(crate) struct CellsEffect;
 
 static CHANNELS: [Channel; 5] = [
-    Channel {
-        name: "row_force",
-        unit: "N",
-        meaning: "contact force of each row of cells across",
-        row: RowShape::Across,
-        wanted: over_cells,
-        read: Read::Fill(|step, rows| {
-            for cells in step.footprint.mean().chunks_exact(rows.len()) {
-                rows.iter_mut().zip(cells).for_each(|(row, force)| *row += force);
-            }
-        }),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "contact_area",
-        unit: "m^2",
-        meaning: "area of the cells that carry force",
-        wanted: over_cells,
-        read: Read::Number(area),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "peak_pressure",
-        unit: "Pa",
-        meaning: "largest pressure on a cell",
-        wanted: over_cells,
-        read: Read::Number(peak_pressure),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "cells",
-        unit: "N",
-        meaning: "contact force of each cell in the window, at chosen instants",
-        row: RowShape::Points,
-        when: RowTimes::CellsEvery,
-        wanted: has_frames,
-        read: Read::Single(|step, frame| {
-            frame.iter_mut().zip(step.footprint.mean()).for_each(|(frame, &force)| *frame = force as f32);
-        }),
-    },
-    Channel {
-        name: "cells_time",
-        unit: "s",
-        meaning: "time of those instants",
-        when: RowTimes::CellsEvery,
-        wanted: has_frames,
-        read: Read::Number(|step| step.time),
-        ..Channel::BASE
-    },
+    Channel::new("row_force", "N", "contact force of each row of cells across", Read::Fill(sum_rows))
+        .rows(RowShape::Across)
+        .only(over_cells),
+    Channel::new("contact_area", "m^2", "area of the cells that carry force", Read::Number(area)).only(over_cells),
+    Channel::new("peak_pressure", "Pa", "largest pressure on a cell", Read::Number(peak_pressure)).only(over_cells),
+    Channel::new("cells", "N", "contact force of each cell in the window, at chosen instants", Read::Single(frame))
+        .rows(RowShape::Points)
+        .at_instants(has_frames),
+    Channel::new("cells_time", "s", "time of those instants", Read::Number(|step| step.time)).at_instants(has_frames),
 ];
 
 fn over_cells(plan: &Plan) -> bool {
@@ -75,6 +35,16 @@ fn over_cells(plan: &Plan) -> bool {
 
 fn has_frames(plan: &Plan) -> bool {
     over_cells(plan) && plan.scene.outputs.cells_every.is_some()
+}
+
+fn sum_rows(step: &Step<'_>, rows: &mut [f64]) {
+    for cells in step.footprint.mean().chunks_exact(rows.len()) {
+        rows.iter_mut().zip(cells).for_each(|(row, force)| *row += force);
+    }
+}
+
+fn frame(step: &Step<'_>, out: &mut [f32]) {
+    out.iter_mut().zip(step.footprint.mean()).for_each(|(out, &force)| *out = force as f32);
 }
 
 /// Area of a cell's face \[m^2\].

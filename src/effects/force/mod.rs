@@ -26,44 +26,29 @@ use crate::storage::state::{StateError, StateStream, ensure};
 pub(crate) struct ForceEffect;
 
 static CHANNELS: [Channel; 6] = [
-    Channel { name: "time", unit: "s", meaning: "time", read: Read::Number(|step| step.time), ..Channel::BASE },
-    Channel {
-        name: "total_force",
-        unit: "N",
-        meaning: "contact force",
-        read: Read::Number(|step| step.total_force),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "patch_force",
-        unit: "N",
-        meaning: "contact force of an element in the window",
-        row: RowShape::Columns,
-        read: Read::Row(|step| step.footprint.column_mean()),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "patch_element",
-        unit: "1",
-        meaning: "number of the element in the window's first column",
-        read: Read::Count(|step| step.footprint.first_element()),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "contact_length",
-        unit: "m",
-        meaning: "length of the contact patch, from the first to the last element that carries force",
-        read: Read::Number(|step| step.contact_length),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "axle",
-        unit: "m",
-        meaning: "indentation of the rigid tyre into z = 0",
-        wanted: moves,
-        read: Read::Number(|step| step.indentation),
-        ..Channel::BASE
-    },
+    Channel::new("time", "s", "time", Read::Number(|step| step.time)),
+    Channel::new("total_force", "N", "contact force", Read::Number(|step| step.total_force)),
+    Channel::new(
+        "patch_force",
+        "N",
+        "contact force of an element in the window",
+        Read::Row(|step| step.footprint.column_mean()),
+    )
+    .rows(RowShape::Columns),
+    Channel::new(
+        "patch_element",
+        "1",
+        "number of the element in the window's first column",
+        Read::Count(|step| step.footprint.first_element()),
+    ),
+    Channel::new(
+        "contact_length",
+        "m",
+        "length of the contact patch, from the first to the last element that carries force",
+        Read::Number(|step| step.contact_length),
+    ),
+    Channel::new("axle", "m", "indentation of the rigid tyre into z = 0", Read::Number(|step| step.indentation))
+        .only(moves),
 ];
 
 /// True if the axle moves, so that its motion is a result.

@@ -2,7 +2,7 @@
 //! cells that stick, slip and are pulled by adhesion, cells' forces and slip at chosen instants, pictures of the last
 //! one.
 
-use super::channel::{Channel, Read, RowShape, RowTimes};
+use super::channel::{Channel, Read, RowShape};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
@@ -56,95 +56,80 @@ fn frame(step: &Step<'_>, out: &mut [f32], of: fn(&TangentialPart) -> &[[f64; 2]
     out.iter_mut().zip(values).for_each(|(out, value)| *out = value[component] as f32);
 }
 
-/// Defaults of a channel of cells at chosen instants.
-const FRAME: Channel =
-    Channel { row: RowShape::Points, when: RowTimes::CellsEvery, wanted: has_frames, ..Channel::BASE };
+const fn of_friction(name: &'static str, unit: &'static str, meaning: &'static str, read: Read) -> Channel {
+    Channel::new(name, unit, meaning, read).only(has_friction)
+}
+
+/// A channel of cells at chosen instants.
+const fn frames(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+    read: fn(&Step<'_>, &mut [f32]),
+) -> Channel {
+    Channel::new(name, unit, meaning, Read::Single(read)).rows(RowShape::Points).at_instants(has_frames)
+}
 
 static CHANNELS: [Channel; 11] = [
-    Channel {
-        name: "longitudinal_force",
-        unit: "N",
-        meaning: "total longitudinal force on the tyre, forward",
-        wanted: has_friction,
-        read: Read::Number(|step| number(step, |part| part.total[0])),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "lateral_force",
-        unit: "N",
-        meaning: "total lateral force on the tyre, to the left",
-        wanted: has_friction,
-        read: Read::Number(|step| number(step, |part| part.total[1])),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "aligning_moment",
-        unit: "N m",
-        meaning: "moment of the tangential forces about the vertical under the axle, to the left",
-        wanted: has_friction,
-        read: Read::Number(|step| number(step, |part| part.aligning_moment)),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "slip_power",
-        unit: "W",
-        meaning: "power that friction dissipates",
-        wanted: has_friction,
-        read: Read::Number(|step| number(step, |part| part.slip_power)),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "sticking_cells",
-        unit: "1",
-        meaning: "cells that carry force and stick",
-        wanted: has_friction,
-        read: Read::Count(|step| count(step, |part| part.sticking)),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "slipping_cells",
-        unit: "1",
-        meaning: "cells that carry force and slip",
-        wanted: has_friction,
-        read: Read::Count(|step| count(step, |part| part.slipping)),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "bonded_cells",
-        unit: "1",
-        meaning: "cells that adhesion pulls",
-        wanted: |plan| plan.scene.adhesion.is_some(),
-        read: Read::Count(|step| count(step, |part| part.bonded)),
-        ..Channel::BASE
-    },
-    Channel {
-        name: "cells_longitudinal",
-        unit: "N",
-        meaning: "longitudinal force of each cell in the window, at chosen instants",
-        read: Read::Single(|step, out| frame(step, out, |part| &part.forces, 0)),
-        ..FRAME
-    },
-    Channel {
-        name: "cells_lateral",
-        unit: "N",
-        meaning: "lateral force of each cell in the window, at chosen instants",
-        read: Read::Single(|step, out| frame(step, out, |part| &part.forces, 1)),
-        ..FRAME
-    },
-    Channel {
-        name: "cells_longitudinal_slip",
-        unit: "m/s",
-        meaning: "longitudinal slip of each pressed cell in the window, at chosen instants",
-        read: Read::Single(|step, out| frame(step, out, |part| &part.slip, 0)),
-        ..FRAME
-    },
-    Channel {
-        name: "cells_lateral_slip",
-        unit: "m/s",
-        meaning: "lateral slip of each pressed cell in the window, at chosen instants",
-        read: Read::Single(|step, out| frame(step, out, |part| &part.slip, 1)),
-        ..FRAME
-    },
+    of_friction(
+        "longitudinal_force",
+        "N",
+        "total longitudinal force on the tyre, forward",
+        Read::Number(|step| number(step, |part| part.total[0])),
+    ),
+    of_friction(
+        "lateral_force",
+        "N",
+        "total lateral force on the tyre, to the left",
+        Read::Number(|step| number(step, |part| part.total[1])),
+    ),
+    of_friction(
+        "aligning_moment",
+        "N m",
+        "moment of the tangential forces about the vertical under the axle, to the left",
+        Read::Number(|step| number(step, |part| part.aligning_moment)),
+    ),
+    of_friction(
+        "slip_power",
+        "W",
+        "power that friction dissipates",
+        Read::Number(|step| number(step, |part| part.slip_power)),
+    ),
+    of_friction(
+        "sticking_cells",
+        "1",
+        "cells that carry force and stick",
+        Read::Count(|step| count(step, |part| part.sticking)),
+    ),
+    of_friction(
+        "slipping_cells",
+        "1",
+        "cells that carry force and slip",
+        Read::Count(|step| count(step, |part| part.slipping)),
+    ),
+    Channel::new("bonded_cells", "1", "cells that adhesion pulls", Read::Count(|step| count(step, |part| part.bonded)))
+        .only(|plan| plan.scene.adhesion.is_some()),
+    frames(
+        "cells_longitudinal",
+        "N",
+        "longitudinal force of each cell in the window, at chosen instants",
+        |step, out| frame(step, out, |part| &part.forces, 0),
+    ),
+    frames("cells_lateral", "N", "lateral force of each cell in the window, at chosen instants", |step, out| {
+        frame(step, out, |part| &part.forces, 1)
+    }),
+    frames(
+        "cells_longitudinal_slip",
+        "m/s",
+        "longitudinal slip of each pressed cell in the window, at chosen instants",
+        |step, out| frame(step, out, |part| &part.slip, 0),
+    ),
+    frames(
+        "cells_lateral_slip",
+        "m/s",
+        "lateral slip of each pressed cell in the window, at chosen instants",
+        |step, out| frame(step, out, |part| &part.slip, 1),
+    ),
 ];
 
 fn has_friction(plan: &Plan) -> bool {

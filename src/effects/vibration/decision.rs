@@ -3,43 +3,28 @@
 use crate::plan::decisions::{Decided, Row, given};
 use crate::scene::{Effects, Scene, Switch, Vibration};
 
+/// A velocity's row, with its settings among the effects and the outputs.
+macro_rules! row {
+    ($title:literal, $short:literal, $effect:ident, $output:ident) => {
+        Row {
+            title: $title,
+            short: $short,
+            decide: |scene, _| velocity(scene, scene.effects.$effect, stringify!($effect), |wanted| wanted.$output),
+            switch: Some(|scene, on| {
+                scene.effects.$effect = if on { Switch::On } else { Switch::Off };
+                want(scene, on, |vibration| &mut vibration.$output);
+            }),
+            of_cells: false,
+        }
+    };
+}
+
 /// Rows of tread, belt and tangential motion.
-pub(super) static ROWS: [Row; 3] = [TREAD, BELT, TANGENTIAL];
-
-const TREAD: Row = Row {
-    title: "tread vibration",
-    short: "vibration",
-    decide: |scene, _| velocity(scene, scene.effects.tread_vibration, "tread_vibration", |wanted| wanted.tread),
-    switch: Some(|scene, on| {
-        scene.effects.tread_vibration = if on { Switch::On } else { Switch::Off };
-        want(scene, on, |vibration| &mut vibration.tread);
-    }),
-    of_cells: false,
-};
-
-const BELT: Row = Row {
-    title: "belt vibration",
-    short: "belt",
-    decide: |scene, _| velocity(scene, scene.effects.belt_vibration, "belt_vibration", |wanted| wanted.belt),
-    switch: Some(|scene, on| {
-        scene.effects.belt_vibration = if on { Switch::On } else { Switch::Off };
-        want(scene, on, |vibration| &mut vibration.belt);
-    }),
-    of_cells: false,
-};
-
-const TANGENTIAL: Row = Row {
-    title: "tangential motion",
-    short: "tangential",
-    decide: |scene, _| {
-        velocity(scene, scene.effects.tangential_motion, "tangential_motion", |wanted| wanted.tangential)
-    },
-    switch: Some(|scene, on| {
-        scene.effects.tangential_motion = if on { Switch::On } else { Switch::Off };
-        want(scene, on, |vibration| &mut vibration.tangential);
-    }),
-    of_cells: false,
-};
+pub(super) static ROWS: [Row; 3] = [
+    row!("tread vibration", "vibration", tread_vibration, tread),
+    row!("belt vibration", "belt", belt_vibration, belt),
+    row!("tangential motion", "tangential", tangential_motion, tangential),
+];
 
 /// Vibration that the outputs ask for; without outputs, the default for the effects that are on.
 pub(super) fn wanted(scene: &Scene) -> Option<Vibration> {

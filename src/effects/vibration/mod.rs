@@ -8,7 +8,7 @@ mod planned;
 mod resolved;
 pub(crate) mod results;
 
-use super::channel::Channel;
+use super::channel::{Channel, Read};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
@@ -32,14 +32,10 @@ pub(crate) use results::VibrationResults;
 
 pub(crate) struct VibrationEffect;
 
-const fn map(name: &'static str, unit: &'static str, meaning: &'static str) -> Channel {
-    Channel { name, unit, meaning, ..Channel::BASE }
-}
-
 static CHANNELS: [Channel; 3] = [
-    map("vibration_map_frequency", "Hz", "frequencies of the maps"),
-    map("vibration_map_wavenumber", "1", "wavenumbers of the maps, in periods round the tyre"),
-    map("vibration_map", "m^2/s^2/Hz", "power of the velocity by frequency and wavenumber"),
+    Channel::new("vibration_map_frequency", "Hz", "frequencies of the maps", Read::Written),
+    Channel::new("vibration_map_wavenumber", "1", "wavenumbers of the maps, in periods round the tyre", Read::Written),
+    Channel::new("vibration_map", "m^2/s^2/Hz", "power of the velocity by frequency and wavenumber", Read::Written),
 ];
 
 /// Errors of its levels: those of the force by slices; others are not stated.

@@ -10,7 +10,7 @@ use crate::response::vibration::{
     ContactPower, Dissipation, ResolvedPower, ResolvedQuantities, SegmentLayout, VibrationAccumulator,
     resolved_dissipation,
 };
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 
 /// Power of forces on cells, found beside the velocities.
 pub(super) struct ResolvedForces {
@@ -93,8 +93,4 @@ impl ResolvedForces {
     }
 }
 
-impl Evolving for ResolvedForces {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.power, &mut self.put_in])
-    }
-}
+evolving!(ResolvedForces: power, put_in);

@@ -12,7 +12,7 @@
 //! 128, 2.5 s: smooth road 2e-7, rough road 2e-5 (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's
 //! displacements are not those of the tyre under its forces, and nothing is balanced.
 
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 use crate::time_rule::{RungeKutta, TimeRule};
 
 /// Power by step, with the displacements of the last two steps.
@@ -40,11 +40,7 @@ impl Window {
     }
 }
 
-impl Evolving for Window {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.first, &mut self.displacement])
-    }
-}
+evolving!(Window: first, displacement);
 
 impl ContactPower {
     /// Everything at rest before the first step; windows of `columns` elements.
@@ -102,8 +98,4 @@ impl ContactPower {
     }
 }
 
-impl Evolving for ContactPower {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        self.earlier.state(state)
-    }
-}
+evolving!(ContactPower: earlier);

@@ -25,7 +25,7 @@ use realfft::{RealFftPlanner, RealToComplex};
 
 use super::layout::SegmentLayout;
 use super::velocity_table::VelocityTable;
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 
 /// Parts into which the elements are divided: enough for the threads of a desktop computer, and the same for any number
 /// of threads, so that results do not depend on it.
@@ -135,11 +135,7 @@ impl ElementVelocities {
     }
 }
 
-impl Evolving for ElementVelocities {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.segments, &mut self.sums, &mut self.powers])
-    }
-}
+evolving!(ElementVelocities: segments, sums, powers);
 
 /// Adds up the parts' velocities, always in the same order.
 fn together(parts: &[Part], velocities: &mut [Complex64]) {

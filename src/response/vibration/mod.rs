@@ -64,12 +64,10 @@ pub(crate) use dispersion::{DispersionBranch, dispersion_branches};
 pub(crate) use elements::ElementVelocities;
 pub use layout::{Across, SegmentLayout};
 pub(crate) use resolved::{CarriedWaves, ResolvedPower, ResolvedQuantities, ResolvedVelocity};
-pub use spectra::SpectraRequest;
-pub use spectra::field_spectra;
-pub use spectra::point_spectrum;
 pub(crate) use spectra::{
     Dissipation, FieldSpectra, WavenumberMap, element_spectrum, resolved_dissipation, resolved_spectra,
 };
+pub use spectra::{SpectraRequest, field_spectra, point_spectrum};
 pub(crate) use tangential_forces::TangentialForces;
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
 pub use velocity_table::VelocityTable;

@@ -20,7 +20,7 @@ use rustfft::Fft;
 use super::layout::{SegmentLayout, SharedBin};
 use super::products;
 use super::resolved::ResolvedQuantities;
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 
 #[derive(Clone)]
 pub(super) struct Share {
@@ -43,11 +43,7 @@ pub(super) struct Share {
     scratch: Vec<Complex64>,
 }
 
-impl Evolving for Share {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.powers, &mut self.point_powers])
-    }
-}
+evolving!(Share: powers, point_powers);
 
 impl Share {
     pub(super) fn new(

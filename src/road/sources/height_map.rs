@@ -6,7 +6,7 @@ use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::road::report::RoadNote;
-use crate::road::texture::{HeightOrigin, line_of};
+use crate::road::texture::{HeightOrigin, line_of, rms};
 
 /// Heights that span more than this are more than texture \[m\].
 pub(crate) const LARGE_SPAN: f64 = 0.1;
@@ -95,9 +95,7 @@ impl HeightMap {
     /// Refuses a road smoother than any, whose heights are in another unit or in another column, and notes one that is
     /// suspiciously smooth. `may_be_plane`: an exact plane is accepted.
     pub(crate) fn check_smoothness(&self, may_be_plane: bool, notes: &mut Vec<RoadNote>) -> Result<(), RoadError> {
-        let mean = self.heights.iter().sum::<f64>() / self.heights.len() as f64;
-        let square = self.heights.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>();
-        let rms = (square / self.heights.len() as f64).sqrt();
+        let rms = rms(&self.heights);
         let [least, usual] = SMOOTHEST;
         if may_be_plane && rms < ROUNDING {
             return Ok(());

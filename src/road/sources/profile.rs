@@ -10,9 +10,8 @@
 
 use super::columns::Point;
 use super::height_map::{HeightMap, LARGEST_SPACING_OF_TABLE, plausible_spacing};
-use super::missing;
 use super::signature::refuse_other_kinds;
-use super::table;
+use super::{missing, table};
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};

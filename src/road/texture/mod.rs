@@ -7,6 +7,8 @@ pub(crate) mod profile;
 pub(crate) mod wavenumber;
 
 pub(crate) use depth::{HeightOrigin, ProfileDepth};
-pub(crate) use levels::{BandFit, OverallLevel, ProfileSpectrum, TextureLevel, band_edges, bands_between};
-pub(crate) use levels::{LOWEST_LEVEL, level, line_inside, mean_square, mid_wavelength, nearest_band};
+pub(crate) use levels::{
+    BandFit, LOWEST_LEVEL, OverallLevel, ProfileSpectrum, TextureLevel, band_edges, bands_between, level, line_inside,
+    mean_square, mid_wavelength, nearest_band,
+};
 pub(crate) use profile::{line_of, rms};

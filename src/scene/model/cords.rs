@@ -1,6 +1,6 @@
 //! Layers that are not isotropic: rubber with cords, and orthotropic materials.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::material::LOSS;
 use crate::scene::Problem;
@@ -38,7 +38,8 @@ keys! {
 keys! {
     /// Moduli of an orthotropic layer along the circumference (theta), across (y) and outwards (r), at the material's
     /// reference frequency; all follow its law with one factor. nu_a_b is the contraction along b by a stress along a.
-    #[derive(Clone, Debug, PartialEq, Serialize)]
+    #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+    #[serde(deny_unknown_fields)]
     pub Orthotropic {
         /// Young's modulus along the circumference \[Pa\].
         #[serde(rename = "E_theta")]

@@ -20,7 +20,8 @@ keys! {
     /// An isotropic viscoelastic material.
     ///
     /// Keys that have no meaning under its law keep their defaults and are neither read nor written.
-    #[derive(Clone, Debug, PartialEq)]
+    #[derive(Clone, Debug, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
     pub Material {
         /// How the modulus depends on frequency.
         law: Law = Law::default() => OneOf::new(),
@@ -32,14 +33,19 @@ keys! {
         /// Density \[kg/m^3\].
         density: f64 => Bounds::positive("kg/m^3").plausible(1.0, 3e4),
         /// Loss factor eta (`power-law`, `hysteretic`) \[1\].
+        #[serde(default)]
         loss_factor: f64 = 0.0 => LOSS,
         /// Frequency at which the modulus is as given (`power-law`) \[Hz\].
+        #[serde(default = "reference_frequency")]
         reference_frequency: f64 = Material::REFERENCE_FREQUENCY => FREQUENCY,
         /// Frequency below which the modulus levels off (`power-law`) \[Hz\].
+        #[serde(default = "corner_frequency")]
         corner_frequency: f64 = Material::CORNER_FREQUENCY => FREQUENCY,
         /// Relative strengths g_j (`prony`).
+        #[serde(default)]
         weights: Vec<f64> = Vec::new() => WEIGHTS,
         /// Relaxation times tau_j (`prony`) \[s\].
+        #[serde(default)]
         times: Vec<f64> = Vec::new() => TIMES,
     }
 }
@@ -57,6 +63,14 @@ pub enum Law {
     Prony,
     /// E (1 + i eta): not causal, for frequency-domain results only.
     Hysteretic,
+}
+
+pub(super) fn reference_frequency() -> f64 {
+    Material::REFERENCE_FREQUENCY
+}
+
+pub(super) fn corner_frequency() -> f64 {
+    Material::CORNER_FREQUENCY
 }
 
 impl Material {

@@ -8,11 +8,10 @@ use serde_json::Value as Json;
 use super::conditioning::{Levelling, MissingHeight, MissingHeights};
 use super::made_road::{MadeRoad, made};
 use super::named_texture::NamedTexture;
-use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Columns, Exactly, File, OneOf, Whole};
-use crate::scene::schema;
 use crate::scene::table::{Keys, Nested, Table};
+use crate::scene::{Problem, schema};
 
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-6, 1e4);
 const COORDINATE: Bounds = Bounds::any("m").plausible(1e-9, 1e7);

@@ -7,7 +7,9 @@ use toml::de::DeValue;
 
 use super::cords::{CORDS, Cords, MOST_CORD_LOSSES, ORTHOTROPIC, Orthotropic};
 use super::inflation::{CAVITY, Cavity, INFLATION, Inflation};
-use super::material::{FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, Written};
+use super::material::{
+    FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, Written, corner_frequency, reference_frequency,
+};
 use super::sidewall::{SIDEWALL, Sidewall};
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
@@ -78,17 +80,21 @@ pub enum Sides {
 keys! {
     /// Elastic foundation under the innermost layer, none by default; its loss follows the same power law as the
     /// materials.
-    #[derive(Clone, Debug, PartialEq, Serialize)]
+    #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+    #[serde(deny_unknown_fields)]
     pub Foundation {
         /// Normal stiffness per area at the reference frequency \[N/m^3\].
         normal: f64 => BED,
         /// Tangential stiffness per area at the reference frequency \[N/m^3\].
         tangential: f64 => BED,
         /// Loss factor eta \[1\].
+        #[serde(default)]
         loss_factor: f64 = 0.0 => LOSS,
         /// Frequency at which the stiffness is as given \[Hz\].
+        #[serde(default = "reference_frequency")]
         reference_frequency: f64 = Material::REFERENCE_FREQUENCY => FREQUENCY,
         /// Frequency below which the power law levels off \[Hz\].
+        #[serde(default = "corner_frequency")]
         corner_frequency: f64 = Material::CORNER_FREQUENCY => FREQUENCY,
     }
 }

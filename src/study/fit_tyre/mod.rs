@@ -21,8 +21,7 @@ mod quantity;
 pub(crate) mod universal_file;
 
 pub use misfit::Uncertainty;
-pub use parameters::BOUND;
-pub use parameters::Parameter;
+pub use parameters::{BOUND, Parameter};
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};

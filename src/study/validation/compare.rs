@@ -173,7 +173,7 @@ impl Table<'_> {
         for (name, octave) in OCTAVES {
             let middle = ThirdOctaveBand(octave.start() + 1).nominal_frequency();
             let level = |run: &ValidationRun| {
-                let levels: Option<Vec<f64>> = octave.clone().map(|band| run.cpx_band(ThirdOctaveBand(band))).collect();
+                let levels: Option<Vec<f64>> = octave.clone().map(|band| run.cpx_bands.get(&band).copied()).collect();
                 levels.map(energy_sum)
             };
             let less = coarse.zip(fine).and_then(|(coarse, fine)| Some(level(coarse)? - level(fine)?));

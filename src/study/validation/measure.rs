@@ -7,7 +7,6 @@ use thiserror::Error;
 
 use super::missing::Lacks;
 use super::published::is_compared;
-use crate::contact::ContactError;
 use crate::counters::Job;
 use crate::planning::settled;
 use crate::response::{BandLevel, ThirdOctaveBand};
@@ -78,11 +77,6 @@ impl ValidationRun {
         self.coast_by_bands.get(&band.0).copied()
     }
 
-    /// Level of a band close to the tyre \[dB(A)\]; `None` if it is not valid.
-    pub(crate) fn cpx_band(&self, band: ThirdOctaveBand) -> Option<f64> {
-        self.cpx_bands.get(&band.0).copied()
-    }
-
     fn of(texture: NamedTexture, speed_kmh: f64, trial: &Trial) -> Self {
         let valid = |bands: &[BandLevel]| -> BTreeMap<i32, f64> {
             bands.iter().filter(|band| band.valid).map(|band| (band.band.0, band.level)).collect()
@@ -148,12 +142,6 @@ pub(crate) enum ValidationError {
 
 impl From<SceneError> for ValidationError {
     fn from(error: SceneError) -> Self {
-        Self::Run(error.into())
-    }
-}
-
-impl From<ContactError> for ValidationError {
-    fn from(error: ContactError) -> Self {
         Self::Run(error.into())
     }
 }
@@ -230,8 +218,9 @@ fn standing(scene: &Scene) -> Result<StandingTyre, ValidationError> {
     fine.numerics.elements = STANDING_ELEMENTS;
     let tyre = Standing::new(&fine);
     let [light, middle, heavy] = LOADS;
-    let at = tyre.under(middle)?;
-    let patches = [tyre.under(light)?.length, at.length, tyre.under(heavy)?.length];
+    let under = |load: f64| tyre.under(load).map_err(RunError::from);
+    let at = under(middle)?;
+    let patches = [under(light)?.length, at.length, under(heavy)?.length];
     let (highest, largest_n) = MODES;
     let found = modes(&scene.tyre, largest_n, 1, highest)?;
     let lowest = |n: usize, above: f64| {

@@ -74,55 +74,13 @@ struct TyreEntry {
     #[serde(default)]
     speed: f64,
     layers: Vec<LayerEntry>,
-    #[serde(with = "FoundationEntry")]
     foundation: Foundation,
-}
-
-#[derive(Deserialize)]
-#[serde(remote = "Foundation", deny_unknown_fields)]
-struct FoundationEntry {
-    normal: f64,
-    tangential: f64,
-    #[serde(default)]
-    loss_factor: f64,
-    #[serde(default = "reference_frequency")]
-    reference_frequency: f64,
-    #[serde(default = "corner_frequency")]
-    corner_frequency: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(remote = "Material", deny_unknown_fields)]
-struct MaterialEntry {
-    law: Law,
-    modulus: f64,
-    #[serde(default)]
-    loss_factor: f64,
-    poisson: f64,
-    density: f64,
-    #[serde(default = "reference_frequency")]
-    reference_frequency: f64,
-    #[serde(default = "corner_frequency")]
-    corner_frequency: f64,
-    #[serde(default)]
-    weights: Vec<f64>,
-    #[serde(default)]
-    times: Vec<f64>,
-}
-
-fn reference_frequency() -> f64 {
-    Material::REFERENCE_FREQUENCY
-}
-
-fn corner_frequency() -> f64 {
-    Material::CORNER_FREQUENCY
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LayerEntry {
     thickness: f64,
-    #[serde(with = "MaterialEntry")]
     material: Material,
     #[serde(default)]
     tension_x: f64,
@@ -144,29 +102,6 @@ struct CordsEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(remote = "Orthotropic", deny_unknown_fields)]
-struct OrthotropicEntry {
-    #[serde(rename = "E_theta")]
-    e_theta: f64,
-    #[serde(rename = "E_y")]
-    e_y: f64,
-    #[serde(rename = "E_r")]
-    e_r: f64,
-    #[serde(rename = "G_y_r")]
-    g_y_r: f64,
-    #[serde(rename = "G_theta_r")]
-    g_theta_r: f64,
-    #[serde(rename = "G_theta_y")]
-    g_theta_y: f64,
-    nu_theta_y: f64,
-    nu_theta_r: f64,
-    nu_y_r: f64,
-}
-
-#[derive(Deserialize)]
-struct Moduli(#[serde(with = "OrthotropicEntry")] Orthotropic);
-
-#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CurvedLayerEntry {
     thickness: f64,
@@ -179,7 +114,7 @@ struct CurvedLayerEntry {
     tension: [f64; 2],
     #[serde(default)]
     cords: Vec<CordsEntry>,
-    orthotropic: Option<Moduli>,
+    orthotropic: Option<Orthotropic>,
 }
 
 #[derive(Deserialize)]
@@ -219,7 +154,6 @@ struct CurvedEntry {
     pressure: f64,
     #[serde(default)]
     sidewall_mass: f64,
-    #[serde(with = "FoundationEntry")]
     foundation: Foundation,
     #[serde(default)]
     cavity: Option<Within>,
@@ -385,8 +319,7 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
     }
     let layer = |layer| {
         let CurvedLayerEntry { thickness, loss_factor, density, tension: [along, across], cords, .. } = layer;
-        let orthotropic = layer.orthotropic.map(|Moduli(moduli)| moduli);
-        let (modulus, poisson) = match (&orthotropic, layer.modulus, layer.poisson) {
+        let (modulus, poisson) = match (&layer.orthotropic, layer.modulus, layer.poisson) {
             (Some(moduli), None, None) if cords.is_empty() => moduli.measure(),
             (None, Some(modulus), Some(poisson)) => (modulus, poisson),
             _ => return Err(refuse(&name, "a layer has modulus and poisson, or orthotropic without cords")),
@@ -397,16 +330,23 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
             loss_factor,
             poisson,
             density,
-            reference_frequency: reference_frequency(),
-            corner_frequency: corner_frequency(),
+            reference_frequency: Material::REFERENCE_FREQUENCY,
+            corner_frequency: Material::CORNER_FREQUENCY,
             weights: Vec::new(),
             times: Vec::new(),
         };
-        Ok(LayerEntry { thickness, material, tension_x: along, tension_y: across, cords, orthotropic })
+        Ok(LayerEntry {
+            thickness,
+            material,
+            tension_x: along,
+            tension_y: across,
+            cords,
+            orthotropic: layer.orthotropic,
+        })
     };
     let layers = layers.into_iter().map(layer).collect::<Result<_, _>>()?;
     let (name, flat) = stack(TyreEntry { name, _curved: true, speed: 0.0, layers, foundation })?;
-    let (layers, foundation) = flat.into_parts();
+    let Stack { layers, foundation } = flat;
     let radius = circumference / std::f64::consts::TAU;
     if layers.iter().map(|layer| layer.thickness).sum::<f64>() >= radius {
         return Err(refuse(&name, "the layers must be thinner than the radius"));

@@ -27,8 +27,8 @@ pub type Matrix3 = [[Complex64; 3]; 3];
 /// Layers and foundation of a flat tyre, for any s.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stack {
-    layers: Vec<Layer>,
-    foundation: Foundation,
+    pub(super) layers: Vec<Layer>,
+    pub(super) foundation: Foundation,
 }
 
 /// A stack at one value of s, or at several in lockstep.
@@ -67,10 +67,6 @@ impl Stack {
     /// `layers`: from the rim outwards.
     pub fn of(layers: Vec<Layer>, foundation: Foundation) -> Self {
         Self { layers, foundation }
-    }
-
-    pub(super) fn into_parts(self) -> (Vec<Layer>, Foundation) {
-        (self.layers, self.foundation)
     }
 
     /// Layers from the rim outwards.

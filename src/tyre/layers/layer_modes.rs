@@ -88,15 +88,12 @@ impl LayerModes {
     /// Reduces a layer at a wave. Where its stiffness cannot be reduced, as for numbers that are not finite, all
     /// values are NaN.
     pub(super) fn new(wave: &LayerWave<'_>, products: &RadialProducts) -> Self {
-        let nothing = [[f64::NAN; ENTRIES]; 2];
-        Self::between_held_faces(wave, products).unwrap_or(Self {
-            faces: nothing,
-            parts: Vec::new(),
-            blocks: Vec::new(),
-            coupled: Vec::new(),
-            coriolis: None,
-            mean: 0.0,
-        })
+        Self::between_held_faces(wave, products).unwrap_or(Self::none([[f64::NAN; ENTRIES]; 2]))
+    }
+
+    /// The faces alone.
+    fn none(faces: [[f64; ENTRIES]; 2]) -> Self {
+        Self { faces, parts: Vec::new(), blocks: Vec::new(), coupled: Vec::new(), coriolis: None, mean: 0.0 }
     }
 
     fn between_held_faces(wave: &LayerWave<'_>, products: &RadialProducts) -> Option<Self> {
@@ -112,14 +109,7 @@ impl LayerModes {
             let coupling = stiffness.submatrix(6, 0, modes, 6);
             let following = stiffness.submatrix(6, 6, modes, modes).llt(Side::Lower).ok()?.solve(coupling);
             let stiff = reduced(&stiffness, &(following.transpose() * coupling * faer::Scale(-0.5)), None);
-            return Some(Self {
-                faces: [stiff, [0.0; ENTRIES]],
-                parts: Vec::new(),
-                blocks: Vec::new(),
-                coupled: Vec::new(),
-                coriolis: None,
-                mean: 0.0,
-            });
+            return Some(Self::none([stiff, [0.0; ENTRIES]]));
         }
         // 2. Modes between held faces, K and M on the faces and m_j.
         let held = stiffness.submatrix(6, 6, modes, modes).self_adjoint_eigen(Side::Lower).ok()?;

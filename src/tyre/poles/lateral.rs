@@ -38,10 +38,6 @@ impl LateralFitOptions {
     pub(crate) fn key(&self, tyre: &Tyre, m: usize) -> serde_json::Result<[u8; 32]> {
         key::<RationalModel>(&(tyre.levelled(), self, "lateral number", m))
     }
-
-    fn most_aliases(&self) -> usize {
-        self.aliases.unwrap_or(ALIASES)
-    }
 }
 
 /// Evaluations of the compliance for a wave with its aliases.
@@ -66,7 +62,7 @@ pub(crate) fn fit_lateral(
     let ladder = Ladder::new(top);
     let at = in_parallel::map(&ladder.points, |&s| sums.at(s));
     let fit = |&m: &usize| {
-        let row = CellRow::whole(sums.grid(), m, options.most_aliases());
+        let row = CellRow::whole(sums.grid(), m, options.aliases.unwrap_or(ALIASES));
         let mut faces: Vec<FaceValues> = Vec::new();
         if let Some(wave) = row.waves.first() {
             sums.values(wave, at[..=RUNGS].iter().step_by(SCALE_STRIDE), &mut faces);

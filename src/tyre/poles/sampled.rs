@@ -108,11 +108,6 @@ impl Errors {
     }
 }
 
-/// Rungs of the real axis that fits may use: the odd ones.
-fn fitted_real() -> impl Iterator<Item = usize> {
-    REAL.skip(1).step_by(2)
-}
-
 /// The larger of |E + i O|^2 and |E - i O|^2.
 fn largest_square(even: Complex64, odd: Complex64) -> f64 {
     even.norm_sqr() + odd.norm_sqr() + 2.0 * (even * odd.conj()).im.abs()
@@ -220,7 +215,8 @@ impl<'a> Sampled<'a> {
     /// As [`Self::samples`], of chosen parts, the driven face's E among them: the belt and the odd parts take part in
     /// moving poles only where they are not negligible.
     pub(super) fn samples_of(&self, chosen: impl Fn(usize) -> bool) -> Samples {
-        let rungs: Vec<usize> = self.grid.iter().copied().chain(fitted_real()).collect();
+        // Of the real axis the odd rungs.
+        let rungs: Vec<usize> = self.grid.iter().copied().chain(REAL.skip(1).step_by(2)).collect();
         let value = |part: usize, rung: usize| if part < 2 { self.value(rung)[part] } else { self.odd(rung)[part - 2] };
         let parts: Vec<usize> = (0..self.parts()).filter(|&part| chosen(part)).collect();
         let response = |&part: &usize| rungs.iter().map(|&rung| value(part, rung)).collect();

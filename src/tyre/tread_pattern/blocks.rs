@@ -13,8 +13,7 @@
 //! so that c_b = d/(a E). It applies to the block's mean pressure: u_i += (c_b/A_b) sum of the block's forces. A block
 //! longer than 3 d yields locally, like the mean over all its parts of that length.
 
-use std::collections::BTreeMap;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use super::map::{Cut, TreadMap};
 use crate::scene::{BlockModel, Scene, TreadPattern};

@@ -83,8 +83,8 @@ pub struct BandLevel {
     pub mean_square: f64,
     /// 10 lg(mean square / reference^2) \[dB\]; minus infinity for silence.
     pub level: f64,
-    /// True if the band's mid-frequency is not above [`PowerSpectrum::valid_to`], but for the rounding of nominal
-    /// frequencies.
+    /// True if the band is resolved, no narrower than a bin, and its mid-frequency is not above
+    /// [`PowerSpectrum::valid_to`], but for the rounding of nominal frequencies.
     pub valid: bool,
 }
 
@@ -163,7 +163,7 @@ impl PowerSpectrum {
             .map(|band| {
                 let mean_square = self.power_within(band.lower_edge()..band.upper_edge());
                 let level = 10.0 * (mean_square / (reference * reference)).log10();
-                let valid = band.is_valid_up_to(self.valid_to);
+                let valid = band.is_valid_up_to(self.valid_to) && band.width() >= self.resolution;
                 BandLevel { band, mean_square, level, valid }
             })
             .collect()
@@ -323,6 +323,17 @@ mod tests {
         let signal: Vec<f64> = (0..30_000).map(|n| f64::from(n) / 30.0).collect();
         let levels = PowerSpectrum::of(&signal, 1e-4, Some(1.0)).unwrap().third_octaves(900.0, 1.0);
         assert!(levels.iter().all(|level| level.level < -25.0), "{levels:?}");
+    }
+
+    #[test]
+    fn bands_narrower_than_a_bin_are_not_valid() {
+        let lowest_valid = |seconds: f64| {
+            let signal = noise((1e4 * seconds) as usize, 3);
+            let levels = PowerSpectrum::of(&signal, 1e-4, Some(0.5)).unwrap().third_octaves(22.0, 1.0);
+            assert!(levels.iter().skip_while(|level| !level.valid).all(|level| level.valid));
+            levels.iter().find(|level| level.valid).map(|level| level.band.nominal_frequency())
+        };
+        assert_eq!([0.02, 0.1, 1.0].map(lowest_valid), [Some(250.0), Some(50.0), Some(25.0)]);
     }
 
     #[test]

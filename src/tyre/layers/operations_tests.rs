@@ -77,6 +77,9 @@ impl ComplexField for Counted {
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self {
         counted(3, self.0.select_below(limit, small.0, large.0))
     }
+    fn outlined<R>(self, part: impl FnOnce() -> R) -> R {
+        part()
+    }
 }
 
 /// Operations with the tread on `below` belts.

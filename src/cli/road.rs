@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::counters::Stage;
 use crate::plan::Plan;
 use crate::report::road::{description, map, texture_spectrum};
-use crate::road::{RoadError, describe};
-use crate::run::road::{in_scene, road_limits};
+use crate::road::RoadError;
+use crate::run::road::{described, in_scene};
 use crate::scene::{DEFAULT, LoadedScene, Scene, Setting};
 use crate::study::sweep::{Axes, variants};
 use clap::Args;
@@ -64,8 +64,7 @@ impl RoadArguments {
         }
         let of_file = is_road(&place.scene.scene);
         let mut side = Side::new(road_scene(&place.scene, context)?, place.target("road"))?;
-        let scene = &side.loaded.scene;
-        let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
+        let read = || described(&Plan::new(&side.loaded.scene));
         let road = side.meter.time(Stage::Road, read).map_err(|error| match error {
             RoadError::MissingUnit { path, .. } if of_file => CliError::Usage(format!(
                 "{}: the file does not state its units: give --distance-unit and --height-unit, {}",

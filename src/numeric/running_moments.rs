@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct RunningMoments {
     count: u64,
-    /// First value.
-    shift: f64,
+    /// First value; 0 before there is one.
+    pub(crate) shift: f64,
     /// Mean of the differences from it.
     mean: f64,
     /// Sum of squares of the differences from the mean.
@@ -31,11 +31,6 @@ impl RunningMoments {
 
     pub(crate) fn count(&self) -> u64 {
         self.count
-    }
-
-    /// First value; 0 before there is one.
-    pub(crate) fn shift(&self) -> f64 {
-        self.shift
     }
 
     /// Mean less the first value.

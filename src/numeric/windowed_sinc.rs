@@ -16,7 +16,8 @@ use std::ops::{Add, Mul, Sub};
 /// A symmetric interpolation and low-pass kernel. The unit of t is one sample of the coarser lattice.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct WindowedSinc {
-    half_width: f64,
+    /// Half-width T of the support \[samples of the coarser lattice\].
+    pub(crate) half_width: f64,
     table: Vec<f64>,
 }
 
@@ -48,11 +49,6 @@ impl WindowedSinc {
     /// wavenumber on.
     pub(crate) fn resampling() -> Self {
         Self::new(0.4, 0.5, 80.0)
-    }
-
-    /// Half-width T of the support \[samples of the coarser lattice\].
-    pub(crate) fn half_width(&self) -> f64 {
-        self.half_width
     }
 
     /// h(t); zero for |t| >= T.
@@ -98,7 +94,7 @@ pub(crate) struct Phases<T> {
 impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
     /// Tabulates the kernel at `places` positions per sample, its weights `rounded` to the table's number type.
     pub(crate) fn new(kernel: &WindowedSinc, places: usize, rounded: fn(f64) -> T) -> Self {
-        let reach = kernel.half_width().ceil() as usize;
+        let reach = kernel.half_width.ceil() as usize;
         let mut table = Vec::with_capacity((places + 1) * 2 * reach);
         for place in 0..=places {
             let part = place as f64 / places as f64;
@@ -160,7 +156,7 @@ mod tests {
         let kernel = WindowedSinc::resampling();
         let response = |wavenumber: f64| {
             let steps = 64;
-            let reach = (kernel.half_width() * f64::from(steps)) as i64;
+            let reach = (kernel.half_width * f64::from(steps)) as i64;
             let sum: f64 = (-reach..=reach)
                 .map(|i| i as f64 / f64::from(steps))
                 .map(|t| kernel.at(t) * (2.0 * std::f64::consts::PI * wavenumber * t).cos())

@@ -8,8 +8,7 @@ use super::error::Failure;
 use super::scene::Scene;
 use super::work::{carried_out, shaped};
 use crate::plan::Plan;
-use crate::road::describe;
-use crate::run::road::{in_scene, road_limits};
+use crate::run::road::{described, in_scene, road_limits};
 use crate::scene::LoadedScene;
 use crate::study::slices::{LAWS, Sample};
 
@@ -78,9 +77,7 @@ pub(super) fn slice_displacements<'py>(
 pub(super) fn road_description(py: Python<'_>, scene: &Scene) -> PyResult<String> {
     let loaded = &scene.loaded;
     carried_out(py, None, None, |_| {
-        let scene = &loaded.scene;
-        let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
-        let road = read().map_err(|error| in_scene(loaded, error))?;
+        let road = described(&Plan::new(&loaded.scene)).map_err(|error| in_scene(loaded, error))?;
         let to_json = serde_json::to_value(road).map_err(|error| Failure::Inside(error.to_string()));
         to_json.map(|mut road| {
             // Heights are given as arrays, not as text.

@@ -13,8 +13,7 @@ use crate::plan::Plan;
 use crate::results::plots::four_digits;
 use crate::results::profile_table::cost_table;
 use crate::results::table::{Table, aligned, row, words};
-use crate::road::describe;
-use crate::run::road::road_limits;
+use crate::run::road::described;
 use crate::scene::{Axle, Road, Scene, Zone};
 
 /// Larger sound files stay in their folder \[bytes\].
@@ -127,11 +126,7 @@ pub(super) fn road(stored: &Stored) -> Result<Markup, ReportError> {
             }
         });
     }
-    let described = stored
-        .plan
-        .lattice()
-        .and_then(|lattice| describe(&scene.road, lattice, scene.rolling.speed(), road_limits(scene)));
-    let road = match described {
+    let road = match described(&stored.plan) {
         Ok(road) => road,
         Err(error) => return Ok(html! { p.warning { "The road cannot be shown: " (error) "." } }),
     };

@@ -133,7 +133,7 @@ impl SpectrumAccumulator {
             self.not_finite = Some((index, value));
         }
         self.moments.push(value);
-        let shifted = value - self.moments.shift();
+        let shifted = value - self.moments.shift;
         let index = index as i64;
         // 1. Close the segments that no later sample reaches.
         while self.distance(index, self.open) >= 1.0 && self.open < self.hops {

@@ -2,7 +2,7 @@
 
 use crate::effects::RunError;
 use crate::plan::Plan;
-use crate::road::{Limits, RoadError, RoadSurface};
+use crate::road::{Limits, RoadDescription, RoadError, RoadSurface, describe};
 use crate::scene::{LoadedScene, Scene, SceneError};
 
 /// Opens the road of a planned run, and checks that it reaches `chord` \[m\] beyond the axle's path; also returns the
@@ -24,6 +24,15 @@ pub(crate) fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result
         Ok((surface, start))
     };
     open().map_err(|error| in_scene(loaded, error))
+}
+
+/// Describes the road of a plan.
+///
+/// # Errors
+/// Those of the road, see [`in_scene`].
+pub(crate) fn described(plan: &Plan) -> Result<RoadDescription, RoadError> {
+    let scene = &plan.scene;
+    describe(&scene.road, plan.lattice()?, scene.rolling.speed(), road_limits(scene))
 }
 
 /// Memory limit for opening a scene's road.

@@ -23,7 +23,7 @@ static PHASES: LazyLock<Phases<f64>> = LazyLock::new(|| Phases::new(&KERNEL, 204
 
 /// Half the kernel's width in samples of the lower rate.
 pub(super) fn half_width() -> f64 {
-    KERNEL.half_width()
+    KERNEL.half_width
 }
 
 /// Resamples a signal from `rate` to `new_rate` samples a second (both > 0), from the same first instant on and not

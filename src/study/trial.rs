@@ -402,7 +402,7 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
 fn resampled(force: &[f64], time_step: f64, lag: f64, spacing: f64, within: Range<f64>) -> Vec<f64> {
     let kernel = WindowedSinc::new(PASS, STOP, ATTENUATION);
     // Two instants more than the kernel: a record ends up to a step and a half before its stretch does.
-    let reach = (kernel.half_width() + 2.0) * spacing;
+    let reach = (kernel.half_width + 2.0) * spacing;
     let count = ((within.end - within.start - 2.0 * reach) / spacing).max(0.0) as usize;
     // A run with fewer samples than instants is interpolated without the low-pass.
     let ratio = (spacing / time_step).max(1.0);

@@ -4,8 +4,7 @@ use crate::numeric::StraightLine;
 use crate::plan::Plan;
 use crate::report::mobility::{LEVEL, plot};
 use crate::report::road::map;
-use crate::road::describe;
-use crate::run::road::{in_scene, road_limits};
+use crate::run::road::{described, in_scene};
 use crate::scene::{LoadedScene, Tyre};
 use crate::tyre::influence::mobility::{driving_point, frequencies, level};
 use serde_json::json;
@@ -64,9 +63,7 @@ pub(super) fn mobility(tyre: &Tyre) -> Result<Subject, CliError> {
 
 /// Figure 3: a piece of the scene's road, and its measures.
 pub(super) fn road(loaded: &LoadedScene) -> Result<Subject, CliError> {
-    let scene = &loaded.scene;
-    let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
-    let road = read().map_err(|error| in_scene(loaded, error))?;
+    let road = described(&Plan::new(&loaded.scene)).map_err(|error| in_scene(loaded, error))?;
     let depth = road.mean_profile_depth.as_ref().and_then(|depth| depth.mean);
     let numbers = json!({ "rms": road.rms, "mean_profile_depth": depth, "levels": road.levels });
     let mut subject = Subject::new("Figure 3", "road", numbers);

@@ -9,7 +9,7 @@ pub struct LoadControl {
     load: f64,
     stiffness: f64,
     /// Steps of the first ramp.
-    ramp: u64,
+    pub(super) ramp: u64,
     /// Steps of a window between corrections.
     window: u64,
     from: f64,
@@ -47,10 +47,6 @@ impl LoadControl {
             count: 0,
             previous: None,
         }
-    }
-
-    pub(super) fn ramp(&self) -> u64 {
-        self.ramp
     }
 
     /// Indentation at the end of the present ramp \[m\].

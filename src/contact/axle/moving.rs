@@ -98,7 +98,7 @@ impl MovingAxle {
     /// Axle at rest, about to follow the ramp of `rest`; `lead` is how long before a step's end its force acts, in
     /// steps.
     pub fn new(sprung: SprungMass, rest: LoadControl, time_step: f64, lead: f64) -> Self {
-        let (free, height) = (rest.ramp(), rest.target());
+        let (free, height) = (rest.ramp, rest.target());
         Self { sprung, rest, time_step, lead, free, next: free, height, velocity: 0.0, acceleration: 0.0 }
     }
 

@@ -240,7 +240,7 @@ impl InstantCells {
 
     /// Bound of the norm of the symmetric part of G \[m/N\].
     pub fn norm_bound(&self) -> f64 {
-        self.product.norm_bound() + self.blocks.as_ref().map_or(0.0, |blocks| blocks.norm())
+        self.product.norm_bound + self.blocks.as_ref().map_or(0.0, |blocks| blocks.norm())
     }
 
     /// Middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across \[N/m\].

@@ -51,7 +51,7 @@ pub(crate) struct CellProduct<R> {
     /// Transform of T, frequencies across to each wave along.
     free_field: Vec<f64>,
     /// Bound of the norm of the part that is even along.
-    norm_bound: f64,
+    pub(super) norm_bound: f64,
 }
 
 impl<R: Element> CellProduct<R> {
@@ -148,11 +148,6 @@ impl<R: Element> CellProduct<R> {
         let symbols = 2 * q * p * 2 * parts;
         let numbers = 2 * q * p * parts + 4 * 2 * p * self.across;
         Work { multiply_adds: transforms as u64 + symbols as u64, bytes: (numbers * size_of::<R>()) as u64 }
-    }
-
-    /// Bound of the norm of the part of G that is even along.
-    pub(crate) fn norm_bound(&self) -> f64 {
-        self.norm_bound
     }
 
     /// Middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.

@@ -300,7 +300,7 @@ impl FactorCache {
         let held = self.filled;
         state.all([&mut self.filled, &mut self.hand, &mut self.neighbour])?;
         let (filled, slots) = (self.filled, self.sizes.slots);
-        ensure(filled <= slots && self.hand < slots && self.neighbour.slot().is_none_or(|slot| slot < filled))?;
+        ensure(filled <= slots && self.hand < slots && self.neighbour.slot.is_none_or(|slot| slot < filled))?;
         ensure(!state.is_restoring() || held == 0)?;
         let mut points = Vec::with_capacity(self.sizes.points);
         // They were counted when they were made first.
@@ -318,7 +318,7 @@ impl FactorCache {
             points.extend(bits.enumerate().filter_map(|(point, is_in)| is_in.then_some(point)));
             let fits = points.last().is_some_and(|&last| last < self.sizes.points);
             ensure(fits && self.index.find(&self.pattern).is_none())?;
-            ensure(self.neighbour.slot() != Some(slot) || self.neighbour.kept_points() == points.len())?;
+            ensure(self.neighbour.slot != Some(slot) || self.neighbour.kept_points() == points.len())?;
             self.factorise(slot, &points, influence, &mut meter).map_err(|Singular| StateError::Value)?;
             self.index.insert(slot, &self.pattern);
         }

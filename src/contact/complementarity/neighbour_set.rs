@@ -29,7 +29,7 @@ const POINTS_TO_A_DIFFERENCE: usize = 8;
 /// The set whose factor is kept, and how another one differs from it. Nothing allocates after [`Self::new`].
 pub(super) struct NeighbourSet {
     /// Slot of the kept factor, if there is one.
-    slot: Option<usize>,
+    pub(super) slot: Option<usize>,
     /// S0, rising, by column when its factor was last used; negative ones have left the window since.
     kept: Vec<i64>,
     /// Points of both sets, as positions in S0 and in the set asked for.
@@ -90,10 +90,6 @@ impl NeighbourSet {
             old += usize::from(order.is_ge());
         }
         (self.come.len() + self.gone.len() <= most).then_some(slot)
-    }
-
-    pub(crate) fn slot(&self) -> Option<usize> {
-        self.slot
     }
 
     /// Number of points of S0.

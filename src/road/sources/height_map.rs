@@ -124,7 +124,7 @@ impl HeightMap {
             return Ok(());
         }
         let kernel = WindowedSinc::resampling();
-        let taps = 2.0 * kernel.half_width() * unit;
+        let taps = 2.0 * kernel.half_width * unit;
         if taps > MOST_TURNS * lines.len() as f64 || taps * lines.len() as f64 > MOST_PRODUCTS {
             return Err(RoadError::Trend { path: self.path.clone(), longest, length: self.end(), spacing: self.dx });
         }

@@ -1,6 +1,6 @@
 //! Content of a tyre: inflation pressure, and the air as a resonator.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::sidewall::SIDEWALL;
 use crate::scene::Problem;
@@ -25,19 +25,29 @@ keys! {
     ///
     /// Under a pressure p above that of the atmosphere its density is near 1.4 (p + 1.013e5 Pa)/c^2: 3.8 kg/m^3 at 2.2
     /// bar.
-    #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+    #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+    #[serde(deny_unknown_fields)]
     pub Cavity {
         /// Mean radius R_c \[m\].
+        #[serde(alias = "R_c")]
         radius: f64 => LENGTH,
         /// Depth between rim and tyre \[m\].
         depth: f64 => LENGTH,
         /// Density of the air \[kg/m^3\].
+        #[serde(alias = "rho")]
         density: f64 => Bounds::positive("kg/m^3").plausible(0.01, 1e3),
         /// Speed of sound c \[m/s\]; by default that in air at 20 degrees.
-        sound_speed: f64 = 343.0 => Bounds::positive("m/s").plausible(50.0, 5e3),
+        #[serde(alias = "c", default = "sound_speed")]
+        sound_speed: f64 = sound_speed() => Bounds::positive("m/s").plausible(50.0, 5e3),
         /// Relaxation time tau \[s\]: its waves have the loss factor w tau; 0 without damping.
+        #[serde(alias = "tau", default)]
         relaxation: f64 = 0.0 => Bounds::not_negative("s").plausible(1e-12, 1.0),
     }
+}
+
+/// Speed of sound in air at 20 degrees C \[m/s\].
+fn sound_speed() -> f64 {
+    343.0
 }
 
 pub(super) const INFLATION: Nested<Inflation> =

@@ -118,25 +118,6 @@ struct CurvedLayerEntry {
 }
 
 #[derive(Deserialize)]
-#[serde(remote = "Cavity", deny_unknown_fields)]
-struct CavityEntry {
-    #[serde(alias = "R_c")]
-    radius: f64,
-    depth: f64,
-    #[serde(alias = "rho")]
-    density: f64,
-    #[serde(default = "sound_speed", alias = "c")]
-    sound_speed: f64,
-    #[serde(default, alias = "tau")]
-    relaxation: f64,
-}
-
-/// Speed of sound in air at 20 degrees C \[m/s\].
-fn sound_speed() -> f64 {
-    343.0
-}
-
-#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CurvedEntry {
     name: String,
@@ -156,7 +137,7 @@ struct CurvedEntry {
     sidewall_mass: f64,
     foundation: Foundation,
     #[serde(default)]
-    cavity: Option<Within>,
+    cavity: Option<Cavity>,
     layers: Vec<CurvedLayerEntry>,
 }
 
@@ -167,9 +148,6 @@ enum CentrifugalTension {
     /// The layers' tension includes the centrifugal one.
     Given,
 }
-
-#[derive(Deserialize)]
-struct Within(#[serde(with = "CavityEntry")] Cavity);
 
 #[derive(Deserialize)]
 struct CaseEntry {
@@ -308,7 +286,6 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
     if !positive(&circumference) || !positive(&width) {
         return Err(refuse(&name, "circumference and width must be positive"));
     }
-    let cavity = cavity.map(|Within(cavity)| cavity);
     if let Some(Cavity { radius, depth, density, sound_speed, relaxation }) = &cavity
         && !([radius, depth, density, sound_speed].into_iter().all(positive) && *relaxation >= 0.0)
     {

@@ -87,7 +87,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
     let spacing = crg.v[first..=last].windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     let uneven = crg.v[first..=last].windows(2).any(|pair| (pair[1] - pair[0] - spacing).abs() > 1e-6 * spacing);
     // As many columns beside the strip as the interpolation reaches, if they exist.
-    let beside = WindowedSinc::resampling().half_width() * spacing.max(0.5 * contact_width);
+    let beside = WindowedSinc::resampling().half_width * spacing.max(0.5 * contact_width);
     let from = crg.v[first..=last].partition_point(|&v| v < middle - 0.5 * contact_width - beside) + first;
     let to = crg.v[first..=last].partition_point(|&v| v <= middle + 0.5 * contact_width + beside) + first - 1;
     let v = &crg.v[from..=to];

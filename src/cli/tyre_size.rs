@@ -325,7 +325,7 @@ mod tests {
             let told = text.parse::<TyreSize>().unwrap_err();
             assert!(told.contains(words), "{text}: {told}");
         }
-        assert!(size("235/45R18 98").with_index(97).unwrap_err().contains("the size has 98"));
+        assert!(size("235/45R18 98").with_index(97).unwrap_err().contains("load index 97 contradicts 98 in the size"));
         assert_eq!(size("235/45R18").with_index(98).unwrap().load(), Some(750));
         assert_eq!(
             [60, 91, 126].map(|index| size("235/45R18").with_index(index).unwrap().load().unwrap()),

@@ -83,7 +83,7 @@ pub struct BandLevel {
     pub mean_square: f64,
     /// 10 lg(mean square / reference^2) \[dB\]; minus infinity for silence.
     pub level: f64,
-    /// True if the band is resolved, no narrower than a bin, and its mid-frequency is not above
+    /// True if the band is resolved, at least two bins wide, and its mid-frequency is not above
     /// [`PowerSpectrum::valid_to`], but for the rounding of nominal frequencies.
     pub valid: bool,
 }
@@ -163,7 +163,7 @@ impl PowerSpectrum {
             .map(|band| {
                 let mean_square = self.power_within(band.lower_edge()..band.upper_edge());
                 let level = 10.0 * (mean_square / (reference * reference)).log10();
-                let valid = band.is_valid_up_to(self.valid_to) && band.width() >= self.resolution;
+                let valid = band.is_valid_up_to(self.valid_to) && band.width() >= 2.0 * self.resolution;
                 BandLevel { band, mean_square, level, valid }
             })
             .collect()
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn bands_narrower_than_a_bin_are_not_valid() {
+    fn bands_narrower_than_two_bins_are_not_valid() {
         let lowest_valid = |seconds: f64| {
             let signal = noise((1e4 * seconds) as usize, 3);
             let levels = PowerSpectrum::of(&signal, 1e-4, Some(0.5)).unwrap().third_octaves(22.0, 1.0);

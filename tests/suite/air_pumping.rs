@@ -252,7 +252,7 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         (SLICES, format!("{GROOVE}{OPEN}"), "air_pumping", "no [[receiver]]"),
         (SLICES, format!("{HEARD}{OPEN}"), "air_pumping.patch", "no grooves"),
         (SLICES, heard("acoustic_gap = 0.001"), "radiation.acoustic_gap", "not by both"),
-        (SLICES, format!("{GROOVE}{DRAFT}{OPEN}"), "radiation.quality", "mouths"),
+        (SLICES, format!("{GROOVE}{DRAFT}{OPEN}"), "radiation.quality", "openings of the grooves"),
         (
             "slices = \"winkler\"\ncells_across = 4\ntread = \"uncoupled\"",
             heard(""),

@@ -83,7 +83,7 @@ fn former_commands_are_answered_with_what_replaces_them() {
         let answer = tyrewave(folder.path(), &[former, "a.toml"]);
         assert_eq!(answer.status.code(), Some(2), "{former}");
         let told = String::from_utf8_lossy(&answer.stderr);
-        assert!(told.contains("is gone") && told.contains(instead), "{told}");
+        assert!(told.contains("has been removed") && told.contains(instead), "{told}");
     }
 }
 

@@ -98,7 +98,7 @@ fn sums_that_would_not_end_are_refused_before_they_begin() {
     let soft = edit(&smooth, &[("tyre.layers.1.material.modulus", "1e6")]);
     let tense = soft.replacen("thickness = 0.013", "thickness = 0.013\ntension = [4e4, 2e4]", 1);
     assert_ne!(soft, tense);
-    refused(folder_with(&tense).path(), &["plan", "scene.toml"], &["tyre.layers[1].tension", "no end"]);
+    refused(folder_with(&tense).path(), &["plan", "scene.toml"], &["tyre.layers[1].tension", "do not converge"]);
     let allowed = |changes: &[(&str, &str)]| implausible(&edit(&smooth, changes));
     let thin = allowed(&[("tyre.layers.1.thickness", "1e-6")]);
     refused(folder_with(&thin).path(), &["plan", "scene.toml"], &["tyre.layers[1].thickness", "evaluations"]);

@@ -508,7 +508,7 @@ mod tests {
                 "ends before its delimiter, 99999999 bytes on",
             ),
             (&text[..cut], "record 7 counts 40 values"),
-            (&text.replacen("e-0", "x-0", 1), "is no number"),
+            (&text.replacen("e-0", "x-0", 1), "is not a number"),
             (&text.replacen("         5        40", "         2        40", 1), "a mobility has a phase"),
             (&text.replacen("         5        40", "         5 999999999", 1), "counts 999999999 values"),
             (&text.replacen("    4", "    6", 1), "1 coherences"),

@@ -105,7 +105,7 @@ fn numbers_of_the_sidewalls() {
     sidewall_refused(&format!("{ARC}, hoop = 1e3"), ".hoop", "less than a quarter of the shear", "leave it out");
     sidewall_refused(&format!("{ARC}, mas = 1"), ".mas", "not a key", "known keys");
     sidewall_refused(&with("radius = 0.05", "radius = 0.17"), ".radius", "is 0.29", "a shorter radius");
-    sidewall_refused(&with("angle = 1.1", "angle = 3.1"), ".angle", "no steady shape", "from 0.5 to 1.5 rad");
+    sidewall_refused(&with("angle = 1.1", "angle = 3.1"), ".angle", "no stable shape", "from 0.5 to 1.5 rad");
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn either_a_foundation_or_sidewalls_hold_a_tyre() {
     assert!(only.wrong.contains("`sidewall` exclude each other"), "{only:?}");
     for (part, key, wrong) in [
         ("inflation = { pressure = 2.2e5 }\n", "tyre.inflation", "missing"),
-        ("curvature = true\n", "tyre.sidewall", "nothing with a flat tyre"),
+        ("curvature = true\n", "tyre.sidewall", "does not apply with a flat tyre"),
     ] {
         let found = complaints(&replaced(&on_sidewalls(ARC), &[(part, "")]));
         let [only] = found.as_slice() else { panic!("{found:#?}") };
@@ -186,7 +186,7 @@ fn numbers_of_the_cavity() {
 #[test]
 fn what_a_shape_does_not_have() {
     let cavity = format!("sides = \"guided\"\ncavity = {{ {AIR} }}");
-    tyre_refused(&cavity, 6, "tyre.cavity", "nothing with a flat tyre", "curvature = true");
+    tyre_refused(&cavity, 6, "tyre.cavity", "does not apply with a flat tyre", "curvature = true");
     let cavity = format!("curvature = true\ncavity = {{ {AIR} }}");
     tyre_refused(&cavity, 6, "tyre.cavity", "no wave that is constant across", "sides = \"guided\"");
     let thick = replaced(BASE, &[("width = 0.2\n", "width = 0.2\ncurvature = true\n"), ("= 0.013", "= 0.31")]);

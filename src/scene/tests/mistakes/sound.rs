@@ -135,7 +135,7 @@ fn ways() {
     let silent = "there is no [[receiver]]";
     sound_refused("[radiation]\nfmax = 1000", 26, "radiation", silent, "add a [[receiver]]");
     sound_refused("[effects]\nradiation = \"on\"", 27, "effects.radiation", silent, "position = [x, y, z]");
-    sound_refused(&format!("{HERE}[effects]\nradiation = \"off\""), 26, "receiver", "leaves out", "\"auto\"");
+    sound_refused(&format!("{HERE}[effects]\nradiation = \"off\""), 26, "receiver", "switches off", "\"auto\"");
     let scene = accepted("[outputs]", &format!("{HERE}[radiation]\nair = \"with-tread\"\n[outputs]"));
     assert_eq!(scene.radiation.air, AirMotion::WithTread);
     assert!(!scene.radiation.hears_sides(&scene.tyre), "springs do not radiate");

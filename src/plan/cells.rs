@@ -257,7 +257,8 @@ impl Amounts {
         let search = products * transform_multiply_adds(4 * cells as usize);
         let transforms = if has_tractions { FRICTION_TRANSFORMS * transforms } else { transforms };
         let channels = if has_tractions { FRICTION_CHANNELS } else { 1.0 };
-        let poles = channels * plan.expected_poles_of_wave() * waves;
+        let kept = plan.cached_cell_poles;
+        let poles = kept.map_or_else(|| channels * plan.expected_poles_of_wave() * waves, |kept| kept as f64);
         let turns = plan.decisions.tyre.turns();
         let (odd_bytes, parts) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
         self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
@@ -280,12 +281,14 @@ impl Amounts {
         }
         self.poles = poles;
         self.count(Counter::Poles, poles);
-        // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured, flat and at rest;
-        // it is taken to grow with the tyre's shape, turning and layers and with the tolerance as sums do).
-        let fit = if has_tractions { FRICTION_FIT } else { 1.0 };
-        let growth = expected_fit::growth(plan.fit.tolerance, &plan.decisions.tyre);
-        self.add(Stage::Fit, Unit::Fit, 0.25 * fit * growth * waves / 257.0, Place::BeforeOnAll);
-        self.fit_memory_per_thread = expected_fit::BYTES;
+        if kept.is_none() {
+            // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured, flat and at
+            // rest; it is taken to grow with the tyre's shape, turning and layers and with the tolerance as sums do).
+            let fit = if has_tractions { FRICTION_FIT } else { 1.0 };
+            let growth = expected_fit::growth(plan.fit.tolerance, &plan.decisions.tyre);
+            self.add(Stage::Fit, Unit::Fit, 0.25 * fit * growth * waves / 257.0, Place::BeforeOnAll);
+            self.fit_memory_per_thread = expected_fit::BYTES;
+        }
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
         let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles, turns);

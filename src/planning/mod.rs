@@ -3,9 +3,11 @@
 
 use crate::effects::EFFECTS;
 use crate::plan::decisions::{Decisions, LATE, PHYSICS, Row};
+use crate::plan::models::cached_cell_poles;
 use crate::plan::settle::{self, Choice};
 use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, cached_poles, feasible, inflation};
 use crate::scene::{LoadedScene, Scene, SceneError};
+use crate::storage::Cache;
 
 /// Rows of the plan's table, in the order of the computation.
 pub fn rows() -> impl Iterator<Item = &'static Row> {
@@ -74,6 +76,7 @@ impl Plan {
     #[must_use]
     pub fn with_cached_model(mut self) -> Self {
         self.cached_poles = cached_poles(&self);
+        self.cached_cell_poles = Cache::open().ok().and_then(|cache| cached_cell_poles(&self, &cache));
         EFFECTS.iter().for_each(|effect| effect.look_up(&mut self));
         self
     }

@@ -15,6 +15,8 @@ use crate::scene::{History, Sides, Tyre};
 use crate::tyre::influence::{CellGrid, CellTruncation, WaveBand, wave_bytes};
 use crate::tyre::poles::cells::CellFitOptions;
 use crate::tyre::poles::expected_fit;
+use crate::tyre::poles::pole_model::PoleModel;
+use crate::tyre::poles::traction_model::TractionModel;
 
 /// Wavenumber times thickness of the tread: in this range waves cross-fade from the tyre's ring to a shorter one.
 const HANDED_OVER: [f64; 2] = [3.0, 6.0];
@@ -288,6 +290,9 @@ impl Amounts {
             let growth = expected_fit::growth(plan.fit.tolerance, &plan.decisions.tyre);
             self.add(Stage::Fit, Unit::Fit, 0.25 * fit * growth * waves / 257.0, Place::BeforeOnAll);
             self.fit_memory_per_thread = expected_fit::BYTES;
+            let of_pole =
+                if has_tractions { TractionModel::BYTES_OF_CHANNEL } else { PoleModel::bytes_of_pole(1, turns) };
+            self.cache_bytes += poles * of_pole;
         }
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);

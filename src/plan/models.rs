@@ -103,12 +103,13 @@ fn cell_key(plan: &Plan, band: WaveBand, rows: &[CellRow]) -> serde_json::Result
 
 /// Number of poles of the models of cells that a cache holds for a plan; `None` if one is missing, or none is needed.
 pub(crate) fn cached_cell_poles(plan: &Plan, cache: &Cache) -> Option<usize> {
-    let Plan { scene, decisions, .. } = plan;
+    let scene = &plan.scene;
+    if plan.decisions.zone != Zone::Cells || scene.numerics.history != History::Modal {
+        return None;
+    }
     let columns = plan.expected().columns;
-    let is_needed = decisions.zone == Zone::Cells && scene.numerics.history == History::Modal;
     // As many waves as a plan that will be refused may have are not listed.
-    let bytes = WAVE_BYTES * plan.expected_waves(columns)[0];
-    if !is_needed || bytes > scene.numerics.memory_bytes() as f64 {
+    if WAVE_BYTES * plan.expected_waves(columns)[0] > scene.numerics.memory_bytes() as f64 {
         return None;
     }
     let order = |band: WaveBand| -> Option<usize> {
@@ -172,5 +173,8 @@ mod tests {
         plan.cached_cell_poles = cached_cell_poles(&plan, &cache);
         assert!(plan.cached_cell_poles == Some(poles) && !has_fit(&plan));
         assert!((plan.amounts().poles - poles as f64).abs() < 0.5);
+        let found: u64 = cache.list(&[PoleModel::KIND]).unwrap().iter().map(|entry| entry.bytes).sum();
+        let planned = poles as f64 * PoleModel::bytes_of_pole(1, plan.decisions.tyre.turns());
+        assert!((planned / found as f64 - 1.0).abs() < 0.2, "{planned} for {found}");
     }
 }

@@ -67,7 +67,8 @@ impl Pace {
     pub(super) fn seconds_left(&self, now: f64, all: u64) -> Option<f64> {
         let (&first, &last) = (self.marks.first()?, self.marks.last()?);
         let &middle = self.marks.iter().rfind(|mark| mark.0 <= 0.5 * last.0)?;
-        let pace = |from: (f64, u64)| (last.1 - from.1) as f64 / (last.0 - from.0);
+        // Contact over a wider window begins again.
+        let pace = |from: (f64, u64)| last.1.saturating_sub(from.1) as f64 / (last.0 - from.0);
         let (whole, late) = (pace(first), pace(middle));
         let is_steady = last.0 >= SHORTEST && (late - whole).abs() <= STEADY * whole;
         let of_blocks = match self.blocks {

@@ -7,6 +7,7 @@ use crate::storage::{Cache, Cached};
 use crate::tyre::influence::{CellInfluence, SurfaceWaves};
 use crate::tyre::poles::RationalModel;
 use crate::tyre::poles::pole_model::PoleModel;
+use crate::tyre::poles::traction_model::TractionModel;
 use clap::{Args, Subcommand};
 
 use super::context::{Context, print};
@@ -59,6 +60,7 @@ impl CacheArguments {
                 let entries = cache.list(&[
                     RationalModel::KIND,
                     PoleModel::KIND,
+                    TractionModel::KIND,
                     CellInfluence::KIND,
                     KeptBlock::KIND,
                     StoredReceiver::KIND,

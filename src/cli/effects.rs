@@ -38,7 +38,7 @@ pub(crate) struct EffectsArguments {
     #[command(flatten)]
     place: Place,
     /// Duration of each variant after the warm-up, in s; default: the scene's, at most 3.
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
     duration: Option<f64>,
 }
 

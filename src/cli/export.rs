@@ -58,7 +58,7 @@ pub(crate) struct ExportArguments {
     #[arg(long, short, value_name = "FILE_OR_FOLDER")]
     out: Option<PathBuf>,
     /// vtk only: time between two instants after the warm-up, in s; default: instants spread evenly over the run.
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
     every: Option<f64>,
 }
 

@@ -76,19 +76,19 @@ pub(crate) struct FitTyreArguments {
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = by_name(Parameter::ALL, Parameter::name))]
     free: Vec<Parameter>,
     /// Standard deviation of the measured levels, in dB.
-    #[arg(long, value_name = "DB", default_value = "0.5", value_parser = positive)]
+    #[arg(long, value_name = "DB", default_value = "0.5", value_parser = positive, allow_negative_numbers = true)]
     level_error: f64,
     /// Standard deviation of the measured phases, in degrees.
-    #[arg(long, value_name = "DEGREES", default_value = "3", value_parser = positive)]
+    #[arg(long, value_name = "DEGREES", default_value = "3", value_parser = positive, allow_negative_numbers = true)]
     phase_error: f64,
     /// Side of the square patch of a universal file, in m; or one for each of its driving points, in the file's order.
-    #[arg(long, value_name = "METRES", value_delimiter = ',', value_parser = positive)]
+    #[arg(long, value_name = "METRES", value_delimiter = ',', value_parser = positive, allow_negative_numbers = true)]
     patch: Vec<f64>,
     /// Lowest frequency that is fitted, in Hz; below it a shaker or a hammer excites too little.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     lowest: Option<f64>,
     /// Highest frequency that is fitted, in Hz.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     highest: Option<f64>,
 }
 

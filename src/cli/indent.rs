@@ -32,13 +32,13 @@ pub(crate) struct IndentArguments {
     #[arg(long, value_name = "GRID.npy")]
     heights: PathBuf,
     /// Spacing of the rows, in m.
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     dx: f64,
     /// Spacing of the columns, in m.
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     dy: f64,
     /// Young's modulus of the half-space, in Pa.
-    #[arg(long, value_name = "E", value_parser = positive)]
+    #[arg(long, value_name = "E", value_parser = positive, allow_negative_numbers = true)]
     modulus: f64,
     /// Poisson's ratio of the half-space.
     #[arg(long, value_name = "P", value_parser = poisson_ratio)]
@@ -49,14 +49,16 @@ pub(crate) struct IndentArguments {
         value_name = "N",
         conflicts_with = "penetration",
         required_unless_present = "penetration",
-        value_parser = positive
+        value_parser = positive,
+        allow_negative_numbers = true
     )]
     load: Option<f64>,
     /// Penetration of the highest peak, in m.
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
     penetration: Option<f64>,
     /// Tolerance of the contact conditions, relative to the penetration.
-    #[arg(long, value_name = "T", default_value_t = IndentationLimits::default().tolerance, value_parser = positive)]
+    #[arg(long, value_name = "T", default_value_t = IndentationLimits::default().tolerance)]
+    #[arg(value_parser = positive, allow_negative_numbers = true)]
     tolerance: f64,
     /// File for the pressure in Pa, an array of the heights' shape. An existing file is refused without --force.
     #[arg(long, value_name = "PRESSURE.npy")]

@@ -32,10 +32,10 @@ pub(crate) struct MobilityArguments {
     #[arg(long, value_name = "MM", value_delimiter = ',', default_value = "5,10,20,50", value_parser = patch_side)]
     patch: Vec<f64>,
     /// Lowest frequency, in Hz.
-    #[arg(long, value_name = "HZ", default_value = "50", value_parser = positive)]
+    #[arg(long, value_name = "HZ", default_value = "50", value_parser = positive, allow_negative_numbers = true)]
     from: f64,
     /// Highest frequency, in Hz.
-    #[arg(long, value_name = "HZ", default_value = "3000", value_parser = positive)]
+    #[arg(long, value_name = "HZ", default_value = "3000", value_parser = positive, allow_negative_numbers = true)]
     to: f64,
     /// Number of frequencies, evenly spaced on a logarithmic axis.
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(2..=100_000))]

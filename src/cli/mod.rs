@@ -70,7 +70,8 @@ nothing was written
 last checkpoint as <results>.partial
   4    done, and the results are complete in their folder, but standard output could not be written
   5    a comparison of performance is undecided: times scatter too much, or there were too few runs
-  130  interrupted with Ctrl-C; if it rolled, it is kept as <results>.partial, and tyrewave resume continues it
+  130  interrupted (Ctrl-C, SIGTERM); a run that had begun to roll is kept as <results>.partial, and tyrewave resume \
+continues it
 
 Examples:
   tyrewave run scenes/default.toml

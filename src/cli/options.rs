@@ -21,7 +21,7 @@ pub(crate) struct GlobalOptions {
     /// Number of threads; default: the environment variable RAYON_NUM_THREADS, or one per processor. The results do not
     /// depend on it, not even in the last bit.
     #[arg(long, global = true, value_name = "N")]
-    #[arg(value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS.into()))]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS.into()), allow_negative_numbers = true)]
     pub threads: Option<u16>,
     /// Print only errors and the requested output.
     #[arg(long, short, global = true)]
@@ -194,6 +194,8 @@ mod tests {
         for text in ["0", "-1", "two", "1000000", ""] {
             assert!(threads(text).is_err(), "{text}");
         }
+        let told = Line::try_parse_from(["tyrewave", "--threads", "-1"]).err().unwrap().to_string();
+        assert!(told.contains("-1 is not in 1..=1024"), "{told}");
     }
 
     #[test]

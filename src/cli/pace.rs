@@ -1,7 +1,12 @@
 //! Pace of a run's steps, and the remaining time that follows from it.
 //!
 //! A changing pace predicts nothing: the remaining time is reported only while the pace of the later half of the time
-//! agrees with that of all of it, and by the slower of both.
+//! agrees with that of all of it, and by the slower of both. Blocks of steps whose evaluation stops the march count by
+//! their mean time: while there are some to come and none is done, no time is reported.
+
+use std::time::Instant;
+
+use crate::counters::Stage;
 
 /// Least time between two marks \[s\].
 const APART: f64 = 0.25;
@@ -13,33 +18,68 @@ const STEADY: f64 = 0.25;
 /// Times at which numbers of steps were done.
 #[derive(Debug)]
 pub(super) struct Pace {
-    /// Time since the first mark \[s\], and number of steps done.
+    begin: Instant,
+    /// Time since the begin without that of blocks \[s\], and number of steps done.
     marks: Vec<(f64, u64)>,
+    /// Number of steps done.
+    pub(super) done: u64,
+    /// Time since the begin of the last report \[s\].
+    reported: f64,
+    /// Blocks to come, blocks done and their time \[s\].
+    blocks: (u64, u64, f64),
+    /// Stage that the march may have come to since the last report.
+    pub(super) stage: Option<Stage>,
 }
 
 impl Pace {
     /// Begins after `done` steps, which an earlier process may have done.
     pub(super) fn after(done: u64) -> Self {
-        Self { marks: vec![(0.0, done)] }
+        let (begin, marks) = (Instant::now(), vec![(0.0, done)]);
+        Self { begin, marks, done, reported: 0.0, blocks: (0, 0, 0.0), stage: None }
     }
 
-    /// Records that `done` steps are done at a time since the beginning \[s\].
+    /// Time since the begin \[s\].
+    pub(super) fn now(&self) -> f64 {
+        self.begin.elapsed().as_secs_f64()
+    }
+
+    /// Records at a time since the begin \[s\] how many blocks are still to come; called before [`Self::mark`].
+    pub(super) fn blocks(&mut self, time: f64, left: u64, stage: Option<Stage>) {
+        let (known, done, taken) = &mut self.blocks;
+        if left < *known {
+            *done += *known - left;
+            *taken += time - self.reported;
+        }
+        *known = left;
+        self.stage = stage;
+    }
+
+    /// Records that `done` steps are done at a time since the begin \[s\].
     pub(super) fn mark(&mut self, time: f64, done: u64) {
+        (self.reported, self.done) = (time, done);
+        let time = time - self.blocks.2;
         if self.marks.last().is_none_or(|last| time >= last.0 + APART) {
             self.marks.push((time, done));
         }
     }
 
-    /// Remaining time of `all` steps \[s\]; `None` while that cannot be predicted.
-    pub(super) fn seconds_left(&self, all: u64) -> Option<f64> {
+    /// Remaining time of `all` steps at a time since the begin \[s\]; `None` while that cannot be predicted.
+    pub(super) fn seconds_left(&self, now: f64, all: u64) -> Option<f64> {
         let (&first, &last) = (self.marks.first()?, self.marks.last()?);
         let &middle = self.marks.iter().rfind(|mark| mark.0 <= 0.5 * last.0)?;
-        let pace = |from: (f64, u64)| (last.1 - from.1) as f64 / (last.0 - from.0);
+        // Contact over a wider window begins again.
+        let pace = |from: (f64, u64)| last.1.saturating_sub(from.1) as f64 / (last.0 - from.0);
         let (whole, late) = (pace(first), pace(middle));
         let is_steady = last.0 >= SHORTEST && (late - whole).abs() <= STEADY * whole;
+        let of_blocks = match self.blocks {
+            (0, ..) => 0.0,
+            // Without a block done this is not finite.
+            (left, done, taken) => left as f64 * taken / done as f64,
+        };
+        let of_steps = all.saturating_sub(self.done) as f64 / whole.min(late);
         is_steady
-            .then(|| all.saturating_sub(last.1) as f64 / whole.min(late))
-            .filter(|seconds_left| seconds_left.is_finite())
+            .then(|| of_steps + of_blocks - (now - self.reported))
+            .filter(|seconds_left| seconds_left.is_finite() && *seconds_left >= 0.0)
     }
 }
 
@@ -59,19 +99,40 @@ mod tests {
 
     #[test]
     fn the_rest_is_told_by_a_steady_pace_alone() {
-        assert_eq!(pace([10; 10]).seconds_left(300), Some(10.0));
-        assert_eq!(pace([10; 4]).seconds_left(300), None, "too early");
+        assert_eq!(pace([10; 10]).seconds_left(10.0, 300), Some(10.0));
+        assert_eq!(pace([10; 4]).seconds_left(4.0, 300), None, "too early");
         // The slower pace counts.
-        assert_eq!(pace([12, 12, 12, 12, 12, 10, 10, 10, 10, 10]).seconds_left(310), Some(10.0));
+        assert_eq!(pace([12, 12, 12, 12, 12, 10, 10, 10, 10, 10]).seconds_left(10.0, 310), Some(10.0));
         // First fast, as a tyre that does not touch the road yet; then ten times as slow: no time is reported
         // meanwhile.
         let mut rates = vec![100; 5];
         rates.extend([10; 5]);
-        assert_eq!(pace(rates.clone()).seconds_left(10_000), None);
+        assert_eq!(pace(rates.clone()).seconds_left(10.0, 10_000), None);
         rates.extend([10; 300]);
-        let seconds_left = pace(rates).seconds_left(10_000).unwrap();
+        let seconds_left = pace(rates).seconds_left(310.0, 10_000).unwrap();
         assert!((seconds_left * 10.0 / (10_000.0 - 100.0 - 500.0 - 3050.0) - 1.0).abs() < 1e-9, "{seconds_left}");
-        assert_eq!(pace([0; 10]).seconds_left(300), None, "a run that stands still");
-        assert_eq!(Pace::after(0).seconds_left(10), None);
+        assert_eq!(pace([0; 10]).seconds_left(10.0, 300), None, "a run that stands still");
+        assert_eq!(Pace::after(0).seconds_left(0.0, 10), None);
+    }
+
+    #[test]
+    fn the_time_of_blocks_counts_and_is_unknown_before_the_first() {
+        let mut pace = Pace::after(0);
+        let mut steps = |from: u64, left, stage| {
+            (1..=10).for_each(|second| {
+                let time = (from + second) as f64;
+                pace.blocks(time, left, stage);
+                pace.mark(time, (from + second) * 10 - if left < 3 { 610 } else { 0 });
+            });
+            pace.seconds_left((from + 10) as f64, 400)
+        };
+        assert_eq!(steps(0, 3, Some(Stage::Sound)), None, "a block never done takes nobody knows how long");
+        // A block from 10 to 71 s, within a second of steps; then 10 steps a second again.
+        let left = steps(70, 2, None).unwrap();
+        assert!((left - (21.0 + 2.0 * 61.0)).abs() < 1e-9, "{left}");
+        assert_eq!(pace.stage, None);
+        // A block that goes on counts down, and longer than the one before it takes nobody knows how long.
+        assert!((pace.seconds_left(140.0, 400).unwrap() - (left - 60.0)).abs() < 1e-9);
+        assert_eq!(pace.seconds_left(1e3, 400), None);
     }
 }

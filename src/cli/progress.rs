@@ -3,8 +3,8 @@
 
 use std::fmt::Write;
 use std::io::IsTerminal;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use crate::counters::Stage;
 use crate::run::Progress;
@@ -26,9 +26,7 @@ pub(crate) struct TerminalProgress {
     quiet: bool,
     /// The present stage.
     stage: Option<Stage>,
-    /// When the steps began.
-    begin: Instant,
-    /// Pace of the steps, if they are drawn.
+    /// Pace of the steps.
     pace: Arc<Mutex<Pace>>,
     /// Writer of lines, if nothing is drawn.
     log: Option<ProgressLog>,
@@ -46,7 +44,7 @@ impl TerminalProgress {
         let target = if quiet { ProgressDrawTarget::hidden() } else { target };
         let bar = ProgressBar::with_draw_target(None, target);
         let pace = Arc::new(Mutex::new(Pace::after(0)));
-        Self { bar, quiet, stage: None, begin: Instant::now(), pace, log: None }
+        Self { bar, quiet, stage: None, pace, log: None }
     }
 
     /// Sets the text of the next line, if lines are written.
@@ -100,13 +98,10 @@ impl Progress for TerminalProgress {
         self.bar.set_position(done);
         self.bar.set_message("rolling");
         // Steps per second of this process: those of an earlier one do not count.
-        let begin = Instant::now();
-        (self.begin, self.pace) = (begin, Arc::new(Mutex::new(Pace::after(done))));
-        self.log(|| Doing::Steps { done, all: steps, time_step, pace: Pace::after(done) });
-        let pace = Arc::clone(&self.pace);
-        let rate = move |state: &ProgressState| {
-            state.pos().saturating_sub(done) as f64 / begin.elapsed().as_secs_f64().max(f64::MIN_POSITIVE)
-        };
+        let pace = Arc::new(Mutex::new(Pace::after(done)));
+        self.pace = Arc::clone(&pace);
+        self.log(|| Doing::Steps { all: steps, time_step, pace: Arc::clone(&pace) });
+        let of_time = Arc::clone(&pace);
         let style = style("{msg} {bar:12} {percent:>3} %, {simulated}, {factor}{left}")
             .with_key("simulated", move |state: &ProgressState, out: &mut dyn Write| {
                 let all = state.len().unwrap_or(0) as f64 * time_step;
@@ -114,24 +109,40 @@ impl Progress for TerminalProgress {
                 let _ = write!(out, "{:.2} of {all:.2} s", state.pos() as f64 * time_step);
             })
             .with_key("factor", move |state: &ProgressState, out: &mut dyn Write| {
-                let _ = write!(out, "{:.3} x real time", rate(state) * time_step);
+                let pace = lock(&of_time);
+                let rolled = state.pos().saturating_sub(done) as f64 * time_step;
+                let _ = match pace.stage {
+                    Some(stage) => out.write_str(stage.title()),
+                    None => write!(out, "{:.3} x real time", rolled / pace.now().max(f64::MIN_POSITIVE)),
+                };
             })
             .with_key("left", move |state: &ProgressState, out: &mut dyn Write| {
-                let pace = pace.lock().unwrap_or_else(PoisonError::into_inner);
-                if let Some(seconds) = pace.seconds_left(state.len().unwrap_or(0)) {
+                let pace = lock(&pace);
+                if let Some(seconds) = pace.seconds_left(pace.now(), state.len().unwrap_or(0)) {
                     let _ = write!(out, ", {} to go", in_words(seconds));
                 }
             });
         self.bar.set_style(style);
     }
 
+    fn blocks(&mut self, left: u64, stage: Option<Stage>) {
+        let mut pace = lock(&self.pace);
+        let (now, before) = (pace.now(), pace.stage);
+        pace.blocks(now, left, stage);
+        drop(pace);
+        // Nothing else redraws the line during a block.
+        match (before, stage) {
+            (None, Some(_)) if !self.bar.is_hidden() => self.bar.enable_steady_tick(TICK),
+            (Some(_), None) => self.bar.disable_steady_tick(),
+            _ => {}
+        }
+    }
+
     fn step(&mut self, done: u64) {
         self.bar.set_position(done);
-        let time = self.begin.elapsed().as_secs_f64();
-        match &self.log {
-            Some(log) => log.step(time, done),
-            None => self.pace.lock().unwrap_or_else(PoisonError::into_inner).mark(time, done),
-        }
+        let mut pace = lock(&self.pace);
+        let now = pace.now();
+        pace.mark(now, done);
     }
 
     fn note(&mut self, text: &str) {
@@ -160,6 +171,10 @@ pub(super) fn pieces(quiet: bool, title: &str, pieces: u64) -> ProgressBar {
     ProgressBar::with_draw_target(Some(pieces), target)
         .with_prefix(title.to_owned())
         .with_style(style("{prefix} {bar:20} {percent:>3} %, {elapsed}, {msg}"))
+}
+
+fn lock(pace: &Mutex<Pace>) -> MutexGuard<'_, Pace> {
+    pace.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A style from a template; indicatif's default if it should refuse the template.
@@ -215,6 +230,20 @@ mod tests {
         progress.march(100, 1000, 1e-3);
         progress.step(250);
         progress.bar.tick();
+        progress.finish();
+    }
+
+    #[test]
+    fn shows_the_stage_that_stops_the_steps() {
+        let paper = Paper::default();
+        let target = ProgressDrawTarget::term_like_with_hz(Box::new(paper.clone()), 255);
+        let mut progress = TerminalProgress::with_target(false, target);
+        progress.march(0, 1000, 1e-3);
+        progress.blocks(3, Some(Stage::Sound));
+        progress.step(250);
+        progress.bar.tick();
+        let text = paper.0.lock().unwrap().clone();
+        assert!(text.contains("0.25 of 1.00 s, transform to sound"), "{text}");
         progress.finish();
     }
 

@@ -19,8 +19,8 @@ pub(super) enum Doing {
     Beginning,
     /// Work of which only the name is known.
     Named(String),
-    /// Steps: number done, number of all, their length \[s\], and their pace.
-    Steps { done: u64, all: u64, time_step: f64, pace: Pace },
+    /// Steps: number of all, their length \[s\], and their pace.
+    Steps { all: u64, time_step: f64, pace: Arc<Mutex<Pace>> },
     /// Share of all work that is done, and the name of the present part.
     Share(f64, String),
 }
@@ -31,14 +31,14 @@ impl Doing {
         match self {
             Self::Beginning => format!("{seconds} s: beginning"),
             Self::Named(name) => format!("{seconds} s: {name}"),
-            Self::Steps { done, all, time_step, pace } => {
-                let [rolled, to_roll] = [done, all].map(|steps| *steps as f64 * time_step);
-                let percent = 100.0 * *done as f64 / (*all).max(1) as f64;
-                let to_go = pace.seconds_left(*all).map(|seconds| format!(", about {} to go", in_words(seconds)));
-                format!(
-                    "{seconds} s: rolled {rolled:.2} of {to_roll:.2} s, {percent:.0} %{}",
-                    to_go.unwrap_or_default()
-                )
+            Self::Steps { all, time_step, pace } => {
+                let pace = pace.lock().unwrap_or_else(PoisonError::into_inner);
+                let [rolled, to_roll] = [pace.done, *all].map(|steps| steps as f64 * time_step);
+                let percent = 100.0 * pace.done as f64 / (*all).max(1) as f64;
+                let stage = pace.stage.map(|stage| format!(", {}", stage.title())).unwrap_or_default();
+                let to_go = pace.seconds_left(pace.now(), *all);
+                let to_go = to_go.map(|seconds| format!(", about {} to go", in_words(seconds))).unwrap_or_default();
+                format!("{seconds} s: rolled {rolled:.2} of {to_roll:.2} s, {percent:.0} %{stage}{to_go}")
             }
             Self::Share(share, name) => format!("{seconds} s: {:.0} % of all work, {name}", 100.0 * share),
         }
@@ -98,14 +98,6 @@ impl ProgressLog {
     pub(super) fn set(&self, doing: Doing) {
         self.shared.lock().0 = doing;
     }
-
-    /// Sets the number of steps that are done, at a time since the first \[s\].
-    pub(super) fn step(&self, time: f64, steps: u64) {
-        if let (Doing::Steps { done, pace, .. }, _) = &mut *self.shared.lock() {
-            *done = steps;
-            pace.mark(time, steps);
-        }
-    }
 }
 
 impl Drop for ProgressLog {
@@ -123,6 +115,7 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use super::*;
+    use crate::counters::Stage;
 
     #[test]
     fn work_that_says_nothing_is_told_of_again_and_again_until_it_ends() {
@@ -142,9 +135,13 @@ mod tests {
     fn a_line_tells_how_far_the_steps_are_and_a_time_to_go_only_where_it_is_known() {
         let mut pace = Pace::after(0);
         (1..=20).for_each(|second| pace.mark(f64::from(second), 50 * second as u64));
-        let steps = |pace| Doing::Steps { done: 1000, all: 4000, time_step: 1e-3, pace };
-        assert_eq!(steps(pace).line(42), "42 s: rolled 1.00 of 4.00 s, 25 %, about 60s to go");
-        assert_eq!(steps(Pace::after(0)).line(42), "42 s: rolled 1.00 of 4.00 s, 25 %");
+        let steps = |pace| Doing::Steps { all: 4000, time_step: 1e-3, pace: Arc::new(Mutex::new(pace)) }.line(42);
+        // Told 20 s before the last step.
+        assert_eq!(steps(pace), "42 s: rolled 1.00 of 4.00 s, 25 %, about 80s to go");
+        let mut pace = Pace::after(1000);
+        assert_eq!(steps(Pace::after(1000)), "42 s: rolled 1.00 of 4.00 s, 25 %");
+        pace.blocks(0.0, 2, Some(Stage::Sound));
+        assert_eq!(steps(pace), "42 s: rolled 1.00 of 4.00 s, 25 %, transform to sound");
         assert_eq!(Doing::Share(0.37, "- rotation".to_owned()).line(9), "9 s: 37 % of all work, - rotation");
     }
 }

@@ -99,7 +99,7 @@ pub(crate) struct RadiationArguments {
     #[command(flatten)]
     place: Place,
     /// Highest frequency, in Hz.
-    #[arg(long, value_name = "HZ", default_value = "2500", value_parser = positive)]
+    #[arg(long, value_name = "HZ", default_value = "2500", value_parser = positive, allow_negative_numbers = true)]
     highest: f64,
     /// Number of frequencies.
     #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u32).range(2..=1000))]

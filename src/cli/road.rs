@@ -71,6 +71,8 @@ impl RoadArguments {
                 path.display(),
                 UNITS.join(", ")
             )),
+            // The scene is the program's own: its places are of no use.
+            other if of_file => CliError::Usage(other.to_string()),
             other => in_scene(&side.loaded, other).into(),
         })?;
         let title = side.loaded.title();

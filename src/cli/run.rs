@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::plan::bytes;
+use crate::results::cost::Planned;
 use crate::results::summary::{FrictionSummary, RollingResistance};
 use crate::results::table::Report;
 use crate::run::{self, RunOptions, RunReport};
@@ -150,15 +151,19 @@ fn report_text(report: &RunReport) -> String {
     ));
     let cost = &report.summary.cost;
     if let (Some(planned), Some(peak)) = (cost.planned, cost.peak_memory) {
-        lines.push(format!(
-            "planned {:.1} s and {}, took {wall:.1} s and {}",
-            planned.wall_seconds,
-            bytes(planned.memory),
-            bytes(peak as f64)
-        ));
+        lines.push(planned_text(planned, wall, peak as f64));
     }
     lines.push(format!("results in {}", report.folder.display()));
     lines.join("\n") + "\n"
+}
+
+/// Planned time and memory beside those of the run, in s and bytes.
+fn planned_text(planned: Planned, wall: f64, peak: f64) -> String {
+    let measured =
+        if planned.measured { "" } else { " by typical costs (`tyrewave plan SCENE` measures those of this machine)" };
+    let Planned { wall_seconds, memory, .. } = planned;
+    let [memory, peak] = [memory, peak].map(bytes);
+    format!("planned {wall_seconds:.1} s and {memory}{measured}, took {wall:.1} s and {peak}")
 }
 
 #[cfg(test)]
@@ -183,6 +188,14 @@ mod tests {
             Scene::from_str_with(DEFAULT, "default", &[setting])
         };
         assert!(tolerance(0.96).is_ok() && tolerance(1.2).is_err());
+    }
+
+    #[test]
+    fn a_plan_by_costs_that_were_not_measured_says_so() {
+        let planned = Planned { wall_seconds: 7.0, memory: 1.1e9, measured: true };
+        assert_eq!(planned_text(planned, 685.0, 1e9), "planned 7.0 s and 1.1 GB, took 685.0 s and 1.0 GB");
+        let told = planned_text(Planned { measured: false, ..planned }, 685.0, 1e9);
+        assert!(told.contains("1.1 GB by typical costs (`tyrewave plan SCENE` measures"), "{told}");
     }
 
     #[test]

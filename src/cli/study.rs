@@ -45,10 +45,10 @@ pub(crate) struct StudyArguments {
     #[command(flatten)]
     place: Place,
     /// Highest frequency compared, in Hz; default: the scene's fmax, or 1000.
-    #[arg(long, value_name = "HZ", value_parser = positive)]
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true)]
     fmax: Option<f64>,
     /// Duration that is compared, in s; default: the scene's, at most 1.
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
     duration: Option<f64>,
     /// Vary everything: the presets, and all values of each setting.
     #[arg(long, conflicts_with = "check_presets")]

@@ -7,7 +7,7 @@ use crate::results::summary::SUMMARY_FILE;
 use crate::run::RunError;
 use crate::scene::LoadedScene;
 use crate::study::sweep::{
-    Axes, Design, Done, Factor, Label, Outcome, Range, SPEED_KEY, Variant, share_full_scale, sweep, variants,
+    Axes, Design, Done, Factor, LOAD_KEY, Label, Outcome, Range, SPEED_KEY, Variant, share_full_scale, sweep, variants,
 };
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};
@@ -150,6 +150,13 @@ impl SweepArguments {
                 None => place.settings.push(setting.clone()),
             }
         }
+        for (option, key, is_given) in
+            [("--speed", SPEED_KEY, self.speed.is_some()), ("--load", LOAD_KEY, self.load.is_some())]
+        {
+            if is_given && self.place.scene.settings.iter().any(|setting| setting.key() == key) {
+                return Err(usage(format!("{option} and --set {key} are the same: give one of them")));
+            }
+        }
         let mut speeds = self.speed.clone().map_or(Vec::new(), |speeds| speeds.0);
         if speeds.is_empty() && self.latin_hypercube.is_none() {
             // Speeds have a table by bands, with their growth.
@@ -159,8 +166,6 @@ impl SweepArguments {
                 speeds = values(&listed).map_err(told)?.0;
                 factors.remove(index);
             }
-        } else if !speeds.is_empty() && self.place.scene.settings.iter().any(|setting| setting.key() == SPEED_KEY) {
-            return Err(usage(format!("--speed and --set {SPEED_KEY} are the same: give one of them")));
         }
         let design = match self.latin_hypercube {
             Some(points) => Design::LatinHypercube { points, seed: self.design_seed },

@@ -101,7 +101,7 @@ pub(crate) struct TyreArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50))]
     lateral: u16,
     /// Highest frequency of the modes, in Hz.
-    #[arg(long, value_name = "HZ", default_value = "500", value_parser = positive)]
+    #[arg(long, value_name = "HZ", default_value = "500", value_parser = positive, allow_negative_numbers = true)]
     highest: f64,
     /// Loads: kg, or newtons as 3400N.
     #[arg(long, value_name = "LOADS", value_delimiter = ',', default_value = "300,350,400", value_parser = load)]

@@ -59,6 +59,29 @@ impl Channel {
         Self { when: RowTimes::CellsEvery, wanted, ..self }
     }
 
+    /// True if a plan's run writes it row by row.
+    fn has_rows(&self, plan: &Plan) -> bool {
+        plan.scene.outputs.arrays && !self.is_written_at_the_end() && (self.wanted)(plan)
+    }
+
+    /// Numbers per row, for a window of so many columns and so many points across.
+    fn length(&self, [columns, across]: [usize; 2]) -> usize {
+        match self.row {
+            RowShape::One => 1,
+            RowShape::Columns => columns,
+            RowShape::Across => across,
+            RowShape::Points => columns * across,
+        }
+    }
+
+    /// Number of rows of a plan's run.
+    fn rows_in(&self, plan: &Plan) -> u64 {
+        match self.when {
+            RowTimes::CellsEvery => plan.steps.div_ceil(frame_steps(plan)),
+            RowTimes::EveryStep => plan.steps,
+        }
+    }
+
     /// True if it is written at the end of a run, not row by row.
     pub fn is_written_at_the_end(&self) -> bool {
         matches!(self.read, Read::Written)
@@ -168,6 +191,12 @@ struct Open {
     length: usize,
 }
 
+/// Steps from one frame of cells to the next.
+fn frame_steps(plan: &Plan) -> u64 {
+    let every = plan.scene.outputs.cells_every.map(|time| (time / plan.time_step).round().max(1.0) as u64);
+    every.unwrap_or(u64::MAX)
+}
+
 /// Arrays of a run in progress.
 pub(crate) struct Arrays {
     open: Vec<Open>,
@@ -178,32 +207,21 @@ pub(crate) struct Arrays {
 }
 
 impl Arrays {
-    /// Begins the arrays of a plan, or goes on with them, in a folder; without one in memory. `columns` and `across`
-    /// are the window's size in points.
+    /// Begins the arrays of a plan, or goes on with them, in a folder; without one in memory. `window` is the window's
+    /// size in points: columns, and points across.
     ///
     /// # Errors
     /// Errors of the arrays; [`ResultsError::Room`] if memory does not suffice.
     pub(crate) fn open(
         channels: impl Iterator<Item = &'static Channel>,
         plan: &Plan,
-        [columns, across]: [usize; 2],
+        window: [usize; 2],
         place: Option<&ArrayPlace<'_>>,
     ) -> Result<Self, ResultsError> {
-        let every = plan.scene.outputs.cells_every.map(|time| (time / plan.time_step).round().max(1.0) as u64);
-        let mut arrays =
-            Self { open: Vec::new(), every: every.unwrap_or(u64::MAX), filled: Vec::new(), singles: Vec::new() };
-        let rows = |channel: &&Channel| !channel.is_written_at_the_end() && (channel.wanted)(plan);
-        for channel in channels.filter(|channel| plan.scene.outputs.arrays && rows(channel)) {
-            let length = match channel.row {
-                RowShape::One => 1,
-                RowShape::Columns => columns,
-                RowShape::Across => across,
-                RowShape::Points => columns * across,
-            };
-            let steps = match channel.when {
-                RowTimes::CellsEvery => plan.steps.div_ceil(arrays.every),
-                _ => plan.steps,
-            };
+        let every = frame_steps(plan);
+        let mut arrays = Self { open: Vec::new(), every, filled: Vec::new(), singles: Vec::new() };
+        for channel in channels.filter(|channel| channel.has_rows(plan)) {
+            let (length, steps) = (channel.length(window), channel.rows_in(plan));
             let rows = match channel.read {
                 Read::Count(_) => Rows::Whole(sink(channel, place, length, steps)?),
                 Read::Single(_) => {
@@ -219,6 +237,13 @@ impl Arrays {
             arrays.open.push(Open { channel, rows, length });
         }
         Ok(arrays)
+    }
+
+    /// Bytes of the arrays of a plan's run over a window.
+    pub(crate) fn bytes(channels: impl Iterator<Item = &'static Channel>, plan: &Plan, window: [usize; 2]) -> f64 {
+        let of_number = |channel: &Channel| if matches!(channel.read, Read::Single(_)) { 4.0 } else { 8.0 };
+        let bytes = |of: &Channel| of_number(of) * of.length(window) as f64 * of.rows_in(plan) as f64;
+        channels.filter(|channel| channel.has_rows(plan)).map(bytes).sum()
     }
 
     pub(crate) fn is_empty(&self) -> bool {

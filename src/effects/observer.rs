@@ -7,7 +7,7 @@ use ndarray::ArrayView2;
 use super::error::RunError;
 use crate::contact::footprint::Footprint;
 use crate::contact::geometry::Geometry;
-use crate::counters::Meter;
+use crate::counters::{Meter, Stage};
 use crate::plan::Plan;
 use crate::response::SliceErrors;
 use crate::results::files::ResultFiles;
@@ -128,6 +128,12 @@ pub(crate) trait EffectObserver: Observer {
     /// Saves or restores all that evolves, see [`Evolving`](crate::storage::state::Evolving).
     fn state(&mut self, _state: &mut StateStream<'_>) -> Result<(), StateError> {
         Ok(())
+    }
+
+    /// Number of blocks of steps whose evaluation stops the march for long and is still to come, and its stage if one
+    /// may come within so many steps.
+    fn blocks_left(&self, _within: u64) -> (u64, Option<Stage>) {
+        (0, None)
     }
 
     /// Adds the figures of the steps so far to the summary.

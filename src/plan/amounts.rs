@@ -22,6 +22,7 @@ use crate::tyre::influence::convolution_quadrature::Circle;
 use crate::tyre::influence::{InfluenceSum, steep_bytes, wave_bytes, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
+use crate::tyre::poles::pole_model::PoleModel;
 
 /// Most bytes of freed pages that the allocator keeps: up to 3e6 more were seen beside other programs (measured).
 const ALLOCATOR_BYTES: f64 = 4e6;
@@ -174,6 +175,7 @@ impl Amounts {
         if kept.is_none() {
             let share = expected_fit::share(elements, tolerance, &plan.decisions.tyre);
             self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
+            self.cache_bytes += self.poles * PoleModel::bytes_of_pole(2, plan.decisions.tyre.turns());
             self.fit_memory_per_thread = expected_fit::BYTES;
             let waves = wave_bytes(&plan.decisions.tyre, 0.01 * tolerance);
             self.fit_memory = waves + InfluenceSum::expected_bytes(&plan.decisions.tyre, expected_fit::POINTS);
@@ -274,11 +276,11 @@ impl Amounts {
         self.hold("factors", largest_memory(scene.numerics.cached_factors, columns as usize) as f64);
     }
 
-    /// Adds the arrays, spectra and pictures that every run writes.
-    pub(crate) fn add_results(&mut self, plan: &Plan) {
+    /// Adds the spectra and pictures that every run writes, and arrays of so many bytes.
+    pub(crate) fn add_results(&mut self, plan: &Plan, array_bytes: f64) {
         let (steps, outputs) = (plan.steps as f64, &plan.scene.outputs);
-        if outputs.arrays {
-            self.result_bytes = 8.0 * steps * (self.expected.columns + 3.0);
+        if array_bytes > 0.0 {
+            self.result_bytes = array_bytes;
             self.add(Stage::Output, Unit::OutputByte, self.result_bytes, Place::March);
             self.count(Counter::BytesWritten, self.result_bytes);
         }

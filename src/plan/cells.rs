@@ -15,6 +15,8 @@ use crate::scene::{History, Sides, Tyre};
 use crate::tyre::influence::{CellGrid, CellTruncation, WaveBand, wave_bytes};
 use crate::tyre::poles::cells::CellFitOptions;
 use crate::tyre::poles::expected_fit;
+use crate::tyre::poles::pole_model::PoleModel;
+use crate::tyre::poles::traction_model::TractionModel;
 
 /// Wavenumber times thickness of the tread: in this range waves cross-fade from the tyre's ring to a shorter one.
 const HANDED_OVER: [f64; 2] = [3.0, 6.0];
@@ -257,7 +259,8 @@ impl Amounts {
         let search = products * transform_multiply_adds(4 * cells as usize);
         let transforms = if has_tractions { FRICTION_TRANSFORMS * transforms } else { transforms };
         let channels = if has_tractions { FRICTION_CHANNELS } else { 1.0 };
-        let poles = channels * plan.expected_poles_of_wave() * waves;
+        let kept = plan.cached_cell_poles;
+        let poles = kept.map_or_else(|| channels * plan.expected_poles_of_wave() * waves, |kept| kept as f64);
         let turns = plan.decisions.tyre.turns();
         let (odd_bytes, parts) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
         self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
@@ -280,12 +283,17 @@ impl Amounts {
         }
         self.poles = poles;
         self.count(Counter::Poles, poles);
-        // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured, flat and at rest;
-        // it is taken to grow with the tyre's shape, turning and layers and with the tolerance as sums do).
-        let fit = if has_tractions { FRICTION_FIT } else { 1.0 };
-        let growth = expected_fit::growth(plan.fit.tolerance, &plan.decisions.tyre);
-        self.add(Stage::Fit, Unit::Fit, 0.25 * fit * growth * waves / 257.0, Place::BeforeOnAll);
-        self.fit_memory_per_thread = expected_fit::BYTES;
+        if kept.is_none() {
+            // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured, flat and at
+            // rest; it is taken to grow with the tyre's shape, turning and layers and with the tolerance as sums do).
+            let fit = if has_tractions { FRICTION_FIT } else { 1.0 };
+            let growth = expected_fit::growth(plan.fit.tolerance, &plan.decisions.tyre);
+            self.add(Stage::Fit, Unit::Fit, 0.25 * fit * growth * waves / 257.0, Place::BeforeOnAll);
+            self.fit_memory_per_thread = expected_fit::BYTES;
+            let of_pole =
+                if has_tractions { TractionModel::BYTES_OF_CHANNEL } else { PoleModel::bytes_of_pole(1, turns) };
+            self.cache_bytes += poles * of_pole;
+        }
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
         let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles, turns);

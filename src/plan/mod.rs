@@ -102,6 +102,8 @@ pub struct Plan {
     pub(crate) fit: FitOptions,
     /// Number of poles of the cached model; `None` if it still has to be fitted, or none is needed.
     pub(crate) cached_poles: Option<usize>,
+    /// Number of poles of the cached models of cells; `None` as above.
+    pub(crate) cached_cell_poles: Option<usize>,
     /// Errors of contact over slices on the scene's road, set once that is open.
     pub(crate) slice_errors: Option<SliceErrors>,
     /// Warnings about the scene's road, set once that is open.
@@ -163,6 +165,7 @@ impl Plan {
             field,
             fit: fit_options(scene, field),
             cached_poles: None,
+            cached_cell_poles: None,
             slice_errors: None,
             road_warnings: Vec::new(),
             stored_frequencies: Vec::new(),

@@ -3,17 +3,20 @@
 use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
-
 use super::Plan;
 use crate::counters::{Counter, Job, Meter, Stage, Work};
-use crate::scene::{LoadedScene, SceneError, SetUpError, Tyre};
+use crate::scene::{History, LoadedScene, SceneError, SetUpError, Tyre, Zone};
 use crate::storage::cache::key;
 use crate::storage::{Cache, Cached};
-use crate::tyre::influence::{CellGrid, CellSums, WaveBand};
+use crate::tyre::influence::{CellGrid, CellRow, CellSums, WaveBand};
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
+use crate::tyre::poles::pole_model::PoleModel;
+use crate::tyre::poles::traction_model::TractionModel;
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
+
+/// Bytes of a wave on cells with its terms, at most (about).
+const WAVE_BYTES: f64 = 300.0;
 
 /// A model from the user's cache, or fitted if there is none; without a usable cache a warning is returned with it.
 ///
@@ -64,15 +67,15 @@ pub(crate) fn planned_model(
     Ok(fetched.model)
 }
 
-/// The model of the waves on cells that a planned run needs, from the user's cache or fitted; `evaluations` are those
-/// that a fit took.
+/// The model of a band of waves on cells that a planned run needs, from the user's cache or fitted; `evaluations` are
+/// those that a fit took.
 ///
 /// # Errors
 /// A fit that was [`refused`]; [`SetUpError::Stopped`].
 pub(crate) fn planned_cell_model<M: Cached>(
     loaded: &LoadedScene,
     plan: &Plan,
-    content: &impl Serialize,
+    (band, rows): (WaveBand, &[CellRow]),
     fit: impl Fn() -> Result<M, FitError>,
     evaluations: fn(&M) -> u64,
     job: &mut Job<'_>,
@@ -83,10 +86,42 @@ pub(crate) fn planned_cell_model<M: Cached>(
         count_evaluations(plan, evaluations(&model), &mut job.meter);
         Ok(model)
     };
-    match (Cache::open(), key::<M>(content)) {
+    match (Cache::open(), cell_key(plan, band, rows)) {
         (Ok(cache), Ok(key)) => cache.fetch(&key, &mut job.warnings, fitted),
         _ => fitted(),
     }
+}
+
+/// Key of the cached model of a band of waves on cells.
+fn cell_key(plan: &Plan, band: WaveBand, rows: &[CellRow]) -> serde_json::Result<[u8; 32]> {
+    let (tyre, options) = (plan.tyre_of(band).levelled(), plan.cell_fit());
+    match plan.scene.has_tractions() {
+        true => key::<TractionModel>(&(tyre, rows, options, plan.scene.numerics.influence_tolerance)),
+        false => key::<PoleModel>(&(tyre, rows, options)),
+    }
+}
+
+/// Number of poles of the models of cells that a cache holds for a plan; `None` if one is missing, or none is needed.
+pub(crate) fn cached_cell_poles(plan: &Plan, cache: &Cache) -> Option<usize> {
+    let scene = &plan.scene;
+    if plan.decisions.zone != Zone::Cells || scene.numerics.history != History::Modal {
+        return None;
+    }
+    let columns = plan.expected().columns;
+    // As many waves as a plan that will be refused may have are not listed.
+    if WAVE_BYTES * plan.expected_waves(columns)[0] > scene.numerics.memory_bytes() as f64 {
+        return None;
+    }
+    let order = |band: WaveBand| -> Option<usize> {
+        let grid = CellGrid::new(&plan.tyre_of(band), scene.numerics.elements, plan.cell_grid().across);
+        if scene.has_tractions() {
+            let key = cell_key(plan, band, &band.traction_rows(&grid, plan.cell_truncation())).ok()?;
+            return Some(cache.load::<TractionModel>(&key).ok()??.ok()?.order());
+        }
+        let key = cell_key(plan, band, &band.rows(&grid, plan.cell_truncation())).ok()?;
+        Some(cache.load::<PoleModel>(&key).ok()??.ok()?.order())
+    };
+    plan.wave_bands(columns as usize).into_iter().map(order).sum()
 }
 
 /// Sums over the waves of a tyre on the cells of a planned scene.
@@ -108,4 +143,38 @@ pub(crate) fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter
     let flop = evaluations * operations(plan.decisions.tyre.layers.len() as u64);
     meter.count(Counter::ComplianceEvaluations, evaluations);
     meter.add_work(Stage::Influence, Work { multiply_adds: flop / 2, bytes: 0 });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+    use crate::scene::tests::edited;
+    use crate::test_models::replaced;
+    use crate::tyre::poles::cells::fit_cells;
+
+    #[test]
+    fn a_fit_of_cells_that_is_cached_is_not_planned_again() {
+        let cells = ("tread = \"elastic\"", "zone = \"cells\"\ncells_across = 2");
+        let text = replaced(&edited("elements = 512", "elements = 32"), &[cells]);
+        let mut plan = Plan::new(&Scene::from_str(&text, "test.toml").unwrap().scene);
+        let folder = tempfile::tempdir().unwrap();
+        let cache = Cache::at(folder.path().to_owned(), u64::MAX);
+        let has_fit = |plan: &Plan| plan.amounts().work.iter().any(|work| work.stage == Stage::Fit);
+        assert!(cached_cell_poles(&plan, &cache).is_none() && has_fit(&plan));
+        let (whole, mut poles) = (cell_sums(&plan, &plan.decisions.tyre), 0);
+        for band in plan.wave_bands(plan.expected().columns as usize) {
+            let sums = band_sums(&plan, band, &whole);
+            let rows = sums.waves(band);
+            let model = fit_cells(&sums, &rows, &plan.cell_fit(), &AtomicBool::new(false)).unwrap();
+            cache.store(&cell_key(&plan, band, &rows).unwrap(), &model).unwrap();
+            poles += model.order();
+        }
+        plan.cached_cell_poles = cached_cell_poles(&plan, &cache);
+        assert!(plan.cached_cell_poles == Some(poles) && !has_fit(&plan));
+        assert!((plan.amounts().poles - poles as f64).abs() < 0.5);
+        let found: u64 = cache.list(&[PoleModel::KIND]).unwrap().iter().map(|entry| entry.bytes).sum();
+        let planned = poles as f64 * PoleModel::bytes_of_pole(1, plan.decisions.tyre.turns());
+        assert!((planned / found as f64 - 1.0).abs() < 0.2, "{planned} for {found}");
+    }
 }

@@ -246,3 +246,15 @@ fn a_plan_presses_its_tyre_once() {
     let heavier = of(&|scene| scene.rolling.axle = Axle::Load { load: 4000.0, tolerance: 0.01 }).standing_as(&plan);
     assert!(wider.standing.get().is_none() && heavier.standing.get().is_none());
 }
+
+#[test]
+fn results_over_cells_have_rows_across() {
+    let text = edited("tread = \"elastic\"", "zone = \"cells\"\ncells_across = 4");
+    let plan = planned(&text).unwrap();
+    let amounts = plan.amounts();
+    // Time, total force, first element, length, area, peak pressure; forces of columns and of rows.
+    let of_step = 8.0 * (6.0 + amounts.expected.columns + 4.0);
+    assert_eq!(amounts.result_bytes, plan.steps as f64 * of_step);
+    let without = planned(&text.replace("plots = true", "plots = true\narrays = false")).unwrap();
+    assert_eq!(without.amounts().result_bytes, 0.0);
+}

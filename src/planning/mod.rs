@@ -1,11 +1,13 @@
 //! Planning: a scene becomes a plan. Physics and effects are asked in the order of their lists, so that each effect
 //! states its decision, its choices and its work in its module.
 
-use crate::effects::EFFECTS;
+use crate::effects::{Arrays, EFFECTS, channels};
 use crate::plan::decisions::{Decisions, LATE, PHYSICS, Row};
+use crate::plan::models::cached_cell_poles;
 use crate::plan::settle::{self, Choice};
 use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, cached_poles, feasible, inflation};
-use crate::scene::{LoadedScene, Scene, SceneError};
+use crate::scene::{LoadedScene, Scene, SceneError, Zone};
+use crate::storage::Cache;
 
 /// Rows of the plan's table, in the order of the computation.
 pub fn rows() -> impl Iterator<Item = &'static Row> {
@@ -74,6 +76,7 @@ impl Plan {
     #[must_use]
     pub fn with_cached_model(mut self) -> Self {
         self.cached_poles = cached_poles(&self);
+        self.cached_cell_poles = Cache::open().ok().and_then(|cache| cached_cell_poles(&self, &cache));
         EFFECTS.iter().for_each(|effect| effect.look_up(&mut self));
         self
     }
@@ -82,7 +85,9 @@ impl Plan {
     #[doc(hidden)]
     pub fn amounts(&self) -> Amounts {
         let mut amounts = Amounts::of_physics(self);
-        amounts.add_results(self);
+        let across = if self.decisions.zone == Zone::Cells { self.cell_grid().across } else { 1 };
+        let window = [amounts.expected.columns as usize, across];
+        amounts.add_results(self, Arrays::bytes(channels(), self, window));
         // The last effect, sound, takes what memory the others leave.
         EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
         amounts

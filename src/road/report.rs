@@ -61,6 +61,18 @@ pub(crate) enum RoadNote {
         "the heights vary by {:.2} um (rms) only, less than on any road in use: is road.height_unit right?", 1e6 * rms
     )]
     AlmostFlat { rms: f64 },
+    /// The smallest step between heights that differ \[m\], of heights that were rounded.
+    #[error(
+        "the heights are in steps of {} mm: levels and depth are those of the rounded heights",
+        (1e6 * step).round() / 1e3
+    )]
+    InSteps { step: f64 },
+    /// Many heights are equal to the lowest or to the highest one \[m\].
+    #[error(
+        "{count} of {total} heights ({:.1} %) are exactly {:.3} mm, and none is beyond: are they cut off there?",
+        percent(*count, *total), 1e3 * height
+    )]
+    CutOff { count: usize, total: usize, height: f64 },
     /// Only part of the profile is used, in the file's coordinate; `dropped` points were left out.
     #[error("used from {from:.4} to {to:.4} m of the file, {dropped} points left out")]
     Cut { from: f64, to: f64, dropped: usize },

@@ -149,8 +149,8 @@ impl<'a> CellContact<'a> {
             let rows = sums.waves(band);
             let options = self.plan.cell_fit();
             let fit = || fit_cells(&sums, &rows, &options, stop);
-            let (content, count) = ((self.plan.tyre_of(band).levelled(), &rows, options), PoleModel::evaluations);
-            let model = planned_cell_model(self.loaded, self.plan, &content, fit, count, job)?;
+            let count = PoleModel::evaluations;
+            let model = planned_cell_model(self.loaded, self.plan, (band, &rows), fit, count, job)?;
             Ok(CarriedWaves { part: band.part, rows, model })
         };
         self.bands(columns).into_iter().map(carried).collect()

@@ -106,9 +106,8 @@ impl FrictionContact<'_> {
             let rows = sums.traction_rows(band);
             let options = plan.cell_fit();
             let fit = || fit_tractions(&sums, &rows, &options, stop);
-            let content = (plan.tyre_of(band).levelled(), &rows, options, plan.scene.numerics.influence_tolerance);
             let count = TractionModel::evaluations;
-            let model = planned_cell_model(self.loaded, plan, &content, fit, count, job)?;
+            let model = planned_cell_model(self.loaded, plan, (band, &rows), fit, count, job)?;
             job.meter.count(Counter::Poles, model.order() as u64);
             Ok(Carried { band, grid: sums.grid().clone(), rows, model })
         };

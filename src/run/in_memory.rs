@@ -43,7 +43,7 @@ pub fn run_in_memory(loaded: &LoadedScene, mut job: Job<'_>) -> Result<RunInMemo
     job.progress.march(0, plan.steps, plan.time_step);
     run.enter_steps();
     let complete = run.roll(&mut |run| {
-        job.progress.step(run.next_step());
+        run.report(job.progress);
         Ok(!job.is_stopped())
     })?;
     if !complete {

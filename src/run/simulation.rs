@@ -11,7 +11,7 @@ use std::time::Duration;
 use crate::contact::ContactError;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::march::StepResult;
-use crate::counters::{Counter, Job, Meter, Phase, Stage, Timing, Unwatched, Watch, Work};
+use crate::counters::{Counter, Job, Meter, Phase, Progress, Stage, Timing, Unwatched, Watch, Work};
 use crate::effects::force::ForceObserver;
 use crate::effects::sound::{SoundObserver, SoundResults};
 use crate::effects::vibration::{VibrationObserver, VibrationResults};
@@ -230,6 +230,14 @@ impl Simulation {
             self.advance()?;
         }
         Ok(true)
+    }
+
+    /// Reports the steps that are done, and what will stop them.
+    pub(crate) fn report(&self, progress: &mut dyn Progress) {
+        let mut left = self.observers.iter().map(|(_, observer)| observer.blocks_left(LOOK_EVERY));
+        let (blocks, stage) = left.find(|left| left.0 > 0).unwrap_or_default();
+        progress.blocks(blocks, stage);
+        progress.step(self.prepared.march.next_step());
     }
 
     /// Contact forces of the last step by column of the window \[N\]; the first is that of the element

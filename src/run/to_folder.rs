@@ -152,7 +152,7 @@ impl<'a> PlannedRun<'a> {
         job.progress.march(run.next_step(), plan.steps, plan.time_step);
         run.enter_steps();
         let rolled = run.roll(&mut |run| {
-            job.progress.step(run.prepared.march.next_step());
+            run.report(job.progress);
             let interrupted = job.is_stopped();
             if interrupted || checkpoints.due() {
                 checkpoints.write(&mut folder, run)?;

@@ -11,7 +11,7 @@ use serde::de::{DeserializeOwned, IntoDeserializer};
 use serde_json::{Value as Json, json};
 use toml::de::{DeInteger, DeValue};
 
-use super::problem::{quoted, short};
+use super::problem::{at_most, quoted, short};
 use super::table::{Kind, Value, array};
 use super::{Problem, schema};
 
@@ -89,8 +89,8 @@ impl fmt::Display for Bounds {
         };
         let high = match self.high {
             Bound::Unbounded => None,
-            Bound::Excluded(high) => Some(format!("below {}", short(high))),
-            Bound::Included(high) => Some(format!("at most {}", short(high))),
+            Bound::Excluded(high) => Some(format!("below {}", at_most(high))),
+            Bound::Included(high) => Some(format!("at most {}", at_most(high))),
         };
         match (low, high) {
             (None, None) => write!(f, "a finite number")?,

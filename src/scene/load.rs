@@ -19,6 +19,7 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
 use super::receiver_file::ReceiverFiles;
+use super::schema::{Section, sections};
 use super::setting::Setting;
 use super::table::{Keys, Table};
 use super::{DEFAULT, Diagnostic, Law, Problem, Scene, SceneError, consistency};
@@ -28,6 +29,8 @@ use crate::storage::separated;
 
 /// Most syntax errors that are reported; more of them are no help.
 const MOST_SYNTAX_ERRORS: usize = 16;
+/// Most tables that are named for a key which another one has: more are of a name that says little.
+const MOST_ELSEWHERE: usize = 3;
 /// Factor by which a scene that allows implausible numbers may go outside the plausible range: what is further off is
 /// no tyre, and numbers that follow from it may overflow.
 const IMPLAUSIBLE: f64 = 1e3;
@@ -352,7 +355,8 @@ impl LoadedScene {
         let mut table = Table::new(&complaints, String::new(), "a scene", root.get_ref());
         let scene = consistency::scene(&mut table);
         table.finish();
-        let (diagnostics, more) = complaints.finish();
+        let (mut diagnostics, more) = complaints.finish();
+        look_up(&mut diagnostics);
         let mut scene = match scene {
             Some(scene) if diagnostics.is_empty() => scene,
             _ => return Err(SceneError::invalid(diagnostics, more)),
@@ -373,6 +377,29 @@ impl LoadedScene {
             }
         }
         Ok(Self { scene, path, folder, road_file, pattern_file, settled: false, document: Arc::new(document) })
+    }
+}
+
+/// Names the tables that have keys which were given in others.
+fn look_up(diagnostics: &mut [Diagnostic]) {
+    let mut foreign = diagnostics.iter_mut().filter(|found| found.problem.is_foreign_key()).peekable();
+    if foreign.peek().is_none() {
+        return;
+    }
+    let schema = Scene::json_schema();
+    let tables = sections(&schema);
+    for Diagnostic { key, problem, .. } in foreign {
+        let name = key.rsplit('.').next().unwrap_or(key);
+        // Without the numbers of items.
+        let here: String = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest)).collect();
+        let has = |table: &&Section<'_>| table.schema["properties"].get(name).is_some();
+        let mut paths: Vec<String> = tables.iter().filter(has).map(|table| join(&table.path, name)).collect();
+        paths.retain(|path| *path != here);
+        paths.sort_unstable();
+        paths.dedup();
+        if (1..=MOST_ELSEWHERE).contains(&paths.len()) {
+            problem.elsewhere(&paths);
+        }
     }
 }
 

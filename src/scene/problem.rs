@@ -6,6 +6,8 @@ use crate::storage::input::beginning;
 
 /// Most characters of either part of a message, which may quote the file.
 const MOST: usize = 1000;
+/// Begin of the remedy for a key that a table does not have.
+const KNOWN_KEYS: &str = "known keys: ";
 
 /// A mistake in a scene: [`Display`](fmt::Display) says what is wrong, [`Problem::right`] what would be right.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,9 +39,20 @@ impl Problem {
     pub(super) fn unknown_key(table: &str, nearest: Option<&str>, known: &[&str]) -> Self {
         let right = match nearest {
             Some(nearest) => format!("did you mean `{nearest}`?"),
-            None => format!("known keys: {}", known.join(", ")),
+            None => format!("{KNOWN_KEYS}{}", known.join(", ")),
         };
         Self::at_key(format!("this is not a key of {table}"), right)
+    }
+
+    /// True for a key that its table does not have, and that resembles none of it.
+    pub(super) fn is_foreign_key(&self) -> bool {
+        self.right.starts_with(KNOWN_KEYS)
+    }
+
+    /// The same problem of a key that stands in other tables, as these paths.
+    pub(super) fn elsewhere(&mut self, paths: &[String]) {
+        let paths = paths.iter().map(|path| format!("`{path}`")).collect::<Vec<_>>().join(" or ");
+        self.right = beginning(&format!("did you mean {paths}? {}", self.right), MOST);
     }
 
     pub(super) fn missing(wanted: &str) -> Self {
@@ -119,14 +132,14 @@ impl Problem {
 
     /// A length above another one of the scene, called `name` \[m\].
     pub(super) fn exceeds(value: f64, limit: f64, name: &str) -> Self {
-        let (value, limit) = (short(value), short(limit));
+        let (value, limit) = (short(value), at_most(limit));
         let right = format!("write at most {limit} m, {name}");
         Self::new(format!("{value} m is more than {name}, {limit} m"), right)
     }
 
     /// A length that is not below another one of the scene, called `name` \[m\].
     pub(super) fn not_below(value: f64, limit: f64, name: &str) -> Self {
-        let (value, limit) = (short(value), short(limit));
+        let (value, limit) = (short(value), at_most(limit));
         let right = format!("write less than {limit} m, {name}");
         Self::new(format!("{value} m is not below {name}, {limit} m"), right)
     }
@@ -154,4 +167,26 @@ pub(super) fn nearest(word: &str, candidates: &[&'static str]) -> Option<&'stati
 pub(crate) fn short(value: f64) -> String {
     let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs());
     if plain { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// An upper limit; one of many digits is rounded down to three.
+pub(super) fn at_most(limit: f64) -> String {
+    let exact = short(limit);
+    if exact.len() <= 8 || limit <= 0.0 || exact.contains('e') {
+        return exact;
+    }
+    let digits = 2 - limit.log10().floor() as i32;
+    let unit = 10_f64.powi(-digits);
+    format!("{:.*}", digits.max(0) as usize, (limit / unit).floor() * unit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_of_many_digits_are_rounded_down() {
+        let told = [std::f64::consts::PI, 0.09867606471697511, 1234.567891, 0.2, 1e-9, 0.49999].map(at_most);
+        assert_eq!(told, ["3.14", "0.0986", "1230", "0.2", "1e-9", "0.49999"]);
+    }
 }

@@ -189,6 +189,11 @@ fn profiles_without_numbers() {
     assert_refused(folder.path(), USAGE, &["road.file", "road.csv", "line 3", "\"rough\" is not a number", &line]);
     fs::write(&profile, "# exported\nx,z\n\n0,0.1\n\n# next\n1,rough\n2,0.2\n").unwrap();
     assert_refused(folder.path(), USAGE, &["road.file", "road.csv", "line 7", "\"rough\" is not a number", &line]);
+    // Without a scene there is no place in one.
+    let output = tyrewave(folder.path(), &["road", "road.csv", "--distance-unit", "mm", "--height-unit", "mm"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(USAGE), "{told}");
+    assert!(told.contains("line 7") && told.contains("road.csv") && !told.contains("80kmh"), "{told}");
 }
 
 #[test]

@@ -294,6 +294,7 @@ fn settings_are_varied_and_seeds_averaged_with_their_confidence() {
     for speeds in ["rolling.speed_kmh=50,80", "rolling.speed_kmh=70"] {
         refused(&[&with(speeds)[..], &["--speed", "50"]].concat(), "the same");
     }
+    refused(&[&with("rolling.axle.load=3000")[..], &["--load", "3400"]].concat(), "the same");
     refused(&["scene.toml", "--latin-hypercube", "4", "--speed", "50"], "beside seeds");
 }
 

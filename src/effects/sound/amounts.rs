@@ -38,6 +38,9 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let evaluation = if plan.decisions.tyre.curvature { expected_fit::CURVED_EVALUATION } else { 1.0 };
     amounts.add(Stage::Radiation, Unit::Evaluation, evaluation * waves, Place::BeforeOnAll);
     amounts.count(Counter::ComplianceEvaluations, waves);
+    let tyre = &plan.decisions.tyre;
+    amounts.cache_bytes +=
+        SurfaceWaves::stored_bytes(tyre, cells / 2, lateral, 0.5 / plan.time_step, path.bead.is_some());
     if path.bead.is_some() {
         let flows = SurfaceWaves::flank_bytes(&plan.decisions.tyre, cells / 2, lateral, 0.5 / plan.time_step);
         amounts.hold("flow of the sidewalls", flows);

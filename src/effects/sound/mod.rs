@@ -419,6 +419,11 @@ impl EffectObserver for SoundObserver {
         state.all([&mut self.signals, &mut self.orders, &mut self.middle_pressures])
     }
 
+    fn blocks_left(&self, within: u64) -> (u64, Option<Stage>) {
+        let (left, is_near) = self.stream.blocks_left(within as usize);
+        (left, is_near.then_some(Stage::Sound))
+    }
+
     fn tell(&self, end: &End<'_>, found: &mut Found) {
         let rate = self.speed / end.plan.scene.tyre.circumference;
         let one = |(receiver, orders): (&PlannedReceiver, &Orders)| {

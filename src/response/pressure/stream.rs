@@ -156,6 +156,14 @@ impl PressureStream {
         self.waiting.len() >= self.most_waiting || (self.ahead == 0 && !self.waiting.is_empty())
     }
 
+    /// Number of blocks whose pressures are still to be computed, and whether some may be within so many steps.
+    pub(crate) fn blocks_left(&self, within: usize) -> (u64, bool) {
+        let (waiting, width) = (self.waiting.len(), self.layout().width());
+        let ends = self.forces.len() / width + within >= self.layout().length();
+        let is_last = self.ahead <= 1 || waiting + 1 >= self.most_waiting;
+        (self.ahead + waiting as u64, self.ahead > 0 && ends && is_last)
+    }
+
     /// Steps so far.
     pub(crate) fn steps(&self) -> u64 {
         self.steps

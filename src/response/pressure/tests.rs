@@ -350,8 +350,10 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
                 stream = PressureStream::new(transfers.clone(), steps as u64, usize::MAX);
                 state.restore(&mut stream).unwrap();
             }
-            let complete = stream.push(&forces);
-            if complete && stream.is_due() {
+            let foreseen = stream.blocks_left(1).1;
+            let is_due = stream.push(&forces) && stream.is_due();
+            assert_eq!(foreseen, is_due, "{step}");
+            if is_due {
                 let blocks = stream.blocks_that_wait();
                 let spectra = PressureSpectra::of([1, blocks.len(), bins], |_, block, bin| {
                     let turn = -TAU * (bin * late) as f64 / length as f64;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::height_map::{HeightMap, LARGEST_SPACING_OF_TABLE, fill_missing, origins, plausible_spacing};
 use super::raster::{self, Raster};
-use super::{missing, table};
+use super::{missing, rounded, table};
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
@@ -110,6 +110,7 @@ pub(super) fn read(
     missing::tell_words(raster.words, &mut report.notes);
     missing::mark(&mut heights, columns, |row| row as f64 * dx, raster.unit, given, &mut report.notes)
         .map_err(fault)?;
+    rounded::tell(heights.iter().copied(), &mut report.notes);
     let origins = origins(&heights);
     report.missing = fill_missing(path, &mut heights, columns, MISSING_ALLOWED, &mut report.notes)?;
     let first_y = -0.5 * (columns as f64 - 1.0) * dy;

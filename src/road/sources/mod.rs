@@ -14,6 +14,7 @@ mod missing;
 pub(super) mod opencrg;
 pub(super) mod profile;
 mod raster;
+mod rounded;
 mod signature;
 mod table;
 

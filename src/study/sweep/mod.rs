@@ -27,4 +27,4 @@ pub(crate) use repeated::RepeatedTable;
 pub(crate) use run::{Done, Outcome, sweep};
 pub(crate) use stored::StoredSweep;
 pub(crate) use table::blocks;
-pub(crate) use variants::{Axes, Label, SPEED_KEY, SweepError, Variant, variants};
+pub(crate) use variants::{Axes, LOAD_KEY, Label, SPEED_KEY, SweepError, Variant, variants};

@@ -276,7 +276,7 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
         return Outcome::Stopped;
     }
     let target = target.join(&variant.label.name);
-    let mut progress = VariantProgress { name: &variant.label.name, watch, done: 0, time_step: 0.0 };
+    let mut progress = VariantProgress { name: &variant.label.name, watch, done: 0, time_step: 0.0, has_blocks: false };
     let report = if resumable(variant, &target, &mut progress) {
         run::resume(&target, threads, Job::new(stop, &mut progress))
     } else {
@@ -314,6 +314,8 @@ struct VariantProgress<'a, 'b> {
     watch: &'a Mutex<Watch<'b>>,
     done: u64,
     time_step: f64,
+    /// True if blocks of steps stop its march for long: those of later variants are not known, so one is always left.
+    has_blocks: bool,
 }
 
 impl Progress for VariantProgress<'_, '_> {
@@ -322,6 +324,11 @@ impl Progress for VariantProgress<'_, '_> {
     fn march(&mut self, done: u64, _steps: u64, time_step: f64) {
         self.time_step = time_step;
         self.step(done);
+    }
+
+    fn blocks(&mut self, left: u64, stage: Option<Stage>) {
+        self.has_blocks |= left > 0;
+        lock(self.watch).progress.blocks(self.has_blocks.into(), stage);
     }
 
     fn step(&mut self, done: u64) {

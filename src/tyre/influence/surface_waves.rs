@@ -133,6 +133,16 @@ impl SurfaceWaves {
         flank_waves::bytes(around, lateral, coordinate(highest) / STEP + 4.0, tyre.turns())
     }
 
+    /// Bytes of a table on disk, with the flow of sidewalls where they are asked for; `highest` in Hz.
+    pub(crate) fn stored_bytes(tyre: &Tyre, most_around: usize, lateral: usize, highest: f64, has_flow: bool) -> f64 {
+        let points = coordinate(highest) / STEP + 3.0;
+        let around = most_around + 1;
+        let flows = if has_flow { PIECES * around.min(sidewall_waves(tyre)) } else { 0 };
+        let values = around * size_of::<Complex64>() + flows * size_of::<Complex32>();
+        let ways = if tyre.turns() { 2.0 } else { 1.0 };
+        ways * (values * lateral) as f64 * points
+    }
+
     /// Evaluations of the compliance that the table took; one gives n and -n.
     pub(crate) fn evaluations(&self) -> u64 {
         self.stiffnesses.len() as u64
@@ -324,6 +334,17 @@ mod tests {
             }
             table.at(61, 100.0, &mut values);
             assert_eq!(values, [Complex64::ZERO; 3]);
+        }
+    }
+
+    #[test]
+    fn the_size_on_disk_is_known_beforehand() {
+        for angular_velocity in [0.0, -100.0] {
+            let tyre = Tyre { angular_velocity, ..Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre };
+            let table = SurfaceWaves::new(&tyre, 20, 2, 900.0, 1e-4);
+            let found = postcard::to_extend(&table, Vec::new()).unwrap().len() as f64;
+            let planned = SurfaceWaves::stored_bytes(&tyre, 20, 2, 900.0, false);
+            assert!((planned / found - 1.0).abs() < 0.02, "{planned} for {found}");
         }
     }
 }

@@ -31,7 +31,7 @@ use rayon::prelude::*;
 
 use super::cell_grid::CellGrid;
 use super::cell_sums::{Around, CellSums, CellSumsAt, THICKNESS_TOLERANCE, add_mean, on_unit};
-use super::cell_waves::{CellRow, CellWave, WaveBand};
+use super::cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
 use super::kernel::KernelAt;
 use super::traction_influence::{COMPONENTS, PairTables, TractionInfluence, UniformTables};
 use crate::numeric::{Ring, sinc};
@@ -210,16 +210,23 @@ struct NumberRows {
     rows: Vec<Vec<f64>>,
 }
 
-impl CellSums {
-    /// Waves of a band that carry the past of tractions: those of normal forces, and on the whole tyre with supported
-    /// sides the lateral motion that is uniform across. A band may be folded with supported sides only: the mean of
-    /// the sines differs from number to number.
-    pub fn traction_rows(&self, band: WaveBand) -> Vec<CellRow> {
-        let mut rows = self.waves(band);
-        if self.grid.waves().sides == Sides::Supported && band.fades_in.is_none() {
-            rows.insert(0, CellRow::whole(&self.grid, 0, self.truncation.aliases.unwrap_or(1)));
+impl WaveBand {
+    /// Waves that carry the past of tractions: those of normal forces, and on the whole tyre with supported sides the
+    /// lateral motion that is uniform across. A band may be folded with supported sides only: the mean of the sines
+    /// differs from number to number.
+    pub fn traction_rows(self, grid: &CellGrid, truncation: CellTruncation) -> Vec<CellRow> {
+        let mut rows = self.rows(grid, truncation);
+        if grid.waves().sides == Sides::Supported && self.fades_in.is_none() {
+            rows.insert(0, CellRow::whole(grid, 0, truncation.aliases.unwrap_or(1)));
         }
         rows
+    }
+}
+
+impl CellSums {
+    /// Waves of a band that carry the past of tractions.
+    pub fn traction_rows(&self, band: WaveBand) -> Vec<CellRow> {
+        band.traction_rows(&self.grid, self.truncation)
     }
 
     /// Parts of a wave's influence at s \[m/N\].

@@ -69,6 +69,12 @@ impl PoleModel {
         self.len() == 0
     }
 
+    /// Bytes of a pole on disk, counting conjugates, with residues in `faces` faces; pairs are stored once.
+    pub(crate) fn bytes_of_pole(faces: usize, turns: bool) -> f64 {
+        let parts = if turns { 2 } else { 1 };
+        (size_of::<Complex64>() * (1 + faces * parts)) as f64 / 2.0
+    }
+
     /// Number of poles of all functions, conjugates counted.
     pub fn order(&self) -> usize {
         self.poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()

@@ -39,6 +39,9 @@ pub(crate) struct TractionModel {
 }
 
 impl TractionModel {
+    /// Bytes of a channel with its pole on disk, counting conjugates; pairs are stored once.
+    pub(crate) const BYTES_OF_CHANNEL: f64 = (size_of::<Complex64>() + size_of::<Channel>()) as f64 / 2.0;
+
     /// Number of waves.
     pub(crate) fn len(&self) -> usize {
         self.poles.len()

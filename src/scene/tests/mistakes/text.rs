@@ -30,6 +30,11 @@ fn unknown_keys() {
         "not a key of [rolling]",
         "duration, warm_up, start, axle",
     );
+    for (key, right) in [("preset = \"draft\"", "`numerics.preset`"), ("zone = \"cells\"", "`contact.zone`")] {
+        let name = format!("rolling.{}", &key[..key.find(' ').unwrap()]);
+        let right = format!("did you mean {right}? known keys: speed_kmh");
+        refused("speed_kmh = 80", &format!("speed_kmh = 80\n{key}"), 20, &name, "not a key of [rolling]", &right);
+    }
     refused("normal = 1.8e6", "normal = 1.8e6, \"b.ad\" = 1", 6, "tyre.foundation.\"b.ad\"", "not a key", "tangential");
     road_refused("kind = \"smooth\"\nseed = 1", 18, "road.seed", "not a key of a smooth road", "known keys: kind");
 }

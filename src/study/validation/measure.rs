@@ -140,12 +140,6 @@ pub(crate) enum ValidationError {
     Modes(#[from] ModesError),
 }
 
-impl From<SceneError> for ValidationError {
-    fn from(error: SceneError) -> Self {
-        Self::Run(error.into())
-    }
-}
-
 /// The scene that is validated where none is named: the default scene with numerics for up to 2 kHz and the given
 /// settings.
 ///
@@ -176,8 +170,10 @@ pub(crate) fn measure(loaded: &LoadedScene, options: &Options, job: Job<'_>) -> 
     loaded.check_time_domain().map_err(RunError::from)?;
     let Some((load, _)) = loaded.scene.rolling.axle.load() else {
         let wrong = "the axle holds a height: levels and rolling resistance are published for loads";
-        return Err(SceneError::from(loaded.complain("rolling.axle", wrong, "{ load = ... }, in N")).into());
+        let problem = loaded.complain("rolling.axle", wrong, "{ load = ... }, in N");
+        return Err(RunError::from(SceneError::from(problem)).into());
     };
+    let settled = |loaded: LoadedScene| settled(loaded).map_err(RunError::from);
     let tyre = standing(&settled(loaded.clone())?.scene)?;
     let mut planned = Vec::new();
     for texture in &options.textures {

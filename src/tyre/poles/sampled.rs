@@ -215,7 +215,7 @@ impl<'a> Sampled<'a> {
     /// As [`Self::samples`], of chosen parts, the driven face's E among them: the belt and the odd parts take part in
     /// moving poles only where they are not negligible.
     pub(super) fn samples_of(&self, chosen: impl Fn(usize) -> bool) -> Samples {
-        // Of the real axis the odd rungs.
+        // Fits may use the odd rungs of the real axis.
         let rungs: Vec<usize> = self.grid.iter().copied().chain(REAL.skip(1).step_by(2)).collect();
         let value = |part: usize, rung: usize| if part < 2 { self.value(rung)[part] } else { self.odd(rung)[part - 2] };
         let parts: Vec<usize> = (0..self.parts()).filter(|&part| chosen(part)).collect();

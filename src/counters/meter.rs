@@ -270,7 +270,7 @@ impl Meter {
     }
 
     /// Continues an earlier part of the same run: its times are added to the present ones, its counts replace them.
-    pub(crate) fn go_on(&mut self, earlier: &Counters) {
+    pub(crate) fn resume(&mut self, earlier: &Counters) {
         let own = &mut self.counters;
         own.stages.iter_mut().zip(&earlier.stages).for_each(|(own, earlier)| own.add(earlier));
         own.in_steps.iter_mut().zip(earlier.in_steps).for_each(|(own, earlier)| *own += earlier);

@@ -344,7 +344,7 @@ impl Simulation {
     }
 
     /// Continues after `steps` recorded steps; `false` if the contact cannot be there.
-    pub(crate) fn go_on_after(&mut self, steps: u64) -> bool {
+    pub(crate) fn resume_after(&mut self, steps: u64) -> bool {
         self.next_step = steps;
         let done = self.prepared.march.next_step();
         done == steps || done < steps && self.window() > 1.0

@@ -194,7 +194,7 @@ impl Gradients {
 
     /// Continues from an exact u on a part of the window: in the last direction, where the part is the previous one,
     /// or `anew`.
-    pub(super) fn go_on(&mut self, required: &[f64], displacement: &[f64], anew: bool) {
+    pub(super) fn resume(&mut self, required: &[f64], displacement: &[f64], anew: bool) {
         if anew {
             self.hold(required.len());
         }

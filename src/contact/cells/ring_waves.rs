@@ -180,7 +180,7 @@ impl<N: WaveNumber> RingWaves<N> {
     }
 
     /// Does the work in the background at an instant: a part of the pass, and the sum for the next instant.
-    pub(super) fn go_on<R: Recursion>(&mut self, instant: usize, recursion: R) {
+    pub(super) fn advance<R: Recursion>(&mut self, instant: usize, recursion: R) {
         let Self { groups, precise, instants, forces, foretold, turned, remembered, earliest, arch, .. } = self;
         let (instants, turned, size) = (*instants, *turned, tile::<N>());
         let of_tile = 2 * instants * size;

@@ -159,7 +159,7 @@ impl CellSearch {
 
     /// Continues after the window has moved by `cells` cells: the last solution, which has moved with it and has lost
     /// no force, is the next guess, and its displacements need not be found again.
-    pub fn go_on(&mut self, cells: usize) {
+    pub fn advance(&mut self, cells: usize) {
         if cells > 0 {
             self.displacement.copy_within(cells.., 0);
         }
@@ -236,7 +236,7 @@ impl CellSearch {
         let mut part = if is_held { known.clone() } else { self.part(&needed) };
         self.cells.look_at(part.start);
         if is_kept && known.start <= part.start && part.end <= known.end {
-            self.gradients.go_on(&self.required[part.clone()], &self.displacement[part.clone()], true);
+            self.gradients.resume(&self.required[part.clone()], &self.displacement[part.clone()], true);
         } else {
             // The first u need not be exact.
             self.gradients.look(&mut self.cells, &self.required[part.clone()], &forces[part.clone()]);
@@ -278,7 +278,7 @@ impl CellSearch {
             missing = residual;
             goal = least.max(DIGITS * residual);
             let (d, u) = (&self.required[part.clone()], &self.displacement[part.clone()]);
-            self.gradients.go_on(d, u, is_fresh);
+            self.gradients.resume(d, u, is_fresh);
         }
     }
 

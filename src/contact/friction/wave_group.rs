@@ -262,7 +262,7 @@ impl<E: Element> WaveGroup<E> {
 
     /// Finds the displacements at a step of the block; at the first one it passes over all channels before, and block
     /// `forgotten` of the remembered ones is forgotten.
-    pub(super) fn go_on(&mut self, arch: Arch, step: usize, forgotten: usize) {
+    pub(super) fn advance(&mut self, arch: Arch, step: usize, forgotten: usize) {
         arch.dispatch(Step { group: self, step, forgotten });
     }
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use super::error::{CliError, INTERRUPTED};
-use super::messages::tell;
+use super::messages::write_message;
 
 /// Requests within this time of the first count as the same: a batch system signals a job's shell and its programs, and
 /// the shell passes it on.
@@ -51,10 +51,12 @@ impl Interrupt {
         let interrupt = Self::default();
         let shared = interrupt.clone();
         ctrlc::set_handler(move || match shared.request(Instant::now()) {
-            Request::First => tell("\nstopping after this step; the results so far are kept (again: stop at once)"),
+            Request::First => {
+                write_message("\nstopping after this step; the results so far are kept (again: stop at once)")
+            }
             Request::Same => {}
             Request::Unseen => {
-                tell(&CliError::Interrupted { kept: None }.to_string());
+                write_message(&CliError::Interrupted { kept: None }.to_string());
                 std::process::exit(i32::from(INTERRUPTED));
             }
             // Unfinished files have names that say so.

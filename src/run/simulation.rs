@@ -247,7 +247,7 @@ impl Simulation {
     /// Ends the run after any step.
     pub fn finish(mut self) -> Results {
         self.settle();
-        let found = self.tell();
+        let found = self.findings();
         let (sound, spectrum) =
             (first_of::<SoundObserver>(&self.observers), first_of::<ForceObserver>(&self.observers));
         let (sound, spectrum) =
@@ -287,9 +287,9 @@ impl Simulation {
     }
 
     /// Collects the figures of all effects.
-    pub(crate) fn tell(&self) -> Found {
+    pub(crate) fn findings(&self) -> Found {
         let (mut found, end) = (Found::default(), self.end());
-        self.observers.iter().for_each(|(_, observer)| observer.tell(&end, &mut found));
+        self.observers.iter().for_each(|(_, observer)| observer.report(&end, &mut found));
         found
     }
 

@@ -28,7 +28,7 @@ fn prepared(loaded: &LoadedScene) -> (Prepared, Plan) {
     (prepare(loaded, &plan, &mut Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap(), plan)
 }
 
-/// Total forces on a smooth road for an axle that `next` gives before every step and that is told the force.
+/// Total forces on a smooth road for an axle that `next` gives before every step and that receives the force.
 fn roll(loaded: &LoadedScene, steps: u64, axle: &mut dyn FnMut(u64, Option<f64>) -> AxleHeight) -> Vec<f64> {
     let (Prepared { mut march, .. }, _) = prepared(loaded);
     let mut slices = RoadStrip::starting_at(march.geometry().first_element(0));

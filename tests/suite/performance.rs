@@ -168,7 +168,7 @@ fn comparisons_end_with_the_right_exit_code() {
     assert!(text.contains("1 workloads: results right") && text.contains("in 12 pairs of runs"), "{text}");
     let (code, text) = run(&[record.to_str().unwrap(), itself, "--scene", scene]);
     assert!(code == 2 && text.contains("a record contains no scenes"), "{text}");
-    // A program that does not measure is told apart from one that is worse.
+    // A program that does not measure is distinguished from one that is worse.
     let (code, text) = run(&[if cfg!(windows) { "cmd" } else { "/bin/false" }, "--workload", "influence"]);
     assert!(code == 1 && text.contains("profile measure"), "{text}");
     // Options and workloads of earlier versions.

@@ -26,7 +26,7 @@ pub(crate) struct Interrupt {
     /// Time of the first request.
     first: Arc<OnceLock<Instant>>,
     /// True once the command checks the flag between its steps: a command that does not ends at the first request.
-    looked_at: Arc<AtomicBool>,
+    is_seen: Arc<AtomicBool>,
 }
 
 /// Kind of a request for the end.
@@ -70,7 +70,7 @@ impl Interrupt {
     fn request(&self, at: Instant) -> Request {
         let first = *self.first.get_or_init(|| at);
         if !self.asked.swap(true, Ordering::Relaxed) {
-            if self.looked_at.load(Ordering::Relaxed) { Request::First } else { Request::Unseen }
+            if self.is_seen.load(Ordering::Relaxed) { Request::First } else { Request::Unseen }
         } else if at.saturating_duration_since(first) < SAME_REQUEST {
             Request::Same
         } else {
@@ -80,7 +80,7 @@ impl Interrupt {
 
     /// Flag that a run checks between two steps; from now on the first request only sets it.
     pub(crate) fn flag(&self) -> &AtomicBool {
-        self.looked_at.store(true, Ordering::Relaxed);
+        self.is_seen.store(true, Ordering::Relaxed);
         &self.asked
     }
 }

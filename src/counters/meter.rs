@@ -118,8 +118,8 @@ impl Meter {
         self.staged += spent;
         let among_steps = self.trace.as_ref().is_some_and(|trace| trace.phase() == Phase::Contact);
         // Reading the peak means parsing a text of the system: too slow among the steps.
-        let looks = self.watches_closely() && self.counters.timed_steps == 0;
-        let peak_memory = if looks { process::peak_memory() } else { None };
+        let is_due = self.watches_closely() && self.counters.timed_steps == 0;
+        let peak_memory = if is_due { process::peak_memory() } else { None };
         for (index, &(stage, share)) in shares.iter().enumerate() {
             let spent = if shares.len() > 1 { spent.share(share) } else { spent };
             let last = index + 1 == shares.len();

@@ -126,15 +126,15 @@ pub(super) fn carried_out<T: Send>(
             scope.spawn(move |_| drop(sender.send(work(watched))));
             let mut stopped: Option<PyErr> = None;
             loop {
-                let look = |py: Python<'_>| py.check_signals().and_then(|()| reporter.report(py, watched));
+                let check = |py: Python<'_>| py.check_signals().and_then(|()| reporter.report(py, watched));
                 match receiver.recv_timeout(LOOK_EVERY) {
                     Err(RecvTimeoutError::Timeout) if stopped.is_some() => {}
                     Err(RecvTimeoutError::Timeout) => {
-                        stopped = Python::attach(look).err();
+                        stopped = Python::attach(check).err();
                         watched.stop.store(stopped.is_some(), Ordering::Relaxed);
                     }
                     Ok(done) => {
-                        let stopped = stopped.or_else(|| Python::attach(look).err());
+                        let stopped = stopped.or_else(|| Python::attach(check).err());
                         return (Some(done), stopped);
                     }
                     // The work has panicked; the scope propagates that.

@@ -217,14 +217,17 @@ impl Simulation {
         Ok(None)
     }
 
-    /// Takes the steps up to the last one; returns whether it got there. Every few steps `look` may end the run by
+    /// Takes the steps up to the last one; returns whether it got there. Every few steps `inspect` may end the run by
     /// returning `false`.
     ///
     /// # Errors
-    /// Errors of the steps, and those of `look`.
-    pub(crate) fn roll(&mut self, look: &mut dyn FnMut(&mut Self) -> Result<bool, RunError>) -> Result<bool, RunError> {
+    /// Errors of the steps, and those of `inspect`.
+    pub(crate) fn roll(
+        &mut self,
+        inspect: &mut dyn FnMut(&mut Self) -> Result<bool, RunError>,
+    ) -> Result<bool, RunError> {
         while self.next_step < self.plan.steps {
-            if self.prepared.march.next_step().is_multiple_of(LOOK_EVERY) && !look(self)? {
+            if self.prepared.march.next_step().is_multiple_of(LOOK_EVERY) && !inspect(self)? {
                 return Ok(false);
             }
             self.advance()?;

@@ -202,12 +202,12 @@ impl<'a> Trials<'a> {
         Ok((plan, run))
     }
 
-    /// Rolls a prepared variant to its end, where `look` sees it.
+    /// Rolls a prepared variant to its end, where `inspect` sees it.
     fn march(
         &mut self,
         scene: &Scene,
         (plan, mut run): (Plan, Simulation),
-        look: &mut dyn FnMut(&Simulation),
+        inspect: &mut dyn FnMut(&Simulation),
     ) -> Result<Trial, RunError> {
         run.enter_steps();
         let begin = Instant::now();
@@ -226,7 +226,7 @@ impl<'a> Trials<'a> {
         let rolled = plan.steps as f64 * plan.time_step;
         self.done += self.shared.as_ref().map_or(rolled, |shared| shared.seconds);
         let indentation = run.indentation(plan.steps - 1);
-        look(&run);
+        inspect(&run);
         let results = run.finish();
         let outcome = Outcome {
             mean_force: results.mean_force,

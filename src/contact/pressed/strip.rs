@@ -87,7 +87,7 @@ impl PressedRoad {
 
     /// How the slices of a block yield: `count` of them from the element `first` on.
     fn yielding(&mut self, surface: &mut RoadSurface, first: i64, count: usize) -> Result<KeptBlock, MakingError> {
-        self.look(surface, first)?;
+        self.read_heights(surface, first)?;
         let own = self.beyond as usize..self.beyond as usize + count;
         let Self { tread, lattice, crown, press, heights, own: all, beyond, .. } = self;
         let elements = (*all + 2 * *beyond) as usize;
@@ -105,7 +105,7 @@ impl PressedRoad {
     }
 
     /// Reads the heights of a block, -infinity where there is no road.
-    fn look(&mut self, surface: &mut RoadSurface, first: i64) -> Result<(), MakingError> {
+    fn read_heights(&mut self, surface: &mut RoadSurface, first: i64) -> Result<(), MakingError> {
         let cells = self.lattice.cells();
         let window = first - self.beyond..first + self.own + self.beyond;
         let (lowest, highest) = surface.elements().unwrap_or((i64::MIN, i64::MAX - 1));

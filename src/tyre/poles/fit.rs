@@ -87,7 +87,7 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
     fit_unless_stopped(tyre, options, &AtomicBool::new(false))
 }
 
-/// As [`fit`], but looks at `stop` before every wavenumber, and ends early with [`FitError::Stopped`] once it is set.
+/// As [`fit`], but checks `stop` before every wavenumber, and ends early with [`FitError::Stopped`] once it is set.
 pub fn fit_unless_stopped(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<RationalModel, FitError> {
     fit_timed(tyre, options, stop).map(|(model, _)| model)
 }

@@ -120,8 +120,8 @@ impl Forecasts<'_> {
         let mut amounts = plan.amounts();
         amounts.work.retain(|work| {
             let seconds = work.amount * self.costs.of(work.stage, work.unit);
-            let is_kept = matches!(work.stage, Stage::Fit | Stage::Radiation);
-            !is_kept || self.made.insert((work.stage, seconds.to_bits()))
+            let is_cached = matches!(work.stage, Stage::Fit | Stage::Radiation);
+            !is_cached || self.made.insert((work.stage, seconds.to_bits()))
         });
         Forecast::new(&amounts, plan.steps, self.costs, self.threads, 0.0).wall_seconds
     }

@@ -222,11 +222,11 @@ impl CellSearch {
             self.displacement.fill(0.0);
             return CellResiduals::default();
         }
-        let mut is_kept = true;
+        let mut is_same = true;
         for ((force, &d), own) in forces.iter_mut().zip(required).zip(&mut self.required) {
             let good = (d > f64::NEG_INFINITY) & (*force >= 0.0) & (*force < f64::INFINITY);
             let kept = if good { *force } else { 0.0 };
-            is_kept &= kept.to_bits() == force.to_bits();
+            is_same &= kept.to_bits() == force.to_bits();
             *force = kept;
             *own = if d > NOWHERE { d } else { NOWHERE };
         }
@@ -235,7 +235,7 @@ impl CellSearch {
         let is_held = self.is_single() && self.holds(&known, &needed);
         let mut part = if is_held { known.clone() } else { self.part(&needed) };
         self.cells.restrict_to(part.start);
-        if is_kept && known.start <= part.start && part.end <= known.end {
+        if is_same && known.start <= part.start && part.end <= known.end {
             self.gradients.resume(&self.required[part.clone()], &self.displacement[part.clone()], true);
         } else {
             // The first u need not be exact.

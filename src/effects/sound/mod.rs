@@ -287,7 +287,7 @@ impl SoundObserver {
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, stored));
                 job.warnings.extend(missing.map(|why| format!("{}: {why}", receiver.name)));
                 passing.iter().for_each(|passing| passing.request(stored, &mut signals));
-            } else if receiver.standard().is_recorded(path.radiation.audio) {
+            } else if receiver.standard().is_stored(path.radiation.audio) {
                 signals[receiver.points.clone()].fill(StoredSignal::of(std::iter::once(0..stored).collect()));
             }
         }

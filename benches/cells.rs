@@ -92,7 +92,7 @@ const ROLLED: usize = 6;
 /// Takes a step: the window moves on by a column, with the forces.
 fn roll(search: &mut CellSearch, road: &RoughRoad, elements: usize, step: usize, forces: &mut [f64]) {
     let (columns, across) = (search.cells().columns(), search.cells().across());
-    search.go_on(across);
+    search.advance(across);
     forces.copy_within(across.., 0);
     forces[(columns - 1) * across..].fill(0.0);
     search.solve(&road.required(columns, across, elements, step), forces);

@@ -179,7 +179,7 @@ impl Metres {
         let crown = (0..columns).map(|column| lattice.y(column).powi(2) / (2.0 * radius)).collect();
         Self {
             surface: RoadSurface::open(&scene.road, lattice, Limits::default()).expect("the default road"),
-            pressed: PressedRoad::new(&scene.tyre, lattice, crown).expect("a tread").unkept(),
+            pressed: PressedRoad::new(&scene.tyre, lattice, crown).expect("a tread").uncached(),
             springs: SliceBuilder::winkler(columns).and_then(|law| law.with_lines(lattice.along)).expect("a lattice"),
             lattice,
             elements: (1.0 / dx) as usize,

@@ -1,6 +1,6 @@
 //! `tyrewave cache`: what is kept on disk for the next run.
 
-use crate::contact::pressed::KeptBlock;
+use crate::contact::pressed::CachedBlock;
 use crate::radiation::stored::StoredReceiver;
 use crate::results::table::{Report, row, words};
 use crate::storage::{Cache, Cached};
@@ -62,7 +62,7 @@ impl CacheArguments {
                     PoleModel::KIND,
                     TractionModel::KIND,
                     CellInfluence::KIND,
-                    KeptBlock::KIND,
+                    CachedBlock::KIND,
                     StoredReceiver::KIND,
                     SurfaceWaves::KIND,
                 ])?;

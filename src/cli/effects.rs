@@ -8,7 +8,7 @@ use crate::results::sound::RatedLevel;
 use crate::results::table::{Report, Table, aligned};
 use crate::sound::{Compared, SoundLevels, TotalLevel};
 use crate::study::calibration::calibrated;
-use crate::study::effects::{self, Comparison, Effect, LONGEST, Way};
+use crate::study::effects::{self, Comparison, Direction, Effect, LONGEST};
 use crate::study::trial::{LOWEST_BAND, Trial, level_changes};
 use clap::Args;
 
@@ -55,9 +55,11 @@ impl EffectsArguments {
         }
         side.file("effects.txt", report.to_string());
         side.file("effects.csv", comparison.csv());
-        for (way, name) in [(Way::Added, "effects_added.svg"), (Way::TakenAway, "effects_taken_away.svg")] {
-            let title = format!("Levels, {}: {}", way.title(), side.loaded.title());
-            if let Some(plot) = plot(&comparison, way, &title) {
+        for (direction, name) in
+            [(Direction::Added, "effects_added.svg"), (Direction::TakenAway, "effects_taken_away.svg")]
+        {
+            let title = format!("Levels, {}: {}", direction.title(), side.loaded.title());
+            if let Some(plot) = plot(&comparison, direction, &title) {
                 side.file(name, plot.to_svg());
             }
         }
@@ -79,8 +81,8 @@ fn cells_instead(slices: &Plan, cells: &Plan, costs: &UnitCosts, context: &Conte
 }
 
 /// The effects that change any level by as much as the tables show, 0.05 dB.
-fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
-    let mut runs = comparison.runs(way);
+fn changing(comparison: &Comparison, direction: Direction) -> Vec<(Effect, &Trial, &Trial)> {
+    let mut runs = comparison.runs(direction);
     runs.retain(|(_, found, reference)| changes(found, reference).any(|(_, change)| change.abs() >= 0.05));
     runs
 }
@@ -152,10 +154,12 @@ fn report(comparison: &Comparison) -> Report {
             report.text(format!("{}: {reason}\n", contribution.effect.title));
         }
     }
-    for (way, name, base) in [(Way::Added, "none", &comparison.base), (Way::TakenAway, "all", &comparison.all)] {
-        let runs = changing(comparison, way);
+    for (direction, name, base) in
+        [(Direction::Added, "none", &comparison.base), (Direction::TakenAway, "all", &comparison.all)]
+    {
+        let runs = changing(comparison, direction);
         let mut header = vec!["band [Hz]".to_owned(), format!("{name} [dB re 1 N]")];
-        header.extend(runs.iter().map(|(effect, ..)| format!("{} {}", way.sign(), effect.short)));
+        header.extend(runs.iter().map(|(effect, ..)| format!("{} {}", direction.sign(), effect.short)));
         let row = |(index, band): (usize, &BandLevel)| -> Vec<String> {
             let marked = |valid: bool, number: String| if valid { number } else { format!("({number})") };
             let change = |(_, found, reference): &(Effect, &Trial, &Trial)| {
@@ -207,7 +211,7 @@ fn receiver_table(comparison: &Comparison) -> Option<Table> {
         cells
     };
     let mut rows = vec![row("all".to_owned(), all, false)];
-    for (effect, found, _) in comparison.runs(Way::TakenAway) {
+    for (effect, found, _) in comparison.runs(Direction::TakenAway) {
         rows.push(row(format!("- {}", effect.title), found, true));
     }
     rows.extend(uncertainties.iter().map(|(name, found)| row(name.clone(), found, true)));
@@ -244,11 +248,11 @@ const LARGEST_DRAWN: f64 = 12.0;
 
 /// Changes of the levels, for the effects that change any; `None` if there are none, or if the runs are too short for a
 /// spectrum.
-fn plot<'a>(comparison: &Comparison, way: Way, title: &'a str) -> Option<LinePlot<'a>> {
+fn plot<'a>(comparison: &Comparison, direction: Direction, title: &'a str) -> Option<LinePlot<'a>> {
     let points = |found, reference| -> Vec<(f64, f64)> {
         valid_changes(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()
     };
-    let runs = changing(comparison, way).into_iter();
+    let runs = changing(comparison, direction).into_iter();
     let series: Vec<Series<'_>> = runs
         .map(|(effect, found, reference)| Series { name: effect.title, points: points(found, reference) })
         .collect();

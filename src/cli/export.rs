@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum};
 
 use super::context::Context;
 use super::error::CliError;
-use super::messages::tell;
+use super::messages::write_message;
 use super::options::positive;
 use super::output_file::{OutputFile, Replaces, check};
 use super::report::beside;
@@ -98,7 +98,7 @@ impl ExportArguments {
             Format::Vtk => {
                 let patch = Patch::open(&stored, self.every).map_err(refused)?;
                 if let Some(note) = patch.note().filter(|_| !context.options.quiet) {
-                    tell(&format!("note: {note}"));
+                    write_message(&format!("note: {note}"));
                 }
                 write_patch(&patch, &out, context)?;
             }

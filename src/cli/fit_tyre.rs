@@ -103,7 +103,7 @@ impl FitTyreArguments {
         let in_file = |error: &dyn std::fmt::Display| CliError::Usage(format!("{}: {error}", path.display()));
         let range = [lowest.unwrap_or(0.0), highest.unwrap_or(f64::INFINITY)];
         let UniversalFile { points, notes } =
-            measured(&bytes, start.width, &patch, range).map_err(|told| in_file(&told))?;
+            measured(&bytes, start.width, &patch, range).map_err(|reported| in_file(&reported))?;
         let uncertainty = Uncertainty { level: level_error, phase: phase_error };
         let bar = context.bar("fitting the tyre", PIECES);
         let mut watch = |done: u64, text: &str| {
@@ -237,7 +237,7 @@ fn record(fit: &Fit, points: &[Point]) -> serde_json::Value {
 }
 
 /// True if the measurement determines a parameter: the interval, given by its upper end, is narrower than the bounds.
-fn is_told(value: f64, upper: f64) -> bool {
+fn is_determined(value: f64, upper: f64) -> bool {
     upper / value < BOUND
 }
 
@@ -256,11 +256,11 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
         "" => parameter.name().to_owned(),
         unit => format!("{} [{unit}]", parameter.name()),
     };
-    let told = |parameter: Parameter| match fit.estimates.iter().find(|estimate| estimate.parameter == parameter) {
+    let reported = |parameter: Parameter| match fit.estimates.iter().find(|estimate| estimate.parameter == parameter) {
         Some(Estimate { start, value, interval: [from, to], at_bound, .. }) => {
             let note = if *at_bound { "at its bound" } else { "" };
             let (start, fitted) = (number(*start), number(*value));
-            if !is_told(*value, *to) {
+            if !is_determined(*value, *to) {
                 return row([&named(parameter), &start, &fitted, &"-", &"-", &"not determined", &note]);
             }
             let width = format!("{:.1}", 100.0 * (to / value - 1.0));
@@ -271,7 +271,7 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
             row([&named(parameter), &value, &value, &"", &"", &"", &"fixed"])
         }
     };
-    report.table(aligned(["", "start", "fitted", "95 % from", "to", "+- %", ""], Parameter::ALL.map(told)));
+    report.table(aligned(["", "start", "fitted", "95 % from", "to", "+- %", ""], Parameter::ALL.map(reported)));
     report.text("\nCorrelations:\n");
     let header = [String::new()].into_iter().chain((1..=fit.estimates.len()).map(|number| number.to_string()));
     let rows = fit.estimates.iter().zip(&fit.correlations).zip(1..).map(|((estimate, row), number)| {
@@ -280,7 +280,7 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
     });
     report.table(aligned(header, rows));
     report.text("\n");
-    let lost = |estimate: &&Estimate| estimate.at_bound || !is_told(estimate.value, estimate.interval[1]);
+    let lost = |estimate: &&Estimate| estimate.at_bound || !is_determined(estimate.value, estimate.interval[1]);
     let lost: Vec<&str> = fit.estimates.iter().filter(lost).map(|estimate| estimate.parameter.name()).collect();
     if !lost.is_empty() {
         let lost = lost.join(",");

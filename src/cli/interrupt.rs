@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use super::error::{CliError, INTERRUPTED};
-use super::messages::tell;
+use super::messages::write_message;
 
 /// Requests within this time of the first count as the same: a batch system signals a job's shell and its programs, and
 /// the shell passes it on.
@@ -26,7 +26,7 @@ pub(crate) struct Interrupt {
     /// Time of the first request.
     first: Arc<OnceLock<Instant>>,
     /// True once the command checks the flag between its steps: a command that does not ends at the first request.
-    looked_at: Arc<AtomicBool>,
+    is_seen: Arc<AtomicBool>,
 }
 
 /// Kind of a request for the end.
@@ -51,10 +51,12 @@ impl Interrupt {
         let interrupt = Self::default();
         let shared = interrupt.clone();
         ctrlc::set_handler(move || match shared.request(Instant::now()) {
-            Request::First => tell("\nstopping after this step; the results so far are kept (again: stop at once)"),
+            Request::First => {
+                write_message("\nstopping after this step; the results so far are kept (again: stop at once)")
+            }
             Request::Same => {}
             Request::Unseen => {
-                tell(&CliError::Interrupted { kept: None }.to_string());
+                write_message(&CliError::Interrupted { kept: None }.to_string());
                 std::process::exit(i32::from(INTERRUPTED));
             }
             // Unfinished files have names that say so.
@@ -68,7 +70,7 @@ impl Interrupt {
     fn request(&self, at: Instant) -> Request {
         let first = *self.first.get_or_init(|| at);
         if !self.asked.swap(true, Ordering::Relaxed) {
-            if self.looked_at.load(Ordering::Relaxed) { Request::First } else { Request::Unseen }
+            if self.is_seen.load(Ordering::Relaxed) { Request::First } else { Request::Unseen }
         } else if at.saturating_duration_since(first) < SAME_REQUEST {
             Request::Same
         } else {
@@ -78,7 +80,7 @@ impl Interrupt {
 
     /// Flag that a run checks between two steps; from now on the first request only sets it.
     pub(crate) fn flag(&self) -> &AtomicBool {
-        self.looked_at.store(true, Ordering::Relaxed);
+        self.is_seen.store(true, Ordering::Relaxed);
         &self.asked
     }
 }

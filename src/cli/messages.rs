@@ -6,11 +6,11 @@
 use std::io::{self, Write};
 
 /// Writes a message and a line end; one that cannot be written is lost.
-pub(super) fn tell(message: &str) {
-    tell_to(&mut io::stderr(), message);
+pub(super) fn write_message(message: &str) {
+    write_message_to(&mut io::stderr(), message);
 }
 
-fn tell_to(out: &mut impl Write, message: &str) {
+fn write_message_to(out: &mut impl Write, message: &str) {
     // In one piece, so that messages of several threads do not mix.
     let _ = out.write_all(format!("{message}\n").as_bytes());
 }
@@ -22,8 +22,8 @@ mod tests {
     #[test]
     fn a_message_is_a_line_and_one_that_cannot_be_written_is_lost() {
         let mut paper = Vec::new();
-        tell_to(&mut paper, "note: it rains");
+        write_message_to(&mut paper, "note: it rains");
         assert_eq!(paper, b"note: it rains\n");
-        tell_to(&mut &mut [0_u8; 3][..], "note: it rains");
+        write_message_to(&mut &mut [0_u8; 3][..], "note: it rains");
     }
 }

@@ -56,7 +56,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use context::Context;
 use error::CliError;
 use interrupt::Interrupt;
-use messages::tell;
+use messages::write_message;
 use options::GlobalOptions;
 
 /// Text of the whole program's `--help` after the list of commands.
@@ -185,7 +185,7 @@ pub fn command_line(allocations: Option<AllocationProbe>) -> ExitCode {
     match carry_out(line, colour, allocations, Command::execute) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            tell(&options::error_line(&error.render(colour), colour));
+            write_message(&options::error_line(&error.render(colour), colour));
             ExitCode::from(error.exit_code())
         }
     }

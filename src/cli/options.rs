@@ -8,7 +8,7 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{Args, ColorChoice};
 
 use super::error::{CliError, NOT_WRITABLE, USAGE};
-use super::messages::tell;
+use super::messages::write_message;
 
 /// A larger number is taken for a typing error.
 const MOST_THREADS: u16 = 1024;
@@ -47,7 +47,7 @@ impl GlobalOptions {
                 let variable = variable.to_string_lossy();
                 let threads = default_threads(&variable)?;
                 if !self.quiet && !is_number_of_threads(&variable) {
-                    tell(&format!(
+                    write_message(&format!(
                         "warning: {THREADS_VARIABLE} is \"{variable}\", which is not a number of threads: {threads} \
                          are used, one per processor"
                     ));
@@ -102,7 +102,7 @@ pub(super) fn answered(answer: &clap::Error) -> ExitCode {
     if let Some(ContextValue::String(command)) = answer.get(ContextKind::InvalidSubcommand)
         && let Some([_, instead]) = FORMER.iter().find(|[former, _]| former == command)
     {
-        tell(&error_line(&format!("`{command}` has been removed: {instead}"), false));
+        write_message(&error_line(&format!("`{command}` has been removed: {instead}"), false));
         return ExitCode::from(USAGE);
     }
     match answer.print() {

@@ -10,7 +10,7 @@ use crate::counters::Stage;
 use crate::run::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use super::messages::tell;
+use super::messages::write_message;
 use super::pace::Pace;
 use super::progress_log::{Doing, ProgressLog, in_words};
 
@@ -55,9 +55,9 @@ impl TerminalProgress {
     }
 
     /// Writes something above the line.
-    fn tell(&self, kind: &str, text: &str) {
+    fn print_above(&self, kind: &str, text: &str) {
         if !self.quiet {
-            self.bar.suspend(|| tell(&format!("{kind}: {text}")));
+            self.bar.suspend(|| write_message(&format!("{kind}: {text}")));
         }
     }
 }
@@ -146,11 +146,11 @@ impl Progress for TerminalProgress {
     }
 
     fn note(&mut self, text: &str) {
-        self.tell("note", text);
+        self.print_above("note", text);
     }
 
     fn warning(&mut self, text: &str) {
-        self.tell("warning", text);
+        self.print_above("warning", text);
     }
 
     fn finish(&mut self) {

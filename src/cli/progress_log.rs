@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::HumanDuration;
 
-use super::messages::tell;
+use super::messages::write_message;
 use super::pace::Pace;
 
 const INTERVAL: Duration = Duration::from_secs(10);
@@ -74,7 +74,7 @@ pub(super) struct ProgressLog {
 impl ProgressLog {
     /// Starts to write to standard error.
     pub(super) fn start() -> Self {
-        Self::telling(INTERVAL, tell)
+        Self::telling(INTERVAL, write_message)
     }
 
     fn telling(interval: Duration, mut say: impl FnMut(&str) + Send + 'static) -> Self {

@@ -104,7 +104,7 @@ fn stored(folders: &[PathBuf]) -> Result<Vec<Stored>, CliError> {
     folders.iter().map(open).collect()
 }
 
-/// Error of a folder that was not opened; one without results is told what is wanted.
+/// Error of a folder that was not opened; for one without results the message states what is wanted.
 fn not_opened(folder: &Path, error: &str) -> CliError {
     let wanted =
         if folder.join(SUMMARY_FILE).is_file() { "" } else { ": name the folder of a finished `tyrewave run`" };
@@ -117,8 +117,8 @@ fn sweep_of(folders: &[PathBuf]) -> Result<Option<StoredSweep>, CliError> {
     for folder in folders {
         let found = StoredSweep::open(folder).map_err(|error| not_opened(folder, &error.to_string()))?;
         if found.is_some() && folders.len() > 1 {
-            let told = "is the folder of a sweep, which has a page of its own: name it alone, or its runs";
-            return Err(CliError::Usage(format!("{} {told}", folder.display())));
+            let reported = "is the folder of a sweep, which has a page of its own: name it alone, or its runs";
+            return Err(CliError::Usage(format!("{} {reported}", folder.display())));
         }
         sweep = found.or(sweep);
     }

@@ -40,9 +40,9 @@ impl ResumeArguments {
     /// Continues the run and prints where the results are.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if let Some(place) = ResultsFolder::put_in_order(&self.results)? {
-            let told =
+            let reported =
                 format!("the run was complete, and its folder has been renamed\nresults in {}\n", place.display());
-            return if context.options.quiet { Ok(()) } else { print(&told) };
+            return if context.options.quiet { Ok(()) } else { print(&reported) };
         }
         let (watch, profile) = (self.profile.watch(context), self.profile.begin()?);
         let report = run::resume(&self.results, context.threads, context.job(&mut context.progress()).watched(watch))?;

@@ -11,7 +11,7 @@ use clap::Args;
 
 use super::context::{Context, print};
 use super::error::CliError;
-use super::messages::tell;
+use super::messages::write_message;
 use super::profiling::ProfileOptions;
 use super::report::{beside, check_page, write_page};
 use super::scene_file::SceneFile;
@@ -72,18 +72,18 @@ impl RunArguments {
 
 /// Prints the outcome of a run, and its cost if `costs` are given; a load that it missed is an error.
 pub(super) fn end(report: &RunReport, context: &Context, costs: Option<Report>) -> Result<(), CliError> {
-    let mut told = Report::default();
+    let mut reported = Report::default();
     if !context.options.quiet {
-        told.text(report_text(report));
+        reported.text(report_text(report));
     }
     if let Some(costs) = costs {
-        told.text("\n");
-        told.append(costs);
+        reported.text("\n");
+        reported.append(costs);
     }
     let printed = if context.options.json {
         print(&report.summary.to_json(&report.folder)?)
     } else {
-        context.print_report(&told)
+        context.print_report(&reported)
     };
     let printed = printed.map_err(|error| error.with_results(&report.folder));
     let missed = report.summary.outcome.load.filter(|load| !load.met);
@@ -91,11 +91,11 @@ pub(super) fn end(report: &RunReport, context: &Context, costs: Option<Report>) 
         return printed;
     }
     if let Err(error) = printed {
-        tell(&error.to_string());
+        write_message(&error.to_string());
     }
     if let Some(impossible) = &report.impossible {
-        let told = format!("{impossible}; the results are in {} and are meaningless", report.folder.display());
-        return Err(CliError::Failed(told));
+        let reported = format!("{impossible}; the results are in {} and are meaningless", report.folder.display());
+        return Err(CliError::Failed(reported));
     }
     let Some(load) = missed else { return Ok(()) };
     let allowed = match tolerance_for(load.relative_error) {

@@ -14,11 +14,11 @@ use clap::{Arg, Args};
 
 use super::context::{Context, print};
 use super::error::CliError;
-use super::messages::tell;
+use super::messages::write_message;
 use super::options::positive;
 use super::report::{beside, check_page, write_page};
 use super::side::Place;
-use super::sweep_tables::{check_tables, told_missed, write_record, write_tables};
+use super::sweep_tables::{check_tables, missed_message, write_record, write_tables};
 use super::sweep_tasks::TaskArguments;
 
 const EXAMPLES: &str = "\
@@ -248,7 +248,7 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
                     RunError::Scene(error) => error.render(colour),
                     other => other.to_string(),
                 };
-                tell(&format!("{}: {message}", variant.label.name));
+                write_message(&format!("{}: {message}", variant.label.name));
                 failed.push(variant.label.name.clone());
             }
             Outcome::Done(done) if done.missed_load().is_some() => missed.push(variant.label.name.clone()),
@@ -263,7 +263,7 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
         let (count, all) = (failed.len(), variants.len());
         wrong.push(format!("{count} of {all} variants failed: {}; the others are done", failed.join(", ")));
     }
-    wrong.extend(told_missed(&missed, variants.len()));
+    wrong.extend(missed_message(&missed, variants.len()));
     if wrong.is_empty() { Ok(()) } else { Err(CliError::Failed(wrong.join("; "))) }
 }
 

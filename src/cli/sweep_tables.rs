@@ -97,8 +97,8 @@ fn spectra(runs: &[(Label, Option<Done>)]) -> Vec<(&str, &[BandLevel])> {
 }
 
 /// Message on the variants that missed their load; `None` if none did.
-pub(super) fn told_missed(missed: &[String], all: usize) -> Option<String> {
+pub(super) fn missed_message(missed: &[String], all: usize) -> Option<String> {
     let what = "variants missed their load by more than its tolerance";
-    let told = || format!("{} of {all} {what}: {}; their results are kept", missed.len(), missed.join(", "));
-    (!missed.is_empty()).then(told)
+    let reported = || format!("{} of {all} {what}: {}; their results are kept", missed.len(), missed.join(", "));
+    (!missed.is_empty()).then(reported)
 }

@@ -16,9 +16,9 @@ use serde_json::json;
 
 use super::context::{Context, print};
 use super::error::CliError;
-use super::messages::tell;
+use super::messages::write_message;
 use super::output_file::{OutputFile, Replaces};
-use super::sweep_tables::{check_tables, told_missed, write_tables};
+use super::sweep_tables::{check_tables, missed_message, write_tables};
 
 /// Job files beside the tasks.
 const SLURM: &str = "job.slurm";
@@ -131,7 +131,7 @@ impl TaskArguments {
         let bar = context.bar("tasks", numbers.end() - numbers.start() + 1);
         let said = Mutex::new(BTreeSet::new());
         let first_time = |note: &str| said.lock().is_ok_and(|mut said| said.insert(note.to_owned()));
-        let told = |number: u64, name: &str, event: Event<'_>| {
+        let reported = |number: u64, name: &str, event: Event<'_>| {
             let text = match event {
                 Event::GoesOn([rolled, all]) => format!("continues at {rolled:.3} s of {all:.3} s"),
                 // Only the first task with a note reports it: most notes apply to all tasks.
@@ -145,13 +145,13 @@ impl TaskArguments {
             };
             let said = format!("task {number} ({name}): {text}");
             match event {
-                Event::Ended(Ended::Failed(_) | Ended::Busy) => bar.suspend(|| tell(&said)),
+                Event::Ended(Ended::Failed(_) | Ended::Busy) => bar.suspend(|| write_message(&said)),
                 // For people only: if it cannot be printed, the task is done all the same.
                 _ => bar.suspend(|| context.say(&format!("{said}\n")).unwrap_or_default()),
             }
         };
         let work = Work { threads: context.threads, keep_results: self.keep_results };
-        let ended = folder.work(&numbers, work, context.interrupt.flag(), &told)?;
+        let ended = folder.work(&numbers, work, context.interrupt.flag(), &reported)?;
         bar.finish_and_clear();
         let count = |of: fn(&Ended) -> bool| ended.iter().filter(|ended| of(ended)).count();
         let [stopped, busy, failed] = [
@@ -231,7 +231,7 @@ fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), Cli
         context.say(&format!("\n{done} of {count} tasks are done\ntables in {}\n", place.display()))?;
     }
     for (path, reason) in &collection.unusable {
-        tell(&format!("note: {} cannot be used: {reason}; its tasks must be run again", path.display()));
+        write_message(&format!("note: {} cannot be used: {reason}; its tasks must be run again", path.display()));
     }
     ended(&collection, &missing, path)
 }
@@ -267,7 +267,7 @@ fn ended(collection: &Collection, missing: &Numbers, folder: &Path) -> Result<()
         let file = folder.join(MISSING);
         wrong.push(format!("elements of the job array that run them are in {}", file.display()));
     }
-    wrong.extend(told_missed(&collection.missed_loads(), all));
+    wrong.extend(missed_message(&collection.missed_loads(), all));
     if wrong.is_empty() { Ok(()) } else { Err(CliError::Failed(wrong.join("; "))) }
 }
 

@@ -322,8 +322,8 @@ mod tests {
             ("235/45R457", "457 inches in diameter"),
             ("235/45R18 980", "load index 980"),
         ] {
-            let told = text.parse::<TyreSize>().unwrap_err();
-            assert!(told.contains(words), "{text}: {told}");
+            let reported = text.parse::<TyreSize>().unwrap_err();
+            assert!(reported.contains(words), "{text}: {reported}");
         }
         assert!(size("235/45R18 98").with_index(97).unwrap_err().contains("load index 97 contradicts 98 in the size"));
         assert_eq!(size("235/45R18").with_index(98).unwrap().load(), Some(750));

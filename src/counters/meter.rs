@@ -118,8 +118,8 @@ impl Meter {
         self.staged += spent;
         let among_steps = self.trace.as_ref().is_some_and(|trace| trace.phase() == Phase::Contact);
         // Reading the peak means parsing a text of the system: too slow among the steps.
-        let looks = self.watches_closely() && self.counters.timed_steps == 0;
-        let peak_memory = if looks { process::peak_memory() } else { None };
+        let is_due = self.watches_closely() && self.counters.timed_steps == 0;
+        let peak_memory = if is_due { process::peak_memory() } else { None };
         for (index, &(stage, share)) in shares.iter().enumerate() {
             let spent = if shares.len() > 1 { spent.share(share) } else { spent };
             let last = index + 1 == shares.len();
@@ -270,7 +270,7 @@ impl Meter {
     }
 
     /// Continues an earlier part of the same run: its times are added to the present ones, its counts replace them.
-    pub(crate) fn go_on(&mut self, earlier: &Counters) {
+    pub(crate) fn resume(&mut self, earlier: &Counters) {
         let own = &mut self.counters;
         own.stages.iter_mut().zip(&earlier.stages).for_each(|(own, earlier)| own.add(earlier));
         own.in_steps.iter_mut().zip(earlier.in_steps).for_each(|(own, earlier)| *own += earlier);

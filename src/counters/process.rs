@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn the_peak_is_not_below_what_is_resident_and_knows_what_was_touched() {
         let (Some(before), Some(_)) = (peak_memory(), resident_memory()) else {
-            println!("skipped: this system does not tell");
+            println!("skipped: this system does not report it");
             return;
         };
         let touched = std::hint::black_box(vec![1_u8; 64 << 20]);
@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn work_takes_processor_time() {
         let Some(before) = cpu_time() else {
-            println!("skipped: this system does not tell");
+            println!("skipped: this system does not report it");
             return;
         };
         let begin = std::time::Instant::now();

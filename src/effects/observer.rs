@@ -137,7 +137,7 @@ pub(crate) trait EffectObserver: Observer {
     }
 
     /// Adds the figures of the steps so far to the summary.
-    fn tell(&self, _end: &End<'_>, _found: &mut Found) {}
+    fn report(&self, _end: &End<'_>, _found: &mut Found) {}
 
     /// Writes tables, pictures, sounds and maps of a complete run, and adds their summaries.
     ///

@@ -172,8 +172,11 @@ mod tests {
         let of = |slices| errors_in_words(&LevelErrors { numerical: Some((100.0, 0.2)), slices }, &levels);
         assert!(!of(BySlices::None).contains("slices"));
         assert!(of(BySlices::Known(vec![(band, 2.0)])).contains("adds up to 2.0 dB"));
-        let told = of(BySlices::Known(Vec::new()));
-        assert!(told.contains("within 0.2 dB from 100 Hz on") && told.ends_with("slices adds is not known."), "{told}");
+        let reported = of(BySlices::Known(Vec::new()));
+        assert!(
+            reported.contains("within 0.2 dB from 100 Hz on") && reported.ends_with("slices adds is not known."),
+            "{reported}"
+        );
     }
 
     #[test]

@@ -134,8 +134,9 @@ mod tests {
         let (a, b) = (with(&[("steps", 10), ("solves", 20), ("poles", 5)]), with(&[("steps", 10), ("solves", 23)]));
         let none = [];
         let found = differences("rough", &a, &b, &none, false);
-        let told: Vec<_> = found.iter().map(|d| (d.counter.as_str(), d.from, d.to, d.explained.is_some())).collect();
-        assert_eq!(told, [("poles", 5, 0, false), ("solves", 20, 23, false)]);
+        let reported: Vec<_> =
+            found.iter().map(|d| (d.counter.as_str(), d.from, d.to, d.explained.is_some())).collect();
+        assert_eq!(reported, [("poles", 5, 0, false), ("solves", 20, 23, false)]);
         let chain = [change(20, 21), change(21, 23)];
         let found = differences("rough", &a, &b, &chain, false);
         assert_eq!(found[1].explained.as_deref(), Some("because; because"));

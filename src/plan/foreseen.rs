@@ -9,8 +9,8 @@ impl Plan {
     /// Problems that need the user's attention before the run: a speed at which the tyre rolls into its own waves, a
     /// load beyond the range of its model, a warm-up that takes most of the run, keys that override a preset's.
     pub fn warnings(&self) -> Vec<String> {
-        let told = [self.outrun_waves(), self.load_warning(), self.long_warm_up()].into_iter().flatten();
-        told.chain(self.overridden.iter().cloned()).collect()
+        let reported = [self.outrun_waves(), self.load_warning(), self.long_warm_up()].into_iter().flatten();
+        reported.chain(self.overridden.iter().cloned()).collect()
     }
 
     /// Warning of a warm-up that is longer than the evaluated time, and than a car's tyre needs.
@@ -87,8 +87,11 @@ mod tests {
         };
         let held = |speed| [speed, "effects.rotation=off"];
         assert!(warnings(&[]).is_empty() && warnings(&held("rolling.speed_kmh=190")).is_empty());
-        let told = warnings(&held("rolling.speed_kmh=230"));
-        assert!(told.len() == 1 && told[0].contains("travels at 199 km/h") && told[0].contains("= \"auto\""), "{told:?}");
+        let reported = warnings(&held("rolling.speed_kmh=230"));
+        assert!(
+            reported.len() == 1 && reported[0].contains("travels at 199 km/h") && reported[0].contains("= \"auto\""),
+            "{reported:?}"
+        );
         // Tension by its own mass makes every wave of a rotating tyre faster than it rolls.
         for speed in ["rolling.speed_kmh=250", "rolling.speed_kmh=400"] {
             assert!(warnings(&[speed]).is_empty(), "{:?}", warnings(&[speed]));
@@ -97,24 +100,21 @@ mod tests {
 
     #[test]
     fn keys_that_override_a_preset_are_told_until_they_are_unset() {
-        let told = |settings: &[&str]| {
+        let reported = |settings: &[&str]| {
             let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap().warnings()
         };
         let draft = ["numerics.preset=draft", "numerics.fmax=1000"];
-        let own = told(&[&draft[..], &["numerics.elements=600", "numerics.substeps="]].concat());
+        let own = reported(&[&draft[..], &["numerics.elements=600", "numerics.substeps="]].concat());
         let elements = own.iter().find(|warning| warning.starts_with("numerics.elements = 600 of the scene")).unwrap();
-        assert!(
-            elements.contains("of preset = \"draft\"") && elements.contains("--set numerics.elements="),
-            "{own:?}"
-        );
+        assert!(elements.contains("of preset = \"draft\"") && elements.contains("--set numerics.elements="), "{own:?}");
         assert!(!own.iter().any(|warning| warning.contains("substeps")), "{own:?}");
         let unset: Vec<String> =
             own.iter().filter_map(|warning| Some(format!("{}=", warning.split_once(" = ")?.0))).collect();
         let settings: Vec<&str> =
             draft.into_iter().chain(["numerics.substeps="]).chain(unset.iter().map(String::as_str)).collect();
-        assert!(told(&settings).is_empty(), "{:?}", told(&settings));
-        assert!(told(&["numerics.elements=600"]).is_empty(), "no preset, nothing to override");
+        assert!(reported(&settings).is_empty(), "{:?}", reported(&settings));
+        assert!(reported(&["numerics.elements=600"]).is_empty(), "no preset, nothing to override");
     }
 
     #[test]
@@ -129,8 +129,10 @@ mod tests {
             "{error}"
         );
         assert!(of(&["rolling.speed_kmh=440", "effects.rotation=off"]).is_ok());
-        let told = |plan: Plan| plan.decisions.notes.iter().any(|note| note.contains("waves of its tread"));
+        let reported = |plan: Plan| plan.decisions.notes.iter().any(|note| note.contains("waves of its tread"));
         // docs/scenes.md states this speed.
-        assert!(told(of(&["rolling.speed_kmh=250"]).unwrap()) && !told(of(&["rolling.speed_kmh=246"]).unwrap()));
+        assert!(
+            reported(of(&["rolling.speed_kmh=250"]).unwrap()) && !reported(of(&["rolling.speed_kmh=246"]).unwrap())
+        );
     }
 }

@@ -113,14 +113,14 @@ mod tests {
             assert!(usual.check_standing(&loaded).is_ok() && usual.load_warning().is_none());
         }
         let (loaded, over) = plan(&["tyre.load_index=91", "rolling.axle={ load = 6500.0 }"]);
-        let told = over.load_warning().unwrap();
+        let reported = over.load_warning().unwrap();
         assert!(
-            told.contains("load index 91") && told.contains("kg") && over.check_standing(&loaded).is_ok(),
-            "{told}"
+            reported.contains("load index 91") && reported.contains("kg") && over.check_standing(&loaded).is_ok(),
+            "{reported}"
         );
         let (loaded, long) = plan(&["rolling.axle={ load = 12500.0 }"]);
-        let told = long.load_warning().unwrap();
-        assert!(told.contains("of the circumference") && long.check_standing(&loaded).is_ok(), "{told}");
+        let reported = long.load_warning().unwrap();
+        assert!(reported.contains("of the circumference") && long.check_standing(&loaded).is_ok(), "{reported}");
         let (loaded, rim) = plan(&["rolling.axle={ indentation = 0.097 }"]);
         let error = rim.check_standing(&loaded).unwrap_err().to_string();
         assert!(error.contains("rolling.axle.indentation") && error.contains("over its rim"), "{error}");

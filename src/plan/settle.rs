@@ -45,7 +45,7 @@ pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
     let alone = settle(Settling { loaded, scene: alone, choices: Vec::new(), row_alone: true });
     let Ok((alone, choices)) = alone else { return Vec::new() };
     let (Ok(taken), Ok(used)) = (alone.to_json(), scene.to_json()) else { return Vec::new() };
-    let told = |choice: &Choice| {
+    let reported = |choice: &Choice| {
         let (table, key) = choice.key.split_once('.')?;
         let [given, taken] = [&used, &taken].map(|scene| &scene[table][key]);
         let stands = loaded.gives(choice.key) && given != taken && !taken.is_null();
@@ -57,7 +57,7 @@ pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
             )
         })
     };
-    choices.iter().filter_map(told).collect()
+    choices.iter().filter_map(reported).collect()
 }
 
 fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<Choice>), SceneError> {

@@ -164,14 +164,14 @@ impl Plan {
         };
         let missed = numerics.missed(end);
         let wanted = missed.as_deref().unwrap_or_default();
-        let told = format!(
+        let reported = format!(
             "on this road at {:.0} km/h, levels of force and vibration by slices are within {largest} dB of those by \
-             cells {}{of_sound}{wanted}; contact.zone = \"cells\" has no such limit, contact.largest_slice_error admits \
-             more",
+             cells {}{of_sound}{wanted}; contact.zone = \"cells\" has no such limit, contact.largest_slice_error \
+             admits more",
             rolling.speed_kmh,
             up_to(force)
         );
-        (told, missed.is_some())
+        (reported, missed.is_some())
     }
 }
 
@@ -236,13 +236,13 @@ mod tests {
             let errors = plan.slice_errors_on(&surface).unwrap();
             assert_eq!(errors.macrotexture <= FINE, fine, "{texture}: {} m", errors.macrotexture);
             assert!(surface.is_made() && errors.bands.len() == BANDS);
-            let told = plan.end_of_slices(&errors).0;
+            let reported = plan.end_of_slices(&errors).0;
             let end = if errors.force_valid_to < 90.0 {
                 "cells in no third octave from 100 Hz on (those below have"
             } else {
                 "cells up to "
             };
-            assert!(told.contains(end), "{told}");
+            assert!(reported.contains(end), "{reported}");
         }
         let smooth = RoadSurface::open(
             &Road::Smooth,

@@ -121,7 +121,7 @@ impl Sound {
         let stored = self.stored_samples().min(samples) as f64;
         let one = |receiver: &PlannedReceiver| {
             if !receiver.is_passed() {
-                let recorded = receiver.standard().is_kept(self.path.radiation.audio);
+                let recorded = receiver.standard().is_stored(self.path.radiation.audio);
                 return [if recorded { stored * receiver.points.len() as f64 } else { 0.0 }, 0.0];
             }
             let lines = receiver.lines();

@@ -119,8 +119,8 @@ mod tests {
                 wishes.lines().filter(|line| !line.is_empty()).flat_map(Setting::parse).collect();
             let loaded = Scene::from_str_with(&text, "scene", &settings).unwrap();
             let (scene, choices) = decide(&loaded).unwrap();
-            let told = choices.into_iter().find(|choice| choice.key == "numerics.preset").unwrap().reason;
-            (FrontRow::stated_error(&scene).map(|(_, error)| error.to_bits()), told)
+            let reported = choices.into_iter().find(|choice| choice.key == "numerics.preset").unwrap().reason;
+            (FrontRow::stated_error(&scene).map(|(_, error)| error.to_bits()), reported)
         };
         assert_eq!(preset("slices", "").0, Ok(1.0_f64.to_bits()));
         assert_eq!(preset("cells", "").0, Ok(3.0_f64.to_bits()));
@@ -132,14 +132,17 @@ mod tests {
             ("cells", "contact.cells_across", "20"),
             ("cells", "numerics.contact_tolerance", "1e-4"),
         ] {
-            let (found, told) = preset(zone, &format!("{key}={value}"));
+            let (found, reported) = preset(zone, &format!("{key}={value}"));
             assert_eq!(found, Err(Unstated::Coarser(key)), "{key} = {value}");
-            assert!(told.contains("not known") && told.contains(key), "{told}");
+            assert!(reported.contains("not known") && reported.contains(key), "{reported}");
         }
         for (key, value) in [("numerics.lateral_terms", "400"), ("numerics.wavenumber_aliases", "20")] {
-            let (found, told) = preset("slices", &format!("{key}={value}"));
+            let (found, reported) = preset("slices", &format!("{key}={value}"));
             assert_eq!(found, Err(Unstated::OfAnotherKind(key)), "{key} = {value}");
-            assert!(told.contains("not known") && told.contains(key) && !told.contains("coarser"), "{told}");
+            assert!(
+                reported.contains("not known") && reported.contains(key) && !reported.contains("coarser"),
+                "{reported}"
+            );
         }
     }
 }

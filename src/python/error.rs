@@ -167,8 +167,8 @@ fn of_a_scene(py: Python<'_>, error: scene::SceneError) -> PyErr {
     let complaints: Vec<Complaint> = error.diagnostics().iter().map(Complaint::from).collect();
     let raised = SceneError::new_err(text);
     // An exception without its list is still the right one.
-    let told = raised.value(py).setattr("complaints", complaints);
-    told.err().unwrap_or(raised)
+    let reported = raised.value(py).setattr("complaints", complaints);
+    reported.err().unwrap_or(raised)
 }
 
 fn of_results(error: &ResultsError, text: String) -> PyErr {

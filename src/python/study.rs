@@ -164,8 +164,8 @@ pub(super) fn sweep<'py>(
         let failed: Vec<String> = variants.iter().zip(&outcomes).filter_map(failed).collect();
         if !failed.is_empty() {
             let (count, all) = (failed.len(), variants.len());
-            let told = format!("{count} of {all} variants failed, the others are done: {}", failed.join("; "));
-            return Err(Failure::Variants(told));
+            let reported = format!("{count} of {all} variants failed, the others are done: {}", failed.join("; "));
+            return Err(Failure::Variants(reported));
         }
         let found =
             variants.into_iter().zip(&outcomes).map(|(variant, outcome)| (variant.label, outcome.done().cloned()));

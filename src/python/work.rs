@@ -84,14 +84,14 @@ impl Progress for &Watched {
 }
 
 /// Receiver of the progress, and the last state it was given.
-struct Told<'a> {
+struct Reporter<'a> {
     progress: Option<&'a Py<PyAny>>,
     last: (&'static str, u64, u64),
 }
 
-impl Told<'_> {
+impl Reporter<'_> {
     /// Calls `progress(stage, done, total)` if the state has changed.
-    fn tell(&mut self, py: Python<'_>, watched: &Watched) -> PyResult<()> {
+    fn report(&mut self, py: Python<'_>, watched: &Watched) -> PyResult<()> {
         let state = watched.state();
         let Some(progress) = self.progress.filter(|_| state != self.last) else { return Ok(()) };
         self.last = state;
@@ -117,7 +117,7 @@ pub(super) fn carried_out<T: Send>(
     let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or_default()).build();
     let pool = pool.map_err(|error| Failure::Inside(format!("cannot start threads: {error}")).raised(py))?;
     let watched = Watched::default();
-    let mut told = Told { progress, last: watched.state() };
+    let mut reporter = Reporter { progress, last: watched.state() };
     let (done, stopped) = py.detach(|| {
         pool.in_place_scope(|scope| {
             let (sender, receiver) = channel();
@@ -126,15 +126,15 @@ pub(super) fn carried_out<T: Send>(
             scope.spawn(move |_| drop(sender.send(work(watched))));
             let mut stopped: Option<PyErr> = None;
             loop {
-                let look = |py: Python<'_>| py.check_signals().and_then(|()| told.tell(py, watched));
+                let check = |py: Python<'_>| py.check_signals().and_then(|()| reporter.report(py, watched));
                 match receiver.recv_timeout(LOOK_EVERY) {
                     Err(RecvTimeoutError::Timeout) if stopped.is_some() => {}
                     Err(RecvTimeoutError::Timeout) => {
-                        stopped = Python::attach(look).err();
+                        stopped = Python::attach(check).err();
                         watched.stop.store(stopped.is_some(), Ordering::Relaxed);
                     }
                     Ok(done) => {
-                        let stopped = stopped.or_else(|| Python::attach(look).err());
+                        let stopped = stopped.or_else(|| Python::attach(check).err());
                         return (Some(done), stopped);
                     }
                     // The work has panicked; the scope propagates that.
@@ -146,8 +146,8 @@ pub(super) fn carried_out<T: Send>(
     match (done, stopped) {
         (Some(done), Some(stopped)) => {
             let kept = done.as_ref().err().and_then(Failure::kept);
-            let told = stopped.value(py).setattr("kept", kept);
-            Err(told.err().unwrap_or(stopped))
+            let reported = stopped.value(py).setattr("kept", kept);
+            Err(reported.err().unwrap_or(stopped))
         }
         (Some(done), None) => done.map_err(|failure| failure.raised(py)),
         (None, stopped) => Err(stopped.unwrap_or_else(|| Failure::Inside("the work has ended".into()).raised(py))),

@@ -128,7 +128,7 @@ impl Problem {
         drives: &'a [Drive<'a>],
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Solution<'a>, RadiationError> {
-        let go_on = || if interrupted() { Err(RadiationError::Interrupted) } else { Ok(()) };
+        let check_interrupt = || if interrupted() { Err(RadiationError::Interrupted) } else { Ok(()) };
         for drive in drives {
             if let Drive::Source(point) = drive {
                 self.body.check_receiver(*point)?;
@@ -146,7 +146,7 @@ impl Problem {
         let scale = (unknowns as f64).sqrt() * 0.5;
         let mut panel = Panel::new(&self.blocks);
         for patch in 0..self.mesh.patches.len() {
-            go_on()?;
+            check_interrupt()?;
             report.work.add(&panel.fill(&self.mesh, patch, &targets, self.wavenumber, Layer::Double));
             for (block, matrix) in matrices.iter_mut().enumerate() {
                 for node in 0..nodes {
@@ -176,7 +176,7 @@ impl Problem {
         report.reciprocal_condition = f64::INFINITY;
         let begin = Instant::now();
         for (matrix, right) in matrices.drain(..).zip(&mut rights) {
-            go_on()?;
+            check_interrupt()?;
             let factor = Factor::of(matrix);
             factor.solve(right.as_mut());
             report.factor_operations += 8.0 / 3.0 * (size as f64).powi(3);

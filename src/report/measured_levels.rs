@@ -56,13 +56,13 @@ impl MeasuredLevels {
         let is_named = |column: usize, words: &[&str]| {
             titles.get(column).is_some_and(|title| words.iter().any(|word| title.contains(word)))
         };
-        let told = || if titles.is_empty() { "none".to_owned() } else { titles.join(", ") };
+        let reported = || if titles.is_empty() { "none".to_owned() } else { titles.join(", ") };
         let frequency = (0..columns).find(|&column| is_named(column, &FREQUENCY_WORDS));
         let frequency = frequency.or_else(|| (columns == 2).then_some(0));
         let frequency = frequency.ok_or_else(|| {
             format!(
                 "which of its {columns} columns is the frequency? title it frequency_hz; its titles are: {}",
-                told()
+                reported()
             )
         })?;
         let others = || (0..columns).filter(|&column| column != frequency);
@@ -79,7 +79,7 @@ impl MeasuredLevels {
             return Err(format!(
                 "which of its {columns} columns is the level? title it level_db, or level_db_a where it is A-weighted; \
                  its titles are: {}",
-                told()
+                reported()
             ));
         }
         let unit = if is_named(frequency, &["khz"]) { 1e3 } else { 1.0 };
@@ -267,8 +267,8 @@ mod tests {
             let mut all = comparison(&["right"]);
             let measured = MeasuredLevels::read(b"frequency_hz,level_db_a\n500,58.5\n", "meter.csv".to_owned());
             measured.unwrap().put_into(&mut all, number).unwrap();
-            let told = all.report().to_string();
-            let line = told.lines().find(|line| line.trim_start().starts_with("level [dB(A)]")).unwrap();
+            let reported = all.report().to_string();
+            let line = reported.lines().find(|line| line.trim_start().starts_with("level [dB(A)]")).unwrap();
             assert!(line.contains("at least 60.00 (error not known), 1 kHz - 1 kHz") && !line.contains('+'), "{line}");
             let figure = &serde_json::json!(all)["figures"][0];
             let places = ["values", "differences", "bands", "errors"].map(|key| figure[key].as_array().unwrap().len());
@@ -293,8 +293,8 @@ mod tests {
             ("hz,level\n500,60\n", &["a1", "b1"], "name the column after a receiver: a1, b1"),
             ("hz,level a1,level a1 again\n500,60,61\n", &["a1", "b1"], "two columns of levels at \"a1\""),
         ] {
-            let told = beside(text, receivers).unwrap_err();
-            assert!(told.contains(words), "{text}: {told}");
+            let reported = beside(text, receivers).unwrap_err();
+            assert!(reported.contains(words), "{text}: {reported}");
         }
     }
 }

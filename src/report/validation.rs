@@ -319,8 +319,8 @@ mod tests {
             rolling_resistance: None,
         });
         let rows = rows(&measured, &Published::embedded());
-        let told = report("A tyre", &rows).to_string();
-        assert!(told.contains("at least 57.8") && told.contains("1 only a bound, "), "{told}");
+        let reported = report("A tyre", &rows).to_string();
+        assert!(reported.contains("at least 57.8") && reported.contains("1 only a bound, "), "{reported}");
         assert!(markdown(&rows).contains("1 only a bound, "));
         let run = &record("A tyre", &rows, &measured)["runs"][0];
         assert_eq!((&run["coast_by_range_hz"], &run["coast_by_lower_bound"]), (&json!([25.0, 80.0]), &json!(true)));

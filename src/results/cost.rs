@@ -196,7 +196,7 @@ mod tests {
         let wall = Spent { wall: seconds(2), ..Spent::default() };
         earlier.stages[Stage::Influence as usize] =
             StageCost { calls: 1, spent: wall, allocations, peak_memory: Some(5), ..StageCost::default() };
-        meter.go_on(&earlier);
+        meter.resume(&earlier);
         meter.count(Counter::ComplianceEvaluations, 1_000_000);
         meter.count(Counter::Steps, 100_000);
         let cost = Cost::new(&meter, 10.0, 2).with_cpu(Some(seconds(15)));

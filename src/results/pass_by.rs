@@ -102,8 +102,11 @@ mod tests {
     fn the_maximum_of_a_single_passage_has_no_known_error_and_that_is_said() {
         let single = of(&[64.1], 1);
         assert_eq!((single.deviation, single.standard_error, single.missing_seconds()), (None, None, Some(0.5)));
-        let told = single.statistics();
-        assert!(told.contains("single passage, statistical error not known") && told.contains("0.5 s more"), "{told}");
+        let reported = single.statistics();
+        assert!(
+            reported.contains("single passage, statistical error not known") && reported.contains("0.5 s more"),
+            "{reported}"
+        );
         // Passages of four tyres that share their four stretches contain no information on the error.
         let shared = of(&[64.0, 64.1, 64.0, 64.1], 4);
         assert!(shared.deviation.is_some() && shared.standard_error.is_none(), "{shared:?}");

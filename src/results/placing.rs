@@ -56,8 +56,8 @@ pub(super) fn tidy_up(target: &Path) {
 /// [`ResultsError`] where whole results cannot get their name: foreign files are there, or the file system refuses it.
 pub(super) fn put_in_order(target: &Path) -> Result<Option<PathBuf>, ResultsError> {
     let partial = with_suffix(target, PARTIAL);
-    let mut told = clear_after(target);
-    if told {
+    let mut reported = clear_after(target);
+    if reported {
         tidy_up(target);
     }
     if clear_after(&partial) {
@@ -72,13 +72,13 @@ pub(super) fn put_in_order(target: &Path) -> Result<Option<PathBuf>, ResultsErro
             place(&folder, target)?;
             clear_after(target);
             tidy_up(target);
-            told = true;
+            reported = true;
         } else if check_replaceable(&partial).is_ok() && !in_use(&partial) && place(&folder, &partial).is_ok() {
             clear_after(&partial);
             let _ = fs::remove_file(partial.join(LOCK_FILE));
         }
     }
-    Ok(told.then(|| target.to_owned()))
+    Ok(reported.then(|| target.to_owned()))
 }
 
 /// Deletes the remainder of an older folder whose name this one has taken; true if there was such a move.

@@ -112,8 +112,8 @@ fn stages(cost: &Cost) -> Table {
 }
 
 fn counters(cost: &Cost) -> Table {
-    let told = cost.counters.iter().filter(|&(counter, &amount)| amount > 0 || counter.counts_trouble());
-    aligned(["counter", "amount"], told.map(|(counter, &amount)| [counter.title().to_owned(), grouped(amount)]))
+    let reported = cost.counters.iter().filter(|&(counter, &amount)| amount > 0 || counter.counts_trouble());
+    aligned(["counter", "amount"], reported.map(|(counter, &amount)| [counter.title().to_owned(), grouped(amount)]))
 }
 
 #[cfg(test)]

@@ -423,8 +423,8 @@ mod tests {
             intensity: None,
             audio: None,
         };
-        let told = summary.text();
-        assert!(told.starts_with("at least 43.4 +- 0.4 dB(A)"), "{told}");
-        assert!(told.ends_with("sound power at least 60.7 +- 0.4 dB(A)"), "{told}");
+        let reported = summary.text();
+        assert!(reported.starts_with("at least 43.4 +- 0.4 dB(A)"), "{reported}");
+        assert!(reported.ends_with("sound power at least 60.7 +- 0.4 dB(A)"), "{reported}");
     }
 }

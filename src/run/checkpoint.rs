@@ -146,9 +146,9 @@ impl RunState {
 
     /// Brings a run to this state after `steps` steps; the slices of its road still have to be made.
     fn restore(&self, steps: u64, run: &mut Simulation) -> Result<(), StateError> {
-        run.meter.go_on(&self.cost);
+        run.meter.resume(&self.cost);
         self.simulation.restore(run)?;
-        ensure(run.go_on_after(steps))
+        ensure(run.resume_after(steps))
     }
 }
 

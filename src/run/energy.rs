@@ -78,10 +78,10 @@ mod tests {
             impossible_energy(&scene, &outcome)
         };
         assert_eq!((of(0.012), of(0.0)), (None, None));
-        let told = of(-480.0).unwrap();
-        assert!(told.contains("gives back") && told.contains("physically impossible"), "{told}");
-        let told = of(3.64).unwrap();
-        assert!(told.contains("rolling resistance") && told.contains("3.64 times the load"), "{told}");
+        let reported = of(-480.0).unwrap();
+        assert!(reported.contains("gives back") && reported.contains("physically impossible"), "{reported}");
+        let reported = of(3.64).unwrap();
+        assert!(reported.contains("rolling resistance") && reported.contains("3.64 times the load"), "{reported}");
         // The elastic energy released in 18 s is at most 3 W.
         assert!(of(-2e-5).is_none() && of(-1e-3).is_some());
     }
@@ -111,7 +111,7 @@ mod tests {
             )
         };
         assert!(of(120.0).is_none() && of(0.0).is_none());
-        let told = of(3.5e7).unwrap();
-        assert!(told.contains("friction dissipates 3.500e7 W") && of(-1.0).is_some(), "{told}");
+        let reported = of(3.5e7).unwrap();
+        assert!(reported.contains("friction dissipates 3.500e7 W") && of(-1.0).is_some(), "{reported}");
     }
 }

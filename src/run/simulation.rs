@@ -217,14 +217,17 @@ impl Simulation {
         Ok(None)
     }
 
-    /// Takes the steps up to the last one; returns whether it got there. Every few steps `look` may end the run by
+    /// Takes the steps up to the last one; returns whether it got there. Every few steps `inspect` may end the run by
     /// returning `false`.
     ///
     /// # Errors
-    /// Errors of the steps, and those of `look`.
-    pub(crate) fn roll(&mut self, look: &mut dyn FnMut(&mut Self) -> Result<bool, RunError>) -> Result<bool, RunError> {
+    /// Errors of the steps, and those of `inspect`.
+    pub(crate) fn roll(
+        &mut self,
+        inspect: &mut dyn FnMut(&mut Self) -> Result<bool, RunError>,
+    ) -> Result<bool, RunError> {
         while self.next_step < self.plan.steps {
-            if self.prepared.march.next_step().is_multiple_of(LOOK_EVERY) && !look(self)? {
+            if self.prepared.march.next_step().is_multiple_of(LOOK_EVERY) && !inspect(self)? {
                 return Ok(false);
             }
             self.advance()?;
@@ -255,7 +258,7 @@ impl Simulation {
     /// Ends the run after any step.
     pub fn finish(mut self) -> Results {
         self.settle();
-        let found = self.tell();
+        let found = self.findings();
         let (sound, spectrum) =
             (first_of::<SoundObserver>(&self.observers), first_of::<ForceObserver>(&self.observers));
         let (sound, spectrum) =
@@ -295,9 +298,9 @@ impl Simulation {
     }
 
     /// Collects the figures of all effects.
-    pub(crate) fn tell(&self) -> Found {
+    pub(crate) fn findings(&self) -> Found {
         let (mut found, end) = (Found::default(), self.end());
-        self.observers.iter().for_each(|(_, observer)| observer.tell(&end, &mut found));
+        self.observers.iter().for_each(|(_, observer)| observer.report(&end, &mut found));
         found
     }
 
@@ -352,7 +355,7 @@ impl Simulation {
     }
 
     /// Continues after `steps` recorded steps; `false` if the contact cannot be there.
-    pub(crate) fn go_on_after(&mut self, steps: u64) -> bool {
+    pub(crate) fn resume_after(&mut self, steps: u64) -> bool {
         self.next_step = steps;
         let done = self.prepared.march.next_step();
         done == steps || done < steps && self.window() > 1.0

@@ -69,8 +69,8 @@ fn a_mass_that_uncoupled_points_push_too_fast_is_refused_by_check() {
         let axle = format!("{{ load = 3400.0, mass = {mass:?}, stiffness = 1e4, damping = 10.0 }}");
         checked(&scene(&[("contact.tread", "\"uncoupled\""), ("rolling.axle", &axle)])).map(drop)
     };
-    let told = of(0.05).unwrap_err().to_string();
-    assert!(told.contains("too fast for a step"), "{told}");
+    let reported = of(0.05).unwrap_err().to_string();
+    assert!(reported.contains("too fast for a step"), "{reported}");
     of(200.0).unwrap();
 }
 

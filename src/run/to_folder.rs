@@ -214,8 +214,8 @@ impl<'a> PlannedRun<'a> {
         })?;
         // A missed load is an error that the command reports.
         let missed = summary.outcome.load.filter(|load| !load.met).map(|load| load.to_string());
-        let told = run.warnings.len();
-        for warning in summary.warnings[told..].iter().filter(|warning| missed.as_ref() != Some(*warning)) {
+        let reported = run.warnings.len();
+        for warning in summary.warnings[reported..].iter().filter(|warning| missed.as_ref() != Some(*warning)) {
             progress.warning(warning);
         }
         Ok(summary)

@@ -24,7 +24,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     Some(scene)
 }
 
-/// Refuses receivers of equal names, which tables and files could not tell apart; `None` after a complaint.
+/// Refuses receivers of equal names, which tables and files could not distinguish; `None` after a complaint.
 fn receiver_names(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let mut sound = Some(());
     for (index, Receiver { name, .. }) in scene.receivers.iter().enumerate().filter(|(_, at)| !at.name.is_empty()) {

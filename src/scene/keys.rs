@@ -30,7 +30,7 @@ macro_rules! keys {
         $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
         $key:ident $(as $name:literal)? $(?: $some:ty)? $(: $type:ty $(= $default:expr)?)? => $kind:expr,)*
     } $(without key {
-        $($(#[doc = $told:literal])* $(#[serde($($own_serde:tt)*)])* $own:ident: $own_type:ty = $own_value:expr,)*
+        $($(#[doc = $text:literal])* $(#[serde($($own_serde:tt)*)])* $own:ident: $own_type:ty = $own_value:expr,)*
     })?) => {
         $(#[doc = $title])*
         #[derive($($trait),*)]
@@ -38,7 +38,7 @@ macro_rules! keys {
         $vis struct $table {
             $($(#[doc = $about])* $(#[serde($($serde)*)])* $(pub $key: $type)?
             $(#[serde(skip_serializing_if = "Option::is_none")] pub $key: Option<$some>)?,)*
-            $($($(#[doc = $told])* $(#[serde($($own_serde)*)])* pub $own: $own_type,)*)?
+            $($($(#[doc = $text])* $(#[serde($($own_serde)*)])* pub $own: $own_type,)*)?
         }
 
         impl $crate::scene::table::Keys for $table {

@@ -274,8 +274,8 @@ mod tests {
             ("<a><b x='0' y='1' z='far'/></a>", "\"far\" is not a number"),
             ("<a><b x='0' y='1' z='inf'/></a>", "\"inf\" is not a number"),
         ] {
-            let told = read(text).err().unwrap()[0].1.to_string();
-            assert!(told.contains(words), "{words}: {told}");
+            let reported = read(text).err().unwrap()[0].1.to_string();
+            assert!(reported.contains(words), "{words}: {reported}");
         }
     }
 }

@@ -244,8 +244,8 @@ mod tests {
             let [first] = &found[..] else { panic!("one complaint: {found:?}") };
             assert_eq!(((first.line, first.column), first.key.as_str()), (place, key), "{first:?}");
             assert!(first.wrong.contains(wrong) && first.right.contains(right), "{first:?}");
-            let told = load(array).unwrap_err().to_string();
-            assert!(told.contains("array.csv:"), "{told}");
+            let reported = load(array).unwrap_err().to_string();
+            assert!(reported.contains("array.csv:"), "{reported}");
         }
         // Receivers behind the rows have other numbers, and their places in the scene still.
         let error = load("name,x,y,z\nlast,0,3,1\n").unwrap_err().to_string();
@@ -254,7 +254,7 @@ mod tests {
             "{error}"
         );
         let found = complaints("name,x,y,z\na,0,3,b\nc,0\n");
-        assert_eq!(found.iter().map(|found| found.line).collect::<Vec<_>>(), [2, 3], "all are told at once");
+        assert_eq!(found.iter().map(|found| found.line).collect::<Vec<_>>(), [2, 3], "all are reported at once");
     }
 
     #[test]

@@ -48,14 +48,14 @@ impl Setting {
     /// # Errors
     /// A message, for a text without `=` and for an invalid path.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let told = beginning(text, MOST_TOLD);
-        let form = || format!("\"{told}\" is not a setting: give it as KEY=VALUE, such as rolling.speed_kmh=110");
+        let reported = beginning(text, MOST_TOLD);
+        let form = || format!("\"{reported}\" is not a setting: give it as KEY=VALUE, such as rolling.speed_kmh=110");
         let (key, value) = text.split_once('=').ok_or_else(form)?;
         let (key, value) = (key.trim().to_owned(), value.trim());
         let steps = steps(&key).ok_or_else(form)?;
         if steps.len() > MOST_STEPS {
             return Err(format!(
-                "\"{told}\" has a key of {} parts: no scene has one of more than {MOST_STEPS}",
+                "\"{reported}\" has a key of {} parts: no scene has one of more than {MOST_STEPS}",
                 steps.len()
             ));
         }
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn mistakes_are_told_with_the_setting_that_they_are_in() {
-        for (text, told) in [
+        for (text, reported) in [
             ("rolling.speed_kmh=-3", "--set rolling.speed_kmh:1:1"),
             ("rolling.sped_kmh=30", "speed_kmh"),
             ("rolling.speed_kmh=fast", "\"fast\""),
@@ -279,14 +279,14 @@ mod tests {
             ("tyre.layers[7].thickness=1", "no such place"),
         ] {
             let error = set(&[text]).unwrap_err().render(false);
-            assert!(error.contains("--set ") && error.contains(told), "{text}: {error}");
+            assert!(error.contains("--set ") && error.contains(reported), "{text}: {error}");
         }
         for text in ["", "speed", "=3", "a..b=1", "a[x]=1", "a[0=1", ".a=1"] {
             assert!(Setting::parse(text).is_err(), "{text}");
         }
         for text in [format!("{}=1", vec!["a"; 16_000].join(".")), format!("a{}=1", "[0]".repeat(16_000))] {
-            let told = Setting::parse(&text).unwrap_err();
-            assert!(told.contains("more than 16") && told.len() < 400, "{told}");
+            let reported = Setting::parse(&text).unwrap_err();
+            assert!(reported.contains("more than 16") && reported.len() < 400, "{reported}");
         }
     }
 }

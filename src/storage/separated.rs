@@ -108,7 +108,7 @@ impl<'a> Table<'a> {
         self.style.delimiter == Some(',')
     }
 
-    /// Tells whether blanks part the cells: one that is missing leaves no trace.
+    /// True if blanks part the cells: one that is missing leaves no trace.
     pub(crate) fn is_parted_by_blanks(&self) -> bool {
         self.style.delimiter.is_none()
     }
@@ -128,7 +128,7 @@ impl<'a> Table<'a> {
         numbers.all(|(_, cell)| may_part_thousands(cell)).then_some(first)
     }
 
-    /// Tells whether the text holds signs that no table has: it is something else.
+    /// True if the text holds signs that no table has: it is something else.
     pub(crate) fn is_binary(&self) -> bool {
         let odd = |sign: char| sign.is_control() && !sign.is_whitespace() && sign != '\u{1a}';
         self.text.chars().take(4096).any(odd)
@@ -161,7 +161,7 @@ fn number(cell: &str, decimal_comma: bool) -> Option<f64> {
     parsed.ok().filter(|number| number.is_finite())
 }
 
-/// Tells whether the comma of a number may part thousands: three digits follow it, and no zero begins.
+/// True if the comma of a number may part thousands: three digits follow it, and no zero begins.
 fn may_part_thousands(number: &str) -> bool {
     let digits = number.trim_start_matches(['+', '-', '\u{2212}']);
     digits.split_once(',').is_some_and(|(before, after)| {

@@ -120,8 +120,8 @@ impl Forecasts<'_> {
         let mut amounts = plan.amounts();
         amounts.work.retain(|work| {
             let seconds = work.amount * self.costs.of(work.stage, work.unit);
-            let is_kept = matches!(work.stage, Stage::Fit | Stage::Radiation);
-            !is_kept || self.made.insert((work.stage, seconds.to_bits()))
+            let is_cached = matches!(work.stage, Stage::Fit | Stage::Radiation);
+            !is_cached || self.made.insert((work.stage, seconds.to_bits()))
         });
         Forecast::new(&amounts, plan.steps, self.costs, self.threads, 0.0).wall_seconds
     }
@@ -183,10 +183,12 @@ pub(crate) fn compare(
     let possible_only = || possible.iter().filter(|(_, refusal)| refusal.is_none()).map(|(effect, _)| *effect);
     // In the order in which they are rolled; which effects must stay in every run is not known yet.
     let mut planned = vec![("all".to_owned(), complete.clone())];
-    let named = |way: Way, effect: Effect| format!("{} {}", way.sign(), effect.title);
-    planned.extend(possible_only().map(|effect| (named(Way::TakenAway, effect), with(&|other| !same(other, effect)))));
+    let named = |direction: Direction, effect: Effect| format!("{} {}", direction.sign(), effect.title);
+    planned.extend(
+        possible_only().map(|effect| (named(Direction::TakenAway, effect), with(&|other| !same(other, effect)))),
+    );
     planned.push(("none".to_owned(), with(&|_| false)));
-    planned.extend(possible_only().map(|effect| (named(Way::Added, effect), with(&|other| same(other, effect)))));
+    planned.extend(possible_only().map(|effect| (named(Direction::Added, effect), with(&|other| same(other, effect)))));
     planned.extend(varied.iter().cloned());
     let threads = rayon::current_num_threads();
     let mut forecasts = Forecasts { costs, threads, made: HashSet::new() };
@@ -206,7 +208,7 @@ pub(crate) fn compare(
         .iter()
         .map(|(effect, refusal)| match refusal {
             Some(refusal) => Ok(Err(format!("not in this scene: {refusal}"))),
-            None => match roll(&named(Way::TakenAway, *effect), &with(&|other| !same(other, effect))) {
+            None => match roll(&named(Direction::TakenAway, *effect), &with(&|other| !same(other, effect))) {
                 Err(RunError::Contact(error @ ContactError::Unbounded { .. })) => {
                     Ok(Err(format!("stays in every run; without it {error}")))
                 }
@@ -221,7 +223,7 @@ pub(crate) fn compare(
         let found = match found {
             Err(reason) => Err(reason.clone()),
             Ok(without) => {
-                let name = named(Way::Added, *effect);
+                let name = named(Direction::Added, *effect);
                 let alone = roll(&name, &with(&|other| same(other, effect) || stays(other)))?;
                 Ok([alone, without.clone()])
             }
@@ -236,14 +238,14 @@ pub(crate) fn compare(
 
 /// Direction of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Way {
+pub(crate) enum Direction {
     /// Alone, compared with none.
     Added,
     /// All but this, compared with all.
     TakenAway,
 }
 
-impl Way {
+impl Direction {
     /// Both, in the order of the tables.
     pub(crate) const ALL: [Self; 2] = [Self::Added, Self::TakenAway];
 
@@ -266,12 +268,12 @@ impl Way {
 
 impl Comparison {
     /// The effects that the scene can have, each with its run and the run that it is compared with.
-    pub(crate) fn runs(&self, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
+    pub(crate) fn runs(&self, direction: Direction) -> Vec<(Effect, &Trial, &Trial)> {
         let Self { base, all, effects, .. } = self;
         let run = |contribution| match contribution {
-            &Contribution { effect, found: Ok([ref alone, ref without]) } => Some(match way {
-                Way::Added => (effect, alone, base),
-                Way::TakenAway => (effect, without, all),
+            &Contribution { effect, found: Ok([ref alone, ref without]) } => Some(match direction {
+                Direction::Added => (effect, alone, base),
+                Direction::TakenAway => (effect, without, all),
             }),
             Contribution { found: Err(_), .. } => None,
         };
@@ -282,9 +284,9 @@ impl Comparison {
     pub(crate) fn rolled(&self) -> Vec<(String, &Trial, Option<&Trial>)> {
         let Self { base, all, uncertainties, .. } = self;
         let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
-        for way in Way::ALL {
-            let name = |effect: Effect| format!("{} {}", way.sign(), effect.title);
-            let runs = self.runs(way).into_iter();
+        for direction in Direction::ALL {
+            let name = |effect: Effect| format!("{} {}", direction.sign(), effect.title);
+            let runs = self.runs(direction).into_iter();
             rolled.extend(runs.map(|(effect, found, reference)| (name(effect), found, Some(reference))));
         }
         rolled.extend(uncertainties.iter().map(|(name, found)| (name.clone(), found, Some(all))));

@@ -79,7 +79,7 @@ pub(crate) struct Radiator {
     body: Body,
     /// Path to the named receivers, then to the circle.
     path: TransferPath,
-    /// Of the strip, and over the shoulders \[m\].
+    /// Width of the strip, and over the shoulders \[m\].
     widths: [f64; 2],
     waves: Arc<SurfaceWaves>,
     memory_limit: u64,

@@ -140,12 +140,12 @@ impl<'a> Trials<'a> {
     pub(crate) fn announce(&mut self, name: &str, seconds: f64) {
         if let Some(shared) = &mut self.shared {
             (shared.name, shared.seconds) = (name.to_owned(), seconds);
-            self.tell(0.0, 0.0);
+            self.report_share(0.0, 0.0);
         }
     }
 
     /// Reports progress: the `part` of the present run that is done, and its simulated time so far \[s\].
-    fn tell(&mut self, part: f64, rolled: f64) {
+    fn report_share(&mut self, part: f64, rolled: f64) {
         match &self.shared {
             None => self.job.progress.step(((self.done + rolled) / UNIT) as u64),
             Some(Shared { all, name, seconds }) => {
@@ -202,12 +202,12 @@ impl<'a> Trials<'a> {
         Ok((plan, run))
     }
 
-    /// Rolls a prepared variant to its end, where `look` sees it.
+    /// Rolls a prepared variant to its end, where `inspect` sees it.
     fn march(
         &mut self,
         scene: &Scene,
         (plan, mut run): (Plan, Simulation),
-        look: &mut dyn FnMut(&Simulation),
+        inspect: &mut dyn FnMut(&Simulation),
     ) -> Result<Trial, RunError> {
         run.enter_steps();
         let begin = Instant::now();
@@ -216,7 +216,7 @@ impl<'a> Trials<'a> {
             force.push(step.total_force);
             if run.next_step().is_multiple_of(LOOK_EVERY) {
                 let steps = run.next_step() as f64;
-                self.tell(steps / plan.steps as f64, steps * plan.time_step);
+                self.report_share(steps / plan.steps as f64, steps * plan.time_step);
                 if self.job.is_stopped() {
                     return Err(RunError::Interrupted { kept: None });
                 }
@@ -226,7 +226,7 @@ impl<'a> Trials<'a> {
         let rolled = plan.steps as f64 * plan.time_step;
         self.done += self.shared.as_ref().map_or(rolled, |shared| shared.seconds);
         let indentation = run.indentation(plan.steps - 1);
-        look(&run);
+        inspect(&run);
         let results = run.finish();
         let outcome = Outcome {
             mean_force: results.mean_force,

@@ -21,7 +21,7 @@
 //! solved for: a step, or a stage of a Runge-Kutta rule.
 //!
 //! With rotation, H_n = E_n + i O_n, the odd part O_n has the same poles and other residues: R' = q R. Its
-//! displacements are Re(q b) over the states of E_n, [`Recursion::foretell_both`], and go from one system to the
+//! displacements are Re(q b) over the states of E_n, [`Recursion::predict_both`], and go from one system to the
 //! other: Re u = E Re F - O Im F, Im u = E Im F + O Re F.
 
 #![expect(clippy::needless_range_loop, reason = "an iterator over vectors costs a call wherever it is not inlined")]
@@ -90,14 +90,14 @@ pub(crate) trait Recursion: Copy + Send + Sync {
     fn maps<E: Element, S: Simd, const P: usize>(self, simd: S, poles: Poles<E, S, P>) -> StepMaps<E, S, P>;
 
     /// Advances the state by a step without forces; returns Re b at its instants.
-    fn foretell<E: Element, S: Simd, const P: usize>(
+    fn predict<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
         state: &mut State<E, S, P>,
     ) -> Instants<E, S>;
 
     /// Factors of an odd part at every instant, from q: its displacement is the real part of their product with the
-    /// state at which [`Self::foretell_both`] takes it.
+    /// state at which [`Self::predict_both`] takes it.
     #[inline(always)]
     fn odd_outputs<E: Element, S: Simd, const P: usize>(
         _: S,
@@ -107,15 +107,15 @@ pub(crate) trait Recursion: Copy + Send + Sync {
         [q; MOST_STAGES]
     }
 
-    /// As [`Self::foretell`], but returns Re b, then Re(q b).
+    /// As [`Self::predict`], but returns Re b, then Re(q b).
     #[inline(always)]
-    fn foretell_both<E: Element, S: Simd, const P: usize>(
+    fn predict_both<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
         odd: &[Number<E, S, P>; MOST_STAGES],
         state: &mut State<E, S, P>,
     ) -> [Instants<E, S>; 2] {
-        let even = Self::foretell(simd, maps, state);
+        let even = Self::predict(simd, maps, state);
         [even, [real_part::<E, _, _>(simd, odd[0], state.end); MOST_STAGES]]
     }
 
@@ -129,7 +129,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
     ) {
         for state in states {
             for _ in 0..steps {
-                Self::foretell(simd, maps, state);
+                Self::predict(simd, maps, state);
             }
         }
     }
@@ -142,7 +142,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
         forces: Instants<E, S>,
         state: &mut State<E, S, P>,
     ) {
-        Self::foretell(simd, maps, state);
+        Self::predict(simd, maps, state);
         for stage in 0..Self::STAGES {
             add::<E, _, _>(simd, forces[stage], maps.inputs[stage], &mut state.end);
         }
@@ -205,7 +205,7 @@ impl Recursion for Bdf2 {
     }
 
     #[inline(always)]
-    fn foretell<E: Element, S: Simd, const P: usize>(
+    fn predict<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
         state: &mut State<E, S, P>,
@@ -257,7 +257,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     }
 
     #[inline(always)]
-    fn foretell<E: Element, S: Simd, const P: usize>(
+    fn predict<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
         state: &mut State<E, S, P>,
@@ -286,7 +286,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     }
 
     #[inline(always)]
-    fn foretell_both<E: Element, S: Simd, const P: usize>(
+    fn predict_both<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
         odd: &[Number<E, S, P>; MOST_STAGES],
@@ -296,7 +296,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
         for stage in 0..COUNT - 1 {
             displaced[stage] = real_part::<E, _, _>(simd, odd[stage], state.end);
         }
-        let even = Self::foretell(simd, maps, state);
+        let even = Self::predict(simd, maps, state);
         displaced[COUNT - 1] = real_part::<E, _, _>(simd, odd[COUNT - 1], state.end);
         [even, displaced]
     }

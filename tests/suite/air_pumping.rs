@@ -272,9 +272,9 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         (SLICES, "[effects]\nair_pumping = \"on\"\n".to_owned(), "effects.air_pumping", "no [air_pumping]"),
     ];
     for (contact, more, key, wrong) in cases {
-        let told = refusal(&rolled(8.0, contact, &more));
-        let is_named = told.contains(key) || key.split('.').all(|part| told.contains(part));
-        assert!(is_named && told.contains(wrong), "{key}, {wrong}: {told}\n{more}");
+        let reported = refusal(&rolled(8.0, contact, &more));
+        let is_named = reported.contains(key) || key.split('.').all(|part| reported.contains(part));
+        assert!(is_named && reported.contains(wrong), "{key}, {wrong}: {reported}\n{more}");
     }
     assert_eq!(refusal(&rolled(8.0, SLICES, &heard(""))), "");
     assert_eq!(refusal(&rolled(8.0, CELLS, &(heard("") + SQUEEZED))), "");
@@ -283,9 +283,9 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
     let high = edit(&rolled(8.0, SLICES, &heard("patch_length = 0.12")), &changes);
     let loaded = scene(&high);
     let plan = Plan::of(&loaded).unwrap();
-    let told = match Simulation::begin(&loaded, &plan, &Default::default()) {
+    let reported = match Simulation::begin(&loaded, &plan, &Default::default()) {
         Ok(_) => String::new(),
         Err(error) => error.to_string(),
     };
-    assert!(told.contains("sixth") && told.contains("fmax"), "{told}");
+    assert!(reported.contains("sixth") && reported.contains("fmax"), "{reported}");
 }

@@ -25,8 +25,8 @@ fn the_length_of_the_contact_is_from_the_first_to_the_last_element_that_carries_
     let summary = results.summary();
     let warm_up = results.array("time.npy").iter().filter(|&&time| time < 0.05 - 1e-9).count();
     let mean = lengths[warm_up..].iter().sum::<f64>() / (lengths.len() - warm_up) as f64;
-    let told = summary["outcome"]["mean_contact_length"].as_f64().unwrap();
-    assert!((told - mean).abs() < 1e-2 * mean, "{told} m in the summary, {mean} m in the array");
+    let reported = summary["outcome"]["mean_contact_length"].as_f64().unwrap();
+    assert!((reported - mean).abs() < 1e-2 * mean, "{reported} m in the summary, {mean} m in the array");
 }
 
 #[test]

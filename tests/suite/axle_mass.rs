@@ -28,7 +28,7 @@ fn prepared(loaded: &LoadedScene) -> (Prepared, Plan) {
     (prepare(loaded, &plan, &mut Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap(), plan)
 }
 
-/// Total forces on a smooth road for an axle that `next` gives before every step and that is told the force.
+/// Total forces on a smooth road for an axle that `next` gives before every step and that receives the force.
 fn roll(loaded: &LoadedScene, steps: u64, axle: &mut dyn FnMut(u64, Option<f64>) -> AxleHeight) -> Vec<f64> {
     let (Prepared { mut march, .. }, _) = prepared(loaded);
     let mut slices = RoadStrip::starting_at(march.geometry().first_element(0));
@@ -224,15 +224,15 @@ fn a_wheel_on_cobbles_leaves_the_road_and_lands() {
             continue;
         }
         // In the air it is a mass that falls under its load and its damper.
-        let mut looked_at = 0;
+        let mut inspected = 0;
         for step in (begin..force.len() - 1).filter(|&step| flies(step)) {
             let dt = time[1];
             let (before, after) = ((height[step] - height[step - 1]) / dt, (height[step + 1] - height[step]) / dt);
             let fall = (load - damping * 0.5 * (before + after)) / mass;
             assert!(((after - before) / dt - fall).abs() < 1e-6 * load / mass, "step {step}");
-            looked_at += 1;
+            inspected += 1;
         }
-        assert!(looked_at > 20);
+        assert!(inspected > 20);
     }
 }
 

@@ -1,5 +1,5 @@
-//! Tyres by size among the scenes: each rolls in the default scene, is as large as its name says, and tells published
-//! from inferred values.
+//! Tyres by size among the scenes: each rolls in the default scene, is as large as its name says, and marks published
+//! and inferred values.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -76,13 +76,17 @@ fn each_tyre_says_what_is_published_and_what_is_inferred() {
         for key in ["circumference", "width", "contact_width", "inflation", "sidewall", "cavity"] {
             let before = text.split(&format!("\n{key} =")).next().unwrap();
             assert!(before.len() < text.len(), "{name}: {key}");
-            let told = before.lines().rev().take_while(|line| line.starts_with('#'));
-            let told: String = told.collect::<Vec<_>>().join(" ").to_lowercase();
-            assert!(told.contains("published") || told.contains("inferred"), "{name}, {key}: {told}");
+            let reported = before.lines().rev().take_while(|line| line.starts_with('#'));
+            let reported: String = reported.collect::<Vec<_>>().join(" ").to_lowercase();
+            assert!(reported.contains("published") || reported.contains("inferred"), "{name}, {key}: {reported}");
         }
         for layer in text.split("[[layers]]").collect::<Vec<_>>().windows(2) {
-            let told = layer[0].lines().rev().take_while(|line| line.starts_with('#'));
-            assert!(told.clone().any(|line| line.contains("nferred")), "{name}: {:?}", told.collect::<Vec<_>>());
+            let reported = layer[0].lines().rev().take_while(|line| line.starts_with('#'));
+            assert!(
+                reported.clone().any(|line| line.contains("nferred")),
+                "{name}: {:?}",
+                reported.collect::<Vec<_>>()
+            );
         }
         assert!(PAGE.contains(&format!("`{name}.toml`")), "{name} is not in docs/tyres.md");
         // Sources are numbered, and stand in the page.

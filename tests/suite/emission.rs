@@ -47,15 +47,15 @@ fn rows_are_the_lines_through_the_levels_that_the_runs_have_written() {
     let swept = program(place, &["sweep", "scene.toml", "--speed", "60,75,85", "--out", "s", "--threads", "2"]);
     assert!(swept.status.success(), "{}", text(&swept.stderr));
     let made = program(place, &["emission", "s"]);
-    let told = text(&made.stdout);
+    let reported = text(&made.stdout);
     assert!(made.status.success(), "{}", text(&made.stderr));
     for word in ["one: CNOSSOS-EU", "four: Nord2000", "UN R117", "(", "rows in s/emission.csv"] {
-        assert!(told.contains(word), "{word}: {told}");
+        assert!(reported.contains(word), "{word}: {reported}");
     }
     let found = rows(&place.join("s/emission.csv"));
     let of = |receiver: &str, model: &str, band: &str| {
         let row = found.iter().find(|row| &row[1] == receiver && &row[2] == model && &row[3] == band);
-        row.unwrap_or_else(|| panic!("{receiver}, {model}, {band}: {told}"))
+        row.unwrap_or_else(|| panic!("{receiver}, {model}, {band}: {reported}"))
     };
     // The band of 125 Hz by hand: its levels, the mean of 1/(2 pi r^2) over the line, four tyres, a line through three.
     let levels = [60.0, 75.0, 85.0].map(|speed| {
@@ -89,9 +89,9 @@ fn rows_are_the_lines_through_the_levels_that_the_runs_have_written() {
         assert!((one - four).abs() < 0.01, "{model}: {one} and {four}");
     }
     // Maxima of bands up to 250 Hz at most make no line: the loudest is above.
-    assert!(found.iter().all(|row| &row[2] != "un-r117"), "{told}");
+    assert!(found.iter().all(|row| &row[2] != "un-r117"), "{reported}");
     for receiver in ["one", "four"] {
-        assert!(told.contains(&format!("{receiver}: no line of UN R117: ")), "{told}");
+        assert!(reported.contains(&format!("{receiver}: no line of UN R117: ")), "{reported}");
     }
     assert!(found.iter().all(|row| &row[1] != "along"), "it is not passed");
     // Bands above what is radiated are given, but not valid.
@@ -107,13 +107,13 @@ fn rows_are_the_lines_through_the_levels_that_the_runs_have_written() {
     fs::write(place.join("e/emission.csv"), "mine").unwrap();
     let refused = program(place, &["emission", "s", "--out", "e"]);
     assert!(refused.status.code() == Some(2) && text(&refused.stderr).contains("left alone"));
-    // An unfinished run is told.
+    // An unfinished run is reported.
     let summary = place.join("s/75kmh/summary.json");
     let written = fs::read_to_string(&summary).unwrap();
     fs::write(&summary, written.replacen("\"complete\": true", "\"complete\": false", 1)).unwrap();
     let refused = program(place, &["emission", "s"]);
-    let told = text(&refused.stderr);
-    assert!(refused.status.code() == Some(2) && told.contains("75kmh is not finished"), "{told}");
+    let reported = text(&refused.stderr);
+    assert!(refused.status.code() == Some(2) && reported.contains("75kmh is not finished"), "{reported}");
 }
 
 #[test]
@@ -136,9 +136,9 @@ fn sweeps_without_a_line_over_the_speed_are_answered_with_what_is_right() {
         ("nowhere", ["not the folder of a sweep", "nowhere"]),
     ] {
         let refused = program(place, &["emission", source]);
-        let told = text(&refused.stderr);
-        assert_eq!(refused.status.code(), Some(2), "{source}: {told}");
-        assert!(words.iter().all(|word| told.contains(word)), "{source}: {told}");
+        let reported = text(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{source}: {reported}");
+        assert!(words.iter().all(|word| reported.contains(word)), "{source}: {reported}");
         assert!(!place.join(source).join("emission.csv").exists());
     }
 }

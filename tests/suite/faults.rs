@@ -16,7 +16,7 @@ const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
 const UNPRINTED: i32 = 4;
 
-/// A short run with a warning and a missed load to tell of.
+/// A short run with a warning and a missed load to report.
 fn scene() -> String {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.012, ramp = 0.05 }";
     scene_text(64, "kind = \"smooth\"", rolling, "memory = 0.1", "")

@@ -45,14 +45,14 @@ fn check_opens_the_road_and_sees_the_limits() {
     fs::write(folder.path().join("scene.toml"), scene_text(64, "kind = \"smooth\"", rolling, "", "")).unwrap();
     let check = |setting: &str| tyrewave(folder.path(), &["check", "scene.toml", "--set", setting]);
     assert!(check("rolling.speed_kmh=60").status.success());
-    for (setting, told) in [
+    for (setting, reported) in [
         ("road={ kind = \"profile\", file = \"none.dat\" }", "none.dat"),
         ("rolling.duration=1e9", "plausible"),
         ("rolling.sped_kmh=60", "speed_kmh"),
     ] {
         let output = check(setting);
         assert_eq!(output.status.code(), Some(2), "{setting}");
-        assert!(text(&output.stderr).contains(told), "{}", text(&output.stderr));
+        assert!(text(&output.stderr).contains(reported), "{}", text(&output.stderr));
     }
     assert_eq!(names(folder.path()), ["scene.toml"]);
 }
@@ -82,8 +82,8 @@ fn former_commands_are_answered_with_what_replaces_them() {
     for (former, instead) in replaced {
         let answer = tyrewave(folder.path(), &[former, "a.toml"]);
         assert_eq!(answer.status.code(), Some(2), "{former}");
-        let told = String::from_utf8_lossy(&answer.stderr);
-        assert!(told.contains("has been removed") && told.contains(instead), "{told}");
+        let reported = String::from_utf8_lossy(&answer.stderr);
+        assert!(reported.contains("has been removed") && reported.contains(instead), "{reported}");
     }
 }
 

@@ -345,8 +345,11 @@ fn what_friction_cannot_be_with_is_refused_with_its_place() {
             "slice",
         ),
     ] {
-        let told = refusal(&text);
-        assert!(told.contains(key) && told.contains(wrong) && told.contains("scene.toml:"), "{key}: {told}");
+        let reported = refusal(&text);
+        assert!(
+            reported.contains(key) && reported.contains(wrong) && reported.contains("scene.toml:"),
+            "{key}: {reported}"
+        );
     }
     assert_eq!(refusal(&cells), "");
 }

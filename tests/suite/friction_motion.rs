@@ -75,8 +75,8 @@ fn a_wheel_that_rolls_freely_goes_on_from_its_state() {
 #[test]
 fn another_word_for_creep_is_refused_with_its_place() {
     let text = finite("[friction]\nmu = 0.9\n[friction.creep]\nlongitudinal = \"fre\"", SMOOTH);
-    let told = Scene::from_str(&text, "scene.toml").unwrap_err().render(false);
-    assert!(told.contains("friction.creep.longitudinal") && told.contains("\"free\""), "{told}");
+    let reported = Scene::from_str(&text, "scene.toml").unwrap_err().render(false);
+    assert!(reported.contains("friction.creep.longitudinal") && reported.contains("\"free\""), "{reported}");
     let free = scene(&finite(FREE, SMOOTH));
     let again = Scene::from_str(&free.scene.to_toml().unwrap(), "again").unwrap();
     assert_eq!(again.scene.friction, free.scene.friction);

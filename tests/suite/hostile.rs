@@ -23,7 +23,7 @@ fn with_road(road: &str) -> String {
     scene_text(64, road, ROLLING, "memory = 0.1", "")
 }
 
-/// Returns the output of the program; ended, and told, where it does not end soon.
+/// Returns the output of the program; ended, and reported, where it does not end soon.
 fn outcome(folder: &Path, arguments: &[&str]) -> Output {
     let mut child = command(folder, arguments).stdin(Stdio::null()).spawn().unwrap();
     let begin = Instant::now();

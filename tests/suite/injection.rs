@@ -51,7 +51,7 @@ const WITHOUT_EXCHANGE: &str = "inject=renameat2:error=EINVAL";
 /// All files of a results folder.
 type Content = BTreeMap<String, Vec<u8>>;
 
-/// Content of a results folder; of its summary only what was found, as it tells times, too.
+/// Content of a results folder; of its summary only what was found, as it states times, too.
 fn content(folder: &Path) -> Option<Content> {
     let mut files = Content::new();
     for name in folder.is_dir().then(|| names(folder))? {

@@ -187,8 +187,8 @@ fn twenty_plausible_mistakes_are_answered_before_anything_is_run() {
         let before = names(place);
         let output = tyrewave(place, &["check", "scene.toml"]);
         assert_eq!(names(place), before, "{what}");
-        let (told, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-        let warnings = told.lines().filter(|line| line.contains("warning: ")).map(|line| format!("{line}\n"));
+        let (reported, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let warnings = reported.lines().filter(|line| line.contains("warning: ")).map(|line| format!("{line}\n"));
         let said = format!("{}{error}", warnings.collect::<String>());
         assert_eq!(output.status.success(), error.is_empty(), "{what}: {error}");
         let said = [place.to_owned(), place.canonicalize().unwrap()]

@@ -59,9 +59,9 @@ fn the_page_of_a_sweep_has_its_levels_third_octaves_sounds_and_tables() {
     for row in levels {
         let number = |column: usize| row[column].parse::<f64>().unwrap();
         let [mean, interval] = [number(4), number(5)];
-        let told = format!("{}: {} \u{b1} {}", &row[1], four_digits(mean), four_digits(interval));
+        let reported = format!("{}: {} \u{b1} {}", &row[1], four_digits(mean), four_digits(interval));
         // Pictures hold levels over common bands against each other, tables have each over its own.
-        assert!(!same_bands || text.contains(&format!("\n{told}</title>")), "{told}");
+        assert!(!same_bands || text.contains(&format!("\n{reported}</title>")), "{reported}");
         let cell = |least: &str| text.contains(&format!("<td class=\"number\">{least}{mean:.2} +- {interval:.2}"));
         assert!(cell("") || cell("at least "), "{mean}");
     }
@@ -74,8 +74,8 @@ fn the_page_of_a_sweep_has_its_levels_third_octaves_sounds_and_tables() {
     assert_eq!(fs::read_to_string(place.join("again.html")).unwrap(), text);
     let refused = |arguments: &[&str], word: &str| {
         let output = tyrewave(place, arguments);
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code() == Some(2) && told.contains(word), "{arguments:?}: {told}");
+        let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && reported.contains(word), "{arguments:?}: {reported}");
     };
     refused(&["report", "s", "s/seed=1-60kmh"], "name it alone");
     refused(&["sweep", "--collect", "s", "--report"], "cannot be used with");

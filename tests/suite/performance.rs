@@ -165,10 +165,10 @@ fn comparisons_end_with_the_right_exit_code() {
     // Other tests disturb the times of so few pairs: undecided is no fault of the program.
     let (code, text) = run(&[itself, itself, "--scene", scene, "--pairs", "12"]);
     assert!(matches!(code, 0 | 5) && text.contains("mine.toml"), "{text}");
-    assert!(text.contains("1 workloads: results right") && text.contains("in 12 pairs of runs"), "{text}");
+    assert!(text.contains("1 workloads: results correct") && text.contains("in 12 pairs of runs"), "{text}");
     let (code, text) = run(&[record.to_str().unwrap(), itself, "--scene", scene]);
     assert!(code == 2 && text.contains("a record contains no scenes"), "{text}");
-    // A program that does not measure is told apart from one that is worse.
+    // A program that does not measure is distinguished from one that is worse.
     let (code, text) = run(&[if cfg!(windows) { "cmd" } else { "/bin/false" }, "--workload", "influence"]);
     assert!(code == 1 && text.contains("profile measure"), "{text}");
     // Options and workloads of earlier versions.

@@ -156,7 +156,7 @@ fn compared(name: &str, loaded: &LoadedScene, indentation: f64, crowned: bool, m
     surface.heights(first, elements, &mut heights).unwrap();
     let crown: Vec<f64> = (0..ACROSS).map(|column| plan.crown(lattice.y(column))).collect();
     let pressed_crown = crown.iter().map(|crown| if crowned { *crown } else { 0.0 }).collect();
-    let mut pressed = PressedRoad::new(tyre, lattice, pressed_crown).unwrap().unkept();
+    let mut pressed = PressedRoad::new(tyre, lattice, pressed_crown).unwrap().uncached();
     let begin = std::time::Instant::now();
     let curves = pressed.curves(&mut surface, first..first + elements as i64).unwrap();
     let seconds = begin.elapsed().as_secs_f64();

@@ -95,7 +95,7 @@ fn drawn(browser: &str, page: &Path, width: u32) -> String {
     reader.join().unwrap()
 }
 
-/// Counts what went wrong, what has no place in the page, and tells it in the page itself.
+/// Counts what went wrong, what has no place in the page, and states it in the page itself.
 const PROBE: &str = r#"<script>
 const wrong = []; addEventListener("error", (event) => wrong.push(event.message), true);
 addEventListener("load", () => {

@@ -34,8 +34,8 @@ fn every_band_by_slices_tells_its_error_and_is_valid_up_to_the_largest_one_that_
         ("sound.csv", errors.sound_valid_to),
     ] {
         let found = bands(&usual, file);
-        let told = found.iter().filter(|(nominal, error, _)| *nominal >= 100.0 && error.is_some()).count();
-        assert!(told > 5, "{file}: {found:?}");
+        let reported = found.iter().filter(|(nominal, error, _)| *nominal >= 100.0 && error.is_some()).count();
+        assert!(reported > 5, "{file}: {found:?}");
         for (nominal, error, valid) in found {
             assert!(!valid || error.is_none_or(|error| error <= 2.0), "{file}: {nominal} Hz");
             assert!(!valid || nominal <= 1.02 * valid_to, "{file}: {nominal} Hz");

@@ -32,9 +32,9 @@ fn cold_and_warm_on_one_thread_and_on_two_are_the_same_bytes() {
     let text = scene_text(128, "kind = \"made\"\nseed = 4", &rolling(1.2), MODAL, &format!("{receivers}\n{LOW}"));
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("loud.toml"), text).unwrap();
-    let told = program(folder.path(), &["run", "loud.toml", "--out", "cold", "--threads", "1"]);
-    let told = String::from_utf8_lossy(&told.stdout).into_owned();
-    assert!(told.contains("cpx") && told.contains("dB(A)") && told.contains("sound power"), "{told}");
+    let reported = program(folder.path(), &["run", "loud.toml", "--out", "cold", "--threads", "1"]);
+    let reported = String::from_utf8_lossy(&reported.stdout).into_owned();
+    assert!(reported.contains("cpx") && reported.contains("dB(A)") && reported.contains("sound power"), "{reported}");
     program(folder.path(), &["run", "loud.toml", "--out", "warm", "--threads", "2"]);
     let files = ["sound.csv", "sound_narrow.csv", "sound_beside.wav", "sound_cpx.wav", "sound_spectrum.svg"];
     for file in files {
@@ -93,9 +93,9 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
         let text = scene_text(128, &road, &rolling(duration), MODAL, &format!("{}{way}", receivers.concat()));
         // A microphone 300 m away.
         fs::write(folder.path().join(format!("{name}.toml")), implausible(&text)).unwrap();
-        let told = program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
-        let told = String::from_utf8_lossy(&told.stdout).into_owned();
-        assert!(told.contains("L_AFmax as the vehicle passes") && told.contains("4 tyres"), "{told}");
+        let reported = program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
+        let reported = String::from_utf8_lossy(&reported.stdout).into_owned();
+        assert!(reported.contains("L_AFmax as the vehicle passes") && reported.contains("4 tyres"), "{reported}");
         let sound = read_summary(&folder.path().join(name))["sound"].clone();
         let number = |receiver: usize, pointer: &str| sound["receivers"][receiver].pointer(pointer).unwrap().as_f64();
         let [level, maximum] = ["/level", "/pass_by/maximum"]
@@ -176,7 +176,7 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
         let ratio = (shortened + mach * x) / (1.0 - mach * mach) / shortened;
         assert!((found / tone / ratio - 1.0).abs() < 0.004, "at {x} m: {found} Hz, {} expected", ratio * tone);
     }
-    // The level that the summary tells is that of the table.
+    // The level that the summary states is that of the table.
     let table = fs::read_to_string(folder.path().join("tone/pass_by_coast-by.csv")).unwrap();
     let levels = table.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().parse::<f64>().unwrap());
     let levels: Vec<f64> = levels.collect();
@@ -185,8 +185,8 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
     // tread ahead of the patch radiates this tone forwards: it rises by 5.4 dB and falls by 12.
     assert!((levels[4] - levels[0]).abs() < 1.0 && levels[0] < highest - 5.0, "{levels:?}");
     assert!(levels[levels.len() - 1] < highest - 10.0, "{levels:?}");
-    let told = &read_summary(&folder.path().join("tone"))["sound"]["receivers"][0]["pass_by"];
-    assert!((told["maximum"].as_f64().unwrap() - highest).abs() < 1.0, "{told} {highest}");
+    let reported = &read_summary(&folder.path().join("tone"))["sound"]["receivers"][0]["pass_by"];
+    assert!((reported["maximum"].as_f64().unwrap() - highest).abs() < 1.0, "{reported} {highest}");
 }
 
 #[test]
@@ -214,10 +214,10 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     let table = fs::read_to_string(folder.path().join("draft/sound.csv")).unwrap();
     assert!(table.lines().next().unwrap().ends_with("valid,error_db,slice_error_db"), "{table}");
     fs::write(folder.path().join("coarse.toml"), format!("{text}\n{way}\n")).unwrap();
-    let told = program(folder.path(), &["effects", "coarse.toml", "--out", "worth", "--duration", "0.9"]);
-    let told = String::from_utf8_lossy(&told.stdout).into_owned();
+    let reported = program(folder.path(), &["effects", "coarse.toml", "--out", "worth", "--duration", "0.9"]);
+    let reported = String::from_utf8_lossy(&reported.stdout).into_owned();
     for row in ["+ radiation", "- radiation", "silent", "air with the axle", "air with the tread"] {
-        assert!(told.contains(row), "{row} is missing\n{told}");
+        assert!(reported.contains(row), "{row} is missing\n{reported}");
     }
     let worth = fs::read_to_string(folder.path().join("worth/effects.csv")).unwrap();
     assert!(
@@ -291,9 +291,9 @@ fn levels_and_sound_file_agree_in_every_valid_band_whatever_the_highest_frequenc
         assert!((one.1 - other.1).abs() < 0.3, "{} Hz: {} and {} dB", one.0, one.1, other.1);
     }
     // The level of a part of the bands says so.
-    let told = &narrow.1["bands"];
-    assert_eq!((told["lowest"].as_f64(), told["highest"].as_f64()), (Some(25.0), Some(160.0)));
-    assert_eq!(told["lower_bound"], true, "{told}");
+    let reported = &narrow.1["bands"];
+    assert_eq!((reported["lowest"].as_f64(), reported["highest"].as_f64()), (Some(25.0), Some(160.0)));
+    assert_eq!(reported["lower_bound"], true, "{reported}");
     assert!(narrow.1["level_a"].as_f64() < wide.1["level_a"].as_f64());
 }
 
@@ -304,25 +304,25 @@ fn an_error_that_no_preset_states_is_not_known_in_words_table_and_summary() {
     let text = scene_text(512, &washboard(folder.path()), &rolling(1.2), MODAL, receiver);
     let text = with_all_terms(&text);
     fs::write(folder.path().join("scene.toml"), text).unwrap();
-    let told = |name: &str, settings: &[&str]| {
+    let reported = |name: &str, settings: &[&str]| {
         let mut arguments = vec!["run", "scene.toml", "--out", name];
         arguments.extend(settings.iter().flat_map(|setting| ["--set", setting]));
-        let told = program(folder.path(), &arguments);
+        let reported = program(folder.path(), &arguments);
         let receiver = read_summary(&folder.path().join(name))["sound"]["receivers"][0].clone();
         let errors: Vec<f64> = bands(&folder.path().join(name)).iter().filter_map(|band| band.3.parse().ok()).collect();
-        (String::from_utf8_lossy(&told.stdout).replace('\n', " "), receiver, errors)
+        (String::from_utf8_lossy(&reported.stdout).replace('\n', " "), receiver, errors)
     };
-    let (words, receiver, errors) = told("no-preset", &[]);
+    let (words, receiver, errors) = reported("no-preset", &[]);
     assert!(words.contains("numerical error not known: take a preset, or `tyrewave study`"), "{words}");
     assert!(receiver["level_a_error"].is_null() && errors.is_empty(), "{receiver} {errors:?}");
     // With a preset it is that of the forces, 1 dB, and that of the draft: 3.5 dB, and 0.01 of waves left out.
     let preset = ["numerics.preset=standard", "numerics.fmax=400"];
-    let (words, receiver, errors) = told("preset", &preset);
+    let (words, receiver, errors) = reported("preset", &preset);
     let error = receiver["level_a_error"].as_f64().unwrap();
     assert!((error - 4.51).abs() < 0.005 && words.contains(&format!(" +- {error:.1} dB(A)")), "{words} {receiver}");
     assert!(!errors.is_empty() && errors.iter().all(|error| *error > 2.0), "{errors:?}");
     // Elements of the scene's own that are longer than the preset's.
-    let (words, receiver, errors) = told("coarse", &[&preset[..], &["numerics.elements=256"]].concat());
+    let (words, receiver, errors) = reported("coarse", &[&preset[..], &["numerics.elements=256"]].concat());
     assert!(words.contains("numerics.elements is coarser than that of the preset"), "{words}");
     assert!(receiver["level_a_error"].is_null() && errors.is_empty(), "{receiver} {errors:?}");
 }
@@ -341,10 +341,10 @@ fn files_to_listen_to_of_one_sweep_have_one_full_scale() {
             .into_iter()
             .enumerate()
             .map(move |(receiver, name)| {
-                let told = summary["sound"]["receivers"][receiver]["audio"]["full_scale"].as_f64().unwrap();
+                let reported = summary["sound"]["receivers"][receiver]["audio"]["full_scale"].as_f64().unwrap();
                 let wav = fs::read(run.join(format!("sound_{name}.wav"))).unwrap();
-                assert_eq!(full_scale_of(&wav), Some(told), "{name}");
-                told
+                assert_eq!(full_scale_of(&wav), Some(reported), "{name}");
+                reported
             })
             .collect::<Vec<f64>>()
     };
@@ -367,8 +367,8 @@ fn a_run_too_short_for_a_passage_says_how_long_it_must_be() {
         "[[receiver]]\nstandard = \"coast-by\"\npassage = 20\n[radiation]\nquality = \"draft\"\nfmax = 300.0";
     let text = |duration: f64| scene_text(64, "kind = \"made\"\nseed = 4", &rolling(duration), MODAL, receiver);
     let needed = |text: &str| {
-        let told = text.split("rolling.duration of ").nth(1).unwrap();
-        told.split(' ').next().unwrap().parse::<f64>().unwrap()
+        let reported = text.split("rolling.duration of ").nth(1).unwrap();
+        reported.split(' ').next().unwrap().parse::<f64>().unwrap()
     };
     let short = run(&text(0.1));
     let most = needed(&short.report.summary.warnings.join("\n"));

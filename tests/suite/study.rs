@@ -63,16 +63,16 @@ fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
     }
 }
 
-/// Shares of all work as they are told; asks for the end when work of a name begins.
+/// Shares of all work as they are reported; asks for the end when work of a name begins.
 struct Shares<'a> {
-    told: Vec<(f64, String)>,
+    reported: Vec<(f64, String)>,
     last: &'a str,
     stop: &'a AtomicBool,
 }
 
 impl Progress for Shares<'_> {
     fn share(&mut self, done: f64, doing: &str) {
-        self.told.push((done, doing.to_owned()));
+        self.reported.push((done, doing.to_owned()));
         if doing == self.last {
             self.stop.store(true, Ordering::Relaxed);
         }
@@ -85,17 +85,20 @@ fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
     let options = options(&loaded, Sweep::Outline, 64);
     let until = |last: &str| {
         let stop = AtomicBool::new(false);
-        let mut shares = Shares { told: Vec::new(), last, stop: &stop };
+        let mut shares = Shares { reported: Vec::new(), last, stop: &stop };
         let found = study(&loaded, &options, Job::new(&stop, &mut shares));
-        (found, shares.told)
+        (found, shares.reported)
     };
-    let (whole, told) = until("never");
+    let (whole, reported) = until("never");
     let whole = whole.unwrap();
-    assert!(whole.complete && told.is_sorted_by(|a, b| a.0 <= b.0), "{told:?}");
-    assert!(told[0].0 == 0.0 && told.last().unwrap().0 > 0.9 && told.iter().all(|(done, _)| *done <= 1.0), "{told:?}");
+    assert!(whole.complete && reported.is_sorted_by(|a, b| a.0 <= b.0), "{reported:?}");
     assert!(
-        told.iter().any(|(_, doing)| doing == "reference")
-            && told.iter().any(|(_, doing)| doing.contains("pole tolerance"))
+        reported[0].0 == 0.0 && reported.last().unwrap().0 > 0.9 && reported.iter().all(|(done, _)| *done <= 1.0),
+        "{reported:?}"
+    );
+    assert!(
+        reported.iter().any(|(_, doing)| doing == "reference")
+            && reported.iter().any(|(_, doing)| doing.contains("pole tolerance"))
     );
     // No presets.
     assert!(
@@ -140,9 +143,9 @@ fn an_interrupted_command_says_what_is_kept_and_where() {
         }
         assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
         let output = child.wait_with_output().unwrap();
-        let told = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!(output.status.code(), Some(130), "{told}");
-        told
+        let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(130), "{reported}");
+        reported
     };
     // It listens for the signal, and fits.
     let listens = |id: u32| {
@@ -151,13 +154,13 @@ fn an_interrupted_command_says_what_is_kept_and_where() {
         caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 2 != 0)
     };
     std::fs::write(place.join("large.toml"), DEFAULT).unwrap();
-    let told = interrupted(&["run", "large.toml", "--out", "run"], &listens);
-    assert!(told.contains("interrupted; no results are kept") && !place.join("run.partial").exists(), "{told}");
+    let reported = interrupted(&["run", "large.toml", "--out", "run"], &listens);
+    assert!(reported.contains("interrupted; no results are kept") && !place.join("run.partial").exists(), "{reported}");
 
     // Those of the scene, of the reference and of the next run are there: the reference was rolled.
     let study = ["study", "scene.toml", "--fmax", "125", "--elements", "256", "--substeps", "4", "--out", "s"];
-    let told = interrupted(&study, &|_| models() >= 3);
-    assert!(told.contains("the results so far are in s.partial"), "{told}");
+    let reported = interrupted(&study, &|_| models() >= 3);
+    assert!(reported.contains("the results so far are in s.partial"), "{reported}");
     let report = std::fs::read_to_string(place.join("s.partial/study.txt")).unwrap();
     assert!(report.starts_with("INTERRUPTED after "), "{report}");
     assert!(report.contains("uncertainty of the reference, from one half as fine"), "{report}");
@@ -199,6 +202,6 @@ fn contact_over_cells_is_studied_with_its_own_knobs() {
 fn former_options_are_answered() {
     let folder = tempfile::tempdir().unwrap();
     let output = command(folder.path(), &["study", "scene.toml", "--runs", "12"]).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.code() == Some(2) && told.contains("`tyrewave sweep --set`"), "{told}");
+    let reported = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && reported.contains("`tyrewave sweep --set`"), "{reported}");
 }

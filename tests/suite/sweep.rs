@@ -126,9 +126,9 @@ fn a_variant_whose_input_file_has_changed_is_run_again() {
         // As old as any file may be: only its content counts.
         fs::File::options().append(true).open(&map).unwrap().set_modified(std::time::UNIX_EPOCH).unwrap();
         let output = output(place, &["scene.toml", "--speed", "60,80", "--out", "s"]);
-        let told = text(&output.stdout);
-        let count = told.split("2 variants, ").nth(1).and_then(|rest| rest.chars().next());
-        count.unwrap_or_else(|| panic!("{told}{}", text(&output.stderr)))
+        let reported = text(&output.stdout);
+        let count = reported.split("2 variants, ").nth(1).and_then(|rest| rest.chars().next());
+        count.unwrap_or_else(|| panic!("{reported}{}", text(&output.stderr)))
     };
     assert_eq!([0.008, 0.008, 0.007, 0.007, 0.008].map(found), ['0', '2', '0', '2', '0']);
     let summary = read_summary(&place.join("s/80kmh"));
@@ -157,19 +157,19 @@ fn notes_that_all_variants_share_are_said_once_and_choices_are_no_warnings() {
     let place = folder.path();
     let chosen = add(&scene(0.3), "numerics", "preset = \"draft\"\nfmax = 150.0");
     fs::write(place.join("scene.toml"), without(&chosen, &["numerics.elements"])).unwrap();
-    let count = |told: &str, word: &str| told.lines().filter(|line| line.contains(word)).count();
+    let count = |reported: &str, word: &str| reported.lines().filter(|line| line.contains(word)).count();
     let varied = ["--set", "road.seed=1..3", "--speed", "60,80"];
     let swept = output(place, &[&["scene.toml", "--out", "s", "--threads", "1"], &varied[..]].concat());
-    let told = text(&swept.stderr);
-    assert!(swept.status.success(), "{told}");
+    let reported = text(&swept.stderr);
+    assert!(swept.status.success(), "{reported}");
     // Poles are the same at every speed, steps in a period are not.
-    assert_eq!(count(&told, "numerics.pole_tolerance = "), 1, "{told}");
-    assert_eq!(count(&told, "kmh: numerics.pole_tolerance"), 0, "{told}");
-    assert_eq!(count(&told, "kmh: numerics.substeps = "), 6, "{told}");
+    assert_eq!(count(&reported, "numerics.pole_tolerance = "), 1, "{reported}");
+    assert_eq!(count(&reported, "kmh: numerics.pole_tolerance"), 0, "{reported}");
+    assert_eq!(count(&reported, "kmh: numerics.substeps = "), 6, "{reported}");
     let summary = read_summary(&place.join("s/seed=1-60kmh"));
     let has = |key: &str| summary[key].to_string().contains("numerics.pole_tolerance = ");
     assert_eq!([has("notes"), has("warnings")], [true, false], "{summary:#}");
-    // Tasks are done by themselves, and told together.
+    // Tasks are done by themselves, and reported together.
     assert!(output(place, &[&["scene.toml", "--tasks", "t"], &varied[..]].concat()).status.success());
     let worked = output(place, &["--task", "t", "0..5", "--threads", "1"]);
     assert_eq!(count(&text(&worked.stdout), "numerics.pole_tolerance = "), 1, "{}", text(&worked.stdout));
@@ -247,8 +247,11 @@ fn settings_are_varied_and_seeds_averaged_with_their_confidence() {
     let with = |setting: &'static str| [&arguments[..], &[setting]].concat();
     let made = output(place, &with("outputs.plots=true"));
     assert!(made.status.success(), "{}", text(&made.stderr));
-    let told = text(&made.stdout);
-    assert!(told.contains("6 variants") && told.contains("means over seeds") && told.contains("+-"), "{told}");
+    let reported = text(&made.stdout);
+    assert!(
+        reported.contains("6 variants") && reported.contains("means over seeds") && reported.contains("+-"),
+        "{reported}"
+    );
     let mut reader = csv::Reader::from_path(place.join("s/design.csv")).unwrap();
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let overall: Vec<_> = rows.iter().filter(|row| &row[1] == "force, all bands").collect();
@@ -283,8 +286,8 @@ fn settings_are_varied_and_seeds_averaged_with_their_confidence() {
 
     let refused = |arguments: &[&str], word: &str| {
         let answer = output(place, arguments);
-        let told = text(&answer.stderr);
-        assert!(answer.status.code() == Some(2) && told.contains(word), "{arguments:?}: {told}");
+        let reported = text(&answer.stderr);
+        assert!(answer.status.code() == Some(2) && reported.contains(word), "{arguments:?}: {reported}");
     };
     refused(&["scene.toml"], "nothing is varied");
     refused(&with("contact.tred=elastic,bedding"), "tread");

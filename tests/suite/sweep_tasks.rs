@@ -106,7 +106,7 @@ fn the_same_tasks_are_left_and_others_are_refused() {
     assert_done(&task(place, "0"));
     let again = sweep(place, &["--tasks", "t", "--chunk", "2"]);
     assert_done(&again);
-    assert!(text(&again.stdout).contains("6 tasks in t, as they were there already"), "{}", text(&again.stdout));
+    assert!(text(&again.stdout).contains("6 tasks in t, written before"), "{}", text(&again.stdout));
     assert!(fs::read_to_string(place.join("t/job.slurm")).unwrap().contains("#SBATCH --array=0-2%"));
     assert!(text(&task(place, "0").stdout).contains("was done before"));
     assert_eq!(collect(place).status.code(), Some(1));

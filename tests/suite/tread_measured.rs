@@ -102,8 +102,8 @@ fn spectra_of_equal_sequenced_and_random_pitches_on_a_smooth_road() {
         let mut all: Vec<(usize, f64)> = (1..steps / 2).map(|order| (order, level(order))).collect();
         let near: f64 = (40..90).map(|order| 10.0_f64.powf(0.1 * level(order))).sum();
         all.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let told: Vec<String> = all.iter().take(8).map(|(order, level)| format!("{order}: {level:.1}")).collect();
-        println!("{name}: {} dB re 1 N; orders 40 to 89 {:.1} dB", told.join(", "), 10.0 * near.log10());
+        let reported: Vec<String> = all.iter().take(8).map(|(order, level)| format!("{order}: {level:.1}")).collect();
+        println!("{name}: {} dB re 1 N; orders 40 to 89 {:.1} dB", reported.join(", "), 10.0 * near.log10());
         if let Some(train) = plan.tread_map().and_then(|map| map.train) {
             let pulses: Vec<String> = all
                 .iter()

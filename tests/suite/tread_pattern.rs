@@ -216,8 +216,8 @@ fn what_a_pattern_cannot_be_is_refused_with_its_place() {
         ),
     ];
     for (pattern, key, wrong) in cases {
-        let told = refusal(&rolled(0.5, SMOOTH, CELLS, &pattern));
-        assert!(told.contains(key) && told.contains(wrong), "{key}, {wrong}: {told}\n{pattern}");
+        let reported = refusal(&rolled(0.5, SMOOTH, CELLS, &pattern));
+        assert!(reported.contains(key) && reported.contains(wrong), "{key}, {wrong}: {reported}\n{pattern}");
     }
     // Cells that hold the void are named, and fewer do not.
     let off = groove(0.0, 0.045, 0.008);
@@ -225,17 +225,17 @@ fn what_a_pattern_cannot_be_is_refused_with_its_place() {
         let contact = format!("zone = \"cells\"\ncells_across = {across}");
         refusal(&edit(&rolled(0.5, SMOOTH, &contact, &off), &[("numerics.lateral_terms", "64")]))
     };
-    let told = on(ACROSS);
-    let after = told.split("contact.cells_across = ").nth(1).unwrap_or_else(|| panic!("{told}"));
+    let reported = on(ACROSS);
+    let after = reported.split("contact.cells_across = ").nth(1).unwrap_or_else(|| panic!("{reported}"));
     let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
     let enough: usize = digits.parse().unwrap();
-    assert!(enough > ACROSS && told.contains("numerics.elements = 128"), "{told}");
-    assert!((ACROSS..enough).all(|across| on(across).contains("% are void")), "{told}");
+    assert!(enough > ACROSS && reported.contains("numerics.elements = 128"), "{reported}");
+    assert!((ACROSS..enough).all(|across| on(across).contains("% are void")), "{reported}");
     assert!(!on(enough).contains("void"), "{}", on(enough));
     // Slices by another law have no cells that could be left out.
     let slices = format!("[effects]\ntread_pattern = \"on\"\n{}", laterals(32, MIDDLE, ""));
-    let told = refusal(&rolled(0.5, SMOOTH, "slices = \"half-space\"", &slices));
-    assert!(told.contains("effects.tread_pattern") && told.contains("winkler"), "{told}");
+    let reported = refusal(&rolled(0.5, SMOOTH, "slices = \"half-space\"", &slices));
+    assert!(reported.contains("effects.tread_pattern") && reported.contains("winkler"), "{reported}");
     // What is given in these ways is taken.
     for good in [
         groove(0.0, 0.06, 0.008),
@@ -282,14 +282,14 @@ fn rasters_are_the_grooves_that_they_show() {
     }
     let file = folder.path().join("pitch.png");
     std::fs::write(&file, picture).unwrap();
-    let told = |depth: &str, keys: &str| {
+    let reported = |depth: &str, keys: &str| {
         let file = file.display();
         format!("[tread_pattern]\nfile = '{file}'\ndepth = {depth}\nblocks = \"continuum\"\n{keys}")
     };
-    let by_picture = of(&told("0.008", "period = \"pitch\"\npitches = 32"));
+    let by_picture = of(&reported("0.008", "period = \"pitch\"\npitches = 32"));
     assert_eq!(bits(&by_picture), bits(&grooves));
     // Once round the tyre its points would be half a metre large.
-    let text = rolled(0.6, SMOOTH, CELLS, &told("0.008", ""));
+    let text = rolled(0.6, SMOOTH, CELLS, &reported("0.008", ""));
     let error = Scene::from_str(&text, "raster").and_then(|loaded| Plan::of(&loaded)).unwrap_err().render(false);
     assert!(error.contains("tread_pattern.file") && error.contains("square points"), "{error}");
 }

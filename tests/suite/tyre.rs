@@ -50,10 +50,10 @@ fn the_file_of_a_tyre_is_checked_and_described_and_no_scene_to_be_run() {
     assert_eq!(message.lines().count(), 1, "{message}");
     let few = ["--waves=2", "--lateral=1", "--highest=150", "--loads=300", "--points=4", "--patch=20"];
     let described = tyrewave(folder.path(), &[&["tyre", "plate.toml"][..], &few].concat());
-    let told = text(&described.stdout);
+    let reported = text(&described.stdout);
     assert!(
-        described.status.success() && told.starts_with("Tyre of plate.toml\n"),
-        "{told}{}",
+        described.status.success() && reported.starts_with("Tyre of plate.toml\n"),
+        "{reported}{}",
         text(&described.stderr)
     );
     assert!(folder.path().join("results/plate-tyre/tyre.json").is_file());

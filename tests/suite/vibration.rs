@@ -288,9 +288,9 @@ fn a_run_in_memory_has_the_velocities_of_one_in_a_folder() {
     let errors = LevelErrors::new(None, true, slices, SliceErrors::force);
     assert_eq!(vibration_levels_csv(&heard.spectra, 20.0, &errors), table);
     // Both numbers read from text: the reader may be a unit in the last place off.
-    let told: serde_json::Value =
+    let reported: serde_json::Value =
         serde_json::from_str(&serde_json::to_string(vibration_summary(&heard)).unwrap()).unwrap();
-    assert_eq!(told, results.summary()["vibration"]);
+    assert_eq!(reported, results.summary()["vibration"]);
 }
 
 #[test]

@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn the_springs_rest_is_corrected_until_the_mean_force_is_the_load() {
-        // Told a tyre of 3e5 N/m; it has 2e5 and touches 1 mm later.
+        // Set for a tyre of 3e5 N/m; it has 2e5 and touches 1 mm later.
         for (stiffness, damping) in [(2e4, 1500.0), (3e5, 3000.0)] {
             let (time_step, warm_up) = (2e-4, 10_000);
             let mut axle = axle(stiffness, damping, 0.0, warm_up, time_step, 0.0);

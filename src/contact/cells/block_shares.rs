@@ -117,7 +117,7 @@ impl BlockShares {
         let (across, radius, columns) = (*across, *radius, residual.len() / *across);
         // 1. Part of each cell and block of each part.
         of_cell.clear();
-        of_cell.extend_from_slice(term.looked_at(residual.len()));
+        of_cell.extend_from_slice(term.parts(residual.len()));
         blocks.clear();
         blocks.push(0);
         for (block, (numbers, ..)) in (1..).zip(term.spans()) {

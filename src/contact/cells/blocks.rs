@@ -73,7 +73,7 @@ impl BlockTerm {
     }
 
     /// Restricts the term to the part of the window that begins with cell `start`.
-    pub(super) fn look_at(&mut self, start: usize) {
+    pub(super) fn restrict_to(&mut self, start: usize) {
         self.start = start;
     }
 
@@ -89,7 +89,7 @@ impl BlockTerm {
     }
 
     /// Number of the part of each of `count` cells, 0 for none.
-    pub(super) fn looked_at(&self, count: usize) -> &[u32] {
+    pub(super) fn parts(&self, count: usize) -> &[u32] {
         &self.window.cells()[self.range(count)]
     }
 

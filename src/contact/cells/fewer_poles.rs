@@ -1,4 +1,4 @@
-//! Fewer poles for the part of the past that the pass foretells.
+//! Fewer poles for the part of the past that the pass predicts.
 //!
 //! The pass over the poles hands on the displacements by forces later than a block; the earlier ones are summed with
 //! the exact first weights. Most of a wave's poles are there for its highest frequencies, which have decayed by then.
@@ -117,7 +117,7 @@ impl Columns {
     }
 }
 
-/// Poles that foretell a wave's displacements by forces of more than `passed` steps ago to within `tolerance`; `None`
+/// Poles that predict a wave's displacements by forces of more than `passed` steps ago to within `tolerance`; `None`
 /// where none can be left out, or for a two-step rule.
 pub(super) fn fewer_poles(
     modes: &Modes<'_>,

@@ -183,7 +183,7 @@ impl Gradients {
     }
 
     /// Begins with forces whose u - d is not known on a part of the window: u to single precision.
-    pub(super) fn look(&mut self, cells: &mut InstantCells, required: &[f64], forces: &[f64]) {
+    pub(super) fn begin(&mut self, cells: &mut InstantCells, required: &[f64], forces: &[f64]) {
         self.hold(forces.len());
         self.cut.iter_mut().zip(forces).for_each(|(single, force)| *single = *force as f32);
         cells.single_displacement(&self.cut[..self.count], &mut self.response[..self.count]);
@@ -194,7 +194,7 @@ impl Gradients {
 
     /// Continues from an exact u on a part of the window: in the last direction, where the part is the previous one,
     /// or `anew`.
-    pub(super) fn go_on(&mut self, required: &[f64], displacement: &[f64], anew: bool) {
+    pub(super) fn resume(&mut self, required: &[f64], displacement: &[f64], anew: bool) {
         if anew {
             self.hold(required.len());
         }

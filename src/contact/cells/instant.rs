@@ -126,9 +126,9 @@ impl InstantCells {
     }
 
     /// Restricts products in single precision to a part of the window that begins with a cell.
-    pub(super) fn look_at(&mut self, start: usize) {
+    pub(super) fn restrict_to(&mut self, start: usize) {
         if let Some(blocks) = &mut self.blocks {
-            blocks.look_at(start);
+            blocks.restrict_to(start);
         }
     }
 

@@ -3,7 +3,7 @@
 //! Poles and states of all waves do not fit into a processor's nearest memory. They are gone through once in a *block*
 //! of [`STEPS`] steps, a part of them at each instant, and another thread, if there is one, does so while the march
 //! searches for the forces of that instant (module `waves`):
-//! 1. forces of the previous block are taken in, and the displacement at every instant of the next block is foretold
+//! 1. forces of the previous block are taken in, and the displacement at every instant of the next block is predicted
 //!    as if no more forces came;
 //! 2. the contributions of the previous block and of the earlier instants of the current one to the coming instant are
 //!    summed for each wave, with the first weights of the same recursion.

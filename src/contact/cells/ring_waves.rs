@@ -42,7 +42,7 @@ pub struct RingParts<'m, N: WaveNumber = f64> {
     pub forgotten_after: Option<usize>,
     /// Steps in which the window moves on by an element.
     pub substeps: usize,
-    /// Tolerance to which fewer poles may foretell displacements by forces older than a block, relative to each wave's
+    /// Tolerance to which fewer poles may predict displacements by forces older than a block, relative to each wave's
     /// influence; `None`: none is left out.
     pub fewer_poles: Option<f64>,
 }
@@ -63,9 +63,9 @@ pub(super) struct RingWaves<N> {
     instants: usize,
     /// Forces \[N\] at the instants of the block before and of this one, tile by tile, instant by instant.
     forces: Vec<N>,
-    /// Displacements \[m\] at the instants of this block and of the next one, as foretold from the blocks before the
+    /// Displacements \[m\] at the instants of this block and of the next one, as predicted from the blocks before the
     /// last, and before this one; likewise.
-    foretold: Vec<N>,
+    predicted: Vec<N>,
     /// True if the later one of two blocks stands first.
     turned: bool,
     /// Displacements by all forces but the last at the coming instant, and by all but two at the one after it \[m\]:
@@ -123,7 +123,7 @@ impl<N: WaveNumber> RingWaves<N> {
             stages,
             instants,
             forces: zeros(2 * instants),
-            foretold: zeros(2 * instants),
+            predicted: zeros(2 * instants),
             turned: false,
             sums: zeros(2),
             remembered,
@@ -180,12 +180,12 @@ impl<N: WaveNumber> RingWaves<N> {
     }
 
     /// Does the work in the background at an instant: a part of the pass, and the sum for the next instant.
-    pub(super) fn go_on<R: Recursion>(&mut self, instant: usize, recursion: R) {
-        let Self { groups, precise, instants, forces, foretold, turned, remembered, earliest, arch, .. } = self;
+    pub(super) fn advance<R: Recursion>(&mut self, instant: usize, recursion: R) {
+        let Self { groups, precise, instants, forces, predicted, turned, remembered, earliest, arch, .. } = self;
         let (instants, turned, size) = (*instants, *turned, tile::<N>());
         let of_tile = 2 * instants * size;
         let old = remembered.get_mut(*earliest).map_or(&mut [][..], Vec::as_mut_slice);
-        let mut block = Block { arch: *arch, recursion, instants, turned, forces, old, foretold };
+        let mut block = Block { arch: *arch, recursion, instants, turned, forces, old, predicted };
         // 1. Share of the groups that the pass takes at this instant.
         let share = |groups: usize| instant * groups / instants..(instant + 1) * groups / instants;
         let (own, slow) = (share(groups.len()), share(precise.len()));
@@ -199,12 +199,13 @@ impl<N: WaveNumber> RingWaves<N> {
         if instant % 2 == 1 || instants % 2 == 1 {
             let both = instants.is_multiple_of(2);
             let places = [1, 2].map(|later| slot((instant + later) % (2 * instants), instants, turned));
-            for (sums, foretold) in self.sums.chunks_exact_mut(4 * size).zip(self.foretold.chunks_exact(2 * of_tile)) {
+            for (sums, predicted) in self.sums.chunks_exact_mut(4 * size).zip(self.predicted.chunks_exact(2 * of_tile))
+            {
                 for (sum, place) in sums.chunks_exact_mut(2 * size).zip(places) {
-                    sum.copy_from_slice(&foretold[2 * size * place..][..2 * size]);
+                    sum.copy_from_slice(&predicted[2 * size * place..][..2 * size]);
                 }
             }
-            // The pass has taken in the previous block; the next one is foretold without it.
+            // The pass has taken in the previous block; the next one is predicted without it.
             let first = if instant + 1 == instants { instants } else { 0 };
             self.add_forces(now, first..now - 1, both);
         } else {
@@ -218,7 +219,7 @@ impl<N: WaveNumber> RingWaves<N> {
 
 impl<N: WaveNumber> Evolving for RingWaves<N> {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.sums, &mut self.forces, &mut self.foretold, &mut self.turned])?;
+        state.all([&mut self.sums, &mut self.forces, &mut self.predicted, &mut self.turned])?;
         state.all([&mut self.remembered, &mut self.earliest, &mut self.groups, &mut self.precise])?;
         ensure(self.earliest < self.remembered.len().max(1))
     }
@@ -251,7 +252,7 @@ struct Block<'a, N, R> {
     /// Forces that are forgotten, group by group; those of the last block take their place.
     old: &'a mut [f32],
     /// Displacements in this block and in the coming one.
-    foretold: &'a mut [N],
+    predicted: &'a mut [N],
 }
 
 impl<N: Element, R: Recursion> Block<'_, N, R> {
@@ -283,11 +284,11 @@ impl<N: Element, R: Recursion> Block<'_, N, R> {
             }
         }
         pass(group, self.arch, self.recursion);
-        let foretold = &mut self.foretold[2 * of_tile * tile..][..2 * of_tile];
+        let predicted = &mut self.predicted[2 * of_tile * tile..][..2 * of_tile];
         for (instant, own) in group.displacement.chunks_exact(2 * E::MOST_LANES).enumerate() {
             let place = slot(instants + instant, instants, self.turned);
             for (number, own) in own.chunks_exact(E::MOST_LANES).enumerate() {
-                copy(own, &mut foretold[part(place, number)], |displacement| N::rounded(displacement.double()));
+                copy(own, &mut predicted[part(place, number)], |displacement| N::rounded(displacement.double()));
             }
         }
     }

@@ -159,7 +159,7 @@ impl CellSearch {
 
     /// Continues after the window has moved by `cells` cells: the last solution, which has moved with it and has lost
     /// no force, is the next guess, and its displacements need not be found again.
-    pub fn go_on(&mut self, cells: usize) {
+    pub fn advance(&mut self, cells: usize) {
         if cells > 0 {
             self.displacement.copy_within(cells.., 0);
         }
@@ -172,7 +172,7 @@ impl CellSearch {
     }
 
     /// u = G F, in double precision unless the tolerance allows single.
-    fn look(&mut self, forces: &[f64]) {
+    fn multiply(&mut self, forces: &[f64]) {
         if !self.is_single() {
             self.cells.displacement(forces, &mut self.displacement);
             return;
@@ -186,7 +186,7 @@ impl CellSearch {
     /// Computes u = G F; returns how far the conditions are missed.
     fn displace(&mut self, forces: &[f64], largest: f64) -> CellResiduals {
         self.counts.products += 1;
-        self.look(forces);
+        self.multiply(forces);
         // Lane by lane and without branches, which would be mispredicted at every other cell.
         let [mut below, mut held] = [[0.0_f64; LANES]; 2];
         let larger = |a: f64, b: f64| if b > a { b } else { a };
@@ -222,11 +222,11 @@ impl CellSearch {
             self.displacement.fill(0.0);
             return CellResiduals::default();
         }
-        let mut is_kept = true;
+        let mut is_same = true;
         for ((force, &d), own) in forces.iter_mut().zip(required).zip(&mut self.required) {
             let good = (d > f64::NEG_INFINITY) & (*force >= 0.0) & (*force < f64::INFINITY);
             let kept = if good { *force } else { 0.0 };
-            is_kept &= kept.to_bits() == force.to_bits();
+            is_same &= kept.to_bits() == force.to_bits();
             *force = kept;
             *own = if d > NOWHERE { d } else { NOWHERE };
         }
@@ -234,12 +234,12 @@ impl CellSearch {
         let needed = self.columns_of(|cell| forces[cell] > 0.0 || d[cell] > 0.0, margin);
         let is_held = self.is_single() && self.holds(&known, &needed);
         let mut part = if is_held { known.clone() } else { self.part(&needed) };
-        self.cells.look_at(part.start);
-        if is_kept && known.start <= part.start && part.end <= known.end {
-            self.gradients.go_on(&self.required[part.clone()], &self.displacement[part.clone()], true);
+        self.cells.restrict_to(part.start);
+        if is_same && known.start <= part.start && part.end <= known.end {
+            self.gradients.resume(&self.required[part.clone()], &self.displacement[part.clone()], true);
         } else {
             // The first u need not be exact.
-            self.gradients.look(&mut self.cells, &self.required[part.clone()], &forces[part.clone()]);
+            self.gradients.begin(&mut self.cells, &self.required[part.clone()], &forces[part.clone()]);
             self.counts.single_products += 1;
         }
         let least = if self.is_single() { SINGLE_BELOW * self.tolerance } else { BELOW * self.tolerance };
@@ -267,7 +267,7 @@ impl CellSearch {
             if !is_same {
                 let across = self.cells.across();
                 part = self.part(&(needed.start.min(part.start / across)..needed.end.max(part.end / across)));
-                self.cells.look_at(part.start);
+                self.cells.restrict_to(part.start);
             }
             // 3. Too slow even in a fresh direction: the method that always ends.
             let is_slow = residual > 0.5 * missing;
@@ -278,7 +278,7 @@ impl CellSearch {
             missing = residual;
             goal = least.max(DIGITS * residual);
             let (d, u) = (&self.required[part.clone()], &self.displacement[part.clone()]);
-            self.gradients.go_on(d, u, is_fresh);
+            self.gradients.resume(d, u, is_fresh);
         }
     }
 

@@ -274,7 +274,7 @@ fn a_coarse_tolerance_is_met_in_single_precision_in_half_of_the_iterations() {
         let mut forces = vec![0.0; columns * across];
         let mut all = Vec::new();
         for step in 0..24 {
-            search.go_on(across);
+            search.advance(across);
             assert!(forces[..across].iter().all(|force| *force <= 0.0), "the window is too short");
             forces.copy_within(across.., 0);
             forces[(columns - 1) * across..].fill(0.0);

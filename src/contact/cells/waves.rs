@@ -46,14 +46,14 @@ impl<N: WaveNumber> Task for Waves<N> {
     fn carry_out(&mut self, in_background: bool) {
         self.in_background = in_background;
         let mut clock = Clock::start(self.cpu);
-        self.rule.with_recursion(GoOn(self));
+        self.rule.with_recursion(Advance(self));
         self.spent = clock.lap();
     }
 }
 
-struct GoOn<'a, N: WaveNumber>(&'a mut Waves<N>);
+struct Advance<'a, N: WaveNumber>(&'a mut Waves<N>);
 
-impl<N: WaveNumber> WithRecursion for GoOn<'_, N> {
+impl<N: WaveNumber> WithRecursion for Advance<'_, N> {
     type Output = ();
 
     fn with<R: Recursion>(self, recursion: R) {
@@ -67,7 +67,7 @@ impl<N: WaveNumber> WithRecursion for GoOn<'_, N> {
                     waves.turn();
                 }
             }
-            waves.go_on(*instant, recursion);
+            waves.advance(*instant, recursion);
             if let Some(short) = short {
                 short.find_field(waves);
             }

@@ -110,7 +110,7 @@ impl Zone for CellZone {
         let moved = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
         let moved = moved.saturating_mul(self.across).min(cells);
         if self.forces[..moved].iter().all(|force| *force <= 0.0) {
-            self.search.go_on(moved);
+            self.search.advance(moved);
         }
         if moved > 0 {
             self.forces.copy_within(moved.., 0);

@@ -180,13 +180,13 @@ impl FactorCache {
     /// Solves with the factor of the set itself.
     fn solve_own(&mut self, slot: usize, values: &mut [f64]) -> Result<(), Singular> {
         self.values.part(0, values.len()).copy_from_slice(values);
-        self.solve_kept(slot, values.len(), 1)?;
+        self.solve_stored(slot, values.len(), 1)?;
         values.copy_from_slice(self.values.part(0, values.len()));
         Ok(())
     }
 
     /// Solves for the right-hand sides in `self.values`, one to a stride, with a kept factor.
-    fn solve_kept(&mut self, slot: usize, rows: usize, columns: usize) -> Result<(), Singular> {
+    fn solve_stored(&mut self, slot: usize, rows: usize, columns: usize) -> Result<(), Singular> {
         self.used[slot] = true;
         let entries = (rows * rows * columns) as u64;
         self.work += Work { multiply_adds: entries, bytes: 8 * (rows * rows) as u64 };
@@ -205,7 +205,7 @@ impl FactorCache {
         let (size, stride) = (self.neighbour.different(), self.sizes.stride);
         let columns = 1 + size;
         self.neighbour.right_sides(points, influence, values, stride, self.values.part(0, stride * columns));
-        self.solve_kept(slot, self.neighbour.kept_points(), columns)?;
+        self.solve_stored(slot, self.neighbour.stored_points(), columns)?;
         let z = (&*self.values.part(0, stride * columns), stride);
         let (right, matrix) = self.small.part(0, SMALL + packed_length(size)).split_at_mut(SMALL);
         self.neighbour.system(points, influence, values, z, matrix, right);
@@ -229,7 +229,7 @@ impl FactorCache {
     ) -> Result<(), Singular> {
         let (size, stride) = (self.neighbour.different(), self.sizes.stride);
         self.neighbour.right_side(values, self.values.part(0, stride));
-        self.solve_kept(slot, self.neighbour.kept_points(), 1)?;
+        self.solve_stored(slot, self.neighbour.stored_points(), 1)?;
         let z = (&*self.values.part(0, stride * (1 + size)), stride);
         let (right, matrix) = self.small.part(0, SMALL + packed_length(size)).split_at_mut(SMALL);
         self.neighbour.system_right(points, influence, values, z, right);
@@ -318,7 +318,7 @@ impl FactorCache {
             points.extend(bits.enumerate().filter_map(|(point, is_in)| is_in.then_some(point)));
             let fits = points.last().is_some_and(|&last| last < self.sizes.points);
             ensure(fits && self.index.find(&self.pattern).is_none())?;
-            ensure(self.neighbour.slot != Some(slot) || self.neighbour.kept_points() == points.len())?;
+            ensure(self.neighbour.slot != Some(slot) || self.neighbour.stored_points() == points.len())?;
             self.factorise(slot, &points, influence, &mut meter).map_err(|Singular| StateError::Value)?;
             self.index.insert(slot, &self.pattern);
         }

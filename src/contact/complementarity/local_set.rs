@@ -395,7 +395,7 @@ impl LocalSet {
                     break;
                 }
                 band = rows;
-                residue.go_on();
+                residue.restart();
                 self.surface.counts.factors.refactorisations += 1;
                 self.factorise(band, meter)?;
                 continue;

@@ -93,7 +93,7 @@ impl NeighbourSet {
     }
 
     /// Number of points of S0.
-    pub(crate) fn kept_points(&self) -> usize {
+    pub(crate) fn stored_points(&self) -> usize {
         self.kept.len()
     }
 

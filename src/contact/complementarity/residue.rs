@@ -42,7 +42,7 @@ impl Residue {
     }
 
     /// Continues with other corrections from the residual of the last ones.
-    pub(super) fn go_on(&mut self) {
+    pub(super) fn restart(&mut self) {
         self.work = None;
     }
 

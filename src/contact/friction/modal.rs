@@ -91,8 +91,8 @@ impl<R: WaveNumber> Ring<R> {
     fn add_displacement(&mut self, arch: Arch, step: usize, first_element: i64, out: &mut [Vector]) {
         let Self { transform, groups, precise, seen, blocks, earliest } = self;
         let forgotten = *earliest;
-        groups.par_iter_mut().with_min_len(TOGETHER).for_each(|group| group.go_on(arch, step, forgotten));
-        precise.par_iter_mut().with_min_len(TOGETHER).for_each(|group| group.go_on(arch, step, forgotten));
+        groups.par_iter_mut().with_min_len(TOGETHER).for_each(|group| group.advance(arch, step, forgotten));
+        precise.par_iter_mut().with_min_len(TOGETHER).for_each(|group| group.advance(arch, step, forgotten));
         if step == 0 && *blocks > 0 {
             *earliest = (*earliest + 1) % *blocks;
         }

@@ -152,8 +152,8 @@ impl FrictionSearch {
     fn residuals(&self, conditions: &Conditions<'_>, forces: &[Vector]) -> FrictionResiduals {
         let (mut largest, mut normal, mut tangential) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut power = [0.0; 2];
-        let looked_at = self.part.clone().zip(&forces[self.part.clone()]).zip(&self.displacements[self.part.clone()]);
-        for ((cell, &force), &u) in looked_at {
+        let considered = self.part.clone().zip(&forces[self.part.clone()]).zip(&self.displacements[self.part.clone()]);
+        for ((cell, &force), &u) in considered {
             if conditions.required[cell] == f64::NEG_INFINITY {
                 continue;
             }
@@ -180,7 +180,7 @@ impl FrictionSearch {
             *force = conditions.feasible(cell, *force);
         }
         self.part = self.near(conditions, forces);
-        let mut best = self.look(conditions, forces);
+        let mut best = self.evaluate(conditions, forces);
         self.best.copy_from_slice(forces);
         // True while `displacements` are those of the best forces.
         let mut is_known = true;
@@ -206,7 +206,7 @@ impl FrictionSearch {
             let is_part = self.part != self.whole();
             if is_part {
                 self.part = self.whole();
-                best = self.look(conditions, forces);
+                best = self.evaluate(conditions, forces);
                 is_known = true;
             }
             if best.worst() <= self.tolerance {
@@ -220,25 +220,25 @@ impl FrictionSearch {
                 break;
             }
             self.counts.rounds += 1;
-            self.look(conditions, forces);
+            self.evaluate(conditions, forces);
             let may_touch =
                 |cell: &usize| forces[*cell][2] > 0.0 || self.displacements[*cell][2] < conditions.required[*cell];
             let near: Vec<usize> = (0..forces.len()).filter(may_touch).collect();
             sweep(self.product.influence(), conditions, &near, forces, &mut self.displacements, SWEEPS << round);
             // Newton steps go on from here, better or not.
-            best = self.look(conditions, forces);
+            best = self.evaluate(conditions, forces);
             self.best.copy_from_slice(forces);
             is_known = true;
         }
         if !is_known {
-            self.look(conditions, forces);
+            self.evaluate(conditions, forces);
         }
         self.counts.work += self.product.take_work();
         best
     }
 
     /// Computes u = G F on the part that is considered; returns how far the conditions are missed there.
-    fn look(&mut self, conditions: &Conditions<'_>, forces: &[Vector]) -> FrictionResiduals {
+    fn evaluate(&mut self, conditions: &Conditions<'_>, forces: &[Vector]) -> FrictionResiduals {
         self.counts.products += 1;
         self.product.displacement(&self.part, forces, &mut self.displacements);
         self.residuals(conditions, forces)
@@ -257,7 +257,7 @@ impl FrictionSearch {
         for (cell, force) in forces.iter_mut().enumerate() {
             *force = conditions.feasible(cell, *force);
         }
-        self.look(conditions, forces)
+        self.evaluate(conditions, forces)
     }
 }
 

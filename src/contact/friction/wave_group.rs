@@ -2,7 +2,7 @@
 //!
 //! A channel is driven by one sum of the forces and displaces all components. In a block of [`STEPS`] steps channels
 //! are gone through once: forces of the block before the last are taken in, and displacements of this block are
-//! foretold as if no more forces came. The response to the forces of the previous block and of this one is summed with
+//! predicted as if no more forces came. The response to the forces of the previous block and of this one is summed with
 //! the first weights of the recursion. Most channels have decayed by then, and are left out of the pass (module
 //! `late`).
 //!
@@ -139,10 +139,10 @@ pub(super) struct WaveGroup<E> {
     /// First weights by lag, pair and part \[m/N\].
     within: Vec<E>,
     turns: bool,
-    /// Forces of the steps of the block before the last, of the last and of this one \[N\], and displacements foretold
+    /// Forces of the steps of the block before the last, of the last and of this one \[N\], and displacements predicted
     /// \[m\]: by component, real parts, imaginary parts.
     forces: Vec<E>,
-    foretold: Vec<E>,
+    predicted: Vec<E>,
     /// Forces of the blocks that are not forgotten yet, block by block.
     remembered: Vec<E>,
     /// Displacements of the coming step \[m\].
@@ -188,7 +188,7 @@ impl<E: Element> WaveGroup<E> {
             within: Vec::new(),
             turns,
             forces: vec![E::default(); BLOCKS * STEPS * FIELD * E::MOST_LANES],
-            foretold: vec![E::default(); STEPS * FIELD * E::MOST_LANES],
+            predicted: vec![E::default(); STEPS * FIELD * E::MOST_LANES],
             remembered: vec![E::default(); blocks * STEPS * FIELD * E::MOST_LANES],
             sum: vec![E::default(); FIELD * E::MOST_LANES],
         };
@@ -262,14 +262,14 @@ impl<E: Element> WaveGroup<E> {
 
     /// Finds the displacements at a step of the block; at the first one it passes over all channels before, and block
     /// `forgotten` of the remembered ones is forgotten.
-    pub(super) fn go_on(&mut self, arch: Arch, step: usize, forgotten: usize) {
+    pub(super) fn advance(&mut self, arch: Arch, step: usize, forgotten: usize) {
         arch.dispatch(Step { group: self, step, forgotten });
     }
 }
 
 impl<E: Element + Evolving> Evolving for WaveGroup<E> {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.forces, &mut self.foretold, &mut self.remembered])?;
+        state.all([&mut self.forces, &mut self.predicted, &mut self.remembered])?;
         self.pairs.states_mut().chain(self.reals.states_mut()).try_for_each(|states| state.list(states))
     }
 }
@@ -286,28 +286,28 @@ impl<E: Element> WithSimd for Step<'_, E> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let WaveGroup { pairs, reals, before, within, turns, forces, foretold, remembered, sum, .. } = self.group;
+        let WaveGroup { pairs, reals, before, within, turns, forces, predicted, remembered, sum, .. } = self.group;
         let of_block = STEPS * FIELD * E::MOST_LANES;
         if self.step == 0 {
             forces.copy_within(of_block.., 0);
             let taken = E::vectors::<S>(&forces[..of_block]);
             let old: &mut [E] =
                 if remembered.is_empty() { &mut [] } else { &mut remembered[self.forgotten * of_block..][..of_block] };
-            let foretold = E::vectors_mut::<S>(foretold);
-            foretold.fill(E::splat(simd, E::default()));
+            let predicted = E::vectors_mut::<S>(predicted);
+            predicted.fill(E::splat(simd, E::default()));
             let before = E::splat(simd, E::rounded(*before));
             let fields = [taken, E::vectors::<S>(old)];
             if *turns {
-                pass_all::<E, S, 2, true>(simd, pairs, before, fields, foretold);
-                pass_all::<E, S, 1, true>(simd, reals, before, fields, foretold);
+                pass_all::<E, S, 2, true>(simd, pairs, before, fields, predicted);
+                pass_all::<E, S, 1, true>(simd, reals, before, fields, predicted);
             } else {
-                pass_all::<E, S, 2, false>(simd, pairs, before, fields, foretold);
-                pass_all::<E, S, 1, false>(simd, reals, before, fields, foretold);
+                pass_all::<E, S, 2, false>(simd, pairs, before, fields, predicted);
+                pass_all::<E, S, 1, false>(simd, reals, before, fields, predicted);
             }
             old.iter_mut().zip(&*forces).for_each(|(old, force)| *old = *force);
         }
         let of_step = FIELD * E::MOST_LANES;
-        sum.copy_from_slice(&foretold[self.step * of_step..][..of_step]);
+        sum.copy_from_slice(&predicted[self.step * of_step..][..of_step]);
         let (sum, within) = (E::vectors_mut::<S>(sum), E::vectors::<S>(within));
         let forces = E::vectors::<S>(&forces[of_block..]);
         if *turns {
@@ -426,27 +426,27 @@ fn pass_all<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
     channels: &mut Channels<E, PARTS>,
     c: E::Vector<S>,
     [forces, old]: [&[E::Vector<S>]; 2],
-    foretold: &mut [E::Vector<S>],
+    predicted: &mut [E::Vector<S>],
 ) {
     let [.., length] = Channels::<E, PARTS>::places(TURNS);
     let Channels { numbers, remainder, .. } = channels;
     let (forgetting, others) = numbers.split_at_mut(remainder.len() / (2 * PARTS) * length);
     let remainder = E::vectors::<S>(remainder);
-    pass::<E, S, PARTS, TURNS, true>(simd, forgetting, c, (forces, old, remainder), foretold);
-    pass::<E, S, PARTS, TURNS, false>(simd, others, c, (forces, &[], &[]), foretold);
+    pass::<E, S, PARTS, TURNS, true>(simd, forgetting, c, (forces, old, remainder), predicted);
+    pass::<E, S, PARTS, TURNS, false>(simd, others, c, (forces, &[], &[]), predicted);
 }
 
 /// Vectors of the forces of a block, of those that are forgotten, and the remainders of these.
 type Taken<'a, V> = (&'a [V], &'a [V], &'a [V]);
 
-/// Takes in the forces of the block before the last, and foretells this one.
+/// Takes in the forces of the block before the last, and predicts this one.
 #[inline(always)]
 fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool, const FORGETS: bool>(
     simd: S,
     numbers: &mut [E],
     c: E::Vector<S>,
     (forces, old, remainder): Taken<'_, E::Vector<S>>,
-    foretold: &mut [E::Vector<S>],
+    predicted: &mut [E::Vector<S>],
 ) {
     let vectors = E::MOST_LANES / E::lanes::<S>();
     let [input, output, odd, states, length] = Channels::<E, PARTS>::places(TURNS);
@@ -513,7 +513,7 @@ fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool, const FORGET
                 }
             }
             // 3. Displacements of this block.
-            for step in foretold.chunks_exact_mut(FIELD * vectors) {
+            for step in predicted.chunks_exact_mut(FIELD * vectors) {
                 for system in &mut systems {
                     *system = [stepped::<E, S, PARTS>(simd, g, c, *system), system[0]];
                 }

@@ -154,7 +154,7 @@ impl FrictionZone {
     }
 
     /// Moves the guess with the window: cells are material.
-    fn go_on(&mut self, first_element: i64) {
+    fn advance(&mut self, first_element: i64) {
         let moved = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
         let cells = self.forces.len();
         let moved = moved.saturating_mul(self.across()).min(cells);
@@ -280,7 +280,7 @@ impl Zone for FrictionZone {
             return Err(ContactError::RoadForm);
         }
         let mut laps = meter.laps();
-        self.go_on(first_element);
+        self.advance(first_element);
         self.old.fill([0.0; 3]);
         self.past.add_displacement(stage, first_element, &mut self.old, meter);
         meter.lap(&mut laps, Stage::History);

@@ -1,4 +1,4 @@
-//! The pass of a group of wavenumbers over a block: forces taken in, displacements foretold.
+//! The pass of a group of wavenumbers over a block: forces taken in, displacements predicted.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -6,7 +6,7 @@ use super::wavenumber_group::{PoleRows, Record, TOGETHER, WavenumberGroup};
 use crate::numeric::Element;
 use crate::time_rule::recursion::{MOST_STAGES, Number, Recursion, State, StepMaps};
 
-/// Passes over blocks of instants: takes in the forces of the last one, passes over those between, then foretells
+/// Passes over blocks of instants: takes in the forces of the last one, passes over those between, then predicts
 /// u_old over the next as if no more forces came.
 // Not inlined: it is long, and its callers would have a copy each.
 #[inline(never)]
@@ -71,9 +71,9 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
                 if TURNS {
                     let one_odd = PoleRows::<E, PARTS>::ratios::<S>(one_odd, vector);
                     let other_odd = PoleRows::<E, PARTS>::ratios::<S>(other_odd, vector);
-                    self.foretell_both(vector, [one, other], [one_odd, other_odd]);
+                    self.predict_both(vector, [one, other], [one_odd, other_odd]);
                 } else {
-                    self.foretell(vector, one, other);
+                    self.predict(vector, one, other);
                 }
             }
         }
@@ -158,7 +158,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
 
     /// Adds the displacements by two poles in the block after the coming one.
     #[inline(always)]
-    fn foretell<const PARTS: usize>(
+    fn predict<const PARTS: usize>(
         &mut self,
         vector: usize,
         mut one: Driven<E, S, PARTS>,
@@ -169,8 +169,8 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         R::skip(simd, &one.maps, [&mut one.re, &mut one.im], self.skipped);
         R::skip(simd, &other.maps, [&mut other.re, &mut other.im], self.skipped);
         for step in self.displacement.chunks_exact_mut(of_step) {
-            let first = [R::foretell(simd, &one.maps, &mut one.re), R::foretell(simd, &one.maps, &mut one.im)];
-            let second = [R::foretell(simd, &other.maps, &mut other.re), R::foretell(simd, &other.maps, &mut other.im)];
+            let first = [R::predict(simd, &one.maps, &mut one.re), R::predict(simd, &one.maps, &mut one.im)];
+            let second = [R::predict(simd, &other.maps, &mut other.re), R::predict(simd, &other.maps, &mut other.im)];
             for stage in 0..R::STAGES {
                 for system in 0..2 {
                     let out = &mut step[(2 * stage + system) * vectors + vector];
@@ -182,7 +182,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
 
     /// Adds the same with odd parts, whose displacements go from one system to the other.
     #[inline(always)]
-    fn foretell_both<const PARTS: usize>(
+    fn predict_both<const PARTS: usize>(
         &mut self,
         vector: usize,
         mut poles: [Driven<E, S, PARTS>; TOGETHER],
@@ -200,8 +200,8 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
             let mut both = [[[E::splat(simd, E::default()); MOST_STAGES]; 2]; 2 * TOGETHER];
             for pole in 0..TOGETHER {
                 let Driven { maps, re, im } = &mut poles[pole];
-                both[2 * pole] = R::foretell_both(simd, maps, &odd[pole], re);
-                both[2 * pole + 1] = R::foretell_both(simd, maps, &odd[pole], im);
+                both[2 * pole] = R::predict_both(simd, maps, &odd[pole], re);
+                both[2 * pole + 1] = R::predict_both(simd, maps, &odd[pole], im);
             }
             // No closures over vectors: each would be a call.
             let [re, im, other_re, other_im] = &both;

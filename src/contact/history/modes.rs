@@ -6,7 +6,7 @@
 //! for them. So they are gone through once in a *block* of [`INSTANTS`] instants, and while the tyre rolls through a
 //! block another thread, if there is one, does so for the next:
 //! 1. the forces of the previous block, transformed to wavenumbers, are taken in one after the other;
-//! 2. u_old of the block to come is foretold as if no forces came after them, and transformed back to the elements
+//! 2. u_old of the block to come is predicted as if no forces came after them, and transformed back to the elements
 //!    (`far`);
 //! 3. the contribution of the previous block and of the earlier instants of the current one to an instant is a short
 //!    convolution (`near`), with the first weights of the same recursion.

@@ -20,7 +20,7 @@ const FORGOTTEN: f64 = 1e-9;
 /// Part of an odd residue as which a smaller even one counts: far below a rounding of the displacements by both.
 const LEAST_EVEN: f64 = 1e-30;
 
-/// Poles that a pass foretells together: u_old is read and written that much less often.
+/// Poles that a pass predicts together: u_old is read and written that much less often.
 pub(super) const TOGETHER: usize = 2;
 
 /// Poles of one kind, pairs (PARTS = 2) or real ones (1): the r-th of every wavenumber side by side. Wavenumbers with
@@ -183,7 +183,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     }
 
     /// Multiply-adds of a pass over `steps` steps: two real systems, R at every step taken in and at every one
-    /// foretold, W and A at their stages, A of an odd part too, and the products of passing over a block.
+    /// predicted, W and A at their stages, A of an odd part too, and the products of passing over a block.
     fn multiply_adds(&self, steps: usize, stages: usize, skip: usize) -> usize {
         self.forgets.len() * E::MOST_LANES * Self::multiply_adds_of_one(steps, stages, skip, self.turns)
     }
@@ -254,7 +254,7 @@ pub(crate) struct WavenumberGroup<E> {
     pub(super) reals: PoleRows<E, 1>,
     /// Stages of a step.
     stages: usize,
-    /// Steps between the forces taken in and the displacement foretold.
+    /// Steps between the forces taken in and the displacement predicted.
     pub(super) skipped: usize,
     /// Products of passing over them.
     skip: usize,
@@ -262,13 +262,13 @@ pub(crate) struct WavenumberGroup<E> {
     pub(crate) forces: Vec<E>,
     /// Those of the block that is forgotten likewise; empty: none is.
     pub(crate) old_forces: Vec<E>,
-    /// u_old of the block foretold without the forces of those between, likewise.
+    /// u_old of the block predicted without the forces of those between, likewise.
     pub(crate) displacement: Vec<E>,
 }
 
 impl<E: Element> WavenumberGroup<E> {
     /// Group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of `instants` instants. A
-    /// pass leaves out the coming block, which is under way while the next is foretold.
+    /// pass leaves out the coming block, which is under way while the next is predicted.
     pub(crate) fn new<'m>(
         first: usize,
         modes: impl IntoIterator<Item = Modes<'m>>,

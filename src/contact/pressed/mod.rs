@@ -12,4 +12,4 @@ pub(crate) mod strip;
 mod tests;
 pub(crate) mod yielding;
 
-pub(crate) use strip::{KeptBlock, PressedRoad};
+pub(crate) use strip::{CachedBlock, PressedRoad};

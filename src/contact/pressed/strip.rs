@@ -36,9 +36,9 @@ pub(crate) fn block_elements(circumference: f64, thickness: f64, element: f64) -
 
 /// How the slices of a block yield, as it is kept on disk.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub(crate) struct KeptBlock(Vec<Yielding>);
+pub(crate) struct CachedBlock(Vec<Yielding>);
 
-impl Cached for KeptBlock {
+impl Cached for CachedBlock {
     const KIND: Kind =
         Kind { extension: "pressed", format: Format { magic: b"TWAVEPRS", version: 2, name: "a pressed road" } };
 
@@ -58,7 +58,7 @@ pub struct PressedRoad {
     beyond: i64,
     /// Made when a block is not on disk.
     press: Option<Press>,
-    is_kept: bool,
+    is_cached: bool,
     /// The last block: its first element, and the curves from there on.
     block: Option<(i64, Vec<StiffnessCurve>)>,
     heights: Vec<f64>,
@@ -71,13 +71,13 @@ impl PressedRoad {
         let tread = FlatTread::of(tyre)?;
         let [own, beyond] = block_elements(tyre.circumference, tread.thickness(), lattice.dx);
         let heights = vec![0.0; (own + 2 * beyond) as usize * lattice.cells()];
-        Some(Self { tread, lattice, crown, own, beyond, press: None, is_kept: true, block: None, heights })
+        Some(Self { tread, lattice, crown, own, beyond, press: None, is_cached: true, block: None, heights })
     }
 
     /// The same without the cache on disk.
     #[must_use]
-    pub fn unkept(self) -> Self {
-        Self { is_kept: false, ..self }
+    pub fn uncached(self) -> Self {
+        Self { is_cached: false, ..self }
     }
 
     /// Compliance c \[m/N\] with which the curves are given.
@@ -86,17 +86,17 @@ impl PressedRoad {
     }
 
     /// How the slices of a block yield: `count` of them from the element `first` on.
-    fn yielding(&mut self, surface: &mut RoadSurface, first: i64, count: usize) -> Result<KeptBlock, MakingError> {
-        self.look(surface, first)?;
+    fn yielding(&mut self, surface: &mut RoadSurface, first: i64, count: usize) -> Result<CachedBlock, MakingError> {
+        self.read_heights(surface, first)?;
         let own = self.beyond as usize..self.beyond as usize + count;
         let Self { tread, lattice, crown, press, heights, own: all, beyond, .. } = self;
         let elements = (*all + 2 * *beyond) as usize;
-        let key = key::<KeptBlock>(&(&*tread, &*lattice, &*crown, APPROACHES, TOP_PRESSURE, own.clone(), &*heights));
+        let key = key::<CachedBlock>(&(&*tread, &*lattice, &*crown, APPROACHES, TOP_PRESSURE, own.clone(), &*heights));
         let make = || {
             let press = press.get_or_insert_with(|| Press::new(tread, *lattice, crown.clone(), elements));
-            Ok::<_, Infallible>(KeptBlock(press.press(heights, own)))
+            Ok::<_, Infallible>(CachedBlock(press.press(heights, own)))
         };
-        let cache = if self.is_kept { Cache::open().ok() } else { None };
+        let cache = if self.is_cached { Cache::open().ok() } else { None };
         let Ok(block) = match (cache, key) {
             (Some(cache), Ok(key)) => cache.fetch(&key, &mut Vec::new(), make),
             _ => make(),
@@ -105,7 +105,7 @@ impl PressedRoad {
     }
 
     /// Reads the heights of a block, -infinity where there is no road.
-    fn look(&mut self, surface: &mut RoadSurface, first: i64) -> Result<(), MakingError> {
+    fn read_heights(&mut self, surface: &mut RoadSurface, first: i64) -> Result<(), MakingError> {
         let cells = self.lattice.cells();
         let window = first - self.beyond..first + self.own + self.beyond;
         let (lowest, highest) = surface.elements().unwrap_or((i64::MIN, i64::MAX - 1));
@@ -129,7 +129,7 @@ impl PressedRoad {
         if self.block.as_ref().is_none_or(|(of, _)| *of != first) {
             // A block at the end of a period gives fewer.
             let end = period.map_or(first + self.own, |period| (first + self.own).min(period));
-            let KeptBlock(slices) = self.yielding(surface, first, (end - first) as usize)?;
+            let CachedBlock(slices) = self.yielding(surface, first, (end - first) as usize)?;
             let spring = self.spring();
             self.block = Some((first, slices.iter().map(|slice| slice.curve(spring)).collect()));
         }

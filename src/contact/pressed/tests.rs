@@ -188,7 +188,7 @@ fn surface(lattice: Lattice) -> RoadSurface {
 fn curves(kept: bool, chunks: &[(i64, i64)]) -> Vec<StiffnessCurve> {
     let crown = (0..6).map(|column| COARSE.y(column).powi(2) / 4.0).collect();
     let road = PressedRoad::new(&tyre(0.013, 0.49), COARSE, crown).unwrap();
-    let mut road = if kept { road } else { road.unkept() };
+    let mut road = if kept { road } else { road.uncached() };
     let mut surface = surface(COARSE);
     chunks.iter().flat_map(|chunk| road.curves(&mut surface, chunk.0..chunk.1).unwrap()).collect()
 }
@@ -213,7 +213,7 @@ fn a_road_that_ends_has_curves_to_its_ends() {
     let loaded = crate::test_models::scene(&crate::test_models::with_road(crate::scene::PLATE, &text));
     let mut surface = RoadSurface::open(&loaded.scene.road, COARSE, Limits::default()).unwrap();
     let (first, last) = surface.elements().unwrap();
-    let mut road = PressedRoad::new(&tyre(0.013, 0.49), COARSE, vec![0.0; 6]).unwrap().unkept();
+    let mut road = PressedRoad::new(&tyre(0.013, 0.49), COARSE, vec![0.0; 6]).unwrap().uncached();
     let found = road.curves(&mut surface, first..last + 1).unwrap();
     assert_eq!(found.len() as i64, last + 1 - first);
     assert!(found.iter().all(|curve| curve.peak.is_finite() && curve.final_slope > 0.0));

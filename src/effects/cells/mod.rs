@@ -134,7 +134,7 @@ impl EffectObserver for CellObserver {
         state.all([&mut self.moments, &mut self.sum])
     }
 
-    fn tell(&self, _: &End<'_>, found: &mut Found) {
+    fn report(&self, _: &End<'_>, found: &mut Found) {
         let [area, pressure, peak] = self.moments.each_ref().map(RunningMoments::mean);
         found.outcome.cells = area.zip(pressure).zip(peak).map(|((mean_area, mean_pressure), mean_peak_pressure)| {
             CellsSummary { across: self.across, mean_area, mean_pressure, mean_peak_pressure }

@@ -175,7 +175,7 @@ impl EffectObserver for ForceObserver {
         ensure(first_element.len() == time.len())
     }
 
-    fn tell(&self, end: &End<'_>, found: &mut Found) {
+    fn report(&self, end: &End<'_>, found: &mut Found) {
         let counted = self.force.count();
         found.outcome.mean_force = self.force.mean();
         found.outcome.rms_force_variation = self.force.variance().map(f64::sqrt);

@@ -253,7 +253,7 @@ impl EffectObserver for FrictionObserver {
         state.all([&mut self.moments, &mut self.spectra])
     }
 
-    fn tell(&self, _: &End<'_>, found: &mut Found) {
+    fn report(&self, _: &End<'_>, found: &mut Found) {
         let means = self.moments.each_ref().map(RunningMoments::mean);
         let [
             Some(longitudinal),

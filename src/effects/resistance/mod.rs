@@ -65,7 +65,7 @@ impl EffectObserver for ResistanceObserver {
         state.all([&mut self.power, &mut self.force])
     }
 
-    fn tell(&self, _: &End<'_>, found: &mut Found) {
+    fn report(&self, _: &End<'_>, found: &mut Found) {
         let means = self.power.mean().zip(self.force.mean().filter(|&force| force > 0.0));
         found.outcome.rolling_resistance = means.map(|(power, load)| {
             let force = power / self.speed;

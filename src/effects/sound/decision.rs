@@ -42,8 +42,8 @@ fn decide(scene: &Scene) -> Decided {
         RadiationQuality::Draft => {
             let width = scene.tyre.width + 2.0 * radiation.shoulder;
             let errors = DraftErrors::of(scene.tyre.radius(), width).map(|errors| errors.of_standards);
-            let told = |error: DraftError| format!("{} dB a third octave and {} dB(A)", error.band, error.level);
-            let error = errors.map_or_else(|| "an unknown error".to_owned(), told);
+            let reported = |error: DraftError| format!("{} dB a third octave and {} dB(A)", error.band, error.level);
+            let error = errors.map_or_else(|| "an unknown error".to_owned(), reported);
             format!("draft: monopoles with a fitted horn, within {error} at coast-by and cpx, elsewhere by the place,")
         }
     };

@@ -106,13 +106,13 @@ pub(super) fn expected_resonances(plan: &Plan) -> Option<String> {
         }
         None => format!("tread_pattern.grooves[{groove}] has no resonance in the range that is searched"),
     };
-    let mut told: Vec<String> = resonances.iter().enumerate().map(of).collect();
-    told.extend(pitch_frequency(plan).map(|passing| {
+    let mut reported: Vec<String> = resonances.iter().enumerate().map(of).collect();
+    reported.extend(pitch_frequency(plan).map(|passing| {
         let is_near = resonances.iter().flatten().any(|found| found.is_near(passing));
         format!("pitches pass at {passing:.0} Hz{}", if is_near { ", within 10 % of a resonance" } else { "" })
     }));
     let length = 2e3 * body.half_patch();
-    Some(format!("in a patch of {length:.0} mm {}", told.join(", ")))
+    Some(format!("in a patch of {length:.0} mm {}", reported.join(", ")))
 }
 
 /// Pressure above which air deviates from linearity by 1 %: that part of gamma times its static pressure \[Pa\].
@@ -174,7 +174,7 @@ mod tests {
         middle.take(&[0.0, -1400.0, 1400.0]);
         assert_eq!(middle.warning(1), None);
         middle.take(&[-1500.0, 1450.0, 3.0]);
-        let told = middle.warning(1).unwrap();
-        assert!(told.contains("grooves[1]") && told.contains("2 of 6 samples, at most 1500 Pa"), "{told}");
+        let reported = middle.warning(1).unwrap();
+        assert!(reported.contains("grooves[1]") && reported.contains("2 of 6 samples, at most 1500 Pa"), "{reported}");
     }
 }

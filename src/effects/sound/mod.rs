@@ -71,7 +71,7 @@ impl Effect for SoundEffect {
     }
 
     fn notes(&self, plan: &Plan) -> Vec<String> {
-        let passages = |sound| told_of_passages(plan, &sound, Passing::few);
+        let passages = |sound| notes_of_passages(plan, &sound, Passing::few);
         expected_resonances(plan).into_iter().chain(plan.sound().into_iter().flat_map(passages)).collect()
     }
 
@@ -175,21 +175,21 @@ fn missing_sounds(plan: &Plan) -> Vec<String> {
     if samples == 0 {
         return vec![too_short(&sound, plan.speed)];
     }
-    told_of_passages(plan, &sound, |passing, stored| passing.missing(&sound, stored))
+    notes_of_passages(plan, &sound, |passing, stored| passing.missing(&sound, stored))
 }
 
 /// Messages on the receivers that are passed, from their passing and the number of stored samples, before a run.
-fn told_of_passages(plan: &Plan, sound: &Sound, tell: impl Fn(&Passing, usize) -> Option<String>) -> Vec<String> {
+fn notes_of_passages(plan: &Plan, sound: &Sound, note: impl Fn(&Passing, usize) -> Option<String>) -> Vec<String> {
     // The run will refuse a body that cannot be.
     let Ok(body) = plan.radiating_body(&sound.path.radiation, plan.expected().length) else { return Vec::new() };
     let (delays, _) = sound.path.delays(&body);
     let samples = PressureStream::samples(&sound.path.layout, plan.steps - plan.warm_up_steps);
     let stored = sound.stored_samples().min(samples as usize);
-    let told = |receiver: &PlannedReceiver| {
+    let reported = |receiver: &PlannedReceiver| {
         let passing = Passing::of(sound, &delays, receiver, plan.speed, &radiated(sound))?;
-        Some(format!("{}: {}", receiver.name, tell(&passing, stored)?))
+        Some(format!("{}: {}", receiver.name, note(&passing, stored)?))
     };
-    sound.receivers.iter().filter(|receiver| receiver.is_passed()).filter_map(told).collect()
+    sound.receivers.iter().filter(|receiver| receiver.is_passed()).filter_map(reported).collect()
 }
 
 /// Complaint about a body that cannot be.
@@ -287,7 +287,7 @@ impl SoundObserver {
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, stored));
                 job.warnings.extend(missing.map(|why| format!("{}: {why}", receiver.name)));
                 passing.iter().for_each(|passing| passing.request(stored, &mut signals));
-            } else if receiver.standard().is_kept(path.radiation.audio) {
+            } else if receiver.standard().is_stored(path.radiation.audio) {
                 signals[receiver.points.clone()].fill(StoredSignal::of(std::iter::once(0..stored).collect()));
             }
         }
@@ -424,7 +424,7 @@ impl EffectObserver for SoundObserver {
         (left, is_near.then_some(Stage::Sound))
     }
 
-    fn tell(&self, end: &End<'_>, found: &mut Found) {
+    fn report(&self, end: &End<'_>, found: &mut Found) {
         let rate = self.speed / end.plan.scene.tyre.circumference;
         let one = |(receiver, orders): (&PlannedReceiver, &Orders)| {
             let pressures = orders.found(rate)?.into_iter().map(|order| order.all).collect();

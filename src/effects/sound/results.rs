@@ -312,7 +312,7 @@ fn write_pass_by(
     folder: &dyn ResultFiles,
 ) -> Result<PassBySummary, RunError> {
     let (every, middle) = ((FILE_RATE / LEVELS_A_SECOND) as usize, passing.middle());
-    let told: Vec<[f64; 3]> = passing
+    let reported: Vec<[f64; 3]> = passing
         .samples()
         .step_by(every)
         .map(|sample| {
@@ -322,12 +322,12 @@ fn write_pass_by(
         .collect();
     let who = if receiver.vehicle().is_some() { "vehicle" } else { "tyre" };
     let place = format!("{who}_ahead_of_microphone_m");
-    let rows = told.iter().map(|&[time, place, level]| [time, -place, level]);
+    let rows = reported.iter().map(|&[time, place, level]| [time, -place, level]);
     let text = csv(["time_s", &place, "level_db_a_fast"], rows);
     let file = format!("pass_by_{}.csv", receiver.file);
     folder.write_text(&file, &text)?;
     if loaded.scene.outputs.plots {
-        draw_pass_by(loaded, receiver, &told, folder)?;
+        draw_pass_by(loaded, receiver, &reported, folder)?;
     }
     Ok(passing.summary(file, levels))
 }

@@ -345,7 +345,7 @@ fn a_gap_that_is_told_cell_by_cell_is_the_one_of_its_channels_and_closed_pockets
     let is_under = |x: f64| x.abs() < 0.5 * LENGTH - 1e-9;
     // The groove is given by heights, without a channel.
     let place = |ends: &[f64], at: f64| ends.partition_point(|end| *end <= at) - 1;
-    let told = rough(&[], &|x, y| {
+    let reported = rough(&[], &|x, y| {
         let Sheet { x: columns, y: strips, heights } = &known.sheet;
         Some(heights[place(columns, x) * (strips.len() - 1) + place(strips, y)])
     });
@@ -353,7 +353,7 @@ fn a_gap_that_is_told_cell_by_cell_is_the_one_of_its_channels_and_closed_pockets
         let factored = sheet.factorise(&AIR, TAU * 900.0 / AIR.sound_speed).unwrap();
         sheet.on_grid(&factored.between_equal_ends())
     };
-    let (one, other) = (field(&known), field(&told));
+    let (one, other) = (field(&known), field(&reported));
     let [one, other] = [&one, &other].map(|field| known.in_middle(field, channel.position).norm());
     println!("in the middle of the groove {one} and {other}");
     assert!((other / one - 1.0).abs() < 1e-9, "{one} {other}");

@@ -114,7 +114,7 @@ pub(super) const WEIGHTS: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [-0.5, 1.0, -0.5]];
 /// waves that are odd about mid-width with sin(ky_m y) \[m\]; for rings 2 Int G exp(i n theta) dtheta \[1/m\], for a
 /// flow per radian; for strips the integral along of G's mean across \[1\], for a flow per length.
 pub(super) struct WaveIntegrals {
-    /// Largest |n|: as far as the cells can tell waves apart.
+    /// Largest |n|: as far as the cells distinguish waves.
     most_around: usize,
     /// By shape, the first row of G that it meets, and the weights of the rows from there on.
     shapes: Vec<(usize, Vec<f64>)>,
@@ -175,7 +175,7 @@ impl WaveIntegrals {
         self.most_around
     }
 
-    /// Largest |n| that the elements can tell apart, too.
+    /// Largest |n| that the elements distinguish, too.
     pub(super) fn most_under(&self, layout: &SegmentLayout) -> usize {
         self.most_around.min(layout.elements / 2 - 1)
     }

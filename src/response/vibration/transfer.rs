@@ -129,17 +129,17 @@ pub fn symbols(layout: &SegmentLayout, kind: TransferKind) -> Vec<Complex64> {
 pub(super) struct Transfers {
     stages: usize,
     symbols: Vec<Complex64>,
-    way: Way,
+    action: ForceAction,
 }
 
-enum Way {
+enum ForceAction {
     /// One force per step.
     OneForce,
     /// The recursion of a Runge-Kutta rule.
     Stages(StageTransfer),
     /// For every stage the weight of its force, with the phase of the time relative to the step's end at which it acts:
     /// stages x bins.
-    AtTheirTimes(Vec<Complex64>),
+    Weighted(Vec<Complex64>),
 }
 
 /// Part of H_n.
@@ -163,20 +163,20 @@ pub(super) struct Forms {
 impl Transfers {
     pub(super) fn new(layout: &SegmentLayout, kind: TransferKind) -> Self {
         let symbols = symbols(layout, kind);
-        let way = match (layout.rule.runge_kutta(), kind) {
-            (None, _) => Way::OneForce,
+        let action = match (layout.rule.runge_kutta(), kind) {
+            (None, _) => ForceAction::OneForce,
             (Some(method), TransferKind::Rule) => {
-                Way::Stages(StageTransfer::new(method, symbols.clone(), layout.time_step))
+                ForceAction::Stages(StageTransfer::new(method, symbols.clone(), layout.time_step))
             }
             (Some(_), TransferKind::Exact) => {
                 let acts = layout
                     .actions()
                     .into_iter()
                     .flat_map(|[weight, delay]| symbols.iter().map(move |symbol| weight * (-symbol * delay).exp()));
-                Way::AtTheirTimes(acts.collect())
+                ForceAction::Weighted(acts.collect())
             }
         };
-        Self { stages: layout.stages(), symbols, way }
+        Self { stages: layout.stages(), symbols, action }
     }
 
     /// Writes the velocities of a field by a part of H_n for unit force at each stage \[m/(N s)\], stages x bins, n >=
@@ -199,13 +199,13 @@ impl Transfers {
     }
 
     fn velocities_of(&self, modes: &ScaledModes<'_>, out: &mut [Complex64]) {
-        if let Way::Stages(transfer) = &self.way {
+        if let ForceAction::Stages(transfer) = &self.action {
             transfer.velocities(modes, out);
             return;
         }
         let (first, others) = out.split_at_mut(self.symbols.len());
         velocities_of(modes, &self.symbols, first);
-        if let Way::AtTheirTimes(acts) = &self.way {
+        if let ForceAction::Weighted(acts) = &self.action {
             others.chunks_exact_mut(first.len()).for_each(|row| row.copy_from_slice(first));
             out.iter_mut().zip(acts).for_each(|(value, act)| *value *= act);
         }
@@ -273,14 +273,14 @@ impl Transfers {
         tyre: &ScaledModes<'_>,
         velocities: impl FnOnce() -> BothWays<Vec<Complex64>>,
     ) -> BothWays<Vec<Complex64>> {
-        match &self.way {
-            Way::OneForce => velocities(),
+        match &self.action {
+            ForceAction::OneForce => velocities(),
             // These do not follow from the velocities.
-            Way::Stages(transfer) => {
+            ForceAction::Stages(transfer) => {
                 self.both_ways(tyre, self.stages * self.stages, |modes, out| transfer.powers(modes, out))
             }
             // The force is sum_i a_i F_i and the velocity the exact one for it, Y_i = Y a_i.
-            Way::AtTheirTimes(acts) => velocities().map(|velocities| {
+            ForceAction::Weighted(acts) => velocities().map(|velocities| {
                 acts.chunks_exact(self.symbols.len())
                     .flat_map(|acts| velocities.iter().zip(acts.iter().cycle()).map(|(v, act)| act.conj() * v))
                     .collect()

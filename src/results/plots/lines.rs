@@ -166,8 +166,8 @@ mod tests {
         };
         let axes = Sheet::default().axes("", [&plot.x, &plot.y], 50.0, EDGE);
         let beyond = plot.beyond(&axes);
-        let told: Vec<(&str, bool)> = beyond.iter().map(|(_, _, value, above)| (value.as_str(), *above)).collect();
-        assert_eq!(told, [("9.000", true), ("−2.000", false)]);
+        let reported: Vec<(&str, bool)> = beyond.iter().map(|(_, _, value, above)| (value.as_str(), *above)).collect();
+        assert_eq!(reported, [("9.000", true), ("−2.000", false)]);
         assert_eq!(beyond[0].1, (axes.frame.across(0.5), axes.frame.up(1.0)));
         assert!(plot.to_svg().contains(">9.000<"));
     }

@@ -77,11 +77,11 @@ pub(super) fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
 /// Largest difference of two curves of equal final slope: it is attained at a breakpoint of either. Cost: linear in
 /// breakpoints.
 pub(super) fn largest_difference(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
-    one_way(a, b).max(one_way(b, a))
+    directed_difference(a, b).max(directed_difference(b, a))
 }
 
 /// Largest difference at the breakpoints of `a`.
-fn one_way(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
+fn directed_difference(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
     let (mut number, mut piece, mut largest) = (0, b.piece(0), 0.0_f64);
     for (&y, &s) in a.penetration.iter().zip(&a.displacement) {
         if y > piece.to {

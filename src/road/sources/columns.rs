@@ -195,7 +195,7 @@ impl Titles {
         only(&|column| self.unit(column).is_ok()).or_else(|| only(&|_| true))
     }
 
-    /// Tells whether a column's title is that of a counter.
+    /// True if a column's title is that of a counter.
     fn is_counter(&self, column: usize) -> bool {
         is_counter(self.name(column)) && matches!(self.unit(column), Ok(None))
     }
@@ -335,8 +335,8 @@ pub(super) fn choose<const N: usize>(
     Err(FileFault::WhichColumns { cells, roles, likely, found: excerpt(&found) })
 }
 
-/// Tells whether a column's title is words that name neither distance nor height. Where its unit is no length, that is
-/// told instead.
+/// True if a column's title is words that name neither distance nor height. Where its unit is no length, that is
+/// stated instead.
 fn is_of_nothing(titles: Option<&Titles>, column: usize) -> bool {
     titles.is_some_and(|titles| titles.unit(column).is_ok() && bare(titles.name(column)).chars().count() > 1)
 }
@@ -501,7 +501,7 @@ impl<const N: usize> Columns<N> {
         Err(FileFault::Downwards { column: self.numbers[N - 1] + 1, title: excerpt(title), columns })
     }
 
-    /// Tells which columns are used, in words.
+    /// States which columns are used, in words.
     pub(super) fn described(&self) -> String {
         let column = |role: usize| {
             let title = self.titles[role].as_ref().map_or(String::new(), |title| format!(" \"{}\"", excerpt(title)));

@@ -78,7 +78,7 @@ fn drop_spikes(map: &mut HeightMap) -> usize {
     for _ in 0..MOST_PASSES {
         let mut found = false;
         let mut line = Vec::new();
-        let mut look = |first: usize, step: usize, count: usize, spacing: f64| {
+        let mut search = |first: usize, step: usize, count: usize, spacing: f64| {
             line.clear();
             line.extend((0..count).map(|index| map.heights[first + index * step]));
             steep(&line, spacing, |index| {
@@ -87,9 +87,9 @@ fn drop_spikes(map: &mut HeightMap) -> usize {
                 *spike = true;
             });
         };
-        (0..columns).for_each(|column| look(column, columns, rows, map.dx));
+        (0..columns).for_each(|column| search(column, columns, rows, map.dx));
         if map.dy > 0.0 {
-            (0..rows).for_each(|row| look(row * columns, 1, columns, map.dy));
+            (0..rows).for_each(|row| search(row * columns, 1, columns, map.dy));
         }
         if !found {
             break;

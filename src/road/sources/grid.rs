@@ -107,7 +107,7 @@ pub(super) fn read(
     report.notes.extend(raster.described.map(|columns| RoadNote::FileColumns { columns }));
     report.points = heights.len();
     let given = spec.missing.as_deref();
-    missing::tell_words(raster.words, &mut report.notes);
+    missing::note_words(raster.words, &mut report.notes);
     missing::mark(&mut heights, columns, |row| row as f64 * dx, raster.unit, given, &mut report.notes)
         .map_err(fault)?;
     rounded::tell(heights.iter().copied(), &mut report.notes);

@@ -3,8 +3,8 @@
 //! 1. Cells that are empty, NaN, or a word that instruments and programs write for nothing; and what the scene names.
 //! 2. Where the scene names nothing: a number that recurs exactly is none where it lies farther from all others than
 //!    these from each other, and either steeply beside them or as far as no road has it ([`outlying`]). One that lies
-//!    among them, but every time far from its neighbours ([`isolated`]), is refused: only the user knows. Both are told
-//!    by name where the scene names other numbers.
+//!    among them, but every time far from its neighbours ([`isolated`]), is refused: only the user knows. Both are
+//!    reported by name where the scene names other numbers.
 
 use std::collections::BTreeMap;
 
@@ -70,7 +70,7 @@ pub(super) fn is_word_for_none(cell: &str, named: Option<&[MissingHeight]>) -> b
 }
 
 /// Notes the words that marked missing heights, if any did.
-pub(super) fn tell_words(words: BTreeMap<String, usize>, notes: &mut Vec<RoadNote>) {
+pub(super) fn note_words(words: BTreeMap<String, usize>, notes: &mut Vec<RoadNote>) {
     if !words.is_empty() {
         notes.push(RoadNote::WordsForMissing { words });
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use super::columns::{self, Columns, Point, Role, Titles};
 use super::erd;
-use super::missing::tell_words;
+use super::missing::note_words;
 use super::signature::refuse_unreadable;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
@@ -89,7 +89,7 @@ pub(super) fn points(
     };
     refuse_passes(&points).map_err(fault)?;
     notes.push(RoadNote::FileColumns { columns });
-    tell_words(words, notes);
+    note_words(words, notes);
     Ok((points, unit))
 }
 

@@ -7,7 +7,7 @@ use crate::scene::{AtEnd, GridRoad, Levelling, MissingHeight, OpenCrgRoad, Profi
 /// Contact width \[m\].
 const WIDTH: f64 = 0.1;
 
-fn told(spec: &Road) -> Result<RoadDescription, RoadError> {
+fn reported(spec: &Road) -> Result<RoadDescription, RoadError> {
     let lattice = Lattice::choose(spec, 0.004, WIDTH, None, None)?;
     describe(spec, lattice, 20.0, Limits::default())
 }
@@ -70,14 +70,15 @@ fn maps(folder: &tempfile::TempDir, height: impl Fn(usize, usize) -> f64) -> [Ro
 
 #[test]
 fn a_number_for_missing_heights_gives_the_road_of_empty_cells() {
-    let empty = told(&Road::Profile(csv("dropouts/as_nan.csv"))).unwrap();
-    let coded = told(&Road::Profile(csv("dropouts/minus_99_99.csv"))).unwrap();
+    let empty = reported(&Road::Profile(csv("dropouts/as_nan.csv"))).unwrap();
+    let coded = reported(&Road::Profile(csv("dropouts/minus_99_99.csv"))).unwrap();
     assert!((depth(&empty) - 1.242e-3).abs() < 2e-6 && (depth(&coded) - depth(&empty)).abs() < 1e-9);
     assert_eq!(taken(&coded), [(-99.99, 12)]);
     assert_eq!((coded.report.missing, empty.report.missing), (12, 12));
     assert!((coded.rms - empty.rms).abs() < 1e-12 && coded.levels == empty.levels);
     let named = vec![MissingHeight::Number(-99.99)];
-    let named = told(&Road::Profile(ProfileRoad { missing: Some(named), ..csv("dropouts/minus_99_99.csv") })).unwrap();
+    let named =
+        reported(&Road::Profile(ProfileRoad { missing: Some(named), ..csv("dropouts/minus_99_99.csv") })).unwrap();
     assert!((depth(&named) - depth(&empty)).abs() < 1e-9 && taken(&named).is_empty());
 }
 
@@ -86,10 +87,10 @@ fn numbers_for_missing_heights_are_found_in_maps() {
     let folder = tempfile::tempdir().unwrap();
     let hole = |row: usize, column: usize| (row * COLUMNS + column) % 97 == 5;
     let of = |value: f64| maps(&folder, |row, column| if hole(row, column) { value } else { texture(row, column) });
-    let right = of(f64::NAN).map(|road| told(&road).unwrap().rms);
+    let right = of(f64::NAN).map(|road| reported(&road).unwrap().rms);
     for value in [-9999.0, -0.09999, 30.0] {
         for (road, rms) in of(value).iter().zip(right) {
-            let road = told(road).unwrap();
+            let road = reported(road).unwrap();
             assert_eq!(taken(&road), [(value, ROWS * COLUMNS / 97 + 1)]);
             assert!((road.rms - rms).abs() < 1e-9, "{} for {rms}", road.rms);
         }
@@ -106,18 +107,18 @@ fn words_that_the_scene_names_are_missing_and_told_by_name() {
     };
     let text = (0..400).map(line).fold(String::from("distance_mm,height_mm\n"), |text, line| text + &line);
     let unknown = captif(write(&folder, "wet.csv", text.as_bytes()));
-    let refused = told(&Road::Profile(unknown.clone())).unwrap_err().to_string();
+    let refused = reported(&Road::Profile(unknown.clone())).unwrap_err().to_string();
     assert!(refused.contains("line 9") && refused.contains("wet"), "{refused}");
     let named = ProfileRoad { missing: Some(vec![MissingHeight::Word("wet".into())]), ..unknown };
-    let road = told(&Road::Profile(named)).unwrap();
+    let road = reported(&Road::Profile(named)).unwrap();
     let words = RoadNote::WordsForMissing { words: [("N/A".into(), 10), ("wet".into(), 10)].into() };
     assert!(road.report.notes.contains(&words) && road.report.missing == 20, "{:?}", road.report.notes);
 }
 
 #[test]
 fn spikes_of_a_profile_change_neither_depth_nor_levels() {
-    let clean = told(&Road::Profile(csv("spikes/clean.csv"))).unwrap();
-    let spiked = told(&Road::Profile(csv("spikes/three_spikes.csv"))).unwrap();
+    let clean = reported(&Road::Profile(csv("spikes/clean.csv"))).unwrap();
+    let spiked = reported(&Road::Profile(csv("spikes/three_spikes.csv"))).unwrap();
     assert_eq!((spikes(&clean), spikes(&spiked)), (0, 9));
     assert!((depth(&spiked) - depth(&clean)).abs() < 0.01e-3, "{} {}", depth(&spiked), depth(&clean));
     for (with, without) in
@@ -156,7 +157,7 @@ fn spikes_of_several_points_and_at_other_spacings_go_and_steep_segments_are_not_
             };
             let text: String = (0..count).map(|i| format!("{:.3},{:.4}\n", spacing * i as f64, height(i))).collect();
             let file = write(&folder, "s.csv", ("distance_mm,height_mm\n".to_owned() + &text).as_bytes());
-            told(&Road::Profile(captif(file))).unwrap()
+            reported(&Road::Profile(captif(file))).unwrap()
         };
         let (clean, spiked) = (of(false), of(true));
         assert!(spikes(&clean) == 0 && spikes(&spiked) >= 3 * width, "{spacing} {width}: {}", spikes(&spiked));
@@ -169,7 +170,7 @@ fn spikes_of_several_points_and_at_other_spacings_go_and_steep_segments_are_not_
     // Heights of few digits, finely sampled, are no spikes.
     let tenth = |i: i32| format!("{:.2},{:.1}\n", 0.02 * f64::from(i), (0.012 * f64::from(i)).sin());
     let text = (0..10_000).fold(String::from("distance_mm,height_mm\n"), |text, i| text + &tenth(i));
-    assert_eq!(spikes(&told(&Road::Profile(captif(write(&folder, "tenths.csv", text.as_bytes())))).unwrap()), 0);
+    assert_eq!(spikes(&reported(&Road::Profile(captif(write(&folder, "tenths.csv", text.as_bytes())))).unwrap()), 0);
     // A spike every 15 mm makes 10 % of every segment.
     let text: String = (0..1200)
         .map(|i| {
@@ -177,7 +178,7 @@ fn spikes_of_several_points_and_at_other_spacings_go_and_steep_segments_are_not_
         })
         .collect();
     let file = write(&folder, "many.csv", ("distance_mm,height_mm\n".to_owned() + &text).as_bytes());
-    let road = told(&Road::Profile(captif(file))).unwrap();
+    let road = reported(&Road::Profile(captif(file))).unwrap();
     let depth = road.mean_profile_depth.unwrap();
     assert!(depth.valid == 0 && depth.mean.is_none() && depth.reference_surface.is_none(), "{depth:?}");
 }
@@ -187,8 +188,8 @@ fn outliers_of_maps_are_interpolated_along_and_across() {
     let folder = tempfile::tempdir().unwrap();
     let is_outlier = |row: usize, column: usize| (row * COLUMNS + column) % 883 == 400;
     let outlier = |row, column| texture(row, column) + if is_outlier(row, column) { 0.02 } else { 0.0 };
-    let clean = maps(&folder, texture).map(|road| told(&road).unwrap());
-    let spiked = maps(&folder, outlier).map(|road| told(&road).unwrap());
+    let clean = maps(&folder, texture).map(|road| reported(&road).unwrap());
+    let spiked = maps(&folder, outlier).map(|road| reported(&road).unwrap());
     for (spiked, clean) in spiked.iter().zip(&clean) {
         assert!(spikes(clean) == 0 && spikes(spiked) >= 50, "{}", spikes(spiked));
         assert!((spiked.rms - clean.rms).abs() < 0.01e-3 && (spiked.span - clean.span).abs() < 0.2e-3);
@@ -202,7 +203,7 @@ fn tilted_maps_are_levelled_and_told() {
     };
     let of = |name: &str, level| {
         let file = reference(&format!("measured/levelling/{name}.npy"));
-        told(&Road::Grid(GridRoad { level, ..grid(file, 0.002, 0.002) })).unwrap()
+        reported(&Road::Grid(GridRoad { level, ..grid(file, 0.002, 0.002) })).unwrap()
     };
     let (level, tilted) = (of("level", Levelling::Slope), of("tilted_3_and_5_percent", Levelling::Slope));
     right(&level, 0.3e-3);
@@ -222,10 +223,10 @@ fn tilted_maps_are_levelled_and_told() {
     assert!(of("tilted_3_and_5_percent", Levelling::Mean).rms > 3e-3);
     // Other slopes, on both kinds of map.
     let folder = tempfile::tempdir().unwrap();
-    let flat = maps(&folder, texture).map(|road| told(&road).unwrap());
+    let flat = maps(&folder, texture).map(|road| reported(&road).unwrap());
     let slope = |row, column| texture(row, column) + 0.012 * 0.002 * row as f64 - 0.08 * 0.002 * column as f64 + 0.03;
     for (road, flat) in maps(&folder, slope).iter().zip(&flat) {
-        let road = told(road).unwrap();
+        let road = reported(road).unwrap();
         assert!((road.rms - flat.rms).abs() < 1e-9 && (road.span - flat.span).abs() < 1e-9);
     }
 }
@@ -234,20 +235,20 @@ fn tilted_maps_are_levelled_and_told() {
 fn long_waves_are_removed_of_every_kind() {
     let folder = tempfile::tempdir().unwrap();
     let hill = |row: usize| 0.02 * (2.0 * std::f64::consts::PI * row as f64 / (ROWS - 1) as f64).cos();
-    let flat = maps(&folder, texture).map(|road| told(&road).unwrap().rms);
+    let flat = maps(&folder, texture).map(|road| reported(&road).unwrap().rms);
     for (mut road, flat) in maps(&folder, |row, column| texture(row, column) + hill(row)).into_iter().zip(flat) {
         if let Road::Grid(GridRoad { longest_wavelength, .. }) | Road::OpenCrg(OpenCrgRoad { longest_wavelength, .. }) =
             &mut road
         {
             *longest_wavelength = Some(0.2);
         }
-        let road = told(&road).unwrap();
+        let road = reported(&road).unwrap();
         assert!(road.report.notes.contains(&RoadNote::Detrended { longest_wavelength: 0.2 }));
         assert!(road.rms < 3.0 * flat, "{} {flat}", road.rms);
     }
     let text: String = (0..ROWS).map(|i| format!("{},{}\n", 2 * i, 1e3 * (texture(i, 0) + hill(i)))).collect();
     let file = write(&folder, "h.csv", ("distance_mm,height_mm\n".to_owned() + &text).as_bytes());
-    let road = told(&Road::Profile(ProfileRoad { longest_wavelength: Some(0.2), ..captif(file) })).unwrap();
+    let road = reported(&Road::Profile(ProfileRoad { longest_wavelength: Some(0.2), ..captif(file) })).unwrap();
     assert!(road.rms < 3.0 * flat[0], "{}", road.rms);
 }
 
@@ -255,7 +256,7 @@ fn long_waves_are_removed_of_every_kind() {
 fn an_opencrg_road_in_millimetres_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     for road in maps(&folder, |row, column| 1e3 * texture(row, column)) {
-        let refused = told(&road).unwrap_err().to_string();
+        let refused = reported(&road).unwrap_err().to_string();
         assert!(refused.contains("millimetres"), "{refused}");
     }
 }

@@ -207,17 +207,20 @@ fn belgian_block_is_read_and_cut() {
     assert!((missing - 0.0651).abs() < 5e-4, "{missing}");
     assert!(road.grid.iter().filter(|z| !z.is_nan()).all(|z| (2.0..2.2).contains(z)));
     let scene = Road::OpenCrg(spec(file));
-    let told = describe(&scene, lattice(), 80.0 / 3.6, Limits::default()).unwrap();
-    let extent = told.extent.unwrap();
+    let reported = describe(&scene, lattice(), 80.0 / 3.6, Limits::default()).unwrap();
+    let extent = reported.extent.unwrap();
     assert!(extent.0.abs() < 1e-12 && (extent.1 - 10.0).abs() < 1e-9);
     for (wavelength, published) in [(0.1, 61.8), (0.05, 55.0)] {
-        let found = told.levels.iter().find(|band| (band.wavelength / wavelength - 1.0).abs() < 0.01).unwrap().level;
+        let found =
+            reported.levels.iter().find(|band| (band.wavelength / wavelength - 1.0).abs() < 0.01).unwrap().level;
         println!("{wavelength} m: {found:.1} dB, published for the whole width {published} dB");
         assert!((found - published).abs() < 2.0);
     }
-    assert_eq!(told.highest_frequency.map(f64::round), Some(1111.0));
-    assert!(told.report.notes.iter().any(|note| matches!(note, RoadNote::Coarse { .. })));
-    assert!(told.report.notes.iter().any(|note| matches!(note, RoadNote::Columns { total: 341, incomplete: 33, .. })));
+    assert_eq!(reported.highest_frequency.map(f64::round), Some(1111.0));
+    assert!(reported.report.notes.iter().any(|note| matches!(note, RoadNote::Coarse { .. })));
+    assert!(
+        reported.report.notes.iter().any(|note| matches!(note, RoadNote::Columns { total: 341, incomplete: 33, .. }))
+    );
 }
 
 #[test]

@@ -20,7 +20,7 @@ fn read(spec: &ProfileRoad) -> Result<(HeightMap, Vec<RoadNote>), RoadError> {
     Ok((map, report.notes))
 }
 
-fn columns_told(notes: &[RoadNote]) -> String {
+fn columns_reported(notes: &[RoadNote]) -> String {
     notes.iter().find(|note| matches!(note, RoadNote::FileColumns { .. })).unwrap().to_string()
 }
 
@@ -33,7 +33,7 @@ fn lines(delimiter: &str, decimal: &str) -> String {
 
 #[test]
 fn a_counter_beside_distance_and_height_leaves_the_profile_its_depth() {
-    for (name, told) in [
+    for (name, reported) in [
         (
             "number_distance_height",
             "distance from column 2 \"distance_mm\" in mm, height from column 3 \"height_mm\" in mm",
@@ -41,7 +41,7 @@ fn a_counter_beside_distance_and_height_leaves_the_profile_its_depth() {
         ("title_says_mm", "distance from column 1 \"Distance (mm)\" in mm, height from column 2 \"Height (mm)\" in mm"),
     ] {
         let spec = profile(reference(&format!("measured/columns/{name}.csv")), [None; 2]);
-        assert!(columns_told(&read(&spec).unwrap().1).contains(told));
+        assert!(columns_reported(&read(&spec).unwrap().1).contains(reported));
         let road = Road::Profile(spec);
         let lattice = Lattice::choose(&road, 0.004, 0.14, None, None).unwrap();
         let depth = describe(&road, lattice, 20.0, Limits::default()).unwrap().mean_profile_depth.unwrap();

@@ -50,13 +50,13 @@ fn captif_levels_depth_and_dropouts() {
         let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
         assert!((spectrum.level(cells[0] as i32) - cells[4]).abs() < 0.051, "{line}");
     }
-    let told = ProfileDepth::of([(&map.heights[..], &map.origins[..])], map.dx);
-    assert!(told.segments == 18 && told.valid > 9 && told.reference_surface == Some(false), "{told:?}");
-    assert!((2.9e-3..3.7e-3).contains(&told.mean.unwrap()), "{told:?}");
+    let reported = ProfileDepth::of([(&map.heights[..], &map.origins[..])], map.dx);
+    assert!(reported.segments == 18 && reported.valid > 9 && reported.reference_surface == Some(false), "{reported:?}");
+    assert!((2.9e-3..3.7e-3).contains(&reported.mean.unwrap()), "{reported:?}");
     // Without spikes no segment is valid, as captif-slp 0.22 finds, and the shortest waves lose most.
     condition(&mut map, Levelling::Slope, None, &mut report).unwrap();
-    let told = ProfileDepth::of([(&map.heights[..], &map.origins[..])], map.dx);
-    assert!(told.segments == 18 && told.valid == 0 && told.mean.is_none(), "{told:?}");
+    let reported = ProfileDepth::of([(&map.heights[..], &map.origins[..])], map.dx);
+    assert!(reported.segments == 18 && reported.valid == 0 && reported.mean.is_none(), "{reported:?}");
     let mut without = ProfileSpectrum::new(map.heights.len(), map.dx);
     without.add(&map.heights);
     for (band, range) in [(-10, -0.5..0.5), (-17, -0.5..0.5), (-20, -0.6..0.2), (-23, -1.6..-0.6), (-27, -6.0..-3.0)] {
@@ -381,22 +381,22 @@ fn grid_description_measures_what_was_put_in() {
     let wave = |i: usize| 1e-3 * (2.0 * std::f64::consts::PI * (i / 8) as f64 * 0.002 / 0.05).sin();
     let file = write(&folder, "w.npy", &npy(&[3000, 8], npyz::Order::C, (0..24_000).map(wave)));
     let spec = Road::Grid(grid(file, 0.002, 0.02));
-    let told =
+    let reported =
         describe(&spec, Lattice::choose(&spec, 0.004, 0.14, None, None).unwrap(), 20.0, Limits::default()).unwrap();
-    let level = told.levels.iter().find(|band| (band.wavelength / 0.05 - 1.0).abs() < 0.01).unwrap().level;
+    let level = reported.levels.iter().find(|band| (band.wavelength / 0.05 - 1.0).abs() < 0.01).unwrap().level;
     assert!((level - 56.99).abs() < 0.05, "{level}");
-    assert!((told.rms / (1e-3 / 2_f64.sqrt()) - 1.0).abs() < 0.01);
-    assert_eq!(told.highest_frequency.map(f64::round), Some(2500.0));
-    assert_eq!(told.highest_frequency_of_road.map(f64::round), Some(5000.0));
+    assert!((reported.rms / (1e-3 / 2_f64.sqrt()) - 1.0).abs() < 0.01);
+    assert_eq!(reported.highest_frequency.map(f64::round), Some(2500.0));
+    assert_eq!(reported.highest_frequency_of_road.map(f64::round), Some(5000.0));
     // Two cells of 2 mm along each element of 4 mm.
-    assert_eq!((told.sample.rows, told.sample.columns), (500, 70));
-    assert!(serde_json::to_string(&told).unwrap().contains("levels"));
+    assert_eq!((reported.sample.rows, reported.sample.columns), (500, 70));
+    assert!(serde_json::to_string(&reported).unwrap().contains("levels"));
     // 6 m less a spacing: 0.501 m does not fit 12 times. 2 mm are too coarse for a depth by the standard.
-    let longest = told.levels.iter().find(|band| band.valid).unwrap().wavelength;
-    assert!((longest - 0.398).abs() < 1e-3 && told.levels[0].wavelength > 1.2, "{longest}");
-    let depth = told.mean_profile_depth.unwrap();
+    let longest = reported.levels.iter().find(|band| band.valid).unwrap().wavelength;
+    assert!((longest - 0.398).abs() < 1e-3 && reported.levels[0].wavelength > 1.2, "{longest}");
+    let depth = reported.mean_profile_depth.unwrap();
     assert!(depth.too_coarse && depth.valid == 8 * 60 && depth.reference_surface.is_none(), "{depth:?}");
-    assert!((told.macrotexture.unwrap().level - level).abs() < 0.1 && told.megatexture.is_some());
+    assert!((reported.macrotexture.unwrap().level - level).abs() < 0.1 && reported.megatexture.is_some());
     let smooth = describe(&Road::Smooth, line(), 20.0, Limits::default()).unwrap();
     assert!(smooth.mean_profile_depth.is_none() && smooth.macrotexture.is_none());
     assert!(smooth.levels.is_empty() && smooth.highest_frequency.is_none());

@@ -160,11 +160,11 @@ mod tests {
     #[test]
     fn a_waves_depth_is_its_amplitude_less_what_the_low_pass_takes() {
         for (spacing, points) in [(1e-3, 1000), (0.5e-3, 2000), (0.1e-3, 10_000)] {
-            let told = of(&cosine(1e-3, 0.02, spacing, points), &[], spacing);
-            let mean = told.mean.unwrap();
+            let reported = of(&cosine(1e-3, 0.02, spacing, points), &[], spacing);
+            let mean = reported.mean.unwrap();
             assert!((mean - 1e-3).abs() < 0.02e-3, "{spacing}: {mean}");
-            assert!(told.deviation.unwrap() < 0.01e-3, "{told:?}");
-            assert_eq!((told.segments, told.valid, told.too_coarse), (10, 10, false), "{spacing}");
+            assert!(reported.deviation.unwrap() < 0.01e-3, "{reported:?}");
+            assert_eq!((reported.segments, reported.valid, reported.too_coarse), (10, 10, false), "{spacing}");
         }
         // Each pass attenuates by 3 dB at the cut-off: both leave half of the wave.
         let short = of(&cosine(1e-3, CUT_OFF, 0.1e-3, 10_000), &[], 0.1e-3).mean.unwrap();
@@ -177,8 +177,8 @@ mod tests {
         let h = 2e-3;
         let profile: Vec<f64> =
             (0..1000).map(|i| h * (1.0 - ((i % 50) as f64 - 25.0).abs() / 25.0) + 1e-5 * i as f64).collect();
-        let told = of(&profile, &[], 1e-3);
-        assert!((told.mean.unwrap() - 0.5 * h).abs() < 0.05 * h, "{told:?}");
+        let reported = of(&profile, &[], 1e-3);
+        assert!((reported.mean.unwrap() - 0.5 * h).abs() < 0.05 * h, "{reported:?}");
         assert_eq!(of(&profile[..99], &[], 1e-3), ProfileDepth::default());
         assert_eq!(of(&profile, &[], 0.05).segments, 0);
         let coarse = of(&profile, &[], 2e-3);
@@ -191,9 +191,9 @@ mod tests {
         let valid_with = |origin: HeightOrigin, holes: &[std::ops::Range<usize>]| {
             let mut origins = vec![HeightOrigin::Measured; heights.len()];
             holes.iter().for_each(|hole| origins[hole.clone()].fill(origin));
-            let told = of(&heights, &origins, 0.5e-3);
-            assert_eq!(told.segments, 10);
-            told.valid
+            let reported = of(&heights, &origins, 0.5e-3);
+            assert_eq!(reported.segments, 10);
+            reported.valid
         };
         let valid = |holes: &[std::ops::Range<usize>]| valid_with(HeightOrigin::Missing, holes);
         // 10 of 200 points are 5 %.

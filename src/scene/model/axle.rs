@@ -1,4 +1,4 @@
-//! `rolling.axle`: a load, a load on a mass, or an indentation, told apart by their keys.
+//! `rolling.axle`: a load, a load on a mass, or an indentation, distinguished by their keys.
 
 use serde::Serialize;
 

@@ -39,7 +39,7 @@ impl Standard for Obsi {
         true
     }
 
-    fn is_kept(&self, _: bool) -> bool {
+    fn is_stored(&self, _: bool) -> bool {
         true
     }
 }

@@ -65,7 +65,7 @@ pub(crate) trait Standard {
     }
 
     /// True if its pressures are stored over time; `audio` if sound files are asked for.
-    fn is_kept(&self, audio: bool) -> bool {
+    fn is_stored(&self, audio: bool) -> bool {
         audio && self.is_recorded()
     }
 

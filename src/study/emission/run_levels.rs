@@ -75,14 +75,14 @@ pub(super) fn run_levels(label: &Label, run: &Stored) -> Result<Vec<RunLevels>, 
         return Err(EmissionError::Unfinished { name });
     }
     let speed = run.plan.scene.rolling.speed_kmh;
-    let told = run.summary.sound.iter().flat_map(|sound| &sound.receivers);
-    let told: Vec<_> = told.collect();
+    let reported = run.summary.sound.iter().flat_map(|sound| &sound.receivers);
+    let reported: Vec<_> = reported.collect();
     let levels = run.levels(SOUND_FILE, LEVEL)?.unwrap_or_default();
     let mut all = Vec::new();
     if let Some(sound) = run.plan.sound() {
         for receiver in sound.receivers.iter().filter(|receiver| receiver.is_passed()) {
             let levels = levels.iter().find(|(name, _)| *name == receiver.name);
-            let summary = told.iter().find(|summary| summary.name == receiver.name);
+            let summary = reported.iter().find(|summary| summary.name == receiver.name);
             let (Some((_, levels)), Some(summary)) = (levels, summary) else { continue };
             let positions: Vec<[f64; 3]> = sound.counted(receiver).map(|point| sound.path.positions[point]).collect();
             let power = [PointSources::CNOSSOS_EU, PointSources::NORD2000].map(|sources| {

@@ -249,14 +249,20 @@ mod tests {
         assert_eq!(read[0][6].parse::<f64>().unwrap().to_bits(), line.reference_level.to_bits());
         assert_eq!(read[0][9].parse::<f64>().unwrap().to_bits(), line.slope_interval.unwrap().to_bits());
         assert_eq!((&read[1][14], &read[2][3], &read[2][4]), ("0", "", "80"));
-        let told = emission.report().to_string();
-        assert!(told.contains("rough, stone, beside: CNOSSOS-EU") && told.contains("lg(v/80 km/h)"), "{told}");
-        assert_eq!(told.matches(" (70.").count(), 1, "{told}");
-        assert!(told.contains("below and above 80 km/h: 2 and 1;"), "{told}");
+        let reported = emission.report().to_string();
+        assert!(
+            reported.contains("rough, stone, beside: CNOSSOS-EU") && reported.contains("lg(v/80 km/h)"),
+            "{reported}"
+        );
+        assert_eq!(reported.matches(" (70.").count(), 1, "{reported}");
+        assert!(reported.contains("below and above 80 km/h: 2 and 1;"), "{reported}");
         assert_eq!((&read[2][15], &read[2][16], &read[0][15]), ("1", "", ""));
-        assert!(told.contains("1 passage has no known statistical error"), "{told}");
+        assert!(reported.contains("1 passage has no known statistical error"), "{reported}");
         let error = "numerical error of the levels, slices included:";
-        assert!(told.contains(&format!("{error} at most 0.5 dB\n")) && told.contains(&format!("{error} not known\n")));
+        assert!(
+            reported.contains(&format!("{error} at most 0.5 dB\n"))
+                && reported.contains(&format!("{error} not known\n"))
+        );
         assert_eq!((&read[0][17], &read[2][17]), ("0.5", ""));
         let json = emission.to_json();
         assert_eq!((&json["rows"][0]["model"], &json["rows"][2]["nominal_hz"]), (&json!("cnossos-eu"), &Value::Null));

@@ -154,11 +154,11 @@ pub fn fit(
     // 2. Find the right minimum from the low frequencies.
     let from = low_point(&space, points, uncertainty, stop, watch)?;
     // 3. Least squares on all frequencies.
-    let mut tell = |steps: usize, squares: f64| {
+    let mut report = |steps: usize, squares: f64| {
         watch(PIECES - 1, &format!("all frequencies, step {steps}: chi^2/N = {:.3}", squares / freedom));
         going_on(stop)
     };
-    let found = minimise(&of_all, &from, &space.bounds(), ON_ALL, &mut tell);
+    let found = minimise(&of_all, &from, &space.bounds(), ON_ALL, &mut report);
     asked(stop)?;
     let tyre = space.tyre(&found.point);
     let chi_squared = [at_start, found.squares()].map(|squares| squares / freedom);
@@ -237,12 +237,12 @@ fn low_point(
     let freedom = (2 * low.len() - unknowns) as f64;
     let mut ends = Vec::with_capacity(BEST);
     for ((_, trial), number) in trials.into_iter().zip(1..) {
-        let mut tell = |steps: usize, squares: f64| {
+        let mut report = |steps: usize, squares: f64| {
             let chi = squares / freedom;
             watch(number, &format!("low frequencies, start {number} of {BEST}, step {steps}: chi^2/N = {chi:.3}"));
             going_on(stop)
         };
-        let end = minimise(&of_low, &trial, &space.bounds(), ON_LOW, &mut tell);
+        let end = minimise(&of_low, &trial, &space.bounds(), ON_LOW, &mut report);
         let explained = end.squares() < EXPLAINED * freedom;
         ends.push((end.squares(), end.point));
         if explained {

@@ -185,12 +185,12 @@ mod tests {
     }
 
     /// Verdict on changed values, for a starting tyre whose mobility is 1.5 times the measured one.
-    fn told(points: &[Point], change: impl Fn(Complex64, f64) -> Complex64) -> Option<Instead> {
+    fn reported(points: &[Point], change: impl Fn(Complex64, f64) -> Complex64) -> Option<Instead> {
         let computed: Vec<Complex64> = points.iter().map(|point| 1.5 * point.mobility).collect();
-        told_of(points, &computed, change)
+        reported_of(points, &computed, change)
     }
 
-    fn told_of(
+    fn reported_of(
         points: &[Point],
         computed: &[Complex64],
         change: impl Fn(Complex64, f64) -> Complex64,
@@ -205,20 +205,20 @@ mod tests {
         let points = tyre();
         let i_omega = |frequency: f64| Complex64::new(0.0, TAU * frequency);
         let turn = |degrees: f64| Complex64::from_polar(1.0, degrees.to_radians());
-        assert_eq!(told(&points, |value, _| value), None);
-        assert_eq!(told(&points, |value, frequency| value * i_omega(frequency)), Some(Instead::Accelerance));
-        assert_eq!(told(&points, |value, frequency| value / i_omega(frequency)), Some(Instead::Receptance));
-        assert_eq!(told(&points, |value, frequency| value * i_omega(frequency) / 9.81), Some(Instead::Accelerance));
-        assert_eq!(told(&points, |value, _| -value), Some(Instead::OppositeSign));
-        assert_eq!(told(&points, |value, _| value * 1e3), Some(Instead::OtherUnits));
-        assert_eq!(told(&points, |value, _| value * turn(90.0)), Some(Instead::WrongPhase));
-        assert_eq!(told(&points, |value, _| value * turn(-90.0)), Some(Instead::WrongPhase));
+        assert_eq!(reported(&points, |value, _| value), None);
+        assert_eq!(reported(&points, |value, frequency| value * i_omega(frequency)), Some(Instead::Accelerance));
+        assert_eq!(reported(&points, |value, frequency| value / i_omega(frequency)), Some(Instead::Receptance));
+        assert_eq!(reported(&points, |value, frequency| value * i_omega(frequency) / 9.81), Some(Instead::Accelerance));
+        assert_eq!(reported(&points, |value, _| -value), Some(Instead::OppositeSign));
+        assert_eq!(reported(&points, |value, _| value * 1e3), Some(Instead::OtherUnits));
+        assert_eq!(reported(&points, |value, _| value * turn(90.0)), Some(Instead::WrongPhase));
+        assert_eq!(reported(&points, |value, _| value * turn(-90.0)), Some(Instead::WrongPhase));
         // A delay of a millisecond between the channels.
-        assert_eq!(told(&points, |value, frequency| value * turn(-0.36 * frequency)), Some(Instead::WrongPhase));
+        assert_eq!(reported(&points, |value, frequency| value * turn(-0.36 * frequency)), Some(Instead::WrongPhase));
         // As much as the uncertainty allows.
         let edge =
             |value: Complex64, _| Complex64::from_polar(value.norm(), value.arg().signum() * 98.0_f64.to_radians());
-        assert_eq!(told(&points, edge), None);
+        assert_eq!(reported(&points, edge), None);
     }
 
     #[test]
@@ -233,8 +233,11 @@ mod tests {
         assert_eq!(judge(&mobility, uncertainty, &computed), Ok(()));
         let refused = judge(&accelerance, uncertainty, &computed).unwrap_err();
         assert_eq!(refused.instead, Instead::Accelerance);
-        let told = refused.to_string();
-        assert!(told.contains("below 0 by more than its uncertainty at 25 of 30 values, first at 50 Hz"), "{told}");
+        let reported = refused.to_string();
+        assert!(
+            reported.contains("below 0 by more than its uncertainty at 25 of 30 values, first at 50 Hz"),
+            "{reported}"
+        );
         for (change, instead) in [
             ((|value, i_omega| value / i_omega) as fn(Complex64, Complex64) -> Complex64, Instead::Receptance),
             (|value, _| -value, Instead::OppositeSign),
@@ -242,7 +245,7 @@ mod tests {
             (|value, _| value * Complex64::i(), Instead::WrongPhase),
         ] {
             assert_eq!(
-                told_of(&mobility, &computed, |value, f| change(value, Complex64::new(0.0, TAU * f))),
+                reported_of(&mobility, &computed, |value, f| change(value, Complex64::new(0.0, TAU * f))),
                 Some(instead)
             );
         }
@@ -253,15 +256,15 @@ mod tests {
         let low: Vec<Point> = tyre().into_iter().filter(|point| point.frequency < 1000.0).collect();
         let receptance = |value: Complex64, frequency: f64| value / Complex64::new(0.0, TAU * frequency);
         assert!(low.iter().all(|point| receptance(point.mobility, point.frequency).re > 0.0));
-        assert_eq!(told(&low, receptance), Some(Instead::Receptance));
+        assert_eq!(reported(&low, receptance), Some(Instead::Receptance));
     }
 
     #[test]
     fn another_time_factor_and_radians_are_told_by_the_phases_of_the_starting_tyre() {
         let stiff: Vec<Point> =
             tyre().into_iter().map(|point| Point { mobility: Complex64::from_polar(0.01, 1.0), ..point }).collect();
-        assert_eq!(told(&stiff, |value, _| value.conj()), Some(Instead::OtherTimeFactor));
+        assert_eq!(reported(&stiff, |value, _| value.conj()), Some(Instead::OtherTimeFactor));
         let radians = |value: Complex64, _| Complex64::from_polar(value.norm(), value.arg().to_radians());
-        assert_eq!(told(&stiff, radians), Some(Instead::Radians));
+        assert_eq!(reported(&stiff, radians), Some(Instead::Radians));
     }
 }

@@ -138,16 +138,16 @@ impl Quantity {
         denominator: &AxisRecord,
         units: Option<FileUnits>,
     ) -> Result<Self, String> {
-        let (above, over, above_told) =
+        let (above, over, above_given) =
             Side::of_axis(numerator, units).map_err(|wrong| format!("record 9 (numerator): {wrong}"))?;
-        let (below, under, below_told) =
+        let (below, under, below_given) =
             Side::of_axis(denominator, units).map_err(|wrong| format!("record 10 (denominator): {wrong}"))?;
         let (order, inverse) = match (above, below) {
             (Side::Motion(order), Side::Force) => (order, false),
             (Side::Force, Side::Motion(order)) => (order, true),
             _ => return Err(format!("it is {} over {}, not motion over force", above.name(), below.name())),
         };
-        Ok(Self { order, inverse, to_si: over / under, si_assumed: !(above_told && below_told) })
+        Ok(Self { order, inverse, to_si: over / under, si_assumed: !(above_given && below_given) })
     }
 
     /// Name of the ratio, for reports.
@@ -219,8 +219,8 @@ mod tests {
             (axis(15, "Pa"), axis(13, "N"), None, "its type is 15"),
             (axis(12, ""), axis(12, ""), None, "acceleration over acceleration"),
         ] {
-            let told = Quantity::of(&above, &below, units).unwrap_err();
-            assert!(told.contains(words), "{words}: {told}");
+            let reported = Quantity::of(&above, &below, units).unwrap_err();
+            assert!(reported.contains(words), "{words}: {reported}");
         }
     }
 }

@@ -477,9 +477,9 @@ mod tests {
             ("two_points_opposite.uff", 78, &["function 1: accelerance", "function 2", "sign turned"]),
         ] {
             let found = read(&file(name), &[0.02], WHOLE).unwrap();
-            let told = found.notes.join("; ");
-            assert_eq!(found.points.len(), values, "{name}: {told}");
-            words.iter().for_each(|word| assert!(told.contains(word), "{name}: {word}: {told}"));
+            let reported = found.notes.join("; ");
+            assert_eq!(found.points.len(), values, "{name}: {reported}");
+            words.iter().for_each(|word| assert!(reported.contains(word), "{name}: {word}: {reported}"));
             for point in &found.points {
                 // Single precision has six digits as text.
                 let error = (point.mobility - oscillator(point.frequency)).norm() / point.mobility.norm();
@@ -513,8 +513,8 @@ mod tests {
             (&text.replacen("         5        40", "         5 999999999", 1), "counts 999999999 values"),
             (&text.replacen("    4", "    6", 1), "1 coherences"),
         ] {
-            let told = refused(text);
-            assert!(told.contains(words), "{words}: {told}");
+            let reported = refused(text);
+            assert!(reported.contains(words), "{words}: {reported}");
         }
         let two = read(&file("two_points_opposite.uff"), &[0.02, 0.03, 0.05], WHOLE).unwrap_err().to_string();
         assert!(two.contains("2 responses at a driving point and 3 patches"), "{two}");

@@ -171,8 +171,8 @@ impl Range {
 /// Parses a finite number.
 fn number(text: &str) -> Result<f64, String> {
     let text = text.trim();
-    let told = || format!("\"{text}\" is not a number: a range is FROM..TO:STEP, such as 50..130:10");
-    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(told)
+    let reported = || format!("\"{text}\" is not a number: a range is FROM..TO:STEP, such as 50..130:10");
+    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(reported)
 }
 
 /// Decimal number of `digits` significant digits nearest to a value.

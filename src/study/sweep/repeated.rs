@@ -259,11 +259,11 @@ impl RepeatedTable {
             rows.iter().flat_map(|row| row.means.keys().chain(row.apart.keys()).cloned()).collect();
         quantities.sort_unstable();
         quantities.dedup();
-        let told = |(label, done): &(Label, Option<Done>)| {
+        let reported = |(label, done): &(Label, Option<Done>)| {
             let unread = done.iter().flat_map(|done| &done.unread);
-            unread.map(|told| format!("{}: {told}\n", label.name)).collect::<Vec<_>>()
+            unread.map(|reported| format!("{}: {reported}\n", label.name)).collect::<Vec<_>>()
         };
-        Self { factors, rows, quantities, unread: runs.iter().flat_map(told).collect() }
+        Self { factors, rows, quantities, unread: runs.iter().flat_map(reported).collect() }
     }
 
     /// Report for people: a line per combination, without third octaves, which are in the files.
@@ -294,7 +294,7 @@ impl RepeatedTable {
             let largest = "error: largest numerical error of a run in dB; of a maximum fewest passages";
             report.text(format!("{largest} and largest standard error of a run\n"));
         }
-        self.unread.iter().for_each(|told| report.text(told));
+        self.unread.iter().for_each(|reported| report.text(reported));
         report
     }
 
@@ -451,9 +451,9 @@ mod tests {
             RepeatedTable::of(&runs)
         };
         let known = with([Some(0.3), Some(8.5)]);
-        let told = known.report().to_string();
+        let reported = known.report().to_string();
         let cell = "at least 70.00 +- 0.00, error 8.5, passages 1, standard error not known, 25 Hz - 800 Hz";
-        assert!(told.contains(cell), "{told}");
+        assert!(reported.contains(cell), "{reported}");
         assert!(known.csv().lines().any(|row| row.contains("near") && row.ends_with(",25,800,1,8.5,1,")));
         let record = &known.to_json()[0];
         assert_eq!((&record["level_error_db"], &record["lower_bound"]), (&json!(8.5), &json!(true)));
@@ -489,8 +489,8 @@ mod tests {
         let curves = |runs: &[_]| RepeatedTable::of(runs).curves("t");
         let [both] = &curves(&at_receivers(2))[..] else { panic!("one picture") };
         // 30 + 25 + (1 + 2)/2; half the interval is 12.706 sqrt(0.5)/sqrt(2).
-        for told in ["3000 N, near", "3100 N, far", "speed km/h: 50\n3000 N, far: 56.50 \u{b1} 6.353"] {
-            assert!(both.contains(told), "{told}: {both}");
+        for reported in ["3000 N, near", "3100 N, far", "speed km/h: 50\n3000 N, far: 56.50 \u{b1} 6.353"] {
+            assert!(both.contains(reported), "{reported}: {both}");
         }
         let apart = curves(&at_receivers(7));
         assert!(apart.len() == 2 && apart[0].contains("3600 N, far") && !apart[0].contains("near"), "{apart:?}");

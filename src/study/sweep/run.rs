@@ -396,7 +396,7 @@ mod tests {
             done.sound.iter().map(|(name, level)| (name.as_str(), level.level)).collect::<Vec<_>>(),
             [("beside", 60.5)]
         );
-        let [told] = &done.unread[..] else { panic!("one sentence: {:?}", done.unread) };
-        assert!(told.starts_with("no level at \"cpx\": its summary cannot be read: "), "{told}");
+        let [reported] = &done.unread[..] else { panic!("one sentence: {:?}", done.unread) };
+        assert!(reported.starts_with("no level at \"cpx\": its summary cannot be read: "), "{reported}");
     }
 }

@@ -223,11 +223,11 @@ impl SweepBlock {
                 .flat_map(|name| [row(name), self.bands_at(name)].into_iter().chain(self.statistics(name)));
             report.table(aligned(header, rows));
             let longer = receivers.iter().filter_map(|name| self.longest_missing(name));
-            longer.for_each(|told| report.text(told));
-            receivers.iter().filter_map(|name| self.growth_note(name)).for_each(|told| report.text(told));
+            longer.for_each(|reported| report.text(reported));
+            receivers.iter().filter_map(|name| self.growth_note(name)).for_each(|reported| report.text(reported));
         }
         for (speed, done) in columns() {
-            done.unread.iter().for_each(|told| report.text(format!("{speed} km/h: {told}\n")));
+            done.unread.iter().for_each(|reported| report.text(format!("{speed} km/h: {reported}\n")));
             if let Some(load) = done.missed_load() {
                 report.text(format!("* {speed} km/h: {load}\n"));
             }
@@ -354,9 +354,12 @@ mod tests {
         };
         // At each speed slices are valid for 25 to 80 Hz: 14.8 dB(A) and less, the faster the less.
         let low = with([15.0, 14.8, 11.5].map(|level| level_valid_to(-11, level)));
-        let told = low.report().to_string();
-        assert!(told.contains("at least 14.8") && told.contains("25 Hz - 80 Hz"), "{told}");
-        assert!(told.contains("no dB/decade: the common bands, 25 Hz - 80 Hz, do not reach the loudest"), "{told}");
+        let reported = low.report().to_string();
+        assert!(reported.contains("at least 14.8") && reported.contains("25 Hz - 80 Hz"), "{reported}");
+        assert!(
+            reported.contains("no dB/decade: the common bands, 25 Hz - 80 Hz, do not reach the loudest"),
+            "{reported}"
+        );
         let table = sound_csv(&[low]).unwrap();
         let row: Vec<&str> = table.lines().nth(2).unwrap().rsplit(',').take(5).collect();
         assert_eq!((row, table.contains("80,14.8,,,")), (vec!["", "1", "80", "25", ""], true), "{table}");

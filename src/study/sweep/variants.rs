@@ -361,13 +361,16 @@ mod tests {
         let made = variants(&base(), &axes).unwrap();
         assert_eq!((made.len(), made[1].label.name.as_str()), (2, "seed=3-tread=bedding-80kmh"));
         assert_eq!(made[1].label.group, "seed=3, tread=bedding");
-        let told: Vec<(&str, &str, bool)> = made[1]
+        let reported: Vec<(&str, &str, bool)> = made[1]
             .label
             .choices
             .iter()
             .map(|choice| (choice.factor.as_str(), choice.value.as_str(), choice.repeats))
             .collect();
-        assert_eq!(told, [("road.seed", "3", true), ("contact.tread", "bedding", false), ("speed km/h", "80", false)]);
+        assert_eq!(
+            reported,
+            [("road.seed", "3", true), ("contact.tread", "bedding", false), ("speed km/h", "80", false)]
+        );
         assert!(matches!(&made[1].loaded.scene.road, Road::Made(road) if road.seed == 3));
         // What a task stores is the whole scene.
         let again = made[1].loaded.given().unwrap().to_string();

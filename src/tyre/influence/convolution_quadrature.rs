@@ -90,7 +90,7 @@ impl Weights {
         Self::summed(sum, field, rule, time_step, lags, &AtomicBool::new(false))
     }
 
-    /// As [`Self::new`], but looks at `stop` before every wavenumber; `None` if it was set.
+    /// As [`Self::new`], but checks `stop` before every wavenumber; `None` if it was set.
     pub fn unless_stopped(
         sum: &InfluenceSum,
         field: Field,

@@ -15,7 +15,7 @@ use num_complex::Complex64;
 
 use super::anisotropic::FlatLayers;
 use super::faces::to_fields;
-use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
+use super::layer::{Exponents, FaceState, LayerAt, LayerMethod, LayerResult, choose_method};
 use super::material;
 use super::matrix2::Matrix2;
 use crate::numeric::ComplexField;
@@ -168,12 +168,12 @@ fn pass(
     exponents: &Exponents<Complex64>,
     under: Matrix2<Complex64>,
 ) -> LayerResult<Complex64> {
-    layer.p_sv(exponents, way(layer, exponents), under)
+    layer.p_sv(exponents, method(layer, exponents), under)
 }
 
-fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
+fn method(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> LayerMethod {
     let h_squared = layer.thickness * layer.thickness;
-    choose_way(exponents.alpha_squared.norm() * h_squared, exponents.beta_squared.norm() * h_squared)
+    choose_method(exponents.alpha_squared.norm() * h_squared, exponents.beta_squared.norm() * h_squared)
 }
 
 impl StackAt {
@@ -226,7 +226,7 @@ impl StackAt {
         let (mut transfer, mut surface) = (Complex64::ONE, under.inv());
         for layer in &self.layers {
             let exponents = layer.exponents(kx, ky);
-            let thin = way(layer, &exponents) == Way::Thin;
+            let thin = method(layer, &exponents) == LayerMethod::Thin;
             let [displacement, traction, bottom] = layer.sh(&exponents, thin, under);
             under = traction / displacement;
             surface = displacement / traction;

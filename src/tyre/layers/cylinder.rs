@@ -262,14 +262,14 @@ impl CylinderAt {
 }
 
 impl<T: ComplexField> CylinderAt<T> {
-    /// Impedance of a sidewall's edge in a wave of n periods, one rotation or the other by `way`.
+    /// Impedance of a sidewall's edge in a wave of n periods, one rotation or the other by `direction`.
     #[inline(always)]
-    fn edge(&self, n: usize, way: impl Fn(&BothWays) -> &EdgeImpedance) -> Option<EdgeImpedance<T>> {
+    fn edge(&self, n: usize, direction: impl Fn(&BothWays) -> &EdgeImpedance) -> Option<EdgeImpedance<T>> {
         if self.sidewalls.is_empty() {
             return None;
         }
         let entry = |of: &dyn Fn(&EdgeImpedance) -> Complex64| {
-            self.s.gathered(|lane| of(way(self.sidewalls[lane].both_ways(n))))
+            self.s.gathered(|lane| of(direction(self.sidewalls[lane].both_ways(n))))
         };
         Some(EdgeImpedance {
             radial: entry(&|edge| edge.radial),

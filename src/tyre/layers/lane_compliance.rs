@@ -9,7 +9,7 @@ use pulp::Simd;
 
 use super::anisotropic::FlatLayers;
 use super::compliance::{NormalCompliance, StackAt};
-use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
+use super::layer::{Exponents, FaceState, LayerAt, LayerMethod, LayerResult, choose_method};
 use super::matrix2::Matrix2;
 use crate::numeric::lanes::{load, store};
 use crate::numeric::{ComplexField, Lanes, MOST_LANES};
@@ -160,22 +160,22 @@ fn pass<S: Simd>(
     let beta = simd.mul_f64s(simd.sqrt_f64s(exponents.beta_squared.norm_squared()), scale);
     let (smaller, larger) = (simd.min_f64s(alpha, beta), simd.max_f64s(alpha, beta));
     // If the extreme lanes agree on a method, it suits all.
-    let least = choose_way(simd.reduce_min_f64s(smaller), simd.reduce_min_f64s(larger));
-    let most = choose_way(simd.reduce_min_f64s(smaller), simd.reduce_max_f64s(larger));
-    if least == most && least == Way::Thin {
+    let least = choose_method(simd.reduce_min_f64s(smaller), simd.reduce_min_f64s(larger));
+    let most = choose_method(simd.reduce_min_f64s(smaller), simd.reduce_max_f64s(larger));
+    if least == most && least == LayerMethod::Thin {
         return layer.p_sv_thin(exponents, layer.thickness, under);
     }
     let thick = layer.p_sv_thick(exponents, under);
-    if least == most && least == Way::Thick {
+    if least == most && least == LayerMethod::Thick {
         return thick;
     }
     let (alpha, beta) = (store(simd, alpha), store(simd, beta));
     let mut thin = [0.0; MOST_LANES];
     for lane in 0..S::F64_LANES {
-        match choose_way(alpha[lane], beta[lane]) {
-            Way::Thin => thin[lane] = 1.0,
-            Way::Thick => {}
-            Way::Sliced(_) => sliced[lane] = true,
+        match choose_method(alpha[lane], beta[lane]) {
+            LayerMethod::Thin => thin[lane] = 1.0,
+            LayerMethod::Thick => {}
+            LayerMethod::Sliced(_) => sliced[lane] = true,
         }
     }
     let mask = simd.greater_than_f64s(load(simd, &thin), simd.splat_f64s(0.5));

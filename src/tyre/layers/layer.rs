@@ -66,7 +66,7 @@ pub(crate) struct LayerResult<T> {
 
 /// Method for a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Way {
+pub(crate) enum LayerMethod {
     /// Transfer matrix by series.
     Thin,
     /// Scaled waves.
@@ -81,18 +81,18 @@ const SLOW: f64 = 0.05;
 const MOST_SLICES: f64 = 512.0;
 
 /// Method by |alpha h|^2 and |beta h|^2.
-pub(crate) fn choose_way(alpha_h_squared: f64, beta_h_squared: f64) -> Way {
+pub(crate) fn choose_method(alpha_h_squared: f64, beta_h_squared: f64) -> LayerMethod {
     let largest = alpha_h_squared.max(beta_h_squared);
     if largest <= SERIES_LIMIT {
-        return Way::Thin;
+        return LayerMethod::Thin;
     }
     if alpha_h_squared.min(beta_h_squared) < SLOW * SLOW {
         let slices = (largest / SERIES_LIMIT).sqrt().ceil();
         if slices <= MOST_SLICES {
-            return Way::Sliced(slices as usize);
+            return LayerMethod::Sliced(slices as usize);
         }
     }
-    Way::Thick
+    LayerMethod::Thick
 }
 
 /// Squared exponents and other values that depend on the wavenumber.
@@ -133,11 +133,11 @@ impl<T: ComplexField> LayerAt<T> {
 
     /// P-SV states on top of the layer over an impedance (tau, sigma) = `under` (w, u_z), by a given method.
     #[inline(always)]
-    pub(crate) fn p_sv(&self, exponents: &Exponents<T>, way: Way, under: Matrix2<T>) -> LayerResult<T> {
-        match way {
-            Way::Thin => self.p_sv_thin(exponents, self.thickness, under),
-            Way::Thick => self.p_sv_thick(exponents, under),
-            Way::Sliced(slices) => {
+    pub(crate) fn p_sv(&self, exponents: &Exponents<T>, method: LayerMethod, under: Matrix2<T>) -> LayerResult<T> {
+        match method {
+            LayerMethod::Thin => self.p_sv_thin(exponents, self.thickness, under),
+            LayerMethod::Thick => self.p_sv_thick(exponents, under),
+            LayerMethod::Sliced(slices) => {
                 let thickness = self.thickness / slices as f64;
                 let mut result = self.p_sv_thin(exponents, thickness, under);
                 for _ in 1..slices {

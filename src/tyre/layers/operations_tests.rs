@@ -105,8 +105,9 @@ fn counted_operations(below: usize) -> u64 {
         anisotropic: None,
     };
     COUNT.set(0);
-    let pass =
-        |layer: &LayerAt<Counted>, exponents: &Exponents<Counted>, under| layer.p_sv(exponents, Way::Thick, under);
+    let pass = |layer: &LayerAt<Counted>, exponents: &Exponents<Counted>, under| {
+        layer.p_sv(exponents, LayerMethod::Thick, under)
+    };
     let value = counting.p_sv(300.0, 500.0, false, pass).0.normal().surface.0;
     let exact = at.normal(300.0, 500.0).surface;
     assert!((value - exact).norm() < 1e-10 * exact.norm());

@@ -30,7 +30,7 @@ pub struct CellFitOptions {
     pub most_poles: usize,
 }
 
-/// Fits the waves of a list of rows, each row with n rising, in their order; looks at `stop` before every wave.
+/// Fits the waves of a list of rows, each row with n rising, in their order; checks `stop` before every wave.
 ///
 /// # Errors
 /// `FitError`: the first wave in the order of the list that is refused, with its n; `FitError::Stopped`.

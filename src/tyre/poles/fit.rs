@@ -87,7 +87,7 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
     fit_unless_stopped(tyre, options, &AtomicBool::new(false))
 }
 
-/// As [`fit`], but looks at `stop` before every wavenumber, and ends early with [`FitError::Stopped`] once it is set.
+/// As [`fit`], but checks `stop` before every wavenumber, and ends early with [`FitError::Stopped`] once it is set.
 pub fn fit_unless_stopped(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<RationalModel, FitError> {
     fit_timed(tyre, options, stop).map(|(model, _)| model)
 }
@@ -253,10 +253,10 @@ impl Work<'_> {
         if fitted.is_err() {
             progress.refused.fetch_min(rank, Ordering::Relaxed);
         }
-        let go_on = fitted.is_ok();
+        let is_fitted = fitted.is_ok();
         // Each rank is visited once: the cell is empty.
         let _ = progress.done[rank].set(fitted);
-        if go_on {
+        if is_fitted {
             // The last one spawned is taken first: coarse strides, since most follow from them.
             for &follower in self.tree.followers(rank).iter().rev() {
                 scope.spawn(move |scope| self.visit(follower, progress, scope));

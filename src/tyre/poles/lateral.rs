@@ -45,7 +45,7 @@ pub(crate) fn lateral_terms(aliases: Option<usize>) -> usize {
     2 * aliases.unwrap_or(ALIASES) + 1
 }
 
-/// Fits the models of some lateral numbers, in their order; looks at `stop` before every wave.
+/// Fits the models of some lateral numbers, in their order; checks `stop` before every wave.
 ///
 /// # Errors
 /// [`FitError`]: the first wave in the order of the list that is refused; [`FitError::Stopped`].

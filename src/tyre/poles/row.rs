@@ -20,7 +20,7 @@ pub(super) struct RowTarget {
     pub bottom_scale: f64,
 }
 
-/// Fits the waves of a row, given with their n, in their order; looks at `stop` before every wave. `sample` appends a
+/// Fits the waves of a row, given with their n, in their order; checks `stop` before every wave. `sample` appends a
 /// wave's values at rungs of the ladder.
 pub(super) fn fit_row<'w>(
     ladder: &Ladder,

@@ -461,7 +461,7 @@ fn thinned(grid: Vec<usize>) -> Vec<usize> {
     if grid.len() < MOST_RUNGS { grid } else { grid.into_iter().step_by(2).collect() }
 }
 
-/// Fits the waves of a list of rows, each row with n rising, in their order; looks at `stop` before every wave. Of
+/// Fits the waves of a list of rows, each row with n rising, in their order; checks `stop` before every wave. Of
 /// several refused waves the error is that of the first in the order of the list.
 pub(crate) fn fit_tractions(
     sums: &CellSums,

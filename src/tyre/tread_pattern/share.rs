@@ -131,7 +131,7 @@ mod tests {
         let (cell, pitch) = (0.002, 0.03);
         let band = |turn: i32| Band::new(0.0101 + f64::from(turn) * pitch, 0.004, 30.0, [-1.0, 1.0]);
         let bands: Vec<Band> = (-2..=2).map(band).collect();
-        let mut looked_at = 0;
+        let mut inspected = 0;
         for (i, row) in known["share"].as_array().unwrap().iter().enumerate() {
             for (j, share) in row.as_array().unwrap().iter().enumerate() {
                 let (x, y) = (cell * i as f64, cell * j as f64);
@@ -139,10 +139,10 @@ mod tests {
                 assert!((area / (cell * cell) - share.as_f64().unwrap()).abs() < 1e-9, "{i}, {j}: {area:e}");
                 let by_centre = bands.iter().any(|band| band.covers(x + 0.5 * cell, y + 0.5 * cell));
                 assert_eq!(u64::from(by_centre), known["by_centre"][i][j].as_u64().unwrap(), "{i}, {j}");
-                looked_at += 1;
+                inspected += 1;
             }
         }
-        assert_eq!(looked_at, 150);
+        assert_eq!(inspected, 150);
         // One band comes in again at the other end of its pitch.
         let all = covered(&bands[2..3], &[], [0.0, pitch], [0.0, 10.0 * cell], true) / (pitch * 10.0 * cell);
         assert!((all - known["void"].as_f64().unwrap()).abs() < 1e-9, "{all}");

@@ -30,7 +30,7 @@ pub(crate) fn number(test: &str) -> Option<u32> {
     rest.split('_').next()?.parse().ok()
 }
 
-/// Tells what the running test measures and by which bound; nothing in a test that is no hard case.
+/// States what the running test measures and by which bound; nothing in a test that is no hard case.
 pub(crate) fn measured(what: impl Display, bound: impl Display, measured: impl Display) {
     let thread = std::thread::current();
     let Some((test, number)) = thread.name().and_then(|name| Some((name, number(name)?))) else { return };

@@ -176,7 +176,7 @@ pub(super) fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, square.sqrt())
 }
 
-/// Tells that a test is left out on this machine, and why: printed, and noted for the end of `.ci/run`.
+/// Reports that a test is left out on this machine, and why: printed, and noted for the end of `.ci/run`.
 pub(super) fn skipped(why: &str) {
     println!("skipped: {why}");
     let folder = build().with_file_name("tmp");

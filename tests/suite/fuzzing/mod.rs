@@ -27,7 +27,7 @@ mod scenes;
 
 /// Longest that a parser may take for a file of some kilobytes, in any build.
 const LONGEST: Duration = Duration::from_secs(20);
-/// Time beyond which an execution is told of, and looked at.
+/// Time beyond which an execution is reported, and examined.
 const TOLD: Duration = Duration::from_secs(1);
 /// Memory for opening a road or solving a case \[bytes\].
 const MEMORY: u64 = 1 << 24;
@@ -82,10 +82,11 @@ fn road(folder: &Path, bytes: &[u8], road: impl Fn(std::path::PathBuf) -> Road) 
     fs::write(&file, bytes).unwrap();
     let spec = road(file);
     let limits = Limits { bytes: MEMORY };
-    let told = Lattice::choose(&spec, 0.01, 0.1, None, None).and_then(|lattice| describe(&spec, lattice, 20.0, limits));
-    if let Ok(told) = told {
-        assert!(sampled_heights(&told).iter().all(|height| height.is_finite()));
-        assert!(told.levels.iter().all(|at| at.level.is_finite()) && told.rms.is_finite());
+    let reported =
+        Lattice::choose(&spec, 0.01, 0.1, None, None).and_then(|lattice| describe(&spec, lattice, 20.0, limits));
+    if let Ok(reported) = reported {
+        assert!(sampled_heights(&reported).iter().all(|height| height.is_finite()));
+        assert!(reported.levels.iter().all(|at| at.level.is_finite()) && reported.rms.is_finite());
     }
 }
 

@@ -119,7 +119,7 @@ fn scene(bases: &[Table], all: &[Section<'_>], random: &mut ChaCha8Rng) -> Strin
     scene.to_string()
 }
 
-/// Plans a scene and tells the end.
+/// Plans a scene and returns the end.
 fn planned(text: &str) -> String {
     let outcome = Scene::from_str(text, "random").and_then(|loaded| {
         loaded.check_time_domain()?;
@@ -132,9 +132,9 @@ fn planned(text: &str) -> String {
     outcome.map_or_else(|error| error.to_string().lines().next().unwrap_or_default().to_owned(), |()| "planned".into())
 }
 
-/// So many random scenes, those that take longer than `told` printed; the slowest first, with how long each took and
+/// So many random scenes, those longer than `reported` printed; the slowest first, with how long each took and
 /// what became of it.
-fn all_end(count: u64, seed: u64, told: Duration) -> Vec<(Duration, String, String)> {
+fn all_end(count: u64, seed: u64, reported: Duration) -> Vec<(Duration, String, String)> {
     let schema = Scene::json_schema();
     let all = sections(&schema);
     let bases = [DEFAULT, PLATE, corpus::SOUND].map(|text| text.parse::<Table>().unwrap());
@@ -147,7 +147,7 @@ fn all_end(count: u64, seed: u64, told: Duration) -> Vec<(Duration, String, Stri
         let outcome = catch_unwind(AssertUnwindSafe(|| planned(&text)));
         let taken = begin.elapsed();
         let outcome = outcome.unwrap_or_else(|_| panic!("scene {number} of seed {seed} panics:\n{text}"));
-        if taken > told {
+        if taken > reported {
             println!("{taken:.1?} for scene {number} of seed {seed}: {outcome}\n{text}");
         }
         found.push((taken, outcome, text));
@@ -166,9 +166,9 @@ fn random_scenes_are_planned_or_refused() {
 #[ignore = "10^4 scenes, the ten slowest printed; 10 min"]
 fn ten_thousand_random_scenes_are_planned_or_refused_soon() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
-    let (told, longest) = (Duration::from_secs(1), Duration::from_secs(5));
+    let (reported, longest) = (Duration::from_secs(1), Duration::from_secs(5));
     let count = number("TYREWAVE_FUZZ_SCENES").unwrap_or(10_000);
-    let found = all_end(count, number("TYREWAVE_FUZZ_SEED").unwrap_or(2), told);
+    let found = all_end(count, number("TYREWAVE_FUZZ_SEED").unwrap_or(2), reported);
     let planned = found.iter().filter(|(_, outcome, _)| outcome == "planned").count();
     println!("{planned} of {count} planned, the others refused; the ten slowest:");
     found.iter().take(10).for_each(|(taken, outcome, _)| println!("{taken:>10.1?}  {outcome}"));

@@ -61,14 +61,14 @@ fn every_module_of_the_library_has_a_level_and_is_documented_in_that_order() {
 fn no_module_uses_one_that_comes_later() {
     let sources = sources();
     let uses = Uses::new(&sources);
-    let (mut looked_at, mut found) = (0, BTreeSet::new());
+    let (mut inspected, mut found) = (0, BTreeSet::new());
     for source in &sources {
         let Some((module, own)) = source.module.first().and_then(|module| Some((module, level(module)?))) else {
             continue;
         };
         for (source, of_tests) in [(source, None), (&source.of_tests(), Some("test_models"))] {
             for path in uses.used(source) {
-                looked_at += 1;
+                inspected += 1;
                 let other = path.first().unwrap();
                 let is_later = other != module && level(other).is_some_and(|level| level >= own);
                 if is_later && of_tests != Some(other) {
@@ -77,7 +77,7 @@ fn no_module_uses_one_that_comes_later() {
             }
         }
     }
-    assert!(looked_at > 1000, "only {looked_at} uses were found");
+    assert!(inspected > 1000, "only {inspected} uses were found");
     assert!(found.is_empty(), "uses of later modules: {found:#?}");
 }
 
@@ -88,19 +88,19 @@ fn plans_and_pages_reach_effects_through_their_list_alone() {
     let rooms = sources.iter().filter(|source| source.file.starts_with("effects/") && source.file.ends_with("/mod.rs"));
     let rooms: BTreeSet<&str> = rooms.filter_map(|source| source.module.get(1).map(String::as_str)).collect();
     assert_eq!(rooms.len(), tyrewave::internals::number_of_effects(), "an effect is a folder and a line: {rooms:?}");
-    let (mut looked_at, mut found) = (0, BTreeSet::new());
+    let (mut inspected, mut found) = (0, BTreeSet::new());
     for source in &sources {
         let Some("results" | "plan" | "planning" | "report") = source.module.first().map(String::as_str) else {
             continue;
         };
         for path in uses.used(source) {
-            looked_at += 1;
+            inspected += 1;
             if path.len() > 1 && path[0] == "effects" && rooms.contains(path[1].as_str()) {
                 found.insert(format!("{} uses {}", source.file, path.join("::")));
             }
         }
     }
-    assert!(looked_at > 100 && found.is_empty(), "effects that are known by name: {found:#?}");
+    assert!(inspected > 100 && found.is_empty(), "effects that are known by name: {found:#?}");
 }
 
 #[test]

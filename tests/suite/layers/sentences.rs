@@ -35,24 +35,24 @@ fn documents(root: &Path) -> Vec<std::path::PathBuf> {
 #[test]
 fn no_sentence_hides_its_subject() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let (mut looked_at, mut found) = (0, BTreeSet::new());
-    let mut look = |path: &Path, number: usize, text: &str| {
-        looked_at += 1;
+    let (mut inspected, mut found) = (0, BTreeSet::new());
+    let mut inspect = |path: &Path, number: usize, text: &str| {
+        inspected += 1;
         if let Some(word) = riddle(text) {
             found.insert(format!("{}:{}: {word}", path.strip_prefix(root).unwrap().display(), number + 1));
         }
     };
     for path in ["src", "tests", "benches", "examples"].into_iter().flat_map(|folder| rust_files(&root.join(folder))) {
         for (number, line) in fs::read_to_string(&path).unwrap().lines().enumerate() {
-            documentation(line).into_iter().for_each(|text| look(&path, number, text));
+            documentation(line).into_iter().for_each(|text| inspect(&path, number, text));
         }
     }
     for path in documents(root) {
         for (number, line) in fs::read_to_string(&path).unwrap().lines().enumerate() {
-            look(&path, number, line);
+            inspect(&path, number, line);
         }
     }
-    assert!(looked_at > 5000, "only {looked_at} lines were found");
+    assert!(inspected > 5000, "only {inspected} lines were found");
     assert!(found.is_empty(), "{} sentences hide their subject: {found:#?}", found.len());
 }
 

@@ -47,8 +47,8 @@ fn kilohertz_kilonewtons_per_metre_and_millimetres_are_asked_about() {
         "tyre.sidewall.shear=3",
         "road={ kind = \"made\", levels = [40.0, 40.0], wavelengths = [100.0, 80.0] }",
     ] {
-        let told = about(setting);
-        assert!(told.contains("implausible") && told.contains("another unit?"), "{setting}: {told}");
+        let reported = about(setting);
+        assert!(reported.contains("implausible") && reported.contains("another unit?"), "{setting}: {reported}");
     }
 }
 
@@ -60,14 +60,14 @@ fn about(setting: &str) -> String {
 
 #[test]
 fn a_load_in_kilograms_is_asked_about_by_what_the_inflation_bears() {
-    let told = about("rolling.axle={ load = 350.0 }");
+    let reported = about("rolling.axle={ load = 350.0 }");
     assert!(
-        told.contains("350 N is implausible: from 580 to 14000 N") && told.contains("350 kg weigh 3434 N"),
-        "{told}"
+        reported.contains("350 N is implausible: from 580 to 14000 N") && reported.contains("350 kg weigh 3434 N"),
+        "{reported}"
     );
     // A tyre that is loaded ten times as much would stand on its rim.
-    let told = about("rolling.axle={ load = 34000.0 }");
-    assert!(told.contains("34000 N is implausible") && !told.contains("kg weigh"), "{told}");
+    let reported = about("rolling.axle={ load = 34000.0 }");
+    assert!(reported.contains("34000 N is implausible") && !reported.contains("kg weigh"), "{reported}");
     for load in [1000.0, 3400.0, 9000.0] {
         assert_eq!(about(&format!("rolling.axle={{ load = {load} }}")), "");
     }
@@ -93,9 +93,9 @@ fn tyres_of_trucks_and_bicycles_and_flat_ones_bear_their_loads() {
         (car, 0.5e5, 3400.0, true),
         (car, 0.5e5, 34000.0, false),
     ] {
-        let told = of(size, pressure, load);
-        let asked = told.lines().any(|line| line.contains("rolling.axle.load") && line.contains("implausible"));
-        assert_eq!(asked, !is_meant, "{load} N: {told}");
+        let reported = of(size, pressure, load);
+        let asked = reported.lines().any(|line| line.contains("rolling.axle.load") && line.contains("implausible"));
+        assert_eq!(asked, !is_meant, "{load} N: {reported}");
     }
 }
 
@@ -110,23 +110,23 @@ fn grooves_that_cross_too_often_are_refused_and_equal_pitches_are_looked_at_as_o
         let text = format!("{DEFAULT}\n[tread_pattern]\npitches = {pitches}\nlaterals = [{laterals}]\n");
         Scene::from_str(&text, "crossing").map_or_else(|error| error.to_string(), |_| String::new())
     };
-    let told = of("{ lengths = [0.0065], sequence = \"random\", count = 300 }");
-    assert!(told.contains("tread_pattern.laterals") && told.contains("cross each other"), "{told}");
+    let reported = of("{ lengths = [0.0065], sequence = \"random\", count = 300 }");
+    assert!(reported.contains("tread_pattern.laterals") && reported.contains("cross each other"), "{reported}");
     assert_eq!(of("300"), "");
 }
 
 #[test]
 fn air_without_pressure_in_an_inflated_tyre_is_asked_about() {
-    let told = about("tyre.cavity.density=1.2");
-    assert!(told.contains("1.2 kg/m^3 is implausible") && told.contains("air at 220000 Pa"), "{told}");
+    let reported = about("tyre.cavity.density=1.2");
+    assert!(reported.contains("1.2 kg/m^3 is implausible") && reported.contains("air at 220000 Pa"), "{reported}");
     assert_eq!(about("tyre.cavity.density=4.3"), "");
 }
 
 #[test]
 fn angles_in_radians_are_asked_about_where_degrees_are_meant() {
     for angle in ["1.5708", "-0.4363", "1.309", "0.35", "1.2217"] {
-        let told = about(&format!("tyre.layers[0].cords[0].angle_deg={angle}"));
-        assert!(told.contains("from 1.6 to 90 degrees"), "{told}");
+        let reported = about(&format!("tyre.layers[0].cords[0].angle_deg={angle}"));
+        assert!(reported.contains("from 1.6 to 90 degrees"), "{reported}");
     }
     for angle in ["0.0", "1", "1.5", "-0.1", "1.1"] {
         assert_eq!(about(&format!("tyre.layers[0].cords[0].angle_deg={angle}")), "");

@@ -117,21 +117,21 @@ fn a_draft_is_refused_where_its_error_is_not_known() {
 #[test]
 fn ways() {
     const HERE: &str = "[[receiver]]\nstandard = \"cpx\"\n";
-    let way_refused = |keys: &str, key: &str, wrong: &str, right: &str| {
+    let refused_at = |keys: &str, key: &str, wrong: &str, right: &str| {
         sound_refused(&format!("{HERE}[radiation]\n{keys}"), 29, &format!("radiation.{key}"), wrong, right);
     };
-    way_refused("fmax = 0", "fmax", "0", "at least 50");
-    way_refused("air = \"axel\"", "air", "\"axel\" is not known", "did you mean \"axle\"?");
-    way_refused("frequency_tolerance = 0.1", "frequency_tolerance", "is not allowed here", "in quotes");
-    way_refused("shoulder = 0.2", "shoulder", "0.2", "half of the tyre's radius");
-    way_refused("shoulder = 1e-17", "shoulder", "implausible: from 0.001 to 1 m", "allow_implausible");
-    way_refused("patch_length = 0.5", "patch_length", "0.5", "the tyre's radius");
-    way_refused("quality = \"drafty\"", "quality", "\"drafty\" is not known", "did you mean \"draft\"?");
-    way_refused("acoustic_gap = 0.001\nquality = \"draft\"", "acoustic_gap", "sealed patch", "quality = \"full\"");
+    refused_at("fmax = 0", "fmax", "0", "at least 50");
+    refused_at("air = \"axel\"", "air", "\"axel\" is not known", "did you mean \"axle\"?");
+    refused_at("frequency_tolerance = 0.1", "frequency_tolerance", "is not allowed here", "in quotes");
+    refused_at("shoulder = 0.2", "shoulder", "0.2", "half of the tyre's radius");
+    refused_at("shoulder = 1e-17", "shoulder", "implausible: from 0.001 to 1 m", "allow_implausible");
+    refused_at("patch_length = 0.5", "patch_length", "0.5", "the tyre's radius");
+    refused_at("quality = \"drafty\"", "quality", "\"drafty\" is not known", "did you mean \"draft\"?");
+    refused_at("acoustic_gap = 0.001\nquality = \"draft\"", "acoustic_gap", "sealed patch", "quality = \"full\"");
     let nodes = "nodes_per_wavelength = 7.0\nquality = \"draft\"";
-    way_refused(nodes, "nodes_per_wavelength", "no equations", "quality = \"full\"");
-    way_refused("sides = \"on\"", "sides", "do not move", "sidewall = {");
-    way_refused("receivers = 1", "receivers", "not a key of [radiation]", "fmax");
+    refused_at(nodes, "nodes_per_wavelength", "no equations", "quality = \"full\"");
+    refused_at("sides = \"on\"", "sides", "do not move", "sidewall = {");
+    refused_at("receivers = 1", "receivers", "not a key of [radiation]", "fmax");
     let silent = "there is no [[receiver]]";
     sound_refused("[radiation]\nfmax = 1000", 26, "radiation", silent, "add a [[receiver]]");
     sound_refused("[effects]\nradiation = \"on\"", 27, "effects.radiation", silent, "position = [x, y, z]");

@@ -5,7 +5,7 @@ use crate::results::plots::{Axis, PointPlot, PointSeries};
 use crate::results::spectra::FORCE_LEVEL;
 use crate::study::sweep::variants::{SPEED, said};
 
-/// More lines in one picture cannot be told apart.
+/// More lines in one picture cannot be distinguished.
 const MOST_LINES: usize = 7;
 
 /// Kinds that are drawn, with name and axis title.

@@ -61,7 +61,7 @@ pub(crate) enum Event<'a> {
 }
 
 /// Listener to the events of tasks, by number and name.
-pub(crate) type Tell<'a> = &'a (dyn Fn(u64, &str, Event<'_>) + Sync);
+pub(crate) type Report<'a> = &'a (dyn Fn(u64, &str, Event<'_>) + Sync);
 
 impl TaskFolder {
     /// Does tasks, several at a time; returns the ends of those that were begun or found, in their order.
@@ -73,13 +73,13 @@ impl TaskFolder {
         numbers: &RangeInclusive<u64>,
         work: Work,
         stop: &AtomicBool,
-        tell: Tell<'_>,
+        report: Report<'_>,
     ) -> Result<Vec<Ended>, TaskError> {
         let mut ended = Vec::new();
         for shard in self.shards_of(numbers)? {
             let tasks = self.shard(shard)?;
             let outcomes = Outcomes::of(self, shard, &tasks);
-            let worker = Worker { outcomes, kept: Mutex::default(), tasks: &tasks, work, stop, tell };
+            let worker = Worker { outcomes, kept: Mutex::default(), tasks: &tasks, work, stop, report };
             let first = self.numbers(shard).start;
             let wanted: Vec<usize> =
                 (0..tasks.len()).filter(|&index| numbers.contains(&(first + index as u64))).collect();
@@ -99,7 +99,7 @@ struct Worker<'a> {
     tasks: &'a [Task],
     work: Work,
     stop: &'a AtomicBool,
-    tell: Tell<'a>,
+    report: Report<'a>,
 }
 
 impl Worker<'_> {
@@ -130,7 +130,7 @@ impl Worker<'_> {
                             None => self.one(index, number, threads),
                         };
                         match &how {
-                            Ok(how) => (self.tell)(number, &self.tasks[index].label.name, Event::Ended(how)),
+                            Ok(how) => (self.report)(number, &self.tasks[index].label.name, Event::Ended(how)),
                             Err(_) => refused.store(true, Ordering::Relaxed),
                         }
                         if let Ok(mut slot) = ended[place].lock() {
@@ -169,8 +169,8 @@ impl Worker<'_> {
         let variant = task.variant(self.work.keep_results)?;
         let results = self.outcomes.results();
         fs::create_dir_all(&results).map_err(ResultsError::creating(&results))?;
-        let mut told = Told { number, name: &task.label.name, tell: self.tell, all: 0.0, begun: false };
-        let outcome = sweep(std::slice::from_ref(&variant), &results, threads, self.stop, &mut told).pop();
+        let mut reporter = Reporter { number, name: &task.label.name, report: self.report, all: 0.0, begun: false };
+        let outcome = sweep(std::slice::from_ref(&variant), &results, threads, self.stop, &mut reporter).pop();
         match outcome {
             Some(Outcome::Done(done)) => {
                 self.outcomes.keep(index, &done)?;
@@ -220,16 +220,16 @@ impl Drop for Lock {
 }
 
 /// Forwards the progress of a task's run.
-struct Told<'a> {
+struct Reporter<'a> {
     number: u64,
     name: &'a str,
-    tell: Tell<'a>,
+    report: Report<'a>,
     /// Simulated time in all \[s\].
     all: f64,
     begun: bool,
 }
 
-impl Progress for Told<'_> {
+impl Progress for Reporter<'_> {
     fn stage(&mut self, _stage: Stage) {}
 
     fn march(&mut self, _done: u64, units: u64, unit: f64) {
@@ -239,17 +239,17 @@ impl Progress for Told<'_> {
     fn step(&mut self, done: u64) {
         if !self.begun && done > 0 {
             let rolled = done as f64 * UNIT;
-            (self.tell)(self.number, self.name, Event::GoesOn([rolled, self.all]));
+            (self.report)(self.number, self.name, Event::GoesOn([rolled, self.all]));
         }
         self.begun = true;
     }
 
     fn note(&mut self, text: &str) {
-        (self.tell)(self.number, self.name, Event::Note(text));
+        (self.report)(self.number, self.name, Event::Note(text));
     }
 
     fn warning(&mut self, text: &str) {
-        (self.tell)(self.number, self.name, Event::Warning(text));
+        (self.report)(self.number, self.name, Event::Warning(text));
     }
 
     fn finish(&mut self) {}

@@ -14,7 +14,7 @@ use crate::study::sweep::factor::is_seed;
 
 /// Key of the speed, over which levels grow.
 pub(crate) const SPEED_KEY: &str = "rolling.speed_kmh";
-/// Names of factors that are no single key, or have a column of their own.
+/// Names of factors that are no single key, or have a separate column.
 pub(super) const ROAD: &str = "road";
 const LOAD: &str = "load N";
 pub(super) const SPEED: &str = "speed km/h";

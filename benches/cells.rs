@@ -248,7 +248,7 @@ fn rings(criterion: &mut Criterion) {
         largest = one.iter().fold(largest, |largest, u| largest.max(u.abs()));
         instant += 1;
     }
-    println!("short waves on a ring of their own: error {:.1e}", error / largest);
+    println!("short waves on a separate ring: error {:.1e}", error / largest);
     let mut group = criterion.benchmark_group("rings of cells");
     group.sample_size(10);
     for (name, mut past) in pasts {

@@ -273,7 +273,7 @@ impl Slices {
 /// Number of corrections after which a method has failed.
 const MOST_CORRECTIONS: usize = 60;
 
-/// Slices with a compliance of their own, with the different factors.
+/// Slices with a separate compliance, with the different factors.
 fn yielding(criterion: &mut Criterion) {
     const KAPPA: f64 = 4.6e-10;
     /// First rate of `sdirk2`.

@@ -29,7 +29,7 @@ class Plan:
 
     @property
     def notes(self) -> list[str]:
-        """Remarks that are worth knowing before."""
+        """Remarks to read before a run."""
         return list(self.record["notes"])
 
     @property

@@ -1,4 +1,4 @@
-//! One piece of work at a time in the background: on a thread of its own, to which it is handed over and back without
+//! One piece of work at a time in the background: on a separate thread, to which it is handed over and back without
 //! allocating, or on a thread of the current pool, which allocates a task for each piece.
 //!
 //! Work that no thread has begun when its result is wanted is done where it is wanted: no thread waits for one that
@@ -143,7 +143,7 @@ impl<T: Task> Background<T> {
         Self { shared, thread: None, in_pool }
     }
 
-    /// Wraps work that is done. It will be done on a thread of its own if the current pool has several threads and if
+    /// Wraps work that is done. It will be done on a separate thread if the current pool has several threads and if
     /// one can be started.
     pub(crate) fn on_a_thread(work: T) -> Self {
         let mut this = Self::new(work, false);

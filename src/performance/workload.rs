@@ -27,7 +27,7 @@ catalogue! {
         DirectHistory => "direct_history",
         /// Dense asphalt on cells, N = 256.
         Cells => "cells",
-        /// Dense asphalt heard beside the tyre up to 1 kHz, N = 512.
+        /// Dense asphalt, received beside the tyre up to 1 kHz, N = 512.
         Sound => "sound",
         /// Rational models of the influence functions.
         Influence => "influence",

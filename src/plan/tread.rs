@@ -12,7 +12,7 @@ impl Plan {
         tread_map(&self.scene, &self.decisions)?.ok()
     }
 
-    /// Map of the tread and the blocks that have a compliance of their own; `None` for a level tread.
+    /// Map of the tread and the blocks with a separate compliance; `None` for a level tread.
     #[doc(hidden)]
     pub fn tread(&self) -> Option<(TreadMap, Option<Blocks>)> {
         let map = self.tread_map().filter(|map| !map.is_level())?;

@@ -312,7 +312,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Transfers at all wanted frequencies, in their order: known ones looked up, the others solved for.
+    /// Transfers at all wanted frequencies, in their order: stored ones read, the others solved for.
     fn solve(&mut self, wanted: &[f64], watch: &mut Watch<'_>) -> Result<Vec<FrequencyTransfers>, RadiationError> {
         // 1. What is stored.
         let mut known = (watch.known)(wanted);

@@ -34,7 +34,7 @@ pub struct PassBySummary {
     /// Upper bound of the standard error of their mean \[dB\]; `None` for no more passages than tyres.
     #[serde(default)]
     pub standard_error: Option<f64>,
-    /// Number of tyres that pass, each with its own stretch of the run.
+    /// Number of tyres that pass, each with a separate stretch of the run.
     #[serde(default = "one")]
     tyres: usize,
     /// Duration that one more passage takes \[s\].

@@ -7,7 +7,7 @@ use crate::counters::{Counter, Stage};
 
 /// Stage times and counters as text, a newline last: processor time and the threads' idle share, memory, rates beside
 /// those that a core of the machine can reach. Time outside of all stages is listed as the rest; background work has
-/// its own column and is no part of it.
+/// a separate column and is no part of it.
 pub fn cost_table(cost: &Cost) -> Report {
     let steps = cost.counted(Counter::Steps);
     let mut report = Report::default();

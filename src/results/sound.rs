@@ -374,7 +374,7 @@ pub(crate) struct AudioSummary {
     pub louder: bool,
     /// Duration \[s\].
     pub seconds: f64,
-    /// Number of tyres of a vehicle in it: all, each from its own stretch of the run, or the front left one where the
+    /// Number of tyres of a vehicle in it: all, each from another stretch of the run, or the front left one where the
     /// run has fewer stretches; `None` for a single tyre.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tyres: Option<usize>,

@@ -127,7 +127,7 @@ impl Table {
     }
 }
 
-/// A line wrapped to a width; a longer word has a line of its own.
+/// A line wrapped to a width; a longer word has a separate line.
 fn wrapped(line: &str, width: usize) -> String {
     if line.trim_end().chars().count() <= width {
         return line.to_owned();

@@ -64,7 +64,7 @@ impl RoadSurface {
     /// Paths in `spec` are used as they are.
     ///
     /// # Errors
-    /// See [`RoadError`]; nothing is repaired silently: whatever is filled or left out is in [`Self::report`].
+    /// See [`RoadError`]; nothing is repaired without a note: whatever is filled or left out is in [`Self::report`].
     pub fn open(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Self, RoadError> {
         let mut report = RoadReport::default();
         let source = Source::read(spec, lattice, limits.bytes, &mut report)?;

@@ -133,7 +133,7 @@ impl Kind for Bounds {
             _ => return value.wrong_type(self),
         };
         match number {
-            // 1e999 silently parses to infinity.
+            // 1e999 parses to infinity without an error.
             Some(number) if !number.is_infinite() || text.contains("inf") => self.inside_or_complain(number, value),
             _ => value.complain(Problem::too_large(&text, &self.wanted())),
         }

@@ -47,7 +47,7 @@ fn across(pattern: &TreadPattern, around: f64, table: &Table<'_>) -> Option<()> 
         let right = format!("at most {MOST_GROOVES_ACROSS} round the tyre");
         return table.complain("tread_pattern.laterals", Problem::new(wrong, right));
     }
-    // Equal pitches are looked at as one.
+    // Equal pitches are considered as one.
     let (pitches, length) =
         if matches!(pattern.pitches, Some(Pitches::Equal(_))) { (1, shortest) } else { (count, around) };
     let crossings = crossings(&pattern.laterals, pitches, length);

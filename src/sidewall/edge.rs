@@ -369,7 +369,7 @@ fn product<T: ComplexField, const N: usize>(a: &Matrix<T, N>, b: &Matrix<T, N>) 
     result
 }
 
-/// Product of matrices of a step, as a function of its own.
+/// Product of matrices of a step, as a separate function.
 #[inline(always)]
 fn step_product<T: ComplexField>(a: &Matrix<T, 6>, b: &Matrix<T, 6>) -> Matrix<T, 6> {
     a[0][0].outlined(

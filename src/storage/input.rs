@@ -1,7 +1,7 @@
 //! Files that are read as a whole: regular ones of a bounded size, nothing else.
 //!
 //! A named pipe blocks its reader and a device may go on for ever; a file far larger than intended would take all
-//! memory before its first line is looked at.
+//! memory before its first line is read.
 
 use std::fs::{self, File};
 use std::io::{self, Read};

@@ -11,7 +11,7 @@ use crate::run::road::{in_scene, road_limits};
 use crate::run::slices::slice_builder;
 use crate::scene::{LoadedScene, Slices};
 
-/// Indentations that are looked at, relative to the slice's depth.
+/// Indentations considered, relative to the slice's depth.
 const LEVELS: [f64; 4] = [0.25, 0.5, 1.0, 1.5];
 /// The compared laws, with their names.
 pub(crate) const LAWS: [(Slices, &str); 2] = [(Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
@@ -72,7 +72,7 @@ pub(crate) struct SliceView {
     pub heights: Vec<f64>,
     /// Highest point of the slice \[m\].
     pub peak: f64,
-    /// Indentations past the highest point that are looked at \[m\].
+    /// Indentations past the highest point that are considered \[m\].
     pub levels: [f64; 4],
     /// Pressures at each indentation on an elastic half-space, over its modulus E*.
     pub pressures: Vec<Vec<f64>>,

@@ -372,7 +372,7 @@ impl Common {
     }
 }
 
-/// Change of the level of each band of `reference` \[dB\]: valid if both levels are, NaN if one of them is silent or
+/// Change of the level of each band of `reference` \[dB\]: valid if both levels are, NaN if one of them has no sound or
 /// missing.
 pub(crate) fn level_changes<'a>(
     found: &'a [BandLevel],

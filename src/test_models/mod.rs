@@ -1,7 +1,7 @@
 //! Tyres, roads and scenes of unit tests, integration tests and benchmarks.
 //!
 //! A test's scene is the shipped one of the flat tyre, or a scene of that tyre given as text, with some keys changed. A
-//! change that finds nothing to change panics: otherwise a test would silently lose its subject when the shipped scene
+//! change that finds nothing to change panics: otherwise a test would lose its subject unnoticed when the shipped scene
 //! changes.
 
 pub(crate) mod cells;

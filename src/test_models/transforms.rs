@@ -1,4 +1,4 @@
-//! Transforms for integration tests, which would compile the whole of rustfft once more if they planned their own.
+//! Transforms for integration tests, which would compile the whole of rustfft once more if they planned others.
 
 use std::sync::Arc;
 

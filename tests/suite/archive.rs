@@ -13,7 +13,7 @@ use tyrewave::internals::program;
 
 const LISTED: &str = include_str!("../../.ci/archive.txt");
 
-/// The archive, unpacked into a folder of its own.
+/// The archive, unpacked into a separate folder.
 pub(super) fn unpacked() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for path in LISTED.lines() {

@@ -274,7 +274,7 @@ fn a_full_disk() {
     let folder = folder_with(&good());
     let disk = folder.path().join("disk");
     fs::create_dir(&disk).unwrap();
-    // A disk of 16 kB in a mount namespace of its own.
+    // A disk of 16 kB in a separate mount namespace.
     let line = "mount -t tmpfs -o size=16k none disk && \
         { \"$1\" run scene.toml --out disk/full; code=$?; ls disk; exit $code; }";
     let inside = format!("unshare --user --map-root-user --mount sh -c '{line}' sh \"$1\" || exit $?");

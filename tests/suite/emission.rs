@@ -10,7 +10,7 @@ use crate::common::command;
 
 const MODAL: &str = "history = \"modal\"\npole_tolerance = 1e-4";
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.3\nduration = 2.6\naxle = { load = 3000.0, tolerance = 0.9 }";
-/// One tyre and a vehicle of four at its place, heard by the same microphone, and one that moves along.
+/// One tyre and a vehicle of four at its place, received by the same microphone, and one that moves along.
 const BESIDE: &str = "[[receiver]]\nname = \"one\"\nstandard = \"coast-by\"\npassage = 20.0\n\
                       [[receiver]]\nname = \"four\"\nstandard = \"coast-by\"\npassage = 20.0\n\
                       vehicle = { wheelbase = 0.0, track = 0.25 }\n\

@@ -12,7 +12,7 @@ use tyrewave::internals::{MAT_HEAD, PYTHON, UFF_HEAD, VTK_HEAD, edit, read_force
 
 use crate::common::{names, read_array, read_summary, skipped, tyrewave};
 
-/// A run of slices that vibrates and is heard, and one of cells. Made once for all tests.
+/// A run of slices that vibrates and has a receiver, and one of cells. Made once for all tests.
 static RESULTS: LazyLock<TempDir> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.7\naxle = { load = 3000.0, tolerance = 0.5 }";
@@ -30,7 +30,7 @@ static RESULTS: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
-/// Exports results to a place of its own.
+/// Exports results to a separate place.
 fn exported(results: &str, format: &str, place: &Path, more: &[&str]) -> PathBuf {
     let out = place.join(format!("{results}.{format}"));
     let results = RESULTS.path().join(results);
@@ -128,7 +128,7 @@ fn universal_files_have_fields_of_fixed_width_and_are_read_by_pyuff() {
         let number: f64 = std::str::from_utf8(number).unwrap().trim().parse().unwrap();
         assert!((number - value).abs() <= 1e-11 * value.abs());
     }
-    // The pressure over time that is heard, in Pa.
+    // The pressure over time at the receiver, in Pa.
     let is_pressure = |set: &&Vec<&str>| set[1].starts_with("Sound pressure: cpx") && set[6].starts_with("    1");
     let channels: Vec<&Vec<&str>> = sets.iter().filter(is_pressure).collect();
     let audio = read_summary(&RESULTS.path().join("slices"))["sound"]["receivers"][0]["audio"].clone();

@@ -16,7 +16,7 @@ const LATERAL_TERMS: usize = 5;
 const SPEED: f64 = 80.0 / 3.6;
 /// Longitudinal and lateral creep, spin \[1/m\].
 const CREEP: [f64; 3] = [0.04, 0.03, 0.6];
-/// Revolutions before the one that is looked at: steps are all alike then.
+/// Revolutions before the one that is considered: steps are all alike then.
 const REVOLUTIONS: usize = 20;
 
 /// Mean powers of a revolution \[W\].

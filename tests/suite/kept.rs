@@ -110,7 +110,7 @@ fn commands(folder: &Path, found: &mut BTreeSet<String>) {
 
 /// Files, columns and JSON paths of a run.
 fn results(folder: &Path, name: &str, found: &mut BTreeSet<String>) {
-    // A cache of its own: what was solved for before has no condition to report.
+    // A separate cache: what was solved for before has no condition to report.
     let mut run = command(folder, &["run", &format!("{name}.toml"), "--out", name]);
     let output = run.env("TYREWAVE_CACHE_DIR", folder.join("cache")).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));

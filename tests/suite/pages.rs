@@ -65,7 +65,7 @@ fn the_page_of_a_sweep_has_its_levels_third_octaves_sounds_and_tables() {
         let cell = |least: &str| text.contains(&format!("<td class=\"number\">{least}{mean:.2} +- {interval:.2}"));
         assert!(cell("") || cell("at least "), "{mean}");
     }
-    // One seed is heard at each speed, as it is in its folder.
+    // One seed is played at each speed, as it is in its folder.
     assert!(text.contains("2 of 4 runs, of several seeds the first.") && text.matches("<audio").count() == 2);
     assert!(text.contains("<dt>60 km/h, ") && text.contains("<dt>80 km/h, "));
     assert_drawn(&text, place, 5);

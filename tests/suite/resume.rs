@@ -118,7 +118,7 @@ fn killed_at_random(scene: &str, metres: f64, kills: usize, seed: u64) {
     for attempt in 0.. {
         let resumable = unfinished(place, "cut").is_some_and(|folder| folder.join("checkpoint").exists());
         if !resumable {
-            // Killed before anything was worth keeping: its folder is of no use.
+            // Killed before anything could be stored: its folder is of no use.
             unfinished(place, "cut").map(fs::remove_dir_all).transpose().unwrap();
         }
         resumed += usize::from(resumable);
@@ -369,7 +369,7 @@ fn a_changed_input_file_is_refused_and_a_running_run_is_left_alone() {
 
 #[test]
 fn a_full_disk_keeps_the_last_checkpoint_and_the_run_goes_on_where_there_is_room() {
-    // A disk with room for half the arrays in a mount namespace of its own: some seconds of rolling, then no room; then
+    // A disk with room for half the arrays in a separate mount namespace: some seconds of rolling, then no room; then
     // the folder is moved to where there is some.
     let folder = folder_with(&scene_of("modal", &road("mirror"), 30.0, 0.004), 30.0);
     let place = folder.path();

@@ -98,7 +98,7 @@ fn at_rest_and_n_0_sidewalls_are_a_foundation_of_their_stiffness() {
         let off = (found[place][place] / wanted[place][place] - 1.0).norm();
         assert!(off < 1e-6, "{off:.1e}");
     }
-    // Across they hold, too, by an impedance of their own.
+    // Across they hold, too, by a separate impedance.
     let lateral = 2.0 * edge.lateral.re / tyre.width;
     let across = found[1][1].re * lateral * stack.inner_radius() / stack.radius;
     assert!(lateral > 1e5 && (across - 1.0).abs() < 0.1, "{lateral} N/m^3, {across}");

@@ -18,7 +18,7 @@ fn rolling(duration: f64) -> String {
     format!("speed_kmh = 80.0\nwarm_up = 0.3\nduration = {duration:?}\naxle = {{ load = 3000.0 }}")
 }
 
-/// The program with a cache of its own in the folder.
+/// The program with a separate cache in the folder.
 fn program(folder: &Path, arguments: &[&str]) -> Output {
     let output = command(folder, arguments).env("TYREWAVE_CACHE_DIR", folder.join("cache")).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -100,12 +100,12 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
         let number = |receiver: usize, pointer: &str| sound["receivers"][receiver].pointer(pointer).unwrap().as_f64();
         let [level, maximum] = ["/level", "/pass_by/maximum"]
             .map(|pointer| (0..5).map(|receiver| number(receiver, pointer).unwrap()).collect::<Vec<f64>>());
-        // Four equal tyres as far away as each other, whenever they are heard: the washboard sounds the same all along.
+        // Four equal tyres as far away as each other, whenever sound arrives: the washboard sounds the same all along.
         for levels in [&level, &maximum] {
             let gain = levels[1] - levels[0];
             assert!((gain - 10.0 * 4.0_f64.log10()).abs() < 0.1, "{name}: {gain} dB");
         }
-        // Two on the near side and two on the far one, each pair a line of its own.
+        // Two on the near side and two on the far one, each pair a separate line.
         let pairs = |levels: &[f64]| 10.0 * (10.0_f64.powf(0.1 * levels[2]) + 10.0_f64.powf(0.1 * levels[3])).log10();
         let apart = level[4] - pairs(&level) - 10.0 * 2.0_f64.log10();
         // Its lines are longer by half the wheelbase at either end.
@@ -464,7 +464,7 @@ fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the
     let silent = run("off", &["--threads", "2", "--set", "radiation.sides=off"]);
     let warm = run("warm", &["--threads", "2"]);
     let solved = |sound: &Value| sound["body"]["solved"].as_u64().unwrap();
-    assert!(solved(&cold) > 3 && solved(&silent) > 3 && solved(&warm) == 0, "each has entries of its own");
+    assert!(solved(&cold) > 3 && solved(&silent) > 3 && solved(&warm) == 0, "each has separate entries");
     for file in ["sound.csv", "sound_narrow.csv", "sound_cpx.wav"] {
         let [cold, warm, silent] =
             ["cold", "warm", "off"].map(|run| fs::read(folder.path().join(run).join(file)).unwrap());

@@ -13,7 +13,7 @@ const TUTORIAL: &str = include_str!("../../docs/tutorial.md");
 const SHORT: [&str; 6] =
     ["--set", "rolling.warm_up=0.1", "--set", "radiation.quality=draft", "--set", "radiation.fmax=500.0"];
 
-/// Commands that take minutes and have tests of their own.
+/// Commands that take minutes and have separate tests.
 const LONG: [&str; 2] = ["fit-tyre", "effects"];
 
 /// Follows the tutorial in the unpacked archive: with short runs and without [`LONG`], or as it is.

@@ -94,7 +94,7 @@ impl fmt::Display for Change {
 }
 
 /// Changes of the contact force's levels from those of another run, from 100 Hz up to the band that contains `highest`
-/// \[Hz\]; bands that are silent in one of them are left out.
+/// \[Hz\]; bands without sound in one of them are left out.
 pub(super) fn changes(found: &Trial, reference: &Trial, highest: f64) -> Vec<Change> {
     let highest = ThirdOctaveBand::containing(highest).map_or(highest, ThirdOctaveBand::upper_edge);
     level_changes(&found.levels, &reference.levels)

@@ -128,7 +128,7 @@ impl ModalHistory {
     pub fn expected(rule: TimeRule, elements: usize, poles: f64, columns: usize, turns: bool) -> ExpectedHistory {
         let (stages, instants) = (rule.nodes().len() as f64, INSTANTS as f64);
         let steps_of_block = (INSTANTS / rule.nodes().len()).max(1);
-        // An instant sums those of the previous block and, on average, half of its own.
+        // An instant sums those of the previous block and, on average, half of the present one.
         let seen = 0.5 * (3.0 * instants - 1.0);
         let (near, spectrum) = near::expected(elements, columns, 2 * steps_of_block, seen, turns);
         let (odd_bytes, influences) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };

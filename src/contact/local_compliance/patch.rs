@@ -17,7 +17,7 @@ use crate::scene::Road;
 const SIZE: f64 = 0.12;
 /// Cells along and across \[m\]: a third of the shortest wave that counts.
 const CELL: f64 = 0.00125;
-/// Length over which a patch fades into its own beginning \[m\].
+/// Length over which a patch fades into its beginning \[m\].
 const BORDER: f64 = 0.02;
 
 /// Numbers and sizes of a patch's cells and elements.
@@ -71,7 +71,7 @@ pub(crate) fn patches(road: &Road, limits: Limits, grid: PatchGrid, most: usize)
     if surface.is_smooth() {
         return Ok(Vec::new());
     }
-    // A road that is repeated or mirrored holds no more than its own length.
+    // A road that is repeated or mirrored holds no more than its length.
     let length = surface.extent().map(|(_, end)| end).or(surface.report().length);
     let (count, pitch) = match length.map(|length| (length / grid.dx + 1e-9).floor() as usize + 1) {
         None => (most, rows),

@@ -60,7 +60,7 @@ pub(crate) fn tread_map(scene: &Scene, decisions: &Decisions) -> Option<Result<T
     Some(TreadMap::new(pattern, scene, cells))
 }
 
-/// Blocks of a map over cells; `None` if no block has a compliance of its own.
+/// Blocks of a map over cells; `None` if no block has a separate compliance.
 pub(crate) fn tread_blocks(scene: &Scene, map: &TreadMap) -> Option<Blocks> {
     let pattern = scene.pattern().filter(|_| scene.contact.zone == Zone::Cells)?;
     Blocks::new(map, pattern, scene)

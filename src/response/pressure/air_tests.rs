@@ -1,4 +1,4 @@
-//! Motions of the air at the tread: which motion of the tread is silent in each, and where all three agree.
+//! Motions of the air at the tread: which motion of the tread radiates no sound in each, and where all three agree.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;

@@ -26,7 +26,7 @@
 //! ```
 //!
 //! times its displacement. Air at rest beside the axle, w I_n, and air that turns with the tread, (w - n Omega) I_n,
-//! are measures of the uncertainty. A static flattening is silent in all three.
+//! are measures of the uncertainty. A static flattening radiates no sound in all three.
 //!
 //! n is signed throughout: for a tyre that turns, C_nm and C_-nm differ, one of waves that run forwards, the other of
 //! those that run backwards.

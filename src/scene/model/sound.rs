@@ -203,8 +203,8 @@ pub enum AirMotion {
     /// At rest over the road: the texture impressed on the tread stands still in it where tyre and road touch.
     #[default]
     Road,
-    /// Moving with the axle: a shape that stands still beside it is silent, however fast the tread runs through it. For
-    /// estimates of the uncertainty: it is true a quarter of the way round from the contact.
+    /// Moving with the axle: a shape that stands still beside it radiates no sound, however fast the tread runs through
+    /// it. For estimates of the uncertainty: it is true a quarter of the way round from the contact.
     Axle,
     /// Moving with the tread: for estimates of the uncertainty due to the layer of air that the tread drags along.
     WithTread,
@@ -250,7 +250,7 @@ keys! {
         /// A point that moves along with the tyre, from the road under the axle's centre x forward, y to the left, z up
         /// \[m\].
         position: Option<[f64; 3]> = None => Optional(Exactly(COORDINATE)),
-        /// File of microphones that move along, each a receiver of its own: a table with the line `name,x,y,z` and a
+        /// File of microphones that move along, each a separate receiver: a table with the line `name,x,y,z` and a
         /// row for each, in metres as `position`, or XML of programs for microphone arrays; relative to the scene, and
         /// in its table beside `offset` and `rotation_deg` alone.
         file: Option<PathBuf> = None => Optional(File),

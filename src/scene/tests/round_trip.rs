@@ -306,7 +306,7 @@ fn numerics() -> impl Strategy<Value = Numerics> {
             (memory_limit, time_limit),
         )| {
             Numerics {
-                // It decides about other keys, and has a test of its own.
+                // It decides about other keys, and has a separate test.
                 fmax: None,
                 preset: None,
                 accuracy: None,

@@ -16,7 +16,7 @@ use crate::study::sweep::factor::is_seed;
 pub(crate) const SPEED_KEY: &str = "rolling.speed_kmh";
 /// Key of the load.
 pub(crate) const LOAD_KEY: &str = "rolling.axle.load";
-/// Names of factors that are no single key, or have a column of their own.
+/// Names of factors that are no single key, or have a separate column.
 pub(super) const ROAD: &str = "road";
 const LOAD: &str = "load N";
 pub(super) const SPEED: &str = "speed km/h";

@@ -224,7 +224,7 @@ fn standing(scene: &Scene) -> Result<StandingTyre, ValidationError> {
         let frequencies = found.confirmed.iter().filter(radial).map(Mode::frequency);
         Some(frequencies.fold(f64::INFINITY, f64::min)).filter(|frequency| frequency.is_finite())
     };
-    // Sidewalls have weaker modes of their own below the belt's.
+    // Sidewalls have weaker modes below the belt's.
     let breathes = |mode: &&Mode| mode.n == 0 && mode.motion == Motion::Radial;
     let breathing = found.confirmed.iter().filter(breathes).max_by(|one, other| one.peak.total_cmp(&other.peak));
     let air = scene.tyre.cavity.is_some();

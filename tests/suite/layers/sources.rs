@@ -78,7 +78,7 @@ impl Source {
         Self { file: file.to_owned(), module: module.map(str::to_owned).collect(), code, tests }
     }
 
-    /// Its tests as a source of their own.
+    /// Its tests as a separate source.
     pub(super) fn of_tests(&self) -> Self {
         let inside =
             if self.code.is_empty() { self.module.clone() } else { [&self.module[..], &["tests".into()]].concat() };

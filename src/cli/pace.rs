@@ -78,7 +78,7 @@ impl Pace {
         };
         let of_steps = all.saturating_sub(self.done) as f64 / whole.min(late);
         is_steady
-            .then(|| of_steps + of_blocks - (now - self.reported))
+            .then_some(of_steps + of_blocks - (now - self.reported))
             .filter(|seconds_left| seconds_left.is_finite() && *seconds_left >= 0.0)
     }
 }

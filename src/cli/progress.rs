@@ -241,9 +241,14 @@ mod tests {
         progress.march(0, 1000, 1e-3);
         progress.blocks(3, Some(Stage::Sound));
         progress.step(250);
-        progress.bar.tick();
-        let text = paper.0.lock().unwrap().clone();
-        assert!(text.contains("0.25 of 1.00 s, transform to sound"), "{text}");
+        // During a block the line is drawn by a thread.
+        let text = || paper.0.lock().unwrap().clone();
+        let is_drawn = || text().contains("0.25 of 1.00 s, transform to sound");
+        let begin = std::time::Instant::now();
+        while !is_drawn() && begin.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        assert!(is_drawn(), "{}", text());
         progress.finish();
     }
 

@@ -175,6 +175,7 @@ mod tests {
         assert!((plan.amounts().poles - poles as f64).abs() < 0.5);
         let found: u64 = cache.list(&[PoleModel::KIND]).unwrap().iter().map(|entry| entry.bytes).sum();
         let planned = poles as f64 * PoleModel::bytes_of_pole(1, plan.decisions.tyre.turns());
-        assert!((planned / found as f64 - 1.0).abs() < 0.2, "{planned} for {found}");
+        // A quarter of so small a model is not of its poles.
+        assert!((0.7..1.0).contains(&(planned / found as f64)), "{planned} for {found}");
     }
 }

@@ -254,7 +254,7 @@ fn results_over_cells_have_rows_across() {
     let amounts = plan.amounts();
     // Time, total force, first element, length, area, peak pressure; forces of columns and of rows.
     let of_step = 8.0 * (6.0 + amounts.expected.columns + 4.0);
-    assert_eq!(amounts.result_bytes, plan.steps as f64 * of_step);
+    assert_eq!(amounts.result_bytes as u64, (plan.steps as f64 * of_step) as u64);
     let without = planned(&text.replace("plots = true", "plots = true\narrays = false")).unwrap();
-    assert_eq!(without.amounts().result_bytes, 0.0);
+    assert_eq!(without.amounts().result_bytes as u64, 0);
 }

@@ -159,8 +159,7 @@ fn report_text(report: &RunReport) -> String {
 
 /// Planned time and memory beside those of the run, in s and bytes.
 fn planned_text(planned: Planned, wall: f64, peak: f64) -> String {
-    let measured =
-        if planned.measured { "" } else { " by typical costs (`tyrewave plan SCENE` measures those of this machine)" };
+    let measured = if planned.measured { "" } else { " by typical costs (`tyrewave plan` measures this machine)" };
     let Planned { wall_seconds, memory, .. } = planned;
     let [memory, peak] = [memory, peak].map(bytes);
     format!("planned {wall_seconds:.1} s and {memory}{measured}, took {wall:.1} s and {peak}")

@@ -261,7 +261,7 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         ),
         (SLICES, format!("{HEARD}{VOIDS}"), "air_pumping.patch", "slices do not resolve"),
         (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\nsqueeze = true\n"), "air_pumping.squeeze", "sealed"),
-        (SLICES, heard("") + SQUEEZED, "air_pumping.squeeze", "slices have no blocks"),
+        (SLICES, heard("") + SQUEEZED, "air_pumping.squeeze", "slices have no compliant blocks"),
         (
             CELLS,
             format!("{GROOVE}blocks = \"continuum\"\n{HEARD}{OPEN}{SQUEEZED}"),

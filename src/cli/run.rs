@@ -193,8 +193,8 @@ mod tests {
     fn a_plan_by_costs_that_were_not_measured_says_so() {
         let planned = Planned { wall_seconds: 7.0, memory: 1.1e9, measured: true };
         assert_eq!(planned_text(planned, 685.0, 1e9), "planned 7.0 s and 1.1 GB, took 685.0 s and 1.0 GB");
-        let told = planned_text(Planned { measured: false, ..planned }, 685.0, 1e9);
-        assert!(told.contains("1.1 GB by typical costs (`tyrewave plan SCENE` measures"), "{told}");
+        let text = planned_text(Planned { measured: false, ..planned }, 685.0, 1e9);
+        assert!(text.contains("1.1 GB by typical costs (`tyrewave plan` measures this machine), took"), "{text}");
     }
 
     #[test]

@@ -61,35 +61,24 @@ pub fn unstable_zero(
     time_step: f64,
     spring: f64,
 ) -> Result<Option<UnstableZero>, ContactError> {
-    let unstable = zero_inside(UNSTABLE, model, field, rule, time_step, spring)?;
-    if unstable.is_some() { Ok(unstable) } else { zero_inside(MARGINAL, model, field, rule, time_step, spring) }
-}
-
-fn zero_inside(
-    radius: f64,
-    model: &RationalModel,
-    field: Field,
-    rule: TimeRule,
-    time_step: f64,
-    spring: f64,
-) -> Result<Option<UnstableZero>, ContactError> {
-    let circle = WindingCircle::new(radius, rule);
-    let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
-        let mut modes = model.modes(n, field)?;
-        modes.constant += spring / model.elements as f64;
-        let w = Transfer { modes, direction: Direction::Forwards, rule, time_step };
-        let backwards = (!modes.odd.is_empty()).then_some(Transfer { direction: Direction::Backwards, ..w });
-        Some(smallest_zero(&w, backwards.as_ref(), &circle))
-    });
-    let found = found.into_iter().collect::<Option<Vec<_>>>().ok_or(ContactError::NoSuchField)?;
-    let zeros = || found.iter().enumerate().filter_map(|(n, zero)| Some((n, (*zero)?)));
-    let worst = zeros().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
-    Ok(worst.map(|(wavenumber, zeta)| UnstableZero {
-        wavenumber,
-        zeta,
-        frequency: zeta.arg().abs() / (2.0 * PI * time_step),
-        wavenumbers: zeros().count(),
-    }))
+    for radius in [UNSTABLE, MARGINAL] {
+        let circle = WindingCircle::new(radius, rule);
+        let found = in_parallel::made(model.largest_wavenumber() + 1, |n| {
+            let mut modes = model.modes(n, field)?;
+            modes.constant += spring / model.elements as f64;
+            let w = Transfer { modes, direction: Direction::Forwards, rule, time_step };
+            let backwards = (!modes.odd.is_empty()).then_some(Transfer { direction: Direction::Backwards, ..w });
+            Some(smallest_zero(&w, backwards.as_ref(), &circle))
+        });
+        let found = found.into_iter().collect::<Option<Vec<_>>>().ok_or(ContactError::NoSuchField)?;
+        let zeros = || found.iter().enumerate().filter_map(|(n, zero)| Some((n, (*zero)?)));
+        let worst = zeros().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
+        if let Some((wavenumber, zeta)) = worst {
+            let frequency = zeta.arg().abs() / (2.0 * PI * time_step);
+            return Ok(Some(UnstableZero { wavenumber, zeta, frequency, wavenumbers: zeros().count() }));
+        }
+    }
+    Ok(None)
 }
 
 /// Points from which a circle is followed, the same for every wavenumber.

@@ -340,9 +340,9 @@ impl<S: Simd> ComplexField for Lanes<S> {
         Self::blend(mask, small, large)
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn outlined<R>(self, part: impl FnOnce() -> R) -> R {
-        self.simd.vectorize(part)
+        outlined(self.simd, part)
     }
 }
 

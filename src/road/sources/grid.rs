@@ -110,7 +110,7 @@ pub(super) fn read(
     missing::note_words(raster.words, &mut report.notes);
     missing::mark(&mut heights, columns, |row| row as f64 * dx, raster.unit, given, &mut report.notes)
         .map_err(fault)?;
-    rounded::tell(heights.iter().copied(), &mut report.notes);
+    rounded::add_notes(heights.iter().copied(), &mut report.notes);
     let origins = origins(&heights);
     report.missing = fill_missing(path, &mut heights, columns, MISSING_ALLOWED, &mut report.notes)?;
     let first_y = -0.5 * (columns as f64 - 1.0) * dy;

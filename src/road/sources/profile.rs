@@ -79,7 +79,7 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
     if missing > 0 {
         report.notes.push(RoadNote::Filled { missing, total: points.len() });
     }
-    rounded::tell(points.iter().map(|point| point.height), &mut report.notes);
+    rounded::add_notes(points.iter().map(|point| point.height), &mut report.notes);
     let Uniform { dx, heights, origins } = uniform(&points, &mut report.notes).map_err(fault)?;
     plausible_spacing(dx, LARGEST_SPACING_OF_TABLE).map_err(fault)?;
     Ok(HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights, origins })

@@ -4,7 +4,7 @@
 
 use crate::road::report::RoadNote;
 
-/// Finest step that is told \[m\].
+/// Finest step that is noted \[m\].
 const STEP: f64 = 5e-5;
 /// Most heights that differ, of a range of 50 mm in such steps.
 const MOST_LEVELS: usize = 1000;
@@ -16,7 +16,7 @@ const EDGES: f64 = 0.01;
 const FEWEST: usize = 50;
 
 /// Adds a note on heights in coarse steps, else on those cut off; missing heights are NaN.
-pub(super) fn tell(heights: impl Iterator<Item = f64>, notes: &mut Vec<RoadNote>) {
+pub(super) fn add_notes(heights: impl Iterator<Item = f64>, notes: &mut Vec<RoadNote>) {
     // Without the sign of zero.
     let heights: Vec<f64> = heights.filter(|height| !height.is_nan()).map(|height| height + 0.0).collect();
     let total = heights.len();
@@ -64,24 +64,24 @@ fn edges(heights: &[f64], is_edge: impl Fn(&f64, &f64) -> bool) -> bool {
 mod tests {
     use super::*;
 
-    fn told(height: impl Fn(f64) -> f64) -> Vec<RoadNote> {
+    fn notes(height: impl Fn(f64) -> f64) -> Vec<RoadNote> {
         let mut notes = Vec::new();
-        tell((0..2000).map(|index| height(f64::from(index))), &mut notes);
+        add_notes((0..2000).map(|index| height(f64::from(index))), &mut notes);
         notes
     }
 
     #[test]
-    fn rounded_and_cut_heights_are_told_and_plates_are_not() {
+    fn rounded_and_cut_heights_are_noted_and_plates_are_not() {
         let rough = |x: f64| 1e-3 * ((0.7 * x).sin() + (0.31 * x + 1.0).sin());
-        assert_eq!(told(rough), []);
-        assert_eq!(told(|x| 1e-6 * (1e6 * rough(x)).round()), [], "steps of a micrometre");
-        let coarse = told(|x| 1e-3 * (1e3 * rough(x)).round());
+        assert_eq!(notes(rough), []);
+        assert_eq!(notes(|x| 1e-6 * (1e6 * rough(x)).round()), [], "steps of a micrometre");
+        let coarse = notes(|x| 1e-3 * (1e3 * rough(x)).round());
         assert!(matches!(coarse[..], [RoadNote::InSteps { step }] if (step - 1e-3).abs() < 1e-9), "{coarse:?}");
-        let cut = told(|x| rough(x).max(-5e-4));
+        let cut = notes(|x| rough(x).max(-5e-4));
         let [RoadNote::CutOff { total: 2000, height, .. }] = cut[..] else { panic!("{cut:?}") };
         assert!((height + 5e-4).abs() < 1e-12);
-        assert_eq!(told(|_| 1e-3), [], "a plate");
-        assert_eq!(told(|x| if (800.0..900.0).contains(&x) { 1e-2 } else { 0.0 }), [], "a cleat");
-        assert_eq!(told(|x| if x < 500.0 { -5e-3 } else { rough(x) }), [], "a constant part");
+        assert_eq!(notes(|_| 1e-3), [], "a plate");
+        assert_eq!(notes(|x| if (800.0..900.0).contains(&x) { 1e-2 } else { 0.0 }), [], "a cleat");
+        assert_eq!(notes(|x| if x < 500.0 { -5e-3 } else { rough(x) }), [], "a constant part");
     }
 }

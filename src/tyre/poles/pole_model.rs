@@ -69,7 +69,7 @@ impl PoleModel {
         self.len() == 0
     }
 
-    /// Bytes of a pole on disk, counting conjugates, with residues in `faces` faces; pairs are stored once.
+    /// Bytes on disk of one of a pair of poles, with residues in `faces` faces; a real pole takes twice as many.
     pub(crate) fn bytes_of_pole(faces: usize, turns: bool) -> f64 {
         let parts = if turns { 2 } else { 1 };
         (size_of::<Complex64>() * (1 + faces * parts)) as f64 / 2.0
@@ -81,7 +81,7 @@ impl PoleModel {
     }
 
     /// Number of poles as they are stored, pairs counted once.
-    pub(super) fn stored(&self) -> usize {
+    pub(crate) fn stored(&self) -> usize {
         self.poles.len()
     }
 

@@ -62,7 +62,7 @@ const MADE: &str = "kind = \"made\"\nseed = 3";
 fn an_effect_that_is_off_does_and_allocates_what_the_scene_without_it_does() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let count_text = |text: &str| {
-        // The first time a model is fitted, a cache of this test's own may be written.
+        // The first time a model is fitted, a cache of this test may be written.
         pool.install(|| count(text));
         pool.install(|| count(text))
     };

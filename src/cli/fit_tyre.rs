@@ -321,8 +321,8 @@ fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a
     // One list per patch, by rising frequency.
     let by_patch = |value: &dyn Fn(usize) -> f64| -> Vec<Vec<(f64, f64)>> {
         let of = |side: &f64| {
-            let own = points.iter().enumerate().filter(|(_, point)| point.patch.total_cmp(side).is_eq());
-            let mut list: Vec<(f64, f64)> = own.map(|(index, point)| (point.frequency, value(index))).collect();
+            let of_patch = points.iter().enumerate().filter(|(_, point)| point.patch.total_cmp(side).is_eq());
+            let mut list: Vec<(f64, f64)> = of_patch.map(|(index, point)| (point.frequency, value(index))).collect();
             list.sort_by(|a, b| a.0.total_cmp(&b.0));
             list
         };

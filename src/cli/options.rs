@@ -163,7 +163,7 @@ pub(super) fn allows_colour(choice: ColorChoice) -> bool {
     }
 }
 
-/// `error: message`, as clap and rustc write it. A message with its own heading (a report on a scene) stays as it is.
+/// `error: message`, as clap and rustc write it. A message with a heading (a report on a scene) stays as it is.
 pub(super) fn error_line(message: &str, colour: bool) -> String {
     // A rendered report starts with its heading, possibly behind an escape sequence.
     if message.starts_with("error") || message.starts_with('\u{1b}') {

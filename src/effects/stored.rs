@@ -85,8 +85,8 @@ impl Stored {
     /// Sets the file of the measured road, where a caller knows it: it is not among the results.
     #[must_use]
     pub fn with_road(mut self, file: Option<&Path>) -> Self {
-        if let (Some(own), Some(file)) = (self.plan.scene.road.file_mut(), file) {
-            file.clone_into(own);
+        if let (Some(of_scene), Some(file)) = (self.plan.scene.road.file_mut(), file) {
+            file.clone_into(of_scene);
             self.knows_road = true;
         }
         self

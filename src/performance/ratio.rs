@@ -117,8 +117,8 @@ mod tests {
         for _ in 0..30 {
             let drift = 1.0 + 0.3 * rng.random::<f64>();
             let mut of = |factor: f64| {
-                let own = drift * (1.0 + 0.02 * rng.random::<f64>());
-                run(rng, factor, own)
+                let pace = drift * (1.0 + 0.02 * rng.random::<f64>());
+                run(rng, factor, pace)
             };
             first.push(of(1.0));
             second.push(of(factor));

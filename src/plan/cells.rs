@@ -97,7 +97,7 @@ impl Plan {
         }
         let beside = self.scene.tyre.width - self.scene.tyre.contact_width;
         let alone = match self.scene.has_tractions() {
-            // Each sine of lateral motion has a mean of its own.
+            // Each sine of lateral motion has a separate mean.
             true => self.decisions.tyre.sides == Sides::Guided,
             // The power of single waves has to be that of the tyre itself.
             false => self.scene.outputs.vibration.is_some(),

@@ -105,12 +105,16 @@ mod tests {
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap().warnings()
         };
         let draft = ["numerics.preset=draft", "numerics.fmax=1000"];
-        let own = reported(&[&draft[..], &["numerics.elements=600", "numerics.substeps="]].concat());
-        let elements = own.iter().find(|warning| warning.starts_with("numerics.elements = 600 of the scene")).unwrap();
-        assert!(elements.contains("of preset = \"draft\"") && elements.contains("--set numerics.elements="), "{own:?}");
-        assert!(!own.iter().any(|warning| warning.contains("substeps")), "{own:?}");
+        let overridden = reported(&[&draft[..], &["numerics.elements=600", "numerics.substeps="]].concat());
+        let elements =
+            overridden.iter().find(|warning| warning.starts_with("numerics.elements = 600 of the scene")).unwrap();
+        assert!(
+            elements.contains("of preset = \"draft\"") && elements.contains("--set numerics.elements="),
+            "{overridden:?}"
+        );
+        assert!(!overridden.iter().any(|warning| warning.contains("substeps")), "{overridden:?}");
         let unset: Vec<String> =
-            own.iter().filter_map(|warning| Some(format!("{}=", warning.split_once(" = ")?.0))).collect();
+            overridden.iter().filter_map(|warning| Some(format!("{}=", warning.split_once(" = ")?.0))).collect();
         let settings: Vec<&str> =
             draft.into_iter().chain(["numerics.substeps="]).chain(unset.iter().map(String::as_str)).collect();
         assert!(reported(&settings).is_empty(), "{:?}", reported(&settings));

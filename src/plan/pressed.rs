@@ -20,18 +20,18 @@ impl Plan {
     fn block_elements(&self) -> [f64; 2] {
         let tyre = &self.decisions.tyre;
         let thickness = tyre.layers.last().map_or(0.0, |tread| tread.thickness);
-        let [own, beyond] = block_elements(tyre.circumference, thickness, self.element);
-        [own as f64, (own + 2 * beyond) as f64]
+        let [inner, beyond] = block_elements(tyre.circumference, thickness, self.element);
+        [inner as f64, (inner + 2 * beyond) as f64]
     }
 }
 
 impl Amounts {
     /// Adds the curves of `elements` elements of a road that is pressed.
     pub(super) fn pressed(&mut self, plan: &Plan, lattice: Lattice, elements: f64) {
-        let [own, all] = plan.block_elements();
+        let [inner, all] = plan.block_elements();
         let cells = all * lattice.cells() as f64;
         let product = transform_multiply_adds(4 * cells as usize);
-        let blocks = (elements / own).ceil() + 1.0;
+        let blocks = (elements / inner).ceil() + 1.0;
         self.add(Stage::Slices, Unit::TransformMultiplyAdd, blocks * PRODUCTS * product, Place::Background);
         self.hold("a block of road that is pressed", CELL_BYTES * cells);
     }

@@ -11,7 +11,7 @@ use crate::numeric::legendre::gauss;
 /// Bending of one side of a patch's rectangle of parameters by the road's cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cut {
-    /// None: the ranges are the chart's own parameters.
+    /// None: the ranges are the chart's parameters.
     None,
     /// `turn` is a fraction from the cut's angle at this meridian (0) to `end` (1).
     Turn {

@@ -9,7 +9,7 @@
 //! |X - d W|^2 = |X|^2 - 2 d Re(X conj W) + d^2 |W|^2
 //! ```
 //!
-//! so three sums per bin suffice. d is of the size of the signal's own variation: nothing is lost by cancellation. All
+//! so three sums per bin suffice. d is of the size of the signal's variation: nothing is lost by cancellation. All
 //! sums run in the order of time: the same record gives the same bits.
 //!
 //! [`SpectrumAccumulator::faded`] is for spectra that span many decades, such as those of sound: a record that is

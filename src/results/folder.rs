@@ -179,7 +179,7 @@ impl ResultsFolder {
         summary.files = files;
         let summary_path = self.path(SUMMARY_FILE);
         write_file(&summary_path, summary.to_json(&summary_path)?.as_bytes())?;
-        // Every writer has brought its own file to the disk; only the names in the folder remain.
+        // Every writer has brought its file to the disk; only the names in the folder remain.
         sync_folder(&self.working).map_err(ResultsError::writing(&self.working))
     }
 }

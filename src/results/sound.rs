@@ -68,11 +68,11 @@ pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices
             let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
             let error = optional(error.of_band(middle).filter(|_| plain.valid));
             let by_slices = optional(slices.and_then(|slices| slices.sound(band)));
-            let own = row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices]);
+            let of_sum = row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices]);
             let of_parts =
                 parts.iter().flat_map(|[vibration, squeeze]| row([&vibration[index].level, &squeeze[index].level]));
             let of_places = spread(places.iter().map(|bands| bands[index].level)).map(|spread| row([&spread]));
-            own.into_iter().chain(of_parts).chain(of_places.into_iter().flatten()).collect::<Vec<String>>()
+            of_sum.into_iter().chain(of_parts).chain(of_places.into_iter().flatten()).collect::<Vec<String>>()
         })
     });
     let parts = PARTS.split(',').filter(|_| has_parts);

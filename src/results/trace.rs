@@ -70,14 +70,14 @@ pub(crate) fn folded_stacks(trace: &Trace) -> String {
     for phase in Phase::ALL {
         let name = format!("tyrewave;run;{}", phase.title());
         let whole = microseconds(trace.phase_time(phase)).min(left);
-        let mut own = whole;
+        let mut unstaged = whole;
         for stage in Stage::ALL {
-            let time = microseconds(trace.stage_time(phase, stage)).min(own);
+            let time = microseconds(trace.stage_time(phase, stage)).min(unstaged);
             let outer = stage.part_of().map_or(String::new(), |outer| format!("{};", outer.title()));
             line(&format!("{name};{outer}{}", stage.title()), time);
-            own -= time;
+            unstaged -= time;
         }
-        line(&name, own);
+        line(&name, unstaged);
         left -= whole;
     }
     line("tyrewave;run", left);

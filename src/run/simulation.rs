@@ -52,7 +52,7 @@ pub struct Simulation {
     /// Observers by the names of their effects.
     observers: Vec<Named>,
     /// Observers that the caller has added.
-    own: Vec<Box<dyn Observer>>,
+    observers_of_caller: Vec<Box<dyn Observer>>,
     /// Power put in by the contact, if an observer needs it.
     power: Option<ContactPower>,
     arrays: Option<Arrays>,
@@ -142,7 +142,7 @@ impl Simulation {
             power: None,
             prepared,
             observers,
-            own: Vec::new(),
+            observers_of_caller: Vec::new(),
             arrays: None,
             meter: std::mem::take(&mut job.meter),
             warnings: std::mem::take(&mut job.warnings),
@@ -163,13 +163,13 @@ impl Simulation {
         if observer.needs_power() && self.power.is_none() {
             self.power = Some(self.contact_power());
         }
-        self.own.push(Box::new(observer));
+        self.observers_of_caller.push(Box::new(observer));
         self
     }
 
     /// The caller's first observer of a type, if there is one.
     pub fn observer<T: Observer>(&self) -> Option<&T> {
-        self.own.iter().find_map(|observer| (observer.as_ref() as &dyn Any).downcast_ref())
+        self.observers_of_caller.iter().find_map(|observer| (observer.as_ref() as &dyn Any).downcast_ref())
     }
 
     /// Begins the arrays that the plan asks for, in a folder or in memory, or continues them.
@@ -369,7 +369,7 @@ impl Simulation {
     /// Advances the contact by a step and lets it be observed. If contact reaches the end of a window of cells it
     /// begins again over a wider one, since other waves carry the past through that; `None` until it has caught up.
     fn advance(&mut self) -> Result<Option<StepResult>, RunError> {
-        let Self { plan, next_step, prepared, observers, own, power, arrays, meter, .. } = self;
+        let Self { plan, next_step, prepared, observers, observers_of_caller, power, arrays, meter, .. } = self;
         let Prepared { march, road, axle, contact, .. } = prepared;
         let number = march.next_step();
         meter.begin_step(number);
@@ -418,7 +418,7 @@ impl Simulation {
         for (_, observer) in observers {
             observer.observe(&step, meter)?;
         }
-        for observer in own {
+        for observer in observers_of_caller {
             observer.observe(&step, meter)?;
         }
         meter.end_step(number + 1);

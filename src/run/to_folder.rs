@@ -65,7 +65,7 @@ pub fn run(loaded: &LoadedScene, options: &RunOptions, job: Job<'_>) -> Result<R
     planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, job)
 }
 
-/// Continues an unfinished run, given its results folder or its own folder, with the same bytes as if it had never
+/// Continues an unfinished run, given its results folder or its working folder, with the same bytes as if it had never
 /// stopped. From now on the cost is measured as closely as the job says.
 ///
 /// # Errors

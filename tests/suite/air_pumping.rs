@@ -73,9 +73,9 @@ fn grooves_are_heard_on_any_number_of_threads_and_a_sealed_patch_is_the_one_with
     assert_eq!(lines.next(), Some(header));
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert!(rows.len() >= 5 && rows.iter().all(|row| row[9].parse::<f64>().unwrap() > 0.0), "{table}");
-    // Amid the groove it is louder than at the receiver, and far from 1 % of the air's own pressure.
+    // In the middle of the groove it is louder than at the receiver, and far from 1 % of the static air pressure.
     let largest: f64 = rows[0][6].parse().unwrap();
-    println!("largest pressure amid the groove {largest:.2} Pa");
+    println!("largest pressure in the middle of the groove {largest:.2} Pa");
     let mean = 2e-5 * 10.0_f64.powf(open / 20.0);
     assert!(largest > 10.0 * mean && largest < 1400.0, "{largest} Pa, {mean} Pa at the receiver");
     let warnings = &one.summary()["warnings"];

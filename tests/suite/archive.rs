@@ -167,7 +167,7 @@ fn commands_of_pages_and_help_are_read_and_their_scenes_hold() {
                 wrong.push(format!("tyrewave {command}: {error}"));
             }
             Err(_) => {}
-            // The tutorial makes its own scenes.
+            // The tutorial makes its scenes.
             Ok(_) => executed.extend(executed_of(folder.path(), &command)),
         }
     }

@@ -359,8 +359,8 @@ fn elasticity(layer: &Layer, s: Complex64) -> [[Complex64; 6]; 6] {
         c[place][place] = factor * modulus;
     }
     for cords in &layer.cords {
-        let own = rubber(cords.stiffness.unwrap(), cords.loss_factor, 0.0, 1.0);
-        let stiffness = material::modulus(&own, s);
+        let cord = rubber(cords.stiffness.unwrap(), cords.loss_factor, 0.0, 1.0);
+        let stiffness = material::modulus(&cord, s);
         let (cosine, sine) = (cords.angle_deg.to_radians().cos(), cords.angle_deg.to_radians().sin());
         // Half of them at the angle, half at its negative: their terms odd in the sine cancel.
         for direction in [[cosine * cosine, sine * sine, cosine * sine], [cosine * cosine, sine * sine, -cosine * sine]]

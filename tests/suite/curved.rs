@@ -219,11 +219,11 @@ fn curved_compliance_equals_that_of_polynomials_in_each_layer() {
         for s in [at_frequency(30.0), at_frequency(230.0), at_frequency(1500.0), Complex64::new(3000.0, 8000.0)] {
             let (surface, bottom) = by_collocation(&tyre, n, m, s, 18);
             let (again, _) = by_collocation(&tyre, n, m, s, 24);
-            let own = difference(&surface, &again);
+            let uncertainty = difference(&surface, &again);
             for (step, worst) in [(STEP, &mut production), (FINE_STEP, &mut fine)] {
                 let (c, d) = tyre.compliance(n, m, s, step);
                 let error = difference(&c, &surface).max(difference(&d, &bottom));
-                *worst = worst.max(error - own);
+                *worst = worst.max(error - uncertainty);
             }
         }
     }

@@ -132,7 +132,7 @@ fn hard_case_5_one_element_in_contact_and_everything_in_contact() {
     let found = points(&results);
     assert!(found[found.len() / 2..].iter().all(|&points| points == 1), "{found:?}");
 
-    // A cup of the tyre's own radius under it, 50 mm too high: the whole window is in contact. 16 steps per element: it
+    // A cup of the tyre's radius under it, 50 mm too high: the whole window is in contact. 16 steps per element: it
     // hardly moves.
     let n = 64;
     let (element, radius) = (CIRCUMFERENCE / n as f64, CIRCUMFERENCE / (2.0 * PI));

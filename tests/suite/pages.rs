@@ -60,7 +60,7 @@ fn the_page_of_a_sweep_has_its_levels_third_octaves_sounds_and_tables() {
         let number = |column: usize| row[column].parse::<f64>().unwrap();
         let [mean, interval] = [number(4), number(5)];
         let reported = format!("{}: {} \u{b1} {}", &row[1], four_digits(mean), four_digits(interval));
-        // Pictures hold levels over common bands against each other, tables have each over its own.
+        // Pictures hold levels over common bands against each other, tables have each over all of its bands.
         assert!(!same_bands || text.contains(&format!("\n{reported}</title>")), "{reported}");
         let cell = |least: &str| text.contains(&format!("<td class=\"number\">{least}{mean:.2} +- {interval:.2}"));
         assert!(cell("") || cell("at least "), "{mean}");

@@ -152,7 +152,7 @@ fn comparisons_end_with_the_right_exit_code() {
     let itself = itself.to_str().unwrap();
     let (code, text) = run(&[itself, itself, "--workload", "influence", "--budget", "1"]);
     assert!(code == 5 && text.contains("times undecided") && text.contains(" pairs of runs"), "{text}");
-    // A scene of one's own: between programs alone.
+    // A user's scene: between programs alone.
     let scene = place.path().join("mine.toml");
     let text = fs::read_to_string(folder().join("scenes/plate.toml")).unwrap();
     let short = [

@@ -203,8 +203,8 @@ fn overhead() {
                 }
             }
             let step = median(times[0].clone());
-            for ((name, _, bound), own) in WAYS.into_iter().zip(&times) {
-                let more = median(own.iter().zip(&times[0]).map(|(time, base)| time - base).collect());
+            for ((name, _, bound), of_way) in WAYS.into_iter().zip(&times) {
+                let more = median(of_way.iter().zip(&times[0]).map(|(time, base)| time - base).collect());
                 println!(
                     "N = {elements}, {name}: {:+.0} ns, {:+.2} % of a step's {:.1} us",
                     1e9 * more,

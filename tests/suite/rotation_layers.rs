@@ -50,14 +50,14 @@ fn compliance_of_turning_tyres_equals_the_twenty_digit_values() {
     for (index, case) in cases.iter().enumerate() {
         let (c, d) = (matrix(&case["C"]), matrix(&case["D"]));
         let name = case["tyre"].as_str().unwrap();
-        let (_, stack) = tyres.iter().find(|(own, _)| own == name).unwrap();
+        let (_, stack) = tyres.iter().find(|(other, _)| other == name).unwrap();
         let (n, m) = (case["n"].as_i64().unwrap(), case["m"].as_u64().unwrap() as usize);
         let s = complex(&case["s"]);
-        let own = &ours["cases"][index];
+        let computed = &ours["cases"][index];
         let cylinder = Cylinder::of(stack.clone(), LARGEST_S, TOLERANCE);
         let (wave, at) = (cylinder.wave(n.abs(), m), cylinder.at(s));
         let ways = [
-            (matrix(&own["C"]), matrix(&own["D"])),
+            (matrix(&computed["C"]), matrix(&computed["D"])),
             stack.compliance(n, m, s, STEP),
             if n < 0 { wave.full_backwards(&at) } else { wave.full(&at) },
         ];
@@ -94,7 +94,7 @@ fn growth_and_hoop_stress_are_those_of_the_reference() {
 /// A tyre of the reference, turning.
 fn turning(name: &str) -> CurvedStack {
     let tyres = cases::curved_tyres(&references().to_string()).unwrap();
-    tyres.into_iter().find(|(own, _)| own == name).unwrap().1
+    tyres.into_iter().find(|(other, _)| other == name).unwrap().1
 }
 
 const TURNING: [&str; 3] = ["isotropic, 250 km/h", "cord belt, 250 km/h", "engineering constants, 250 km/h"];
@@ -216,11 +216,11 @@ fn a_pattern_frozen_to_the_ground_hardly_feels_the_rotation_but_that_of_the_wron
     let mut reversed = stack.clone();
     reversed.rotation.angular_velocity *= -1.0;
     let of = |stack: &CurvedStack, n, s| stack.compliance(n, 0, s, STEP).0[2][2].norm();
-    for (n, own, turned) in [(2, 0.815, 9.42), (5, 0.929, 1.33)] {
+    for (n, right, turned) in [(2, 0.815, 9.42), (5, 0.929, 1.33)] {
         let s = Complex64::new(0.0, n as f64 * stack.rotation.angular_velocity);
         let found = [&stack, &reversed].map(|stack| of(stack, n, s) / of(&resting, n, Complex64::ZERO));
         println!("n {n}: {found:?}");
-        assert!((found[0] - own).abs() < 1e-3 && (found[1] / turned - 1.0).abs() < 4e-3, "n {n}: {found:?}");
+        assert!((found[0] - right).abs() < 1e-3 && (found[1] / turned - 1.0).abs() < 4e-3, "n {n}: {found:?}");
     }
 }
 
@@ -233,8 +233,8 @@ fn at_rest_nothing_changes() {
     let s = Complex64::new(300.0, 2500.0);
     let resting = stack.compliance(7, 2, s, STEP);
     let from = stack.inner_radius();
-    let own = stack.layers[0].tension.map(|tension| tension / stack.layers[0].thickness);
-    assert_eq!(stack.rotation.prestress(&stack.layers[0], from).map(f64::to_bits), own.map(f64::to_bits));
+    let of_layer = stack.layers[0].tension.map(|tension| tension / stack.layers[0].thickness);
+    assert_eq!(stack.rotation.prestress(&stack.layers[0], from).map(f64::to_bits), of_layer.map(f64::to_bits));
     stack.rotation = stack.turning(0.0);
     assert_eq!(stack.compliance(7, 2, s, STEP), resting);
     let mut turning = tyre;

@@ -88,7 +88,7 @@ fn plan_and_run_say_where_slices_end_and_that_a_wish_is_missed() {
 /// one, of bands from 100 Hz to `highest` \[dB\]. Elements of slices and of cells, and the time after 0.2 s \[s\].
 fn excess(road: &str, speed: f64, law: &str, elements: [usize; 2], duration: f64, highest: ThirdOctaveBand) -> f64 {
     let run = |elements: usize, more: &[&str]| -> (Vec<BandLevel>, Option<SliceErrors>) {
-        let own = [
+        let of_run = [
             format!("road={{ {road} }}"),
             format!("rolling.speed_kmh={speed:?}"),
             format!("rolling.duration={duration:?}"),
@@ -96,7 +96,7 @@ fn excess(road: &str, speed: f64, law: &str, elements: [usize; 2], duration: f64
         ];
         let fixed =
             ["rolling.warm_up=0.2", "outputs.plots=false", "outputs.arrays=false", "numerics.pole_tolerance=1e-4"];
-        let all = own.iter().map(String::as_str).chain(fixed).chain(more.iter().copied());
+        let all = of_run.iter().map(String::as_str).chain(fixed).chain(more.iter().copied());
         let settings: Vec<Setting> = all.map(|text| Setting::parse(text).unwrap()).collect();
         let results = try_run(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap();
         (results.force_levels(), reported_slice_errors(&results.report.summary.contact).cloned())

@@ -321,7 +321,7 @@ fn an_error_that_no_preset_states_is_not_known_in_words_table_and_summary() {
     let error = receiver["level_a_error"].as_f64().unwrap();
     assert!((error - 4.51).abs() < 0.005 && words.contains(&format!(" +- {error:.1} dB(A)")), "{words} {receiver}");
     assert!(!errors.is_empty() && errors.iter().all(|error| *error > 2.0), "{errors:?}");
-    // Elements of the scene's own that are longer than the preset's.
+    // Elements set in the scene that are longer than the preset's.
     let (words, receiver, errors) = reported("coarse", &[&preset[..], &["numerics.elements=256"]].concat());
     assert!(words.contains("numerics.elements is coarser than that of the preset"), "{words}");
     assert!(receiver["level_a_error"].is_null() && errors.is_empty(), "{receiver} {errors:?}");

@@ -123,9 +123,9 @@ fn a_direct_history_is_compared_with_a_modal_reference() {
     let loaded = small("history = \"direct\"\nmemory = 0.3\ntime_rule = \"bdf2\"");
     let options = options(&loaded, Sweep::Outline, 64);
     let found = study(&loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
-    let own = &found.named[0];
-    assert_eq!((own.label.as_str(), own.settings.numerics.history), ("the scene", History::Direct));
-    assert!(own.cost.fit.is_none() && found.reference.settings.numerics.history == History::Modal);
+    let of_scene = &found.named[0];
+    assert_eq!((of_scene.label.as_str(), of_scene.settings.numerics.history), ("the scene", History::Direct));
+    assert!(of_scene.cost.fit.is_none() && found.reference.settings.numerics.history == History::Modal);
 }
 
 #[test]

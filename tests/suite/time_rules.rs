@@ -103,7 +103,7 @@ fn direct_sums_refuse_rules_of_several_stages() {
 }
 
 /// Response at element 0 to a force on it, summed over the wavenumbers.
-fn own(model: &RationalModel, s: Complex64) -> Complex64 {
+fn driving_point(model: &RationalModel, s: Complex64) -> Complex64 {
     let last = model.largest_wavenumber();
     let weight = |n: usize| if n == 0 || n == last { 1.0 } else { 2.0 };
     (0..=last).map(|n| weight(n) * model.evaluate(n, s, Field::Surface).unwrap()).sum()
@@ -149,7 +149,7 @@ fn runge_kutta_recursion_is_the_quadrature_with_matrix_weights() {
             let delta = m.inverse();
             let rates = rule.rates(zeta);
             let mu = rates.all();
-            let h: Vec<Complex64> = mu.iter().map(|rate| own(&model, rate / time_step)).collect();
+            let h: Vec<Complex64> = mu.iter().map(|rate| driving_point(&model, rate / time_step)).collect();
             let first = (h[1] - h[0]) / (mu[1] - mu[0]);
             let shifted = |rate: Complex64| {
                 Matrix::from_fn(s, |i, j| delta.0[i][j] - if i == j { rate } else { Complex64::ZERO })

@@ -47,8 +47,8 @@ fn a_pattern_costs_at_most_a_third_more_than_a_slick() {
     let slick = cost("slick", "");
     let mut dearest: f64 = 0.0;
     for (name, more) in [("summer", ""), ("winter", ""), ("winter", "[effects]\ntread_pattern = \"off\"")] {
-        let own = cost(name, more);
-        let [all, search, time] = [0, 1, 2].map(|of| own[of] / slick[of]);
+        let of_pattern = cost(name, more);
+        let [all, search, time] = [0, 1, 2].map(|of| of_pattern[of] / slick[of]);
         dearest = dearest.max(all);
         println!("    {all:.2} of the slick's step, {search:.2} of its search, {time:.2} of its time");
     }

@@ -93,9 +93,9 @@ impl Effect for SoundEffect {
             quantity: SOUND_LEVEL,
             column: SOUND_COLUMN,
             errors: |stored| {
-                let own = stored.summary.sound.as_ref().and_then(|sound| sound.error.of_bands());
+                let numerical = stored.summary.sound.as_ref().and_then(|sound| sound.error.of_bands());
                 let (by_slices, slices) = (stored.plan.by_slices(), stored.summary.contact.slices.as_ref());
-                LevelErrors::new(own, by_slices, slices, SliceErrors::sound)
+                LevelErrors::new(numerical, by_slices, slices, SliceErrors::sound)
             },
         }]
     }
@@ -216,9 +216,9 @@ impl Summed<'_> {
         self.pressures.of(receiver, |block| sum.extend_from_slice(block));
         let mut from = 0;
         squeezed.of(receiver, |block| {
-            let own = &mut sum[from..from + block.len()];
-            own.iter_mut().zip(block).for_each(|(sum, more)| *sum += more);
-            take(own);
+            let covered = &mut sum[from..from + block.len()];
+            covered.iter_mut().zip(block).for_each(|(sum, more)| *sum += more);
+            take(covered);
             from += block.len();
         });
     }

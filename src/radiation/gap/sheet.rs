@@ -63,7 +63,7 @@ pub(crate) struct FactoredSheet {
     numbers: Vec<Option<usize>>,
     open: usize,
     /// Per edge, by cell along it: the number of the open cell, and its flow h F_v dp/dn dl for r = 1, without the part
-    /// that follows the cell's own pressure.
+    /// that follows the cell's pressure.
     driven: [Vec<(usize, Complex64)>; 4],
     areas: Vec<f64>,
 }
@@ -198,9 +198,9 @@ impl Sheet {
         for (edge, (condition, driven)) in edges.iter().zip(&mut driven).enumerate() {
             let count = if edge < 2 { across } else { along };
             *driven = vec![(0, Complex64::ZERO); count];
-            for (place, cell, [drive, own]) in self.on_edge(air, angular, edge, condition) {
+            for (place, cell, [drive, feedback]) in self.on_edge(air, angular, edge, condition) {
                 let Some(number) = numbers[cell] else { continue };
-                factors.add(number, number, -own);
+                factors.add(number, number, -feedback);
                 driven[place] = (number, drive);
             }
         }

@@ -196,10 +196,10 @@ fn power_that_comes_in_goes_out_or_is_lost() {
     let velocity = |flow: Complex64| -flow / (Complex64::I * angular * DENSITY);
     let (mut through, mut lost) = ([0.0; 4], [0.0; 2]);
     for (edge, condition) in edges.iter().enumerate() {
-        for (place, cell, [drive, own]) in sheet.on_edge(&AIR, angular, edge, condition) {
+        for (place, cell, [drive, feedback]) in sheet.on_edge(&AIR, angular, edge, condition) {
             let given = if edge == 0 { driven[place] } else { Complex64::ZERO };
             // The flow h F_v dp/dn dl, and the pressure on the edge, half a cell away.
-            let flow = drive * given - own * field[cell];
+            let flow = drive * given - feedback * field[cell];
             let (i, j) = (cell / across, cell % across);
             let [dx, dy] = [sheet.x[i + 1] - sheet.x[i], sheet.y[j + 1] - sheet.y[j]];
             let (way, length) = if edge < 2 { (dx, dy) } else { (dy, dx) };

@@ -5,7 +5,7 @@
 //! receivers share, bin by bin. G's integrals are kept for the few frequencies between which is interpolated, and
 //! computed when the bins reach them.
 //!
-//! Rings of a flank that moves count as further shapes beside the tread's m. Each m has its own amplitude where forces
+//! Rings of a flank that moves count as further shapes beside the tread's m. Each m has an amplitude where forces
 //! are resolved across: there is no sum over m, and a product for each pair (n, m).
 
 use std::ops::Range;

@@ -258,14 +258,14 @@ impl PressureModel {
         }
         let Some(waves) = &self.tangential else { return };
         let (along, aside) = by_tangential.split_at_mut(lateral);
-        for (index, own) in by_normal.iter().enumerate() {
+        for (index, normal) in by_normal.iter().enumerate() {
             let answers = waves.at(n, seen, index);
             (along[index], aside[index]) = (answers[0], answers[1]);
             // The flows follow the surface's motion as they do under normal forces.
             for (force, answer) in answers.into_iter().enumerate() {
                 let out = &mut more_flows[(force * lateral + index) * pieces..][..pieces];
                 let known = &flows[index * pieces..][..pieces];
-                let ratio = if own.norm_sqr() > 0.0 { answer / own } else { Complex64::ZERO };
+                let ratio = if normal.norm_sqr() > 0.0 { answer / normal } else { Complex64::ZERO };
                 out.iter_mut().zip(known).for_each(|(out, flow)| *out = ratio * flow);
             }
         }

@@ -272,7 +272,7 @@ fn strip_shares([right, left]: [f64; 2], ends: &[f64]) -> Vec<f64> {
 fn strip_means([right, left]: [f64; 2], points: &[f64], rings: usize) -> Vec<f64> {
     let odd = points.len() + rings;
     let mut sums = vec![0.0; odd + points.len()];
-    // Polynomials in |y|: each side of mid-width on its own.
+    // Polynomials in |y|: each side of mid-width separately.
     for [from, to] in [[right, left.min(0.0)], [right.max(0.0), left]] {
         if to <= from {
             continue;

@@ -5,7 +5,7 @@
 //! forces are sampled at instants of the material, so the material frequency is the one within the Nyquist interval: w'
 //! = w - n Omega, aliased there by whole sampling rates where it lies outside.
 //!
-//! A Runge-Kutta rule has several instants in a step, each with its own forces. They all belong to the same elements,
+//! A Runge-Kutta rule has several instants in a step, each with separate forces. They all belong to the same elements,
 //! since the window moves on between steps only: the forces of one stage are a sequence over the steps as those of a
 //! multistep rule are, and the time in the step at which they act is a matter of the rule's transfer. So they are
 //! further columns, stage after stage. Forces of cells are resolved into the tyre's lateral waves, and those components
@@ -121,7 +121,7 @@ impl SegmentLayout {
         self.length() / 2 + 1
     }
 
-    /// Number of instants of a step, each with its own forces.
+    /// Number of instants of a step, each with separate forces.
     pub fn stages(&self) -> usize {
         self.rule.nodes().len()
     }

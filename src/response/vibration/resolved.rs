@@ -19,7 +19,7 @@
 //! products of all components would be as many as the square of their number. So the tyre's transfers must be known
 //! before the first segment: in single precision, which changes a level by 1e-6 dB.
 //!
-//! The power's waves are those that the run itself carries, each on its own ring ([`CarriedWaves`]): a ring that is a
+//! The power's waves are those that the run itself carries, each on a separate ring ([`CarriedWaves`]): a ring that is a
 //! part of the tyre's length has every part-th n.
 
 use num_complex::{Complex32, Complex64};
@@ -133,7 +133,8 @@ impl ResolvedPower {
             for CellRow { m, first, waves: of_row, .. } in rows {
                 let component = numbers.iter().position(|number| number == m);
                 for ((place, _), wave) in of_row.iter().enumerate().zip(known.by_ref()) {
-                    let modes = ScaledModes { modes: model.wave(wave), scale: 1.0, own: 0.0, odd_constant: 0.0 };
+                    let modes =
+                        ScaledModes { modes: model.wave(wave), scale: 1.0, added_compliance: 0.0, odd_constant: 0.0 };
                     let n = part * (first + place);
                     waves[n].extend(component.map(|component| (component, modes)));
                 }

@@ -2,7 +2,7 @@
 //!
 //! 1. The axle is held at the height at which it carries its load; the reference is rolled, and the same half
 //!    as fine. For first order or better, their difference is a bound for the error of the reference.
-//! 2. The presets and the scene's own settings are rolled.
+//! 2. The presets and the scene's settings are rolled.
 //! 3. Every knob ([`knobs::knobs`]) is swept with the rest at the reference.
 //! 4. The Pareto front ([`front()`]) of all of them, by exact work.
 //!
@@ -46,7 +46,7 @@ pub struct Study {
     pub uncertainty: Difference,
     /// The swept knobs, with their runs.
     pub knobs: Vec<Knob>,
-    /// The scene's own settings, and the presets.
+    /// The scene's settings, and the presets.
     pub named: Vec<Point>,
     /// The front by exact work, cheapest first: nothing with less work is closer to the reference.
     pub front: Vec<Point>,
@@ -73,10 +73,10 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
     let rows = FrontRow::all(scene.contact.zone).iter().filter(|_| has_presets);
     let mut named: Vec<(&str, Settings)> =
         rows.map(|row| (row.preset.name(), Settings::of_row(scene, row, highest))).collect();
-    let own = Settings::of(scene);
+    let of_scene = Settings::of(scene);
     // The reference is finer than the finest preset.
     let finest = named.iter().map(|(_, settings)| settings.numerics.elements).max().unwrap_or_default();
-    let finer = (5 * finest > 8 * own.numerics.elements).then_some(5 * finest / 4);
+    let finer = (5 * finest > 8 * of_scene.numerics.elements).then_some(5 * finest / 4);
     let reference = Settings::reference(scene, &StudyOptions { elements: options.elements.or(finer), ..*options });
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
@@ -85,8 +85,8 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
     let mut knobs = Vec::new();
     if sweep != Sweep::Presets {
         knobs = knobs::knobs(&shorter, &reference, highest, sweep == Sweep::Outline);
-        if own.rate(scene) >= least_rate(highest) {
-            named.insert(0, ("the scene", own));
+        if of_scene.rate(scene) >= least_rate(highest) {
+            named.insert(0, ("the scene", of_scene));
         }
     }
     let half = knobs::half(&reference, &shorter);
@@ -182,14 +182,14 @@ fn forecast<'a>(
     let (costs, threads) = (unit_record::known(), rayon::current_num_threads());
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();
-    let own = Plan::new(&scene);
+    let resting = Plan::new(&scene);
     let (mut planned, mut fitted): (Vec<(Settings, f64)>, _) = (Vec::new(), Vec::new());
     for settings in all {
         if planned.iter().any(|(other, _)| other == settings) {
             continue;
         }
         let variant = LoadedScene::from_scene(&settings.on(&scene), "variant")?;
-        let mut plan = Plan::new(&variant.scene).standing_as(&own).with_cached_model();
+        let mut plan = Plan::new(&variant.scene).standing_as(&resting).with_cached_model();
         plan.check(&variant)?;
         let Numerics { elements, pole_tolerance, .. } = plan.scene.numerics;
         if fitted.contains(&plan.fit) {

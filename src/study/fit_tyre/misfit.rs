@@ -54,8 +54,8 @@ impl<'a> Misfit<'a> {
     pub(super) fn new(points: &'a [Point], uncertainty: Uncertainty) -> Self {
         let mut groups: Vec<Group> = Vec::new();
         for patch in distinct(points.iter().map(|point| point.patch)) {
-            let own = points.iter().filter(|point| point.patch.total_cmp(&patch).is_eq());
-            let frequencies = distinct(own.map(|point| point.frequency));
+            let of_patch = points.iter().filter(|point| point.patch.total_cmp(&patch).is_eq());
+            let frequencies = distinct(of_patch.map(|point| point.frequency));
             match groups.iter_mut().find(|group| group.frequencies == frequencies) {
                 Some(group) => group.patches.push(patch),
                 None => groups.push(Group { patches: vec![patch], frequencies }),

@@ -153,8 +153,8 @@ struct Watch<'a> {
 fn shared_notes<'a>(mut plans: impl Iterator<Item = &'a Plan>) -> Vec<String> {
     let mut shared: Vec<String> = plans.next().map_or(Vec::new(), |plan| plan.notes().collect());
     for plan in plans {
-        let own: Vec<String> = plan.notes().collect();
-        shared.retain(|note| own.contains(note));
+        let notes: Vec<String> = plan.notes().collect();
+        shared.retain(|note| notes.contains(note));
     }
     shared
 }
@@ -193,7 +193,7 @@ pub(crate) fn sweep(
         while let Some(&index) = pending.get(next.fetch_add(1, Ordering::Relaxed)) {
             let variant = &variants[index];
             let one = || carry_out(variant, target, share.max(1), stop, &watch);
-            // Without a pool of its own it runs on the caller's: slower for the others, with the same results.
+            // Without a pool for it, it runs on the caller's: slower for the others, with the same results.
             let outcome = pool.as_ref().map_or_else(one, |pool| pool.install(one));
             *lock(&outcomes[index]) = Some(outcome);
         }

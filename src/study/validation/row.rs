@@ -122,14 +122,14 @@ pub(crate) struct Summary {
 /// Summaries of all groups that have rows.
 pub(crate) fn summaries(rows: &[Row]) -> Vec<Summary> {
     let of = |group: Group| {
-        let own: Vec<(usize, &Row)> = rows.iter().enumerate().filter(|(_, row)| row.group == group).collect();
+        let of_group: Vec<(usize, &Row)> = rows.iter().enumerate().filter(|(_, row)| row.group == group).collect();
         let relative = |row: &Row| row.outside().map_or(0.0, |by| by.abs() / (row.range[1] - row.range[0]));
-        let worst = own.iter().filter(|(_, row)| relative(row) > 0.0);
+        let worst = of_group.iter().filter(|(_, row)| relative(row) > 0.0);
         let worst = worst.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1))).map(|(place, _)| *place);
-        let known = own.iter().filter(|(_, row)| row.verdict() != Verdict::Unknown).count();
-        let bounds = own.iter().filter(|(_, row)| row.is_bound()).count();
-        let inside = own.iter().filter(|(_, row)| row.verdict() == Verdict::Inside).count();
-        (!own.is_empty()).then_some(Summary { group, rows: own.len(), known, bounds, inside, worst })
+        let known = of_group.iter().filter(|(_, row)| row.verdict() != Verdict::Unknown).count();
+        let bounds = of_group.iter().filter(|(_, row)| row.is_bound()).count();
+        let inside = of_group.iter().filter(|(_, row)| row.verdict() == Verdict::Inside).count();
+        (!of_group.is_empty()).then_some(Summary { group, rows: of_group.len(), known, bounds, inside, worst })
     };
     Group::ALL.into_iter().filter_map(of).collect()
 }

@@ -63,14 +63,15 @@ fn no_module_uses_one_that_comes_later() {
     let uses = Uses::new(&sources);
     let (mut inspected, mut found) = (0, BTreeSet::new());
     for source in &sources {
-        let Some((module, own)) = source.module.first().and_then(|module| Some((module, level(module)?))) else {
+        let Some((module, level_of_module)) = source.module.first().and_then(|module| Some((module, level(module)?)))
+        else {
             continue;
         };
         for (source, of_tests) in [(source, None), (&source.of_tests(), Some("test_models"))] {
             for path in uses.used(source) {
                 inspected += 1;
                 let other = path.first().unwrap();
-                let is_later = other != module && level(other).is_some_and(|level| level >= own);
+                let is_later = other != module && level(other).is_some_and(|level| level >= level_of_module);
                 if is_later && of_tests != Some(other) {
                     found.insert(format!("{} uses {}", source.file, path.join("::")));
                 }

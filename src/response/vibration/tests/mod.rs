@@ -107,7 +107,7 @@ fn windowed_segment(layout: &SegmentLayout, seed: u64) -> (Vec<f64>, Vec<f64>) {
         let (column, phase) = (place / layout.substeps, place % layout.substeps);
         let steps: Vec<usize> = (layout.first_step(phase)..layout.length()).step_by(layout.substeps).collect();
         let swing = |step: usize| 2.0 * layout.weight(step).powi(2) - 1.0;
-        // Repeated: the swing's own mean over a substep's steps is not exactly zero.
+        // Repeated: the swing's mean over a substep's steps is not exactly zero.
         for _ in 0..60 {
             let count = steps.len() as f64;
             let mean = steps.iter().map(|&step| forces[step * width + column]).sum::<f64>() / count;
@@ -288,10 +288,11 @@ fn all_elements_have_the_mean_over_the_circumference() {
 }
 
 /// Residues of another wavenumber for as many poles.
-fn swapped((other, own): (&Vec<Complex64>, &Vec<Complex64>)) -> Vec<Complex64> {
-    own.iter()
+fn swapped((other, residues): (&Vec<Complex64>, &Vec<Complex64>)) -> Vec<Complex64> {
+    residues
+        .iter()
         .zip(other.iter().cycle())
-        .map(|(own, other)| if own.im == 0.0 { other.re.into() } else { *other })
+        .map(|(residue, other)| if residue.im == 0.0 { other.re.into() } else { *other })
         .collect()
 }
 

@@ -140,15 +140,15 @@ fn double_sums(elements: usize, models: &[RationalModel], waves: &CarriedWaves) 
                         .iter()
                         .zip(models)
                         .map(|(&m, model)| {
-                            let own = of_wave(&model.modes(index, face).unwrap(), n, s);
-                            grid.mean_shape(m) * s * own * force(n, m, bin)
+                            let compliance = of_wave(&model.modes(index, face).unwrap(), n, s);
+                            grid.mean_shape(m) * s * compliance * force(n, m, bin)
                         })
                         .sum();
                     expected[signed.unsigned_abs() as usize] += scale * velocity.norm_sqr();
                 }
                 for (row, &m) in CARRIED.iter().enumerate() {
-                    let own = of_wave(&waves.model.wave(row * (elements / 2 + 1) + index), n, s);
-                    put_in += scale * (s * own).re * force(n, m, bin).norm_sqr();
+                    let compliance = of_wave(&waves.model.wave(row * (elements / 2 + 1) + index), n, s);
+                    put_in += scale * (s * compliance).re * force(n, m, bin).norm_sqr();
                 }
             }
         }

@@ -8,7 +8,7 @@ use crate::time_rule::RungeKutta;
 use crate::tyre::poles::{TangentialModel, tangential_model};
 
 /// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, and the
-/// mean power put in over it \[W\], by the run's own recursion.
+/// mean power put in over it \[W\], by the run's recursion.
 fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f64>>, f64) {
     let SegmentLayout { elements, rule, .. } = *layout;
     let length = layout.length();

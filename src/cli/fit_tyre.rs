@@ -112,7 +112,7 @@ impl FitTyreArguments {
         };
         let work = || fit(start, &free, &points, uncertainty, context.interrupt.flag(), &mut watch);
         let fitted = side.meter.time(Stage::Influence, work).map_err(|error| match error {
-            FitTyreError::Interrupted => CliError::Interrupted { kept: None },
+            FitTyreError::Interrupted => CliError::Interrupted { partial: None },
             other => in_file(&other),
         })?;
         bar.finish_and_clear();

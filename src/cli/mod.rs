@@ -241,7 +241,7 @@ mod tests {
         let outcome = carry_out(line, false, None, |command, context| {
             assert_eq!((context.threads, rayon::current_num_threads()), (2, 2));
             assert!(context.options.quiet && matches!(command, Command::Run(_)));
-            Err(CliError::Interrupted { kept: None })
+            Err(CliError::Interrupted { partial: None })
         });
         assert_eq!(outcome.unwrap_err().exit_code(), 130);
     }

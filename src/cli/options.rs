@@ -194,8 +194,8 @@ mod tests {
         for text in ["0", "-1", "two", "1000000", ""] {
             assert!(threads(text).is_err(), "{text}");
         }
-        let told = Line::try_parse_from(["tyrewave", "--threads", "-1"]).err().unwrap().to_string();
-        assert!(told.contains("-1 is not in 1..=1024"), "{told}");
+        let message = Line::try_parse_from(["tyrewave", "--threads", "-1"]).err().unwrap().to_string();
+        assert!(message.contains("-1 is not in 1..=1024"), "{message}");
     }
 
     #[test]

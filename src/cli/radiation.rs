@@ -394,7 +394,7 @@ pub(crate) struct RadiationCasesArguments {
 }
 
 fn interrupted() -> CliError {
-    CliError::Interrupted { kept: None }
+    CliError::Interrupted { partial: None }
 }
 
 /// Most memory that a file of cases may take \[bytes\].

@@ -127,9 +127,9 @@ impl Side {
     /// which names the folder.
     pub(super) fn keep(self, context: &Context, report: &Report) -> Result<(), CliError> {
         let (folder, summary) = self.filled(context)?;
-        let kept = folder.finish_partial(summary)?;
+        let folder = folder.finish_partial(summary)?;
         context.print_report(report)?;
-        Err(CliError::PartKept { kept })
+        Err(CliError::PartDone { folder })
     }
 
     /// Writes the folder and returns its path.

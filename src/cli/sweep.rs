@@ -161,9 +161,9 @@ impl SweepArguments {
         if speeds.is_empty() && self.latin_hypercube.is_none() {
             // Speeds have a table by bands, with their growth.
             if let Some(index) = factors.iter().position(|factor| factor.key == SPEED_KEY) {
-                let told = |problem| usage(format!("--set {SPEED_KEY}: {problem}"));
-                let listed = factors[index].values.texts().map_err(told)?.join(",");
-                speeds = values(&listed).map_err(told)?.0;
+                let refused = |problem| usage(format!("--set {SPEED_KEY}: {problem}"));
+                let listed = factors[index].values.texts().map_err(refused)?.join(",");
+                speeds = values(&listed).map_err(refused)?.0;
                 factors.remove(index);
             }
         }

@@ -16,7 +16,7 @@ pub trait Progress {
 
     /// So many blocks of steps are left whose evaluation stops the march for long; its stage if the next steps may
     /// come to it. Called before [`Self::step`].
-    fn blocks(&mut self, _left: u64, _stage: Option<Stage>) {}
+    fn blocks(&mut self, _remaining: u64, _stage: Option<Stage>) {}
 
     /// So many steps are done, those before a resumption included.
     fn step(&mut self, _done: u64) {}

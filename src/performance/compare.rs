@@ -34,7 +34,7 @@ pub(crate) struct Side {
     path: PathBuf,
     /// `None` for a program.
     pub record: Option<Record>,
-    /// Cache of this program alone: a model kept by another build might differ. It is deleted with this.
+    /// Cache of this program alone: a model stored by another build might differ. It is deleted with this.
     cache: PathBuf,
 }
 

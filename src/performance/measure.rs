@@ -127,7 +127,7 @@ fn roll(loaded: &LoadedScene, stop: &AtomicBool) -> Result<(Results, Counts, Blo
             }
             before = now;
             if stop.load(Ordering::Relaxed) {
-                return Err(RunError::Interrupted { kept: None });
+                return Err(RunError::Interrupted { partial: None });
             }
         }
     }

@@ -168,11 +168,11 @@ impl Amounts {
 
     /// Adds the fitted model that the recursion and the vibration need.
     fn model(&mut self, plan: &Plan) {
-        let (scene, kept) = (&plan.scene, plan.cached_poles);
+        let (scene, cached) = (&plan.scene, plan.cached_poles);
         let numerics = &scene.numerics;
         let (elements, tolerance) = (numerics.elements as f64, numerics.pole_tolerance);
-        self.poles = kept.map_or_else(|| expected_fit::poles(elements, tolerance), |kept| kept as f64);
-        if kept.is_none() {
+        self.poles = cached.map_or_else(|| expected_fit::poles(elements, tolerance), |cached| cached as f64);
+        if cached.is_none() {
             let share = expected_fit::share(elements, tolerance, &plan.decisions.tyre);
             self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
             self.cache_bytes += self.poles * PoleModel::bytes_of_pole(2, plan.decisions.tyre.turns());
@@ -180,7 +180,7 @@ impl Amounts {
             let waves = wave_bytes(&plan.decisions.tyre, 0.01 * tolerance);
             self.fit_memory = waves + InfluenceSum::expected_bytes(&plan.decisions.tyre, expected_fit::POINTS);
         }
-        self.count(Counter::ComplianceEvaluations, if kept.is_none() { expected_fit::EVALUATIONS } else { 0.0 });
+        self.count(Counter::ComplianceEvaluations, if cached.is_none() { expected_fit::EVALUATIONS } else { 0.0 });
     }
 
     fn modal(&mut self, scene: &Scene, plan: &Plan) {

@@ -259,8 +259,8 @@ impl Amounts {
         let search = products * transform_multiply_adds(4 * cells as usize);
         let transforms = if has_tractions { FRICTION_TRANSFORMS * transforms } else { transforms };
         let channels = if has_tractions { FRICTION_CHANNELS } else { 1.0 };
-        let kept = plan.cached_cell_poles;
-        let poles = kept.map_or_else(|| channels * plan.expected_poles_of_wave() * waves, |kept| kept as f64);
+        let cached = plan.cached_cell_poles;
+        let poles = cached.map_or_else(|| channels * plan.expected_poles_of_wave() * waves, |cached| cached as f64);
         let turns = plan.decisions.tyre.turns();
         let (odd_bytes, parts) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
         self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
@@ -283,7 +283,7 @@ impl Amounts {
         }
         self.poles = poles;
         self.count(Counter::Poles, poles);
-        if kept.is_none() {
+        if cached.is_none() {
             // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured, flat and at
             // rest; it is taken to grow with the tyre's shape, turning and layers and with the tolerance as sums do).
             let fit = if has_tractions { FRICTION_FIT } else { 1.0 };

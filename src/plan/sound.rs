@@ -222,7 +222,7 @@ impl Plan {
                 let lateral = lateral_waves.saturating_mul(2) - 1;
                 let forces = if self.scene.has_tractions() { 3 } else { 1 };
                 let components = lateral.saturating_mul(forces);
-                (SegmentLayout { across: Across::Resolved { components, kept: 0 }, ..layout }, lateral)
+                (SegmentLayout { across: Across::Resolved { components, values: 0 }, ..layout }, lateral)
             }
         }
     }

@@ -155,7 +155,7 @@ pub(super) fn sweep<'py>(
         std::fs::create_dir_all(&out).map_err(ResultsError::creating(&out)).map_err(RunError::from)?;
         let outcomes = run_all(&variants, &out, rayon::current_num_threads(), &watched.stop, &mut watched);
         if watched.stop.load(Ordering::Relaxed) {
-            return Err(RunError::Interrupted { kept: None }.into());
+            return Err(RunError::Interrupted { partial: None }.into());
         }
         let failed = |(variant, outcome): (&Variant, &Outcome)| match outcome {
             Outcome::Failed(error) => Some(format!("{}: {error}", variant.label.name)),

@@ -116,7 +116,7 @@ impl SetUpCost {
         let middles = first.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
         let mut all: Vec<f64> = first.iter().copied().chain(middles).collect();
         all.sort_by(f64::total_cmp);
-        let kept = all.len();
+        let count = all.len();
         all.retain(|&frequency| !known.iter().any(|&known| same(frequency, known)));
         let mut sum = Cost::default();
         for &frequency in &all {
@@ -130,7 +130,7 @@ impl SetUpCost {
             };
         }
         let values = problem.receivers.len() * problem.values();
-        Ok(Self { frequencies: all.len(), cost: sum, bytes_stored: 8 * (values * kept) as u64 })
+        Ok(Self { frequencies: all.len(), cost: sum, bytes_stored: 8 * (values * count) as u64 })
     }
 }
 
@@ -191,7 +191,7 @@ pub(crate) struct TransferSet {
 }
 
 impl TransferSet {
-    /// From finished frequencies in any order; of equal ones the first is kept.
+    /// From finished frequencies in any order; of equal ones the first is used.
     pub(crate) fn new(mut found: Vec<FrequencyTransfers>) -> Self {
         found.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
         found.dedup_by(|a, b| same(a.frequency, b.frequency));

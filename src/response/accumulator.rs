@@ -231,7 +231,7 @@ impl SpectrumAccumulator {
         let begin = self.begin(self.open);
         let places = 0..self.segments[0].len() as i64;
         let mut window: Vec<f64> = places.map(|place| self.weight(begin + place, self.open)).collect();
-        // The buffers are not kept between calls: there may be hundreds of accumulators.
+        // The buffers are not retained between calls: there may be hundreds of accumulators.
         let mut bins = [(); 2].map(|()| self.transform.make_output_vec());
         let mut scratch = self.transform.make_scratch_vec();
         for (input, output) in [&mut self.segments[0], &mut window].into_iter().zip(&mut bins) {
@@ -283,7 +283,7 @@ mod tests {
     use super::*;
     use crate::storage::state::SavedState;
 
-    /// Oracle: the whole record kept, its mean removed first, segments filled by looking back into it.
+    /// Oracle: the whole record stored, its mean removed first, segments filled by looking back into it.
     fn of_whole_record(signal: &[f64], time_step: f64, segment: Option<f64>) -> Vec<f64> {
         let plan = SpectrumAccumulator::new(signal.len(), time_step, segment).unwrap();
         let (samples, length) = (signal.len() as i64, plan.segments[0].len());

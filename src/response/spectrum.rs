@@ -89,7 +89,7 @@ pub struct BandLevel {
 }
 
 impl PowerSpectrum {
-    /// Mean of spectra over the same frequencies; `None` of none. The means and limits of the first are kept.
+    /// Mean of spectra over the same frequencies; `None` of none. The means and limits are those of the first.
     pub(crate) fn mean_of<'a>(mut spectra: impl Iterator<Item = &'a Self>) -> Option<Self> {
         let (mut mean, mut count) = (spectra.next()?.clone(), 1.0);
         for spectrum in spectra {

@@ -350,12 +350,12 @@ pub(super) mod tests {
                 time.push(&[f64::from(row)]).unwrap();
             }
             time.finish().unwrap();
-            let kept = folder.finish_partial(example()).unwrap();
-            assert_eq!(kept, place.path().join("run.partial"));
+            let partial = folder.finish_partial(example()).unwrap();
+            assert_eq!(partial, place.path().join("run.partial"));
             assert_eq!(names(place.path()), ["run.partial"]);
-            let summary = fs::read_to_string(kept.join("summary.json")).unwrap();
+            let summary = fs::read_to_string(partial.join("summary.json")).unwrap();
             assert!(summary.contains("\"complete\": false"), "{summary}");
-            let npy = npyz::NpyFile::new(File::open(kept.join("time.npy")).unwrap()).unwrap();
+            let npy = npyz::NpyFile::new(File::open(partial.join("time.npy")).unwrap()).unwrap();
             assert_eq!(npy.shape(), [u64::from(rows)]);
         }
     }
@@ -380,16 +380,16 @@ pub(super) mod tests {
         for name in [&target, &working] {
             let again = ResultsFolder::reopen(name).unwrap();
             assert_eq!((again.working(), again.target()), (working.as_path(), target.as_path()));
-            // A second process is kept out, and so is an interrupted run that is to be given that name.
+            // A second process is locked out, and so is an interrupted run that is to be given that name.
             assert!(matches!(ResultsFolder::reopen(&target), Err(CheckpointError::Running { .. })));
         }
         let again = ResultsFolder::reopen(&target).unwrap();
-        let kept = again.finish_partial(example()).unwrap();
+        let partial = again.finish_partial(example()).unwrap();
         assert_eq!(
-            (kept.as_path(), names(place.path())),
+            (partial.as_path(), names(place.path())),
             (place.path().join("run.partial").as_path(), vec!["run.partial".into()])
         );
-        assert_eq!(names(&kept), ["checkpoint", "summary.json", "time.npy"]);
+        assert_eq!(names(&partial), ["checkpoint", "summary.json", "time.npy"]);
         let last = ResultsFolder::reopen(&target).unwrap();
         assert_eq!(last.finish(example()).unwrap(), target);
         assert_eq!(names(place.path()), ["run"]);
@@ -407,8 +407,8 @@ pub(super) mod tests {
         let other = killed(&target);
         let both = ResultsFolder::reopen(&target).unwrap_err();
         assert!(matches!(&both, CheckpointError::Several { found } if found.len() == 2), "{both}");
-        let kept = ResultsFolder::reopen(&other).unwrap().finish_partial(example()).unwrap();
-        assert_eq!(kept, other, "the name run.partial is taken");
+        let partial = ResultsFolder::reopen(&other).unwrap().finish_partial(example()).unwrap();
+        assert_eq!(partial, other, "the name run.partial is taken");
         resumed.finish(example()).unwrap();
         assert!(names(&target).contains(&"time.npy".to_owned()));
     }
@@ -454,7 +454,7 @@ pub(super) mod tests {
             force.finish()?;
             folder.finish(example())
         })();
-        let left = names(&disk);
+        let remaining = names(&disk);
         assert!(Command::new("umount").arg(&disk).status().unwrap().success());
         let error = outcome.unwrap_err();
         assert!(
@@ -462,6 +462,6 @@ pub(super) mod tests {
             "{error}"
         );
         assert!(error.to_string().contains("patch_force.npy"), "{error}");
-        assert!(left.is_empty(), "{left:?}");
+        assert!(remaining.is_empty(), "{remaining:?}");
     }
 }

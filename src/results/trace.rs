@@ -66,10 +66,10 @@ pub(crate) fn folded_stacks(trace: &Trace) -> String {
             text.push_str(&format!("{stack} {time}\n"));
         }
     };
-    let mut left = microseconds(trace.wall());
+    let mut untraced = microseconds(trace.wall());
     for phase in Phase::ALL {
         let name = format!("tyrewave;run;{}", phase.title());
-        let whole = microseconds(trace.phase_time(phase)).min(left);
+        let whole = microseconds(trace.phase_time(phase)).min(untraced);
         let mut unstaged = whole;
         for stage in Stage::ALL {
             let time = microseconds(trace.stage_time(phase, stage)).min(unstaged);
@@ -78,9 +78,9 @@ pub(crate) fn folded_stacks(trace: &Trace) -> String {
             unstaged -= time;
         }
         line(&name, unstaged);
-        left -= whole;
+        untraced -= whole;
     }
-    line("tyrewave;run", left);
+    line("tyrewave;run", untraced);
     text
 }
 

@@ -28,7 +28,7 @@ use crate::scene::LoadedScene;
 use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Steps between two checks of the interrupt flag, with an update of the progress.
-const LOOK_EVERY: u64 = 16;
+const CHECK_EVERY: u64 = 16;
 /// Factor by which a window of cells is widened once contact has reached its end.
 const WIDER: f64 = 1.5;
 
@@ -227,7 +227,7 @@ impl Simulation {
         inspect: &mut dyn FnMut(&mut Self) -> Result<bool, RunError>,
     ) -> Result<bool, RunError> {
         while self.next_step < self.plan.steps {
-            if self.prepared.march.next_step().is_multiple_of(LOOK_EVERY) && !inspect(self)? {
+            if self.prepared.march.next_step().is_multiple_of(CHECK_EVERY) && !inspect(self)? {
                 return Ok(false);
             }
             self.advance()?;
@@ -237,8 +237,8 @@ impl Simulation {
 
     /// Reports the steps that are done, and what will stop them.
     pub(crate) fn report(&self, progress: &mut dyn Progress) {
-        let mut left = self.observers.iter().map(|(_, observer)| observer.blocks_left(LOOK_EVERY));
-        let (blocks, stage) = left.find(|left| left.0 > 0).unwrap_or_default();
+        let mut blocks = self.observers.iter().map(|(_, observer)| observer.remaining_blocks(CHECK_EVERY));
+        let (blocks, stage) = blocks.find(|blocks| blocks.0 > 0).unwrap_or_default();
         progress.blocks(blocks, stage);
         progress.step(self.prepared.march.next_step());
     }
@@ -322,10 +322,10 @@ impl Simulation {
     /// Errors of the arrays.
     pub(crate) fn finish_arrays(&mut self) -> Result<Vec<KeptArray>, RunError> {
         let Some(arrays) = self.arrays.take() else { return Ok(Vec::new()) };
-        let (bytes, kept) = self.meter.time(Stage::Output, || arrays.finish())?;
+        let (bytes, in_memory) = self.meter.time(Stage::Output, || arrays.finish())?;
         self.meter.count(Counter::BytesWritten, bytes);
         self.meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
-        Ok(kept)
+        Ok(in_memory)
     }
 
     /// Flushes all rows of the arrays to the disk; returns how far each has come.

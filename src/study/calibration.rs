@@ -1,4 +1,4 @@
-//! Calibration of the costs of work on this machine: measured once by short runs of the program itself, kept beside the
+//! Calibration of the costs of work on this machine: measured once by short runs of the program itself, stored beside the
 //! fitted models.
 //!
 //! 1. a fit of a small model;
@@ -27,7 +27,7 @@ const PROBE: (usize, u64, u64) = (512, 400, 1500);
 const MEASURED: [Stage; 7] =
     [Stage::Road, Stage::Slices, Stage::Axle, Stage::History, Stage::Transforms, Stage::Penetration, Stage::ActiveSet];
 
-/// The costs measured before, or measured and kept now; a record that cannot be kept is no error.
+/// The costs measured before, or measured and stored now; a record that cannot be stored is no error.
 ///
 /// # Errors
 /// [`RunError::Interrupted`] once `stop` is set; any other is a defect of the probes.
@@ -41,7 +41,7 @@ pub(crate) fn calibrated(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
 /// # Errors
 /// As [`calibrated`].
 pub(crate) fn calibrate(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
-    let interrupted = || RunError::Interrupted { kept: None };
+    let interrupted = || RunError::Interrupted { partial: None };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|_| interrupted())?;
     let costs = pool.install(|| measure(stop))?;
     keep(costs);
@@ -54,7 +54,7 @@ fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     let tyre = &base.scene.tyre;
     let options = FitOptions::new(tyre, elements, base.scene.rolling.speed()).with_tolerance(TOLERANCE);
     let begin = Begin::now();
-    fit_unless_stopped(tyre, &options, stop).map_err(|_| RunError::Interrupted { kept: None })?;
+    fit_unless_stopped(tyre, &options, stop).map_err(|_| RunError::Interrupted { partial: None })?;
     let fit = expected_fit::share(elements as f64, TOLERANCE, tyre) * Unit::Fit.typical();
 
     let mut probes = Probes { fit: begin.ran() * begin.wall.elapsed().as_secs_f64() / fit, ..Probes::default() };
@@ -109,7 +109,7 @@ impl Probes {
         let begin = Instant::now();
         while run.step()?.is_some() {
             if stop.load(Ordering::Relaxed) {
-                return Err(RunError::Interrupted { kept: None });
+                return Err(RunError::Interrupted { partial: None });
             }
         }
         let (rolled, ran) = (begin.elapsed(), all.ran());
@@ -170,7 +170,7 @@ mod tests {
         ] {
             assert!((of(stage, unit) - factor).abs() < 1e-12, "{stage:?}");
         }
-        assert!(matches!(measure(&AtomicBool::new(true)), Err(RunError::Interrupted { kept: None })));
+        assert!(matches!(measure(&AtomicBool::new(true)), Err(RunError::Interrupted { partial: None })));
         let text = serde_json::to_string(&costs).unwrap();
         assert_eq!(serde_json::from_str::<UnitCosts>(&text).unwrap(), costs);
     }

@@ -24,7 +24,7 @@ use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;
 
 /// Steps between two checks of the flag, with an update of the progress.
-const LOOK_EVERY: u64 = 256;
+const CHECK_EVERY: u64 = 256;
 /// Ramp and settling of an axle that is held at a height, left out of a comparison \[s\]: the default tyre's modes
 /// decay by 40 dB in it.
 pub(crate) const SETTLING: f64 = 0.2;
@@ -214,11 +214,11 @@ impl<'a> Trials<'a> {
         let mut force = Vec::with_capacity(plan.steps as usize);
         while let Some(step) = run.step()? {
             force.push(step.total_force);
-            if run.next_step().is_multiple_of(LOOK_EVERY) {
+            if run.next_step().is_multiple_of(CHECK_EVERY) {
                 let steps = run.next_step() as f64;
                 self.report_share(steps / plan.steps as f64, steps * plan.time_step);
                 if self.job.is_stopped() {
-                    return Err(RunError::Interrupted { kept: None });
+                    return Err(RunError::Interrupted { partial: None });
                 }
             }
         }

@@ -247,28 +247,33 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         let planned = Scene::from_str(text, "scene.toml").and_then(|loaded| Plan::of(&loaded));
         planned.map(|_| String::new()).unwrap_or_else(|error| error.render(false))
     };
-    let heard = |more: &str| format!("{GROOVE}{HEARD}{more}\n{OPEN}");
+    let with_receiver = |more: &str| format!("{GROOVE}{HEARD}{more}\n{OPEN}");
     let cases = [
         (SLICES, format!("{GROOVE}{OPEN}"), "air_pumping", "no [[receiver]]"),
         (SLICES, format!("{HEARD}{OPEN}"), "air_pumping.patch", "no grooves"),
-        (SLICES, heard("acoustic_gap = 0.001"), "radiation.acoustic_gap", "not by both"),
+        (SLICES, with_receiver("acoustic_gap = 0.001"), "radiation.acoustic_gap", "not by both"),
         (SLICES, format!("{GROOVE}{DRAFT}{OPEN}"), "radiation.quality", "openings of the grooves"),
         (
             "slices = \"winkler\"\ncells_across = 4\ntread = \"uncoupled\"",
-            heard(""),
+            with_receiver(""),
             "contact.tread",
             "conserve volume",
         ),
         (SLICES, format!("{HEARD}{VOIDS}"), "air_pumping.patch", "slices do not resolve"),
         (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\nsqueeze = true\n"), "air_pumping.squeeze", "sealed"),
-        (SLICES, heard("") + SQUEEZED, "air_pumping.squeeze", "slices have no compliant blocks"),
+        (SLICES, with_receiver("") + SQUEEZED, "air_pumping.squeeze", "slices have no compliant blocks"),
         (
             CELLS,
             format!("{GROOVE}blocks = \"continuum\"\n{HEARD}{OPEN}{SQUEEZED}"),
             "air_pumping.squeeze",
             "press no air out",
         ),
-        (CELLS, heard("").replace("depth = 0.008", "depth = 0.003") + SQUEEZED, "air_pumping.squeeze", "a third"),
+        (
+            CELLS,
+            with_receiver("").replace("depth = 0.008", "depth = 0.003") + SQUEEZED,
+            "air_pumping.squeeze",
+            "a third",
+        ),
         (SLICES, "[effects]\nair_pumping = \"on\"\n".to_owned(), "effects.air_pumping", "no [air_pumping]"),
     ];
     for (contact, more, key, wrong) in cases {
@@ -276,11 +281,11 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         let is_named = reported.contains(key) || key.split('.').all(|part| reported.contains(part));
         assert!(is_named && reported.contains(wrong), "{key}, {wrong}: {reported}\n{more}");
     }
-    assert_eq!(refusal(&rolled(8.0, SLICES, &heard(""))), "");
-    assert_eq!(refusal(&rolled(8.0, CELLS, &(heard("") + SQUEEZED))), "");
+    assert_eq!(refusal(&rolled(8.0, SLICES, &with_receiver(""))), "");
+    assert_eq!(refusal(&rolled(8.0, CELLS, &(with_receiver("") + SQUEEZED))), "");
     // Known once the patch is: where the sheet ends the gap is 19 mm high.
     let changes = [("radiation.fmax", "4000.0"), ("numerics.elements", "1024")];
-    let high = edit(&rolled(8.0, SLICES, &heard("patch_length = 0.12")), &changes);
+    let high = edit(&rolled(8.0, SLICES, &with_receiver("patch_length = 0.12")), &changes);
     let loaded = scene(&high);
     let plan = Plan::of(&loaded).unwrap();
     let reported = match Simulation::begin(&loaded, &plan, &Default::default()) {

@@ -191,9 +191,9 @@ fn profiles_without_numbers() {
     assert_refused(folder.path(), USAGE, &["road.file", "road.csv", "line 7", "\"rough\" is not a number", &line]);
     // Without a scene there is no place in one.
     let output = tyrewave(folder.path(), &["road", "road.csv", "--distance-unit", "mm", "--height-unit", "mm"]);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(USAGE), "{told}");
-    assert!(told.contains("line 7") && told.contains("road.csv") && !told.contains("80kmh"), "{told}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(USAGE), "{message}");
+    assert!(message.contains("line 7") && message.contains("road.csv") && !message.contains("80kmh"), "{message}");
 }
 
 #[test]

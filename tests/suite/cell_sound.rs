@@ -55,19 +55,19 @@ fn bumpy(folder: &std::path::Path, name: &str, columns: &[usize]) -> String {
 #[test]
 fn bumps_on_one_side_are_heard_differently_from_both_and_mirrored_ones_mirrored() {
     let folder = tempfile::tempdir().unwrap();
-    let heard = |name: &str, columns: &[usize], way: &str| {
+    let of_bumps = |name: &str, columns: &[usize], way: &str| {
         let road = bumpy(folder.path(), name, columns);
         levels(&run(&cells(ACROSS, &road, 0.8, &format!("{BOTH_SIDES}{way}"))))
     };
     for way in [DRAFT, LOW] {
-        let (one, other) = (heard("one.npy", &[3], way), heard("other.npy", &[0], way));
+        let (one, other) = (of_bumps("one.npy", &[3], way), of_bumps("other.npy", &[0], way));
         println!("bumps on one side {one:.2?} dB, on the other {other:.2?} dB");
         // Left and right change places; single precision and the search's tolerance are between them.
         for (one, mirrored) in one.iter().zip(other.iter().rev()) {
             assert!((one - mirrored).abs() < 0.01, "{one} and {mirrored} dB");
         }
         assert!((one[0] - one[1]).abs() > 0.1, "{one:?}: odd waves are not heard");
-        let even = heard("even.npy", &[0, 3], way);
+        let even = of_bumps("even.npy", &[0, 3], way);
         assert!((even[0] - even[1]).abs() < 0.01, "{even:?}: bumps on both sides");
     }
 }

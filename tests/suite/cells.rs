@@ -217,7 +217,7 @@ fn plans_refuse_what_cells_cannot_do_and_nothing_else() {
         let loaded = scene(text);
         Plan::of(&loaded).unwrap().check(&loaded).map_err(|error| error.render(false))
     };
-    // Sums over the stages of a step are kept as matrices.
+    // Sums over the stages of a step are stored as matrices.
     let direct = "history = \"direct\"\nmemory = 0.02\ntime_rule = \"sdirk2\"";
     check(&cells(64, 4, MADE, INDENTED, direct)).unwrap();
     let many = check(&cells(64, 10_000, MADE, INDENTED, "memory_limit = 0.1")).unwrap_err();

@@ -407,8 +407,8 @@ fn presets_take_friction() {
     let more = "[contact]\nzone = \"cells\"\n[friction]\nmu = 0.9";
     let preset = "preset = \"draft\"\nfmax = 500.0";
     let text = scene_text(64, "kind = \"made\"\nseed = 3", rolling, preset, more);
-    let kept: Vec<&str> = text.lines().filter(|line| !line.starts_with("elements")).collect();
-    let text = kept.join("\n");
+    let others: Vec<&str> = text.lines().filter(|line| !line.starts_with("elements")).collect();
+    let text = others.join("\n");
     let plan = Plan::of(&scene(&text)).unwrap();
     let choice = |key: &str| choices(&plan).iter().find(|choice| choice.key == key).map(|choice| choice.value.clone());
     assert_eq!(choice("numerics.time_rule").as_deref(), Some("bdf2"));

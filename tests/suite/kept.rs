@@ -158,7 +158,7 @@ fn names_that_scripts_read_are_kept() {
         fs::write(FILE, &text).unwrap();
         return;
     }
-    let kept: BTreeSet<String> = KEPT.lines().map(str::to_owned).collect();
-    let (gone, new): (Vec<_>, Vec<_>) = (kept.difference(&found).collect(), found.difference(&kept).collect());
+    let known: BTreeSet<String> = KEPT.lines().map(str::to_owned).collect();
+    let (gone, new): (Vec<_>, Vec<_>) = (known.difference(&found).collect(), found.difference(&known).collect());
     assert!(gone.is_empty() && new.is_empty(), "gone: {gone:#?}\nnew, to be added to kept.txt: {new:#?}");
 }

@@ -57,8 +57,8 @@ fn a_profiled_run_has_the_same_bytes_and_files_that_agree_with_its_table() {
         assert_eq!(shares, [json!(0.0625), json!(1.0)]);
         check_trace(&fs::read_to_string(place.join("trace.json")).unwrap(), cost);
         check_stacks(&fs::read_to_string(place.join("stacks.txt")).unwrap(), cost);
-        let left: Vec<_> = fs::read_dir(place).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-        assert!(left.iter().all(|name| !name.to_string_lossy().ends_with(".tmp")), "{left:?}");
+        let names: Vec<_> = fs::read_dir(place).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert!(names.iter().all(|name| !name.to_string_lossy().ends_with(".tmp")), "{names:?}");
     }
 }
 
@@ -142,8 +142,8 @@ fn a_file_that_cannot_be_written_is_refused_before_the_run() {
             assert!(message.contains(wrong), "{message}");
         }
     }
-    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert_eq!(left, ["scene.toml"]);
+    let remaining: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(remaining, ["scene.toml"]);
 }
 
 /// Steps that are measured together: a whole period of what is timed.

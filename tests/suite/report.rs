@@ -30,8 +30,8 @@ fn run_both() -> (TempDir, [PathBuf; 2]) {
         let numerics = "history = \"modal\"\npole_tolerance = 1e-3";
         scene_text(64, "kind = \"made\"\nseed = 4", &rolling, numerics, &more)
     };
-    let heard = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 500.0";
-    let folders = [("slow", 60.0, heard), ("fast", 80.0, "")].map(|(name, speed, more)| {
+    let receiver = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 500.0";
+    let folders = [("slow", 60.0, receiver), ("fast", 80.0, "")].map(|(name, speed, more)| {
         fs::write(folder.path().join(format!("{name}.toml")), text(speed, more)).unwrap();
         let scene = format!("{name}.toml");
         let output = tyrewave(folder.path(), &["run", &scene, "--out", name, "--report", "-q"]);
@@ -248,7 +248,7 @@ fn names_in_a_results_folder_lead_to_nothing_outside_of_it() {
             vec!["export", name, "--format", "uff58"],
         ]
     };
-    let told = |command: &[&str], output: &Output| -> String {
+    let problem = |command: &[&str], output: &Output| -> String {
         let all = [&output.stdout[..], &output.stderr].concat();
         let text = String::from_utf8_lossy(&all).into_owned();
         assert!(!text.contains("secret,words") && !text.contains("<svg >"), "{command:?}: {text}");
@@ -258,7 +258,7 @@ fn names_in_a_results_folder_lead_to_nothing_outside_of_it() {
         copied(slow, &place.path().join(name), change);
         for command in of(name) {
             let output = tyrewave(place.path(), &command);
-            let text = told(&command, &output);
+            let text = problem(&command, &output);
             assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
             assert!(
                 text.contains(&format!("{name}/summary.json")) || text.contains("secret.csv"),
@@ -272,7 +272,7 @@ fn names_in_a_results_folder_lead_to_nothing_outside_of_it() {
     copied(slow, &place.path().join("road"), road);
     for command in of("road") {
         let output = tyrewave(place.path(), &command);
-        let text = told(&command, &output);
+        let text = problem(&command, &output);
         assert!(output.status.success(), "{command:?}: {text}");
     }
     let text = fs::read_to_string(place.path().join("road.html")).unwrap();
@@ -286,7 +286,7 @@ fn names_in_a_results_folder_lead_to_nothing_outside_of_it() {
         std::os::unix::fs::symlink("../secret.csv", linked.join(name)).unwrap();
         for command in of("linked") {
             let output = tyrewave(place.path(), &command);
-            let text = told(&command, &output);
+            let text = problem(&command, &output);
             assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
             assert!(text.contains(&format!("linked/{name}")) && text.contains("link"), "{command:?}: {text}");
         }

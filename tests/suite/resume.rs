@@ -264,8 +264,8 @@ fn interrupted_and_terminated_runs_go_on_in_the_same_bytes() {
         let resumed = tyrewave(place, &["resume", "cut", "--threads", threads]);
         assert!(resumed.status.success(), "{}", message(&resumed));
         assert_same(&whole, &place.join("cut"));
-        let left = if whole.starts_with(place) { &["cut", "road.npy", "whole"][..] } else { &["cut", "road.npy"] };
-        assert_eq!(names(place), left);
+        let remaining = if whole.starts_with(place) { &["cut", "road.npy", "whole"][..] } else { &["cut", "road.npy"] };
+        assert_eq!(names(place), remaining);
     }
 }
 
@@ -306,10 +306,10 @@ fn a_checkpoint_that_is_damaged_foreign_or_of_another_version_is_refused() {
     refused(&["has written it", env!("CARGO_PKG_VERSION")]);
     // Of another scene: one layer a little thicker.
     fs::write(&file, &good).unwrap();
-    let kept = fs::read_to_string(partial.join("scene.toml")).unwrap();
-    fs::write(partial.join("scene.toml"), kept.replacen("thickness = 0.013", "thickness = 0.012", 1)).unwrap();
+    let saved = fs::read_to_string(partial.join("scene.toml")).unwrap();
+    fs::write(partial.join("scene.toml"), saved.replacen("thickness = 0.013", "thickness = 0.012", 1)).unwrap();
     refused(&["another scene"]);
-    fs::write(partial.join("scene.toml"), &kept).unwrap();
+    fs::write(partial.join("scene.toml"), &saved).unwrap();
     // An array that has lost rows which the checkpoint counts, one with a flipped byte, and one of another shape.
     let array = partial.join("patch_force.npy");
     let rows = fs::read(&array).unwrap();

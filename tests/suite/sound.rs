@@ -1,4 +1,4 @@
-//! Sound of short runs: levels and files, the same bytes whatever was kept and on how many threads, a pass-by measured.
+//! Sound of short runs: levels and files, the same bytes whatever was cached and on how many threads, a pass-by measured.
 
 use std::f64::consts::TAU;
 use std::fs;
@@ -132,7 +132,7 @@ fn draft_quality_pass_by_and_vehicle_hear_the_air_of_the_road() {
                      [[receiver]]\nname = \"four\"\nstandard = \"coast-by\"\nvehicle = {}\n";
     let folder = tempfile::tempdir().unwrap();
     let road = washboard_of(folder.path(), 0.04);
-    let heard = |name: &str, air: &str| {
+    let levels = |name: &str, air: &str| {
         let way = format!("[radiation]\nfmax = 700.0\nquality = \"draft\"\naudio = false\n{air}");
         let text = scene_text(256, &road, &rolling(3.0), MODAL, &format!("{receivers}{way}"));
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
@@ -143,8 +143,8 @@ fn draft_quality_pass_by_and_vehicle_hear_the_air_of_the_road() {
             .map(number)
     };
     // The air stands on the road unless the scene says otherwise.
-    let road = heard("road", "");
-    let [axle, with_tread] = [heard("axle", "air = \"axle\""), heard("with-tread", "air = \"with-tread\"")];
+    let road = levels("road", "");
+    let [axle, with_tread] = [levels("axle", "air = \"axle\""), levels("with-tread", "air = \"with-tread\"")];
     println!("axle {axle:.2?}, road {road:.2?}, with-tread {with_tread:.2?} dB");
     for ((axle, road), with_tread) in axle.into_iter().zip(road).zip(with_tread) {
         assert!(axle - road > 2.0 && (road - with_tread).abs() < 0.5, "{axle}, {road}, {with_tread} dB");
@@ -214,15 +214,15 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     let table = fs::read_to_string(folder.path().join("draft/sound.csv")).unwrap();
     assert!(table.lines().next().unwrap().ends_with("valid,error_db,slice_error_db"), "{table}");
     fs::write(folder.path().join("coarse.toml"), format!("{text}\n{way}\n")).unwrap();
-    let reported = program(folder.path(), &["effects", "coarse.toml", "--out", "worth", "--duration", "0.9"]);
+    let reported = program(folder.path(), &["effects", "coarse.toml", "--out", "effects", "--duration", "0.9"]);
     let reported = String::from_utf8_lossy(&reported.stdout).into_owned();
     for row in ["+ radiation", "- radiation", "silent", "air with the axle", "air with the tread"] {
         assert!(reported.contains(row), "{row} is missing\n{reported}");
     }
-    let worth = fs::read_to_string(folder.path().join("worth/effects.csv")).unwrap();
+    let table = fs::read_to_string(folder.path().join("effects/effects.csv")).unwrap();
     assert!(
-        worth.lines().next().unwrap().ends_with("level_db_a_cpx,level_error_db_cpx,highest_hz_cpx,lower_bound_cpx"),
-        "{worth}"
+        table.lines().next().unwrap().ends_with("level_db_a_cpx,level_error_db_cpx,highest_hz_cpx,lower_bound_cpx"),
+        "{table}"
     );
 }
 
@@ -269,11 +269,11 @@ fn levels_and_sound_file_agree_in_every_valid_band_whatever_the_highest_frequenc
         fs::write(folder.path().join("scene.toml"), edit(&text, &[("radiation.fmax", fmax)])).unwrap();
         program(folder.path(), &["run", "scene.toml", "--out", fmax]);
         let run = folder.path().join(fmax);
-        let (bands, heard) = (bands(&run), pressures(&run.join("sound_near.wav")));
+        let (bands, pressure) = (bands(&run), pressures(&run.join("sound_near.wav")));
         for (nominal, level, valid, error) in &bands {
             assert!(error.is_empty(), "{nominal} Hz: {error} dB, but no preset states that of the forces");
             let band = tyrewave::response::ThirdOctaveBand::containing(*nominal).unwrap();
-            let found = level_between(&heard, band.lower_edge()..band.upper_edge());
+            let found = level_between(&pressure, band.lower_edge()..band.upper_edge());
             if *valid {
                 assert!((found - level).abs() < 0.3, "fmax {fmax}, {nominal} Hz: {level} dB, file {found} dB");
             } else if band.lower_edge() > 1.2 * fmax.parse::<f64>().unwrap() {
@@ -471,9 +471,9 @@ fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the
         assert!(cold == warm && cold != silent, "{file}");
     }
     // Sidewalls move against the belt: the lowest bands, of a whole belt that moves, lose 1.7 to 2.0 dB by them.
-    let [heard, tread] = ["cold", "off"].map(|run| bands(&folder.path().join(run)));
-    let changes = heard.iter().zip(&tread).filter(|(heard, _)| (63.0..=80.0).contains(&heard.0));
-    let changes: Vec<f64> = changes.map(|(heard, tread)| heard.1 - tread.1).collect();
+    let [all, tread] = ["cold", "off"].map(|run| bands(&folder.path().join(run)));
+    let changes = all.iter().zip(&tread).filter(|(all, _)| (63.0..=80.0).contains(&all.0));
+    let changes: Vec<f64> = changes.map(|(all, tread)| all.1 - tread.1).collect();
     assert!(changes.len() == 4 && changes.iter().all(|change| (-2.5..-1.2).contains(change)), "{changes:?}");
 }
 

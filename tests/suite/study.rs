@@ -115,7 +115,7 @@ fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
     assert_eq!(stopped.reference.cost.multiply_adds.to_bits(), whole.reference.cost.multiply_adds.to_bits());
     assert_eq!(stopped.uncertainty, whole.uncertainty);
     let (nothing, _) = until("reference");
-    assert!(matches!(nothing, Err(RunError::Interrupted { kept: None })), "{nothing:?}");
+    assert!(matches!(nothing, Err(RunError::Interrupted { partial: None })), "{nothing:?}");
 }
 
 #[test]

@@ -207,8 +207,8 @@ fn a_killed_sweep_goes_on_from_its_checkpoints() {
             "{name}"
         );
     }
-    let left: Vec<_> = fs::read_dir(place.join("cut")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert!(left.iter().all(|name| !name.to_string_lossy().contains("partial")), "{left:?}");
+    let names: Vec<_> = fs::read_dir(place.join("cut")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert!(names.iter().all(|name| !name.to_string_lossy().contains("partial")), "{names:?}");
 }
 
 #[test]

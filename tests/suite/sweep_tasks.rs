@@ -305,6 +305,6 @@ fn many_workers_and_collectors_at_once_lose_nothing() {
         assert_done(&child.wait_with_output().unwrap());
     }
     assert!(fs::read(place.join("plain/sweep.csv")).unwrap() == fs::read(place.join("t/sweep.csv")).unwrap());
-    let left = names(&place.join("t/shard-0000"));
-    assert_eq!(left, ["outcomes", "tasks"]);
+    let remaining = names(&place.join("t/shard-0000"));
+    assert_eq!(remaining, ["outcomes", "tasks"]);
 }

@@ -134,11 +134,11 @@ fn threads_change_no_bit_and_files_say_what_the_pattern_is() {
 
 #[test]
 fn equal_pitches_are_heard_at_their_orders_and_the_orders_have_all_of_the_sound() {
-    let heard = "[[receiver]]\nname = \"beside it\"\nposition = [0.3, 0.6, 0.2]\n\
+    let receiver = "[[receiver]]\nname = \"beside it\"\nposition = [0.3, 0.6, 0.2]\n\
                  [[receiver]]\nname = \"ahead\"\nposition = [1.0, 0.3, 0.2]\n\
                  [radiation]\nfmax = 500.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\n\
                  audio = false\n";
-    let text = rolled(16.0, SMOOTH, "slices = \"winkler\"\ncells_across = 4", &laterals(32, MIDDLE, heard));
+    let text = rolled(16.0, SMOOTH, "slices = \"winkler\"\ncells_across = 4", &laterals(32, MIDDLE, receiver));
     let results = run(&text);
     let orders = std::fs::read_to_string(results.path("orders.csv")).unwrap();
     let header = "order,frequency_hz,force_n,repeated_force_n,pressure_pa_beside-it,pressure_pa_ahead";

@@ -14,7 +14,7 @@ use crate::response::{Orders, SpectrumAccumulator, SqueezedVolumes};
 use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 use crate::tyre::poles::expected_fit;
 
-/// Memory of the sound's transfers over that of their numbers: the rest is kept by the allocator from the files or
+/// Memory of the sound's transfers over that of their numbers: the rest is retained by the allocator from the files or
 /// equations that they came from (measured).
 const TRANSFER_RESERVE: f64 = 1.3;
 /// Time of a wave's response to all components of force over that to normal ones.
@@ -141,9 +141,9 @@ fn add_streams(amounts: &mut Amounts, plan: &Plan, streams: &[PlannedStream]) {
     let Some(PlannedStream { layout, .. }) = streams.first() else { return };
     let steps = plan.steps - plan.warm_up_steps;
     let bytes = |waiting: usize| streams.iter().map(|stream| stream.bytes(waiting)).sum::<f64>();
-    let left = plan.scene.numerics.memory_bytes() as f64 - amounts.step_memory_on(1) - bytes(0);
-    let room = left / (IN_CHECKPOINT * (bytes(1) - bytes(0)));
-    let waiting = PressureStream::most_waiting(layout, steps, room);
+    let memory = plan.scene.numerics.memory_bytes() as f64 - amounts.step_memory_on(1) - bytes(0);
+    let blocks_in_memory = memory / (IN_CHECKPOINT * (bytes(1) - bytes(0)));
+    let waiting = PressureStream::most_waiting(layout, steps, blocks_in_memory);
     let blocks = PressureStream::blocks(layout, steps);
     let passes = blocks.div_ceil(waiting as u64);
     streams.iter().for_each(|stream| stream.add_work(amounts, blocks, passes));

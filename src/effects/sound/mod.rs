@@ -419,9 +419,9 @@ impl EffectObserver for SoundObserver {
         state.all([&mut self.signals, &mut self.orders, &mut self.middle_pressures])
     }
 
-    fn blocks_left(&self, within: u64) -> (u64, Option<Stage>) {
-        let (left, is_near) = self.stream.blocks_left(within as usize);
-        (left, is_near.then_some(Stage::Sound))
+    fn remaining_blocks(&self, within: u64) -> (u64, Option<Stage>) {
+        let (remaining, is_near) = self.stream.remaining_blocks(within as usize);
+        (remaining, is_near.then_some(Stage::Sound))
     }
 
     fn report(&self, end: &End<'_>, found: &mut Found) {

@@ -1,6 +1,6 @@
 //! Vibration of a run: taken step by step, written at the end by `results`.
 //!
-//! Without a request in the plan there is no observer, no table, and no model is kept.
+//! Without a request in the plan there is no observer, no table, and no model is stored.
 
 mod answer;
 mod decision;
@@ -197,8 +197,8 @@ impl VibrationObserver {
         let tables_known = known.is_some();
         let (accumulator, tables) = match known {
             None => (VibrationAccumulator::new(layout), None),
-            Some((velocities, kept)) => {
-                (VibrationAccumulator::resolved(layout, ResolvedQuantities::Velocities(velocities)), Some(kept))
+            Some((velocities, tables)) => {
+                (VibrationAccumulator::resolved(layout, ResolvedQuantities::Velocities(velocities)), Some(tables))
             }
         };
         let (valid_to, errors) = (contact.force_valid_to(), level_errors(plan, contact.slice_errors.as_ref()));
@@ -222,21 +222,21 @@ impl VibrationObserver {
     /// the window's first column at the first step.
     fn add_points(&mut self, first_element: i64, known: Option<Vec<VelocityTable>>) {
         let layout = *self.accumulator.layout();
-        let mut kept = Vec::new();
+        let mut retained = Vec::new();
         let Self { accumulator, tyre, wanted, fields, .. } = self;
         let mut take = |table: VelocityTable| {
             accumulator.add_points(&table, &wanted.points);
             if !wanted.elements.is_empty() {
-                kept.push(table);
+                retained.push(table);
             }
         };
         match known {
             Some(known) => known.into_iter().for_each(take),
             None => tables(&layout, tyre, fields, &mut take),
         }
-        if !kept.is_empty() {
+        if !retained.is_empty() {
             let elements = self.wanted.elements.clone();
-            self.accumulator.set_elements(ElementVelocities::new(&layout, first_element, kept, elements));
+            self.accumulator.set_elements(ElementVelocities::new(&layout, first_element, retained, elements));
         }
     }
 
@@ -302,21 +302,21 @@ fn tables(layout: &SegmentLayout, tyre: &TyreAnswer, fields: &[VibrationField], 
     fields.iter().filter_map(table).for_each(take);
 }
 
-/// Transfers of forces on cells, and their tables if they are kept.
+/// Transfers of forces on cells, and their tables if they are retained.
 fn known(
     layout: &SegmentLayout,
     tyre: &TyreAnswer,
     fields: &[VibrationField],
     keep: bool,
 ) -> (Vec<ResolvedVelocity>, Vec<VelocityTable>) {
-    let (mut velocities, mut kept) = (Vec::new(), Vec::new());
+    let (mut velocities, mut retained) = (Vec::new(), Vec::new());
     tables(layout, tyre, fields, &mut |table| {
         velocities.push(ResolvedVelocity::of(&table, layout));
         if keep {
-            kept.push(table);
+            retained.push(table);
         }
     });
-    (velocities, kept)
+    (velocities, retained)
 }
 
 /// Counts the cost of a segment; `transforms` and `multiply_adds` are those of its elements.

@@ -72,7 +72,7 @@ impl Plan {
         let tolerance = vibration.lateral_tolerance.unwrap_or(Vibration::LATERAL_TOLERANCE);
         let in_mean = grid.numbers_in_mean(tolerance, last);
         let carried = last + 1 - grid.waves().first_lateral_number();
-        let resolved = |components: usize, kept: usize| Across::Resolved { components, kept };
+        let resolved = |components: usize, values: usize| Across::Resolved { components, values };
         let forces = if self.scene.has_tractions() { 3 } else { 1 };
         let velocities = SegmentLayout { across: resolved(forces * in_mean.len(), vibration.fields()), ..even };
         let revolutions = revolutions.min(POWER_REVOLUTIONS);

@@ -38,7 +38,7 @@ fn set_up(
     most: usize,
 ) -> (Result<(TransferSet, FrequencyReport), RadiationError>, Vec<FrequencyTransfers>) {
     let body = tyre();
-    let mut kept = Vec::new();
+    let mut stored = Vec::new();
     let finished = AtomicUsize::new(0);
     let mut watch = Watch {
         known: &mut |wanted| {
@@ -46,7 +46,7 @@ fn set_up(
             known.iter().filter(of).cloned().collect()
         },
         sink: &mut |entry| {
-            kept.push(entry.clone());
+            stored.push(entry.clone());
             finished.fetch_add(1, Ordering::Relaxed);
             Ok(())
         },
@@ -54,15 +54,15 @@ fn set_up(
         interrupted: &|| finished.load(Ordering::Relaxed) >= most,
     };
     let result = transfers(&problem(&body), &range(), threads, &mut watch);
-    (result, kept)
+    (result, stored)
 }
 
 #[test]
 fn the_frequencies_chosen_keep_the_tolerance_and_the_same_bits_for_any_number_of_threads() {
-    let (one, kept) = set_up(1, Vec::new(), usize::MAX);
+    let (one, stored) = set_up(1, Vec::new(), usize::MAX);
     let (set, report) = one.unwrap();
-    assert_eq!(report.count, kept.len());
-    assert_eq!(report.solved, kept.len());
+    assert_eq!(report.count, stored.len());
+    assert_eq!(report.solved, stored.len());
     assert!(report.largest_passed <= 0.3 && report.reciprocal_condition > 1e-6, "{report:?}");
     let (two, _) = set_up(2, Vec::new(), usize::MAX);
     assert_eq!(set.frequencies(), two.unwrap().0.frequencies());
@@ -81,10 +81,10 @@ fn the_frequencies_chosen_keep_the_tolerance_and_the_same_bits_for_any_number_of
 
 #[test]
 fn a_set_up_that_was_stopped_goes_on_with_what_was_kept() {
-    let (stopped, kept) = set_up(1, Vec::new(), 3);
+    let (stopped, stored) = set_up(1, Vec::new(), 3);
     assert_eq!(stopped.err(), Some(RadiationError::Interrupted));
-    assert_eq!(kept.len(), 3);
-    let (result, rest) = set_up(1, kept, usize::MAX);
+    assert_eq!(stored.len(), 3);
+    let (result, rest) = set_up(1, stored, usize::MAX);
     let (set, report) = result.unwrap();
     assert_eq!(report.solved + 3, report.count);
     assert_eq!(rest.len(), report.solved);

@@ -99,13 +99,13 @@ fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure_with_every_motion_of_the
             assert!((sum - whole).norm() < 1e-5 * whole.norm(), "{air:?}: {sum} {whole}");
         }
         // Forces that are resolved across, with the shares of a strip, give the same sound.
-        let apart = model(&tyre, vec![0, 2], Across::Resolved { components: 2, kept: 0 }, air);
+        let apart = model(&tyre, vec![0, 2], Across::Resolved { components: 2, values: 0 }, air);
         let waves = tyre_waves(&tyre);
         let (strip, shapes) = (apart.strip(), apart.shapes());
         assert_eq!((strip.len(), shapes.len()), (2, 2 * (1 + SplitRule::POINTS)));
-        let (mut flows, mut out) = (apart.room_for_flows(), vec![Complex64::ZERO; apart.integrals_of_wave()]);
+        let (mut flows, mut out) = (apart.flow_buffer(), vec![Complex64::ZERO; apart.integrals_of_wave()]);
         let (mut flows_of_strip, mut sums) =
-            (together.room_for_flows(), vec![Complex64::ZERO; together.integrals_of_wave()]);
+            (together.flow_buffer(), vec![Complex64::ZERO; together.integrals_of_wave()]);
         let weights = out.len() / shapes.len();
         for n in [-5, 0, 3] {
             apart.factors_at([150.0, 120.0], n, 1.0, &strip, &mut flows, &mut out);

@@ -166,13 +166,13 @@ impl PressureModel {
     }
 
     /// Buffer for the flows of all lateral waves; empty without a flank that moves.
-    pub(super) fn room_for_flows(&self) -> Vec<Complex64> {
+    pub(super) fn flow_buffer(&self) -> Vec<Complex64> {
         vec![Complex64::ZERO; self.driven() * self.rings()]
     }
 
     /// Factors from the integrals of G to the pressure at a bin, shape by shape, weight by weight, for unit amplitude
     /// of the forces' component n at each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`],
-    /// `flows` [`Self::room_for_flows`].
+    /// `flows` [`Self::flow_buffer`].
     pub(super) fn factors(
         &self,
         bin: usize,

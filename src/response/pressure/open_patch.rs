@@ -305,12 +305,12 @@ impl<'a> OpenPatch<'a> {
         let first = under.next().unwrap_or_default();
         let sealed = if under.len() > 0 { greens.clone() } else { Vec::new() };
         // The pressures in grooves leave out sources beyond the sheet.
-        let silent = greens.first().filter(|_| !of_middles.is_empty()).map(|first| {
+        let without_sources = greens.first().filter(|_| !of_middles.is_empty()).map(|first| {
             let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
             SurfaceGreen { values, ..first.clone() }
         });
         greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
-        let of = |under| silent.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
+        let of = |under| without_sources.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
         greens.extend(of_middles.into_iter().filter_map(of));
         // Then those of the other places, point by point.
         for under in under {

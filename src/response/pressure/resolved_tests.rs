@@ -30,7 +30,7 @@ fn layout() -> SegmentLayout {
         substeps: 1,
         revolutions: 2,
         columns: COLUMNS,
-        across: Across::Resolved { components: COMPONENTS, kept: 0 },
+        across: Across::Resolved { components: COMPONENTS, values: 0 },
         rule: TimeRule::Bdf2,
         time_step: 0.09 / ELEMENTS as f64,
         phase: 0,
@@ -59,7 +59,7 @@ fn model(tyre: &Tyre, air: AirMotion) -> PressureModel {
 fn with_tangential(tyre: &Tyre, air: AirMotion) -> PressureModel {
     let model = model(tyre, air);
     let waves = TractionWaves::new(tyre, AROUND / 2, &model.waves.lateral, [3000.0, 1e-6]);
-    let across = Across::Resolved { components: 3 * COMPONENTS, kept: 0 };
+    let across = Across::Resolved { components: 3 * COMPONENTS, values: 0 };
     PressureModel { tangential: Some(Arc::new(waves)), layout: SegmentLayout { across, ..model.layout }, ..model }
 }
 

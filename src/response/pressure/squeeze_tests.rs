@@ -40,7 +40,7 @@ fn model(window: &Geometry, rule: TimeRule) -> PressureModel {
         substeps: window.substeps,
         revolutions: 2,
         columns: window.columns,
-        across: Across::Resolved { components: ACROSS, kept: 0 },
+        across: Across::Resolved { components: ACROSS, values: 0 },
         rule,
         time_step: REVOLUTION / (ELEMENTS * window.substeps) as f64,
         phase: window.substep(0),

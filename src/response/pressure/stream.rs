@@ -1,6 +1,6 @@
 //! From the forces of each step to pressures over time: overlap-save with whole revolutions.
 //!
-//! A block holds the last K steps, and the next begins half a block later. Of the K pressures of a block half are kept,
+//! A block holds the last K steps, and the next begins half a block later. Of the K pressures of a block half are used,
 //! from three eighths of the block on: a response may last three eighths of a block, and, since transfers end at a
 //! highest frequency, may begin an eighth before its force.
 //!
@@ -89,10 +89,10 @@ impl PressureStream {
         (batches, receivers.div_ceil(batches))
     }
 
-    /// Most blocks of `steps` steps that wait where there is room for `room` of them.
-    pub(crate) fn most_waiting(layout: &SegmentLayout, steps: u64, room: f64) -> usize {
+    /// Most blocks of `steps` steps that wait where the memory holds `in_memory` of them.
+    pub(crate) fn most_waiting(layout: &SegmentLayout, steps: u64, in_memory: f64) -> usize {
         let useful = MOST_WAITING.min(Self::blocks(layout, steps) as usize);
-        (room as usize).min(useful).max(1)
+        (in_memory as usize).min(useful).max(1)
     }
 
     /// Number of complete blocks in `steps` steps.
@@ -157,7 +157,7 @@ impl PressureStream {
     }
 
     /// Number of blocks whose pressures are still to be computed, and whether some may be within so many steps.
-    pub(crate) fn blocks_left(&self, within: usize) -> (u64, bool) {
+    pub(crate) fn remaining_blocks(&self, within: usize) -> (u64, bool) {
         let (waiting, width) = (self.waiting.len(), self.layout().width());
         let ends = self.forces.len() / width + within >= self.layout().length();
         let is_last = self.ahead <= 1 || waiting + 1 >= self.most_waiting;

@@ -196,7 +196,7 @@ impl WaveIntegrals {
     }
 
     /// Buffers for the work on a receiver: cells, scratch of their transform, and waves.
-    pub(super) fn room(&self) -> [Vec<Complex64>; 3] {
+    pub(super) fn buffers(&self) -> [Vec<Complex64>; 3] {
         let scratch = self.transform.get_inplace_scratch_len();
         [self.transform.len(), scratch, self.means.len()].map(|length| vec![Complex64::ZERO; length])
     }
@@ -343,7 +343,7 @@ mod tests {
         };
         let integrals = WaveIntegrals::new(&green, waves, &[Shape::Tread(0), Shape::Tread(2)], 1);
         let mut out = vec![Complex32::ZERO; integrals.count()];
-        integrals.of(&green, 0, &mut integrals.room(), &mut out);
+        integrals.of(&green, 0, &mut integrals.buffers(), &mut out);
         for (row, n) in (-(integrals.most_around() as i64)..).zip(out.chunks_exact(2)).map(|(n, row)| (row, n)) {
             let expected = if n == 5 { mean * mean * 0.5 * 2.0 * 0.2 } else { 0.0 };
             assert!((row[1] - expected as f32).norm() < 1e-6, "n = {n}: {}", row[1]);
@@ -369,7 +369,7 @@ mod tests {
         };
         let integrals = WaveIntegrals::new(&green, waves, &[Shape::Tread(0)], 2);
         let mut out = vec![Complex32::ZERO; integrals.count()];
-        integrals.of(&green, 0, &mut integrals.room(), &mut out);
+        integrals.of(&green, 0, &mut integrals.buffers(), &mut out);
         assert_eq!(out.len(), 2 * 15);
         let weights: [fn(f64) -> f64; 2] = [|_| 1.0, |angle| 1.0 - angle.cos()];
         for (n, found) in (-7..=7).zip(out.chunks_exact(2)) {

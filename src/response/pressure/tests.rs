@@ -350,7 +350,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
                 stream = PressureStream::new(transfers.clone(), steps as u64, usize::MAX);
                 state.restore(&mut stream).unwrap();
             }
-            let foreseen = stream.blocks_left(1).1;
+            let foreseen = stream.remaining_blocks(1).1;
             let is_due = stream.push(&forces) && stream.is_due();
             assert_eq!(foreseen, is_due, "{step}");
             if is_due {
@@ -392,7 +392,7 @@ fn pressures_have_the_same_bits_however_many_blocks_wait_and_fewer_passes_make_t
     let waves = Arc::new(SurfaceWaves::new(&plate_tyre(), AROUND / 2, 3, 3000.0, 1e-3));
     let components = waves.lateral.len();
     // Small and large products take different ways.
-    let resolved = Across::Resolved { components, kept: 0 };
+    let resolved = Across::Resolved { components, values: 0 };
     for (across, receivers) in [(Across::Even, 1), (resolved, 2), (resolved, 40)] {
         let layout = SegmentLayout { across, ..layout(TimeRule::Sdirk2, 1) };
         let delays = (0..receivers).map(|receiver| 1e-4 * receiver as f64).collect();
@@ -438,8 +438,8 @@ fn what_waits_and_what_is_worked_on_is_bounded_whatever_the_receivers_and_the_st
     let most = PressureStream::most_waiting(&layout, day, f64::INFINITY);
     let bytes = |receivers, waiting| PressureStream::bytes(&layout, bins, waiting, receivers, [512, 6]);
     assert!(most <= 32);
-    for (room, steps, expected) in [(0.4, day, 1), (5.7, day, 5), (1e3, day, most), (1e3, 0, 1)] {
-        assert_eq!(PressureStream::most_waiting(&layout, steps, room), expected, "room for {room}");
+    for (in_memory, steps, expected) in [(0.4, day, 1), (5.7, day, 5), (1e3, day, most), (1e3, 0, 1)] {
+        assert_eq!(PressureStream::most_waiting(&layout, steps, in_memory), expected, "{in_memory} in memory");
     }
     for (receivers, batches) in [(1, 1), (131, 1), (284, 2), (10_000, 63)] {
         let (found, of_batch) = PressureStream::batches(receivers);

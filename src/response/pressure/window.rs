@@ -67,7 +67,7 @@ impl Window {
         (2 * self.most + 1) * self.components
     }
 
-    pub(super) fn room(&self, blocks: usize) -> Folded {
+    pub(super) fn buffers(&self, blocks: usize) -> Folded {
         let width = 2 * blocks;
         Folded {
             sides: [(); 2].map(|()| vec![0.0; self.half * width]),

@@ -155,13 +155,13 @@ fn branches_towards(
             }
         }
         // 3. Branches without a wave end; waves without a branch begin one.
-        let mut kept = Vec::new();
+        let mut followed = Vec::new();
         for (branch, continued) in open.into_iter().zip(continued) {
-            if continued { kept.push(branch) } else { closed.push(branch) }
+            if continued { followed.push(branch) } else { closed.push(branch) }
         }
         let new = waves.iter().zip(used).filter(|(_, used)| !used);
-        kept.extend(new.map(|(&wave, _)| Followed { first: n, waves: vec![wave], turning }));
-        open = kept;
+        followed.extend(new.map(|(&wave, _)| Followed { first: n, waves: vec![wave], turning }));
+        open = followed;
     }
     let all = closed.into_iter().chain(open);
     let mut branches: Vec<_> =

@@ -22,16 +22,16 @@ use crate::scene::TimeRule;
 /// How the forces of a column are resolved across the strip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Across {
-    /// One force, even over the width. Mean products of the stages' forces are kept, from which any velocity follows.
+    /// One force, even over the width. Mean products of the stages' forces are stored, from which any velocity follows.
     #[default]
     Even,
-    /// Lateral components. There would be too many products: the velocities or the power that they cause are kept
+    /// Lateral components. There would be too many products: the velocities or the power that they cause are stored
     /// instead.
     Resolved {
         /// Number of components of a force.
         components: usize,
-        /// Number of values that are kept for each wavenumber at a bin.
-        kept: usize,
+        /// Number of values that are stored for each wavenumber at a bin.
+        values: usize,
     },
 }
 
@@ -157,14 +157,14 @@ impl SegmentLayout {
         self.width() * self.substeps
     }
 
-    /// Number of values that are kept for each bin: for every wavenumber the mean products of the stages' forces, or
+    /// Number of values that are stored for each bin: for every wavenumber the mean products of the stages' forces, or
     /// the velocities or the power of resolved forces.
     pub fn row(&self) -> usize {
-        let kept = match self.across {
+        let values = match self.across {
             Across::Even => products::count(self.stages()),
-            Across::Resolved { kept, .. } => kept,
+            Across::Resolved { values, .. } => values,
         };
-        kept * self.wavenumbers()
+        values * self.wavenumbers()
     }
 
     /// Number of wavenumbers -N/2..=N/2. The two ends are the same sequence of elements; each counts half.

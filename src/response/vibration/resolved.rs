@@ -1,4 +1,4 @@
-//! Velocities and power of laterally resolved forces, kept instead of products of the forces.
+//! Velocities and power of laterally resolved forces, stored instead of products of the forces.
 //!
 //! The forces of a column are F_m = sum_j s_m(y_j) F_j, m by m. Waves of different m are different motions of the tyre,
 //! so that every observed quantity is a sum over m: the mean velocity across the strip a coherent one,
@@ -35,7 +35,7 @@ use crate::numeric::{double, single};
 use crate::tyre::influence::CellRow;
 use crate::tyre::poles::pole_model::PoleModel;
 
-/// Quantities that are kept for each wavenumber at a bin.
+/// Quantities that are stored for each wavenumber at a bin.
 pub enum ResolvedQuantities {
     /// |v_n|^2, field by field.
     Velocities(Vec<ResolvedVelocity>),
@@ -199,8 +199,8 @@ impl ResolvedPower {
 }
 
 impl ResolvedQuantities {
-    /// Number of values that are kept for each wavenumber at a bin.
-    pub fn kept(&self) -> usize {
+    /// Number of values that are stored for each wavenumber at a bin.
+    pub fn count(&self) -> usize {
         match self {
             Self::Velocities(fields) => fields.len(),
             Self::Power(_) => 1,

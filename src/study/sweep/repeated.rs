@@ -227,13 +227,13 @@ impl RepeatedTable {
 
     /// Table of a sweep's variants and results.
     pub(crate) fn of(runs: &[(Label, Option<Done>)]) -> Self {
-        let kept = |label: &Label| label.choices.iter().filter(|choice| !choice.repeats).cloned().collect::<Vec<_>>();
-        let first = runs.first().map_or_else(Vec::new, |(label, _)| kept(label));
+        let varied = |label: &Label| label.choices.iter().filter(|choice| !choice.repeats).cloned().collect::<Vec<_>>();
+        let first = runs.first().map_or_else(Vec::new, |(label, _)| varied(label));
         let factors = first.into_iter().map(|choice| choice.factor).collect();
         let mut order: BTreeMap<Vec<String>, usize> = BTreeMap::new();
         let mut found: Vec<Values> = Vec::new();
         for (label, done) in runs {
-            let values: Vec<String> = kept(label).into_iter().map(|choice| choice.value).collect();
+            let values: Vec<String> = varied(label).into_iter().map(|choice| choice.value).collect();
             let row = *order.entry(values.clone()).or_insert_with(|| {
                 found.push((values, 0, BTreeMap::new()));
                 found.len() - 1

@@ -168,7 +168,7 @@ pub(crate) fn sweep(
     stop: &AtomicBool,
     progress: &mut (dyn Progress + Send),
 ) -> Vec<Outcome> {
-    // 1. What an earlier sweep has finished is kept.
+    // 1. What an earlier sweep has finished is not run again.
     let mut known = Inputs::default();
     let outcomes: Vec<Mutex<Option<Outcome>>> =
         variants.iter().map(|variant| Mutex::new(finished(variant, target, &mut known))).collect();
@@ -326,8 +326,8 @@ impl Progress for VariantProgress<'_, '_> {
         self.step(done);
     }
 
-    fn blocks(&mut self, left: u64, stage: Option<Stage>) {
-        self.has_blocks |= left > 0;
+    fn blocks(&mut self, remaining: u64, stage: Option<Stage>) {
+        self.has_blocks |= remaining > 0;
         lock(self.watch).progress.blocks(self.has_blocks.into(), stage);
     }
 

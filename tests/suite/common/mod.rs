@@ -123,7 +123,7 @@ pub(super) fn program() -> PathBuf {
     program
 }
 
-/// The program with its arguments in a folder; what it says is kept.
+/// The program with its arguments in a folder; what it says is captured.
 pub(super) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(program());
     command.args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());

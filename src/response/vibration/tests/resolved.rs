@@ -55,9 +55,9 @@ fn answer(model: &RationalModel) -> TyreResponse<'_> {
     TyreResponse { model, scale: 1.0, spring: 0.0, tangential: None }
 }
 
-/// The layout with `components` lateral components and `kept` values per wavenumber.
-fn resolved(layout: SegmentLayout, components: usize, kept: usize) -> SegmentLayout {
-    SegmentLayout { across: Across::Resolved { components, kept }, ..layout }
+/// The layout with `components` lateral components and so many values per wavenumber.
+fn resolved(layout: SegmentLayout, components: usize, values: usize) -> SegmentLayout {
+    SegmentLayout { across: Across::Resolved { components, values }, ..layout }
 }
 
 /// Reorders the forces of each step from cell across by column to column by cell.

@@ -68,7 +68,7 @@ pub(crate) struct Jobs<'a> {
     pub seconds: f64,
     /// Largest memory of a task \[bytes\].
     pub memory: f64,
-    /// True if results folders are kept.
+    /// True if results folders are retained.
     pub keep_results: bool,
 }
 

@@ -49,7 +49,7 @@ impl Task {
         })
     }
 
-    /// The task's variant again. Without arrays and pictures in its results folder unless those are kept: they are most
+    /// The task's variant again. Without arrays and pictures in its results folder unless those are retained: they are most
     /// of its bytes, and the tables do not need them.
     ///
     /// # Errors

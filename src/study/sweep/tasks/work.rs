@@ -79,7 +79,7 @@ impl TaskFolder {
         for shard in self.shards_of(numbers)? {
             let tasks = self.shard(shard)?;
             let outcomes = Outcomes::of(self, shard, &tasks);
-            let worker = Worker { outcomes, kept: Mutex::default(), tasks: &tasks, work, stop, report };
+            let worker = Worker { outcomes, unmerged: Mutex::default(), tasks: &tasks, work, stop, report };
             let first = self.numbers(shard).start;
             let wanted: Vec<usize> =
                 (0..tasks.len()).filter(|&index| numbers.contains(&(first + index as u64))).collect();
@@ -95,7 +95,7 @@ impl TaskFolder {
 struct Worker<'a> {
     outcomes: Outcomes<'a>,
     /// Results that still are in a file each.
-    kept: Mutex<Vec<(usize, Done)>>,
+    unmerged: Mutex<Vec<(usize, Done)>>,
     tasks: &'a [Task],
     work: Work,
     stop: &'a AtomicBool,
@@ -152,11 +152,11 @@ impl Worker<'_> {
         refusal.map_or(Ok(all), Err)
     }
 
-    /// Merges the results kept so far, if there are `least` of them.
+    /// Merges the unmerged results, if there are `least` of them.
     fn join(&self, least: usize) -> Result<(), TaskError> {
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let kept = if kept.len() >= least { std::mem::take(&mut *kept) } else { Vec::new() };
-        self.outcomes.join(&kept)
+        let mut unmerged = self.unmerged.lock().unwrap_or_else(PoisonError::into_inner);
+        let unmerged = if unmerged.len() >= least { std::mem::take(&mut *unmerged) } else { Vec::new() };
+        self.outcomes.join(&unmerged)
     }
 
     /// Does a task that was not done a moment ago.
@@ -179,7 +179,7 @@ impl Worker<'_> {
                     let _ = flat_folder::remove(&results.join(&task.label.name));
                 }
                 let missed = done.missed_load().map(ToString::to_string);
-                self.kept.lock().unwrap_or_else(PoisonError::into_inner).push((index, done));
+                self.unmerged.lock().unwrap_or_else(PoisonError::into_inner).push((index, done));
                 self.join(TOGETHER)?;
                 Ok(Ended::Done(missed))
             }

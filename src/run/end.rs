@@ -12,7 +12,7 @@ use crate::scene::LoadedScene;
 ///
 /// # Errors
 /// Errors of the files and pictures.
-pub(crate) fn look_back(run: &mut Simulation, files: &dyn ResultFiles, is_complete: bool) -> Result<Found, RunError> {
+pub(crate) fn finish(run: &mut Simulation, files: &dyn ResultFiles, is_complete: bool) -> Result<Found, RunError> {
     let mut found = run.findings();
     if is_complete {
         let open = run.meter.open();

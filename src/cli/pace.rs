@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rest_is_told_by_a_steady_pace_alone() {
+    fn only_a_steady_pace_predicts_the_remaining_time() {
         assert_eq!(pace([10; 10]).seconds_remaining(10.0, 300), Some(10.0));
         assert_eq!(pace([10; 4]).seconds_remaining(4.0, 300), None, "too early");
         // The slower pace counts.

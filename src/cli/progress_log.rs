@@ -118,7 +118,7 @@ mod tests {
     use crate::counters::Stage;
 
     #[test]
-    fn work_that_says_nothing_is_told_of_again_and_again_until_it_ends() {
+    fn work_without_progress_is_reported_until_it_ends() {
         let (send, lines) = channel();
         let log = ProgressLog::with_interval(Duration::from_millis(5), move |line| send.send(line.to_owned()).unwrap());
         log.set(Doing::Named("sum influence functions".to_owned()));
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_tells_how_far_the_steps_are_and_a_time_to_go_only_where_it_is_known() {
+    fn a_line_states_the_steps_and_a_known_time_to_go() {
         let mut pace = Pace::after(0);
         (1..=20).for_each(|second| pace.mark(f64::from(second), 50 * second as u64));
         let steps = |pace| Doing::Steps { all: 4000, time_step: 1e-3, pace: Arc::new(Mutex::new(pace)) }.line(42);

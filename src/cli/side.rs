@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::counters::Meter;
 use crate::planning::settled;
 use crate::report::html::{Chapter, chapters};
-use crate::results::summary::{Cost, Summary};
+use crate::results::summary::{RunCost, Summary};
 use crate::results::table::Report;
 use crate::results::{PlotError, ResultFiles, ResultsFolder};
 use crate::scene::LoadedScene;
@@ -144,7 +144,7 @@ impl Side {
         for (name, text) in &self.files {
             folder.write_text(name, text)?;
         }
-        let cost = Cost::new(&self.meter, self.begin.elapsed().as_secs_f64(), context.threads);
+        let cost = RunCost::new(&self.meter, self.begin.elapsed().as_secs_f64(), context.threads);
         Ok((folder, Summary::begun(&self.loaded.title(), self.settings, cost)))
     }
 }

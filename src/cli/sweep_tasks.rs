@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use crate::results::ResultsError;
 use crate::study::sweep::Variant;
 use crate::study::sweep::tasks::jobs::{self, HEAD, LOGS, MISSING};
-use crate::study::sweep::tasks::{Collection, Ended, Event, Jobs, Numbers, TaskFolder, Work, Written};
+use crate::study::sweep::tasks::{Collection, Ended, Event, Jobs, Numbers, TaskFolder, TaskWork, Written};
 use clap::Args;
 use serde_json::json;
 
@@ -150,7 +150,7 @@ impl TaskArguments {
                 _ => bar.suspend(|| context.say(&format!("{said}\n")).unwrap_or_default()),
             }
         };
-        let work = Work { threads: context.threads, keep_results: self.keep_results };
+        let work = TaskWork { threads: context.threads, keep_results: self.keep_results };
         let ended = folder.work(&numbers, work, context.interrupt.flag(), &reported)?;
         bar.finish_and_clear();
         let count = |of: fn(&Ended) -> bool| ended.iter().filter(|ended| of(ended)).count();

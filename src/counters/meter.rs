@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stage_within_another_is_told_apart_and_shares_make_the_whole() {
+    fn a_stage_within_another_is_counted_separately() {
         let mut meter = Meter::new(Watch::CLOSELY);
         let begin = Instant::now();
         let open = meter.open();

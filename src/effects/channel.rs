@@ -7,7 +7,7 @@ use super::observer::Step;
 use crate::plan::Plan;
 use crate::results::ResultsError;
 use crate::results::arrays::{ArrayPlace, WrittenArrays};
-use crate::results::npy::{NpyNumber, NpyWriter, Row};
+use crate::results::npy::{ArrayRow, NpyNumber, NpyWriter};
 
 /// Definition of an array of a run.
 pub struct Channel {
@@ -332,6 +332,6 @@ fn sink<T: NpyNumber>(
         reserved.map_err(|_| ResultsError::OutOfMemory { array: channel.name, bytes })?;
         return Ok(Sink::Memory(numbers));
     };
-    let row = if channel.row == RowShape::One { Row::Scalar } else { Row::Columns(length) };
+    let row = if channel.row == RowShape::One { ArrayRow::Scalar } else { ArrayRow::Columns(length) };
     Ok(Sink::File(place.open(&format!("{}.npy", channel.name), row)?))
 }

@@ -80,7 +80,7 @@ mod tests {
     use crate::scene::{DEFAULT, Scene, Setting};
 
     #[test]
-    fn a_speed_above_that_of_the_belts_waves_is_told_unless_they_are_made_faster() {
+    fn a_speed_above_the_belts_waves_is_warned_of() {
         let warnings = |settings: &[&str]| {
             let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap().warnings()
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_that_override_a_preset_are_told_until_they_are_unset() {
+    fn keys_that_override_a_preset_are_reported_until_unset() {
         let reported = |settings: &[&str]| {
             let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap().warnings()
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_speed_beyond_stability_is_refused_and_one_above_the_treads_waves_told() {
+    fn an_unstable_speed_is_refused_one_above_tread_waves_warned_of() {
         let of = |settings: &[&str]| {
             let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap())

@@ -5,7 +5,7 @@
 //! 2. [`decisions`]: physics and effects that are on, off or reduced, and why; every later stage asks them;
 //! 3. sizes: time step, steps, lags; [`sound`] with its [`receivers`] and its transfer path;
 //! 4. [`Amounts`]: work of each stage in units, memory by what holds it;
-//! 5. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that were measured on it.
+//! 5. [`Forecast`]: both on this machine, from costs of the units ([`WorkUnit`]) that were measured on it.
 //!
 //! The plan is data: it follows from the scene alone, without reading any other file, can be printed as a table or as
 //! JSON, and the run takes its numbers from it. [`crate::planning`] makes it, since the effects take part.
@@ -37,11 +37,11 @@ mod tread;
 mod unit;
 pub(crate) mod unit_record;
 
-pub(crate) use amounts::{Amounts, Place};
+pub(crate) use amounts::{Amounts, WorkPlace};
 pub use decisions::Decisions;
 pub(crate) use forecast::{Forecast, process_memory};
-pub use unit::Unit;
 pub(crate) use unit::UnitCosts;
+pub use unit::WorkUnit;
 
 use std::sync::OnceLock;
 
@@ -57,7 +57,7 @@ use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
 pub(crate) use fit_options::fit_options;
 use resolution::{Need, Resolution};
-pub(crate) use settle::Choice;
+pub(crate) use settle::PlannedSetting;
 pub(crate) use smooth_contact::Expected;
 
 /// Length of the segments of the averaged spectrum \[s\].
@@ -76,7 +76,7 @@ pub struct Plan {
     /// Decisions on the physics and the effects.
     pub(crate) decisions: Decisions,
     /// Settings that the scene left open, and the tension from the tyre's sidewalls beside that in use.
-    pub(crate) choices: Vec<Choice>,
+    pub(crate) choices: Vec<PlannedSetting>,
     /// Keys to which the scene gives other values than its preset or accuracy would, in words.
     pub(crate) overridden: Vec<String>,
     /// Rolling speed V \[m/s\].
@@ -242,7 +242,7 @@ impl Plan {
 
     /// Notes for the user before the run: settings that were chosen, and effects that the run leaves out.
     pub fn notes(&self) -> impl Iterator<Item = String> {
-        let choice = |Choice { key, value, reason }: &Choice| format!("{key} = {value} ({reason})");
+        let choice = |PlannedSetting { key, value, reason }: &PlannedSetting| format!("{key} = {value} ({reason})");
         self.choices.iter().map(choice).chain(self.decisions.notes.iter().cloned())
     }
 }

@@ -1,8 +1,8 @@
 //! Work and memory of a road that is pressed in three dimensions.
 
 use super::Plan;
-use super::amounts::{Amounts, Place};
-use super::unit::Unit;
+use super::amounts::{Amounts, WorkPlace};
+use super::unit::WorkUnit;
 use crate::contact::pressed::strip::block_elements;
 use crate::counters::Stage;
 use crate::numeric::transform_multiply_adds;
@@ -32,7 +32,7 @@ impl Amounts {
         let cells = all * lattice.cells() as f64;
         let product = transform_multiply_adds(4 * cells as usize);
         let blocks = (elements / inner).ceil() + 1.0;
-        self.add(Stage::Slices, Unit::TransformMultiplyAdd, blocks * PRODUCTS * product, Place::Background);
+        self.add(Stage::Slices, WorkUnit::TransformMultiplyAdd, blocks * PRODUCTS * product, WorkPlace::Background);
         self.hold("a block of road that is pressed", CELL_BYTES * cells);
     }
 }

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn elements_and_steps_follow_the_frequency_and_what_is_given_stays() {
+    fn elements_and_steps_follow_frequency_unless_given() {
         let need = |highest| Need { highest, row: None };
         let of = |highest, rule, elements, substeps| {
             Resolution::new(need(highest), 1.95, 80.0 / 3.6, rule, elements, substeps)

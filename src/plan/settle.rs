@@ -12,7 +12,7 @@ use crate::scene::{
 
 /// A setting that the scene left open or that has another source than the scene, and its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Choice {
+pub struct PlannedSetting {
     /// Key in the scene.
     pub key: &'static str,
     /// Chosen value, as text.
@@ -28,7 +28,7 @@ const WISHES: [&str; 2] = ["numerics.preset", "numerics.accuracy"];
 ///
 /// # Errors
 /// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them.
-pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
+pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<PlannedSetting>), SceneError> {
     settle(Settling { loaded, scene: loaded.scene.clone(), choices: Vec::new(), row_alone: false })
 }
 
@@ -45,7 +45,7 @@ pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
     let alone = settle(Settling { loaded, scene: alone, choices: Vec::new(), row_alone: true });
     let Ok((alone, choices)) = alone else { return Vec::new() };
     let (Ok(taken), Ok(used)) = (alone.to_json(), scene.to_json()) else { return Vec::new() };
-    let reported = |choice: &Choice| {
+    let reported = |choice: &PlannedSetting| {
         let (table, key) = choice.key.split_once('.')?;
         let [given, taken] = [&used, &taken].map(|scene| &scene[table][key]);
         let stands = loaded.gives(choice.key) && given != taken && !taken.is_null();
@@ -60,7 +60,7 @@ pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
     choices.iter().filter_map(reported).collect()
 }
 
-fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<Choice>), SceneError> {
+fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<PlannedSetting>), SceneError> {
     let loaded = settling.loaded;
     let Numerics { fmax, preset, accuracy, .. } = loaded.scene.numerics;
     if preset.is_some() || accuracy.is_some() {
@@ -122,14 +122,14 @@ fn not_stated(loaded: &LoadedScene, scene: &Scene, accuracy: f64) -> Diagnostic 
 struct Settling<'a> {
     loaded: &'a LoadedScene,
     scene: Scene,
-    choices: Vec<Choice>,
+    choices: Vec<PlannedSetting>,
     /// True if the row of the table overrides settings that the scene gives.
     row_alone: bool,
 }
 
 impl Settling<'_> {
     fn choose(&mut self, key: &'static str, value: String, reason: String) {
-        self.choices.push(Choice { key, value, reason });
+        self.choices.push(PlannedSetting { key, value, reason });
     }
 
     /// Chooses cells for a scene with receivers, if it gives no key of the contact that cells do not have.

@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_between_speeds_is_the_larger_one_and_below_all_that_of_the_texture_wave() {
+    fn errors_between_speeds_are_the_larger_of_both() {
         let errors = &SPRINGS_ON_ASPHALT.force;
         let bits = |row: [f64; BANDS]| row.map(f64::to_bits);
         for (speed, row) in SPEEDS.iter().zip(errors) {

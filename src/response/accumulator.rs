@@ -331,7 +331,7 @@ mod tests {
         }
 
         #[test]
-        fn stopped_anywhere_it_goes_on_with_the_same_bits(samples in 8usize..300, at in 0.0..1.0_f64, seed: u64) {
+        fn a_stopped_accumulator_continues_with_the_same_bits(samples in 8usize..300, at in 0.0..1.0_f64, seed: u64) {
             let signal = noise(samples, 100.0, seed);
             let stop = (at * samples as f64) as usize;
             let new = || SpectrumAccumulator::new(samples, 1e-3, Some(0.05)).unwrap();
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tone_that_fades_leaks_nothing_into_bands_below_and_keeps_its_level() {
+    fn a_fading_tone_leaks_nothing_into_lower_bands() {
         for frequency in [100.0, 253.0, 1003.0, 2600.0] {
             let levels = faded(&tone(frequency)).third_octaves(20.0, 1.0);
             for level in levels {
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn a_faded_record_loses_no_power_and_goes_on_with_the_same_bits() {
+    fn a_faded_record_loses_no_power_and_continues_in_the_same_bits() {
         for (samples, segment) in [(3000, 0.25), (8, 1.0), (641, 0.05)] {
             let new = || SpectrumAccumulator::faded(samples, 1e-3, segment, 0.1).unwrap();
             let signal: Vec<f64> =

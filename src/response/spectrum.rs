@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn white_noise_has_a_flat_density_and_levels_rising_by_one_decibel_per_band() {
+    fn levels_of_white_noise_rise_by_one_decibel_per_band() {
         let rate = 10_000.0;
         let spectrum = PowerSpectrum::of(&noise(400_000, 3), 1.0 / rate, Some(0.5)).unwrap();
         let expected = (1.0 / 3.0) / (rate / 2.0);

@@ -222,7 +222,7 @@ pub(super) mod tests {
     use std::path::Path;
     use std::process::Command;
 
-    use super::super::npy::{NpyWriter, Row};
+    use super::super::npy::{ArrayRow, NpyWriter};
     use super::super::summary::tests::example;
     use super::*;
     use crate::results::files::ResultFiles as _;
@@ -306,7 +306,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_results_folder_with_somebodys_notes_is_refused_at_the_start_and_at_the_end() {
+    fn a_results_folder_with_a_users_notes_is_refused() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         ResultsFolder::create(&target).unwrap().finish(example()).unwrap();
@@ -321,7 +321,7 @@ pub(super) mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn an_unfinished_run_with_a_link_in_it_is_refused_and_what_the_link_names_is_untouched() {
+    fn an_unfinished_run_with_a_link_in_it_is_refused() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         let victim = place.path().join("thesis.tex");
@@ -345,7 +345,7 @@ pub(super) mod tests {
         let target = place.path().join("run");
         for rows in [3_u32, 2] {
             let folder = ResultsFolder::create(&target).unwrap();
-            let mut time = NpyWriter::<f64>::create(&folder.path("time.npy"), Row::Scalar).unwrap();
+            let mut time = NpyWriter::<f64>::create(&folder.path("time.npy"), ArrayRow::Scalar).unwrap();
             for row in 0..rows {
                 time.push(&[f64::from(row)]).unwrap();
             }
@@ -372,7 +372,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_killed_run_is_found_by_its_name_and_finished_without_a_trace() {
+    fn a_killed_run_is_found_and_finished_without_a_trace() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         assert!(matches!(ResultsFolder::reopen(&target), Err(CheckpointError::Nothing { .. })));
@@ -447,7 +447,7 @@ pub(super) mod tests {
         }
         let outcome = (|| {
             let folder = ResultsFolder::create(&disk.join("run"))?;
-            let mut force = NpyWriter::<f64>::create(&folder.path("patch_force.npy"), Row::Columns(72))?;
+            let mut force = NpyWriter::<f64>::create(&folder.path("patch_force.npy"), ArrayRow::Columns(72))?;
             for _ in 0..1000 {
                 force.push(&[1.0; 72])?;
             }

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_that_somebody_has_put_into_finished_results_is_not_ours() {
+    fn a_scene_put_into_finished_results_is_foreign() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         folder(&target, "old", true, None);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pass_by::PassBySummary;
 use super::table::{csv, optional, row};
-use crate::radiation::{Body, FrequencyReport};
+use crate::radiation::{FrequencyReport, RadiatingBody};
 use crate::response::{BandLevel, PowerSpectrum, SliceErrors};
 use crate::scene::RadiationQuality;
 use crate::sound::{Air, CoveredBands, SoundLevels, TotalLevel};
@@ -169,7 +169,7 @@ pub(crate) struct BodySummary {
 
 impl BodySummary {
     /// A body in some air, and its solution.
-    pub(crate) fn of(quality: RadiationQuality, body: &Body, air: &Air, report: &FrequencyReport) -> Self {
+    pub(crate) fn of(quality: RadiationQuality, body: &RadiatingBody, air: &Air, report: &FrequencyReport) -> Self {
         Self {
             quality,
             patch_length: 2.0 * body.half_patch(),

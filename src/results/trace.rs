@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn folded_stacks_add_up_to_the_wall_time_and_stages_to_the_tables() {
+    fn folded_stacks_add_up_to_the_wall_time() {
         let meter = meter();
         let trace = meter.trace().unwrap();
         let text = folded_stacks(trace);

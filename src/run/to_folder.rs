@@ -9,7 +9,7 @@ use crate::effects::RunError;
 use crate::plan::{Forecast, Plan, process_memory, unit_record};
 use crate::results::arrays::ArrayPlace;
 use crate::results::folder::ResultsFolder;
-use crate::results::summary::{Cost, Planned, Summary};
+use crate::results::summary::{Planned, RunCost, Summary};
 use crate::results::unfinished::unfinished;
 use crate::run::checkpoint::{Checkpoint, Checkpoints, inputs_of};
 use crate::run::end::{finish, summary};
@@ -204,7 +204,7 @@ impl<'a> PlannedRun<'a> {
             trace.end(now);
         }
         let summary = summary(run, self.loaded, found, |meter| {
-            let mut cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_cpu(cpu);
+            let mut cost = RunCost::new(meter, wall.as_secs_f64(), self.threads).with_cpu(cpu);
             cost.planned = Some(self.planned);
             if meter.watches_closely() {
                 // After the run, when its peak memory has been read.

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use crate::counters::process::cpu_time;
 use crate::counters::{Stage, Watch};
 use crate::plan::unit_record::{keep, known};
-use crate::plan::{Forecast, Plan, Unit, UnitCosts};
+use crate::plan::{Forecast, Plan, UnitCosts, WorkUnit};
 use crate::run::{RunError, Simulation};
 use crate::scene::{LoadedScene, PLATE, Road, Scene};
 use crate::tyre::poles::{FitOptions, expected_fit, fit_unless_stopped};
@@ -55,7 +55,7 @@ fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     let options = FitOptions::new(tyre, elements, base.scene.rolling.speed()).with_tolerance(TOLERANCE);
     let begin = Begin::now();
     fit_unless_stopped(tyre, &options, stop).map_err(|_| RunError::Interrupted { partial: None })?;
-    let fit = expected_fit::share(elements as f64, TOLERANCE, tyre) * Unit::Fit.typical();
+    let fit = expected_fit::share(elements as f64, TOLERANCE, tyre) * WorkUnit::Fit.typical();
 
     let mut probes = Probes { fit: begin.ran() * begin.wall.elapsed().as_secs_f64() / fit, ..Probes::default() };
     probes.roll(base.clone(), stop)?;
@@ -161,12 +161,12 @@ mod tests {
         }
         let costs = probes.costs();
         assert!(costs.measured && (costs.step - 2e-6).abs() < 1e-15);
-        let of = |stage, unit: Unit| costs.of(stage, unit) / unit.typical();
+        let of = |stage, unit: WorkUnit| costs.of(stage, unit) / unit.typical();
         for (stage, unit, factor) in [
-            (Stage::Fit, Unit::Fit, 3.0),
-            (Stage::History, Unit::PoleMultiplyAdd, 9.0),
-            (Stage::Slices, Unit::SpringCell, 2.0),
-            (Stage::Output, Unit::OutputByte, 3.0),
+            (Stage::Fit, WorkUnit::Fit, 3.0),
+            (Stage::History, WorkUnit::PoleMultiplyAdd, 9.0),
+            (Stage::Slices, WorkUnit::SpringCell, 2.0),
+            (Stage::Output, WorkUnit::OutputByte, 3.0),
         ] {
             assert!((of(stage, unit) - factor).abs() < 1e-12, "{stage:?}");
         }

@@ -44,7 +44,7 @@ fn rolled(revolutions: f64, contact: &str, more: &str) -> String {
 const SOUND: [&str; 2] = ["sound.csv", "sound_narrow.csv"];
 
 #[test]
-fn grooves_are_heard_on_any_number_of_threads_and_a_sealed_patch_is_the_one_without_a_table() {
+fn grooves_sound_the_same_on_any_number_of_threads() {
     let of = |more: &str| run(&rolled(8.0, SLICES, &format!("{GROOVE}{HEARD}{more}")));
     let without = of("");
     let bytes = |results: &Results| SOUND.map(|name| fs::read(results.path(name)).unwrap());
@@ -99,7 +99,7 @@ impl Progress for After<'_> {
 }
 
 #[test]
-fn squeezed_blocks_are_heard_beside_the_vibration_on_any_threads_and_after_a_stop_and_nothing_is_else() {
+fn squeezed_blocks_sound_the_same_on_any_threads_and_resumed() {
     let text = |more: &str| rolled(8.0, CELLS, &format!("{GROOVE}{HEARD}{more}"));
     let of = |more: &str| run(&text(more));
     let squeezed = format!("{OPEN}{SQUEEZED}");
@@ -159,7 +159,7 @@ fn squeezed_blocks_are_heard_beside_the_vibration_on_any_threads_and_after_a_sto
 }
 
 #[test]
-fn voids_of_the_road_are_heard_on_any_threads_and_after_a_stop_and_nothing_is_else() {
+fn voids_of_the_road_sound_the_same_on_any_threads_and_resumed() {
     let text = |more: &str| rolled(8.0, CELLS, &format!("{HEARD}{more}"));
     let sealed = run(&text(""));
     let off = run(&text(&format!("{VOIDS}[effects]\nair_pumping = \"off\"\n")));
@@ -218,7 +218,7 @@ fn squeezed_blocks_beside_voids_have_parts_of_all_places() {
 }
 
 #[test]
-fn what_the_squeeze_needs_takes_it_with_it_where_it_is_switched_off() {
+fn squeeze_is_off_with_anything_that_it_needs() {
     let loaded = scene(&rolled(8.0, CELLS, &format!("{GROOVE}{HEARD}{OPEN}{SQUEEZED}")));
     let squeezes = |plan: &Plan| {
         let row = decisions(plan).rows.iter().find(|row| row.effect == "squeeze of blocks").unwrap();
@@ -242,7 +242,7 @@ fn what_the_squeeze_needs_takes_it_with_it_where_it_is_switched_off() {
 }
 
 #[test]
-fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
+fn impossible_air_paths_are_refused_with_their_places() {
     let refusal = |text: &str| {
         let planned = Scene::from_str(text, "scene.toml").and_then(|loaded| Plan::of(&loaded));
         planned.map(|_| String::new()).unwrap_or_else(|error| error.render(false))

@@ -43,7 +43,7 @@ fn roll(loaded: &LoadedScene, steps: u64, axle: &mut dyn FnMut(u64, Option<f64>)
 }
 
 #[test]
-fn free_vibration_is_that_of_the_mass_on_the_tyres_own_dynamic_stiffness() {
+fn free_vibration_is_that_of_mass_and_dynamic_stiffness() {
     // The tyre by itself: its force at a height that is led, and what a small step of the height adds. From these alone
     // the mass's motion is integrated by another scheme (Newmark, the mean acceleration, implicit in today's force) and
     // compared.
@@ -262,7 +262,7 @@ fn a_swing_decays_alike_by_rules_of_one_stage_and_of_two() {
 }
 
 #[test]
-fn a_mass_that_the_time_step_cannot_follow_is_refused_and_a_little_more_is_stepped() {
+fn a_mass_too_light_for_the_time_step_is_refused() {
     let of = |mass: f64| {
         let axle = format!("{{ load = 3000.0, mass = {mass:?}, tolerance = 0.5 }}");
         try_run(&scene(&scene_text(96, "kind = \"made\"", &rolling(0.3, 0.4, &axle), "history = \"modal\"", "")))

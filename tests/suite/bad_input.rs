@@ -345,7 +345,7 @@ fn ctrl_c_keeps_what_there_is_as_partial() {
 }
 
 #[test]
-fn a_second_run_replaces_the_results_and_a_foreign_folder_is_left_alone() {
+fn a_second_run_replaces_results_but_no_foreign_folder() {
     let folder = folder_with(&good());
     let run = || tyrewave(folder.path(), &["run", "scene.toml", "--out", "out"]);
     assert!(run().status.success());

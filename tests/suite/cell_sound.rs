@@ -53,7 +53,7 @@ fn bumpy(folder: &std::path::Path, name: &str, columns: &[usize]) -> String {
 }
 
 #[test]
-fn bumps_on_one_side_are_heard_differently_from_both_and_mirrored_ones_mirrored() {
+fn bumps_on_one_side_sound_different_at_both_sides() {
     let folder = tempfile::tempdir().unwrap();
     let of_bumps = |name: &str, columns: &[usize], way: &str| {
         let road = bumpy(folder.path(), name, columns);
@@ -88,7 +88,7 @@ fn one_row_of_cells_sounds_as_a_slice_does() {
 }
 
 #[test]
-fn the_same_bytes_on_one_and_two_threads_and_nothing_without_a_receiver() {
+fn sound_of_cells_has_the_same_bytes_on_two_threads() {
     let made = "kind = \"made\"\nseed = 4";
     let text = cells(ACROSS, made, 0.6, &format!("{BOTH_SIDES}{DRAFT}"));
     let on = |threads: usize, text: &str| {

@@ -105,7 +105,7 @@ print(found["cells"].shape[0], found["cells_time"].size, loadmat(sys.argv[2])["t
 }
 
 #[test]
-fn universal_files_have_fields_of_fixed_width_and_are_read_by_pyuff() {
+fn universal_files_have_fixed_fields_that_pyuff_reads() {
     let place = tempfile::tempdir().unwrap();
     let file = exported("slices", "uff58", place.path(), &[]);
     let text = fs::read_to_string(&file).unwrap();

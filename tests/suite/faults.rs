@@ -153,7 +153,7 @@ fn the_environment_starts_no_thousands_of_threads() {
 }
 
 #[test]
-fn a_limit_on_files_is_met_like_a_full_disk_and_the_run_goes_on() {
+fn a_limit_on_files_is_treated_as_a_full_disk() {
     let long = edit(&scene(), &[("rolling.duration", "6.0")]) + "[outputs]\ncheckpoint_interval = 0.001\n";
     let folder = folder_with(&long);
     let place = folder.path();
@@ -170,7 +170,7 @@ fn a_limit_on_files_is_met_like_a_full_disk_and_the_run_goes_on() {
 }
 
 #[test]
-fn a_run_killed_while_its_results_took_their_name_is_put_in_order() {
+fn a_run_killed_while_it_was_renamed_is_repaired() {
     let folder = folder_with(&scene());
     let place = folder.path();
     let run = |out: &str| {

@@ -255,7 +255,7 @@ fn difference(a: &[[f64; 5]], b: &[[f64; 5]], which: usize) -> f64 {
 }
 
 #[test]
-fn forces_with_friction_are_those_of_a_calculation_written_apart() {
+fn forces_with_friction_are_those_of_a_separate_calculation() {
     let loaded = scene(&finite(&with_creep(), SMOOTH));
     let found = totals(&loaded);
     let tyre = &loaded.scene.tyre;
@@ -378,7 +378,7 @@ pub(super) fn gone_on_from_state(loaded: &LoadedScene) -> Vec<TangentialPart> {
 }
 
 #[test]
-fn a_march_with_friction_goes_on_from_its_state() {
+fn a_march_with_friction_continues_from_its_state() {
     let falling = "[friction]\nlaw = \"falling\"\nmu_slow = 1.1\nmu_fast = 0.6\nspeed_scale = 0.3\n\
                    memory_length = 1e-4\nspeed_floor = 1e-3\n[friction.creep]\nlongitudinal = 0.05\n\
                    [adhesion]\nstress = 2e4\nrange = 2e-5";

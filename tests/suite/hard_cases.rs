@@ -54,7 +54,7 @@ fn precursor(law: Law, n: usize, rule: TimeRule) -> f64 {
 }
 
 #[test]
-fn hard_case_3_weights_at_negative_lags_vanish_for_causal_laws_only() {
+fn hard_case_3_weights_vanish_at_negative_lags_if_causal() {
     for n in [0, 3, 20, 64] {
         for law in [Law::PowerLaw, Law::Prony] {
             for rule in [TimeRule::Bdf1, TimeRule::Bdf2] {
@@ -256,7 +256,7 @@ fn hard_case_6_from_walking_pace_to_beyond_the_critical_speed() {
 }
 
 #[test]
-fn hard_case_6_unbounded_motion_above_the_critical_speed_is_named() {
+fn hard_case_6_motion_above_the_critical_speed_is_named() {
     // Far above it the force on the travelling contact feeds the waves: the motion grows, at much the same rate for
     // every time rule and resolution. While it is small the conditions hold; what it becomes is no result and must not
     // look like one.

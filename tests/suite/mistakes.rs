@@ -178,7 +178,7 @@ fn answers_to_forty_plausible_mistakes() {
 }
 
 #[test]
-fn twenty_plausible_mistakes_are_answered_before_anything_is_run() {
+fn twenty_plausible_mistakes_are_answered_before_a_run() {
     let mut answers = String::new();
     let scenes = [("no mistake", "", "")].iter().chain(&MISTAKES);
     for (number, (what, meant, written)) in scenes.enumerate() {

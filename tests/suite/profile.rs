@@ -33,7 +33,7 @@ fn interval(event: &Value) -> (u64, f64, f64) {
 }
 
 #[test]
-fn a_profiled_run_has_the_same_bytes_and_files_that_agree_with_its_table() {
+fn a_profiled_run_has_the_same_bytes_and_consistent_files() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("scene.toml"), text()).unwrap();

@@ -125,7 +125,7 @@ addEventListener("load", () => {
 </script>"#;
 
 #[test]
-fn a_page_has_all_of_a_run_needs_no_network_and_is_drawn_by_a_browser() {
+fn a_page_is_complete_and_drawn_without_a_network() {
     let (folder, folders) = results();
     let text = fs::read_to_string(folder.path().join("slow.html")).unwrap();
     for section in ["Plan", "Road", "Contact", "Force spectrum", "Vibration", "Sound", "Cost", "To run it again"] {
@@ -181,7 +181,7 @@ fn corners(svg: &str, colour: &str) -> Vec<usize> {
 }
 
 #[test]
-fn levels_that_a_run_does_not_vouch_for_are_grey_beside_those_of_another_run() {
+fn levels_that_are_not_valid_are_grey_beside_another_run() {
     let (_, folders) = results();
     let all = open(folders);
     let both = page(&all).unwrap();
@@ -315,7 +315,7 @@ fn a_measured_road_is_shown_by_the_run_that_knows_its_file() {
 }
 
 #[test]
-fn what_was_chosen_stands_beside_the_plan_and_only_what_is_to_be_acted_on_among_warnings() {
+fn chosen_settings_stand_beside_the_plan_not_among_warnings() {
     let (_, folders) = results();
     let of = |notes: &[&str], warnings: &[&str]| {
         let mut stored = Stored::open(&folders[1]).unwrap();
@@ -353,7 +353,7 @@ fn results_are_compared_with_the_first_and_with_themselves() {
 }
 
 #[test]
-fn what_is_no_result_is_refused_with_its_file_and_nothing_is_written() {
+fn foreign_files_are_refused_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let made = |name: &str, summary: &str| {
         fs::create_dir(folder.path().join(name)).unwrap();

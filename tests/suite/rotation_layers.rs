@@ -100,7 +100,7 @@ fn turning(name: &str) -> CurvedStack {
 const TURNING: [&str; 3] = ["isotropic, 250 km/h", "cord belt, 250 km/h", "engineering constants, 250 km/h"];
 
 #[test]
-fn prepared_waves_of_both_directions_equal_steps_through_the_layers() {
+fn prepared_waves_equal_steps_through_the_layers() {
     for name in TURNING {
         let stack = turning(name);
         let cylinder = Cylinder::of(stack.clone(), LARGEST_S, 1e-6);
@@ -208,7 +208,7 @@ fn turning_tyres_are_passive_below_their_limit_and_not_beyond() {
 /// nearly cancel, where Om has the right sign; its moduli are those at that frequency. Compliances over that at rest, s
 /// = 0.
 #[test]
-fn a_pattern_frozen_to_the_ground_hardly_feels_the_rotation_but_that_of_the_wrong_sign() {
+fn a_pattern_frozen_to_the_ground_hardly_feels_rotation() {
     let mut stack = turning("cord belt, 250 km/h");
     (stack.sidewall_mass, stack.cavity) = (0.0, None);
     let resting = CurvedStack { rotation: Rotation::default(), ..stack.clone() };
@@ -246,7 +246,7 @@ fn at_rest_nothing_changes() {
 }
 
 #[test]
-fn a_speed_that_is_no_number_or_negative_or_of_a_flat_tyre_is_refused() {
+fn bad_speeds_and_speeds_of_a_flat_tyre_are_refused() {
     let refused = |change: &dyn Fn(&mut Value)| {
         let mut document = references();
         document["cases"].as_array_mut().unwrap().truncate(1);
@@ -404,7 +404,7 @@ fn a_thin_layer_is_the_rotating_ring_on_all_four_branches() {
 /// w = 2 n Om/(n^2 + 1) +- sqrt(w_0^2 + Om^2 n^2 (n^2 - 1)^2/(n^2 + 1)^2) of a ring that does not stretch, with the
 /// tension of its rotation; w_0 at rest.
 #[test]
-fn waves_of_a_ring_that_hardly_stretches_split_as_its_rotation_has_it() {
+fn waves_of_a_nearly_inextensional_ring_split_by_rotation() {
     let mut errors = Vec::new();
     for membrane in [1e9, 1e11] {
         let ring = Ring { membrane, ..Ring { sidewall_mass: 0.0, ..ring(69.4) } };

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use tyrewave::internals::{SliceErrors, Table, checked, reported_slice_errors, scene, scene_text, slice_errors};
+use tyrewave::internals::{SliceErrors, StoredTable, checked, reported_slice_errors, scene, scene_text, slice_errors};
 use tyrewave::response::{BandLevel, ThirdOctaveBand};
 use tyrewave::scene::{DEFAULT, Scene, Setting};
 
@@ -16,14 +16,14 @@ const HEARD: &str = "[outputs.vibration]\nbelt = false\nsegment = 0.3\n[[receive
 
 /// Errors by slices and validity of the bands in a table, by its first signal.
 fn bands(results: &Results, file: &str) -> Vec<(f64, Option<f64>, bool)> {
-    let table = Table::parse(&fs::read_to_string(results.path(file)).unwrap()).unwrap();
+    let table = StoredTable::parse(&fs::read_to_string(results.path(file)).unwrap()).unwrap();
     let [nominal, error, valid] = ["nominal_hz", "slice_error_db", "valid"].map(|name| table.numbers(name).unwrap());
     let known = |error: f64| (!error.is_nan()).then_some(error);
     (0..nominal.len()).map(|row| (nominal[row], known(error[row]), valid[row] > 0.0)).collect()
 }
 
 #[test]
-fn every_band_by_slices_tells_its_error_and_is_valid_up_to_the_largest_one_that_is_borne() {
+fn bands_by_slices_state_errors_and_are_valid_up_to_a_limit() {
     let of = |more: &str| run(&scene_text(256, SEAL, ROLLING, NUMERICS, &format!("[contact]\n{more}\n{HEARD}")));
     let usual = of("");
     let errors: SliceErrors = serde_json::from_value(usual.summary()["contact"]["slices"].clone()).unwrap();
@@ -116,7 +116,7 @@ fn excess(road: &str, speed: f64, law: &str, elements: [usize; 2], duration: f64
 
 /// Cells of 3.8 mm are fine enough for texture waves of 76 mm: 400 Hz at this speed.
 #[test]
-fn slices_keep_their_stated_error_on_a_seed_that_was_not_used_to_set_it() {
+fn slices_keep_their_stated_error_on_another_seed() {
     let road = "kind = \"made\", texture = \"sma-8\", seed = 23";
     let found = excess(road, 110.0, "winkler", [512, 512], 0.8, ThirdOctaveBand(-4));
     assert!(found <= 1.0, "{found}");
@@ -124,7 +124,7 @@ fn slices_keep_their_stated_error_on_a_seed_that_was_not_used_to_set_it() {
 
 #[test]
 #[ignore = "four runs over cells of 1 mm, four over slices"]
-fn slices_keep_their_stated_errors_on_roads_and_seeds_that_were_not_used_to_set_them() {
+fn slices_keep_their_stated_errors_on_other_roads_and_seeds() {
     for (texture, seed, speed, law) in [
         ("dac-11", 21, 110.0, "winkler"),
         ("iso-10844", 4, 80.0, "winkler"),

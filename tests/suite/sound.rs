@@ -76,7 +76,7 @@ fn washboard_of(folder: &Path, wavelength: f64) -> String {
 }
 
 #[test]
-fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say() {
+fn four_tyres_far_away_are_6_db_louder_than_one() {
     let way = "[radiation]\nfmax = 300.0\nquality = \"draft\"";
     let beside = |name: &str, keys: &str| format!("[[receiver]]\nname = \"{name}\"\nstandard = \"coast-by\"\n{keys}\n");
     let vehicle = "vehicle = { wheelbase = 2.5, track = 1.5 }";
@@ -125,7 +125,7 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
 }
 
 #[test]
-fn draft_quality_pass_by_and_vehicle_hear_the_air_of_the_road() {
+fn draft_pass_by_and_vehicle_hear_the_air_of_the_road() {
     // A washboard of 40 mm, a tone of 556 Hz, that the tread takes on and that stands on the road.
     let receivers = "[[receiver]]\nname = \"near\"\nstandard = \"cpx\"\n\
                      [[receiver]]\nname = \"one\"\nstandard = \"coast-by\"\n\
@@ -190,7 +190,7 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
 }
 
 #[test]
-fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
+fn a_draft_solves_nothing_and_states_its_error() {
     let way = "[radiation]\nfmax = 300.0\nquality = \"draft\"";
     let numerics = format!("{MODAL}\ntime_rule = \"bdf2\"");
     let receiver = "[[receiver]]\nstandard = \"cpx\"\n";
@@ -261,7 +261,7 @@ fn pressures(path: &Path) -> Vec<f64> {
 }
 
 #[test]
-fn levels_and_sound_file_agree_in_every_valid_band_whatever_the_highest_frequency() {
+fn levels_and_sound_file_agree_in_every_valid_band() {
     let receiver = "[[receiver]]\nname = \"near\"\nposition = [0.2, 0.4, 0.1]\n[radiation]\nquality = \"draft\"";
     let text = scene_text(256, "kind = \"made\"\nseed = 4", &rolling(6.0), MODAL, &format!("{receiver}\nfmax = 800.0"));
     let folder = tempfile::tempdir().unwrap();
@@ -298,7 +298,7 @@ fn levels_and_sound_file_agree_in_every_valid_band_whatever_the_highest_frequenc
 }
 
 #[test]
-fn an_error_that_no_preset_states_is_not_known_in_words_table_and_summary() {
+fn an_error_that_no_preset_states_is_not_known() {
     let folder = tempfile::tempdir().unwrap();
     let receiver = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 400.0\naudio = false";
     let text = scene_text(512, &washboard(folder.path()), &rolling(1.2), MODAL, receiver);
@@ -393,7 +393,7 @@ fn peak_frequency(signal: &[f64], expected: f64) -> f64 {
 }
 
 #[test]
-fn a_run_that_is_too_short_says_so_and_one_without_receivers_has_no_sound() {
+fn too_short_a_run_is_reported_and_no_receiver_no_sound() {
     let receiver = format!("[[receiver]]\nposition = [0.0, 3.0, 1.2]\n{LOW}");
     let text = scene_text(64, "kind = \"smooth\"", &rolling(0.1), MODAL, &receiver);
     let short = run(&text);
@@ -406,7 +406,7 @@ fn a_run_that_is_too_short_says_so_and_one_without_receivers_has_no_sound() {
 
 /// AASHTO T 360: two probes at the edges of the patch, beside a microphone in the middle of the first.
 #[test]
-fn on_board_intensity_is_that_of_two_probes_at_the_edges_of_the_patch() {
+fn on_board_intensity_is_that_of_two_probes_at_the_patch() {
     let folder = tempfile::tempdir().unwrap();
     let receivers = "[[receiver]]\nstandard = \"obsi\"\n[[receiver]]\nstandard = \"cpx\"";
     let way = "[radiation]\nfmax = 800.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\naudio = false\n\
@@ -440,7 +440,7 @@ fn on_board_intensity_is_that_of_two_probes_at_the_edges_of_the_patch() {
 }
 
 #[test]
-fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the_tread_alone() {
+fn moving_sidewalls_sound_the_same_on_any_threads() {
     let tyre = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tyres/car.toml");
     let folder = tempfile::tempdir().unwrap();
     let text = format!(

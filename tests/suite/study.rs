@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
-use tyrewave::internals::{Study, StudyOptions, StudyPoint as Point, Sweep, front, study};
+use tyrewave::internals::{Study, StudyOptions, StudyPoint, Sweep, front, study};
 use tyrewave::internals::{scene, scene_text};
 use tyrewave::run::{Job, Progress, RunError, Unwatched};
 use tyrewave::scene::{DEFAULT, History, LoadedScene};
@@ -31,7 +31,7 @@ fn studied(loaded: &LoadedScene) -> Study {
 }
 
 #[test]
-fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
+fn errors_fall_with_refinement_and_work_is_exact() {
     let loaded = small("history = \"modal\"");
     let found = studied(&loaded);
     assert!(found.reference.difference.worst == 0.0 && found.reference.difference.force == 0.0);
@@ -47,9 +47,9 @@ fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
     assert!(found.complete && found.uncertainty.worst > 0.0, "{:?}", found.uncertainty);
 
     // The front: rising work, falling error, nothing beats it, and nothing that is not on it is unbeaten.
-    let on: Vec<(f64, f64)> = found.front.iter().map(Point::coordinates).collect();
+    let on: Vec<(f64, f64)> = found.front.iter().map(StudyPoint::coordinates).collect();
     assert!(on.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1), "{on:?}");
-    let all: Vec<(f64, f64)> = found.points().map(Point::coordinates).collect();
+    let all: Vec<(f64, f64)> = found.points().map(StudyPoint::coordinates).collect();
     let expected: Vec<(f64, f64)> = front(&all).into_iter().map(|index| all[index]).collect();
     assert_eq!(on, expected);
 
@@ -80,7 +80,7 @@ impl Progress for Shares<'_> {
 }
 
 #[test]
-fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
+fn a_stopped_outline_returns_what_was_rolled() {
     let loaded = small("history = \"modal\"");
     let options = options(&loaded, Sweep::Outline, 64);
     let until = |last: &str| {
@@ -130,7 +130,7 @@ fn a_direct_history_is_compared_with_a_modal_reference() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn an_interrupted_command_says_what_is_kept_and_where() {
+fn an_interrupted_command_names_its_partial_results() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     std::fs::write(place.join("scene.toml"), scene_text(32, MADE, ROLLING, "history = \"modal\"", "")).unwrap();

@@ -71,7 +71,7 @@ fn time_step(elements: usize, speed_kmh: f64, substeps: usize) -> f64 {
 }
 
 #[test]
-fn rules_are_steady_on_a_smooth_road_and_agree_about_the_mean_force() {
+fn rules_are_steady_on_a_smooth_road_with_one_mean_force() {
     let model = model(256, 80.0 / 3.6, 1e-6);
     let mut means = Vec::new();
     for rule in TimeRule::ALL {
@@ -288,7 +288,7 @@ fn every_rule_has_its_order_for_a_smooth_force_on_the_tyre() {
 }
 
 #[test]
-fn hard_cases_6_speeds_and_steps_with_the_runge_kutta_rules_and_modes() {
+fn hard_cases_6_speeds_and_steps_with_runge_kutta_rules() {
     for rule in ["bdf2", "sdirk2", "sdirk3"] {
         for (elements, substeps, speed, duration) in [
             (64, 1, 1.0, 6.0),

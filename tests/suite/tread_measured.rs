@@ -76,7 +76,7 @@ fn pictures_of_patterns() {
 
 #[test]
 #[ignore = "minutes"]
-fn spectra_of_equal_sequenced_and_random_pitches_on_a_smooth_road() {
+fn spectra_of_equal_sequenced_and_random_pitches() {
     let lateral =
         "laterals = [{ from = -0.0545, to = 0.0, width = 0.00385, depth = 0.007, angle = 0.0, offset = 0.5625 }]";
     let lengths = "lengths = [0.02625, 0.030, 0.03375]";

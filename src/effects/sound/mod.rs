@@ -24,10 +24,10 @@ use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
 use crate::counters::{Counter, Job, Meter, Stage, Work};
-use crate::plan::decisions::{Row, taken_pattern};
+use crate::plan::decisions::{DecisionRow, taken_pattern};
 use crate::plan::receivers::PlannedReceiver;
 use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT, Sound};
-use crate::plan::{Amounts, Choice, Decisions, Plan};
+use crate::plan::{Amounts, Decisions, Plan, PlannedSetting};
 use crate::radiation::RadiationError;
 use crate::response::pressure::open_patch::{GrooveFields, waves_for};
 use crate::response::pressure::set_up::{FoundTransfers, SetUp};
@@ -52,7 +52,7 @@ impl Effect for SoundEffect {
         "sound"
     }
 
-    fn rows(&self) -> &'static [Row] {
+    fn rows(&self) -> &'static [DecisionRow] {
         &decision::ROWS
     }
 
@@ -64,10 +64,10 @@ impl Effect for SoundEffect {
         Ok(())
     }
 
-    fn choice(&self, plan: &Plan) -> Option<Choice> {
+    fn choice(&self, plan: &Plan) -> Option<PlannedSetting> {
         let path = plan.sound().filter(|_| plan.decisions.zone == Zone::Cells)?.path;
         let reason = format!("even waves across; with the odd ones between them {} radiate", path.lateral);
-        Some(Choice { key: "radiation.lateral_waves", value: path.radiation.lateral_waves.to_string(), reason })
+        Some(PlannedSetting { key: "radiation.lateral_waves", value: path.radiation.lateral_waves.to_string(), reason })
     }
 
     fn notes(&self, plan: &Plan) -> Vec<String> {

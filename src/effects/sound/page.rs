@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sounds_of_a_receiver_are_played_at_one_scale_that_brings_the_loudest_to_3_db_below_full_scale() {
+    fn sounds_of_a_receiver_are_played_at_one_scale() {
         let audio = |full_scale, peak| AudioSummary {
             file: String::new(),
             full_scale,

@@ -15,8 +15,8 @@ use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures_of};
 use super::stored::Stored;
 use crate::counters::{Counter, Job, Meter, Stage, Work};
-use crate::plan::decisions::Row;
-use crate::plan::{Amounts, Choice, Plan, bytes};
+use crate::plan::decisions::DecisionRow;
+use crate::plan::{Amounts, Plan, PlannedSetting, bytes};
 use crate::response::vibration::{
     ElementVelocities, ResolvedQuantities, ResolvedVelocity, SegmentLayout, TransferKind, VelocityTable,
     VibrationAccumulator, VibrationField, point_bytes,
@@ -52,7 +52,7 @@ impl Effect for VibrationEffect {
         &CHANNELS
     }
 
-    fn rows(&self) -> &'static [Row] {
+    fn rows(&self) -> &'static [DecisionRow] {
         &decision::ROWS
     }
 
@@ -64,7 +64,7 @@ impl Effect for VibrationEffect {
         planned::check_elements(loaded, scene)
     }
 
-    fn choice(&self, plan: &Plan) -> Option<Choice> {
+    fn choice(&self, plan: &Plan) -> Option<PlannedSetting> {
         plan.waves_in_mean()
     }
 

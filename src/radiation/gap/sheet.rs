@@ -44,11 +44,11 @@ impl Edge {
     pub(crate) const OPEN: Self = Self { pressure: Complex64::ONE, slope: Complex64::ZERO, slope_by_height: 0.0 };
 }
 
-/// Edges of a sheet in the order of [`Drive::edges`]: x low, x high, y low, y high.
+/// Edges of a sheet in the order of [`SheetDrive::edges`]: x low, x high, y low, y high.
 pub(crate) type Edges = [Edge; 4];
 
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Drive {
+pub(crate) struct SheetDrive {
     /// Right sides r of the edges' conditions, by cell along the edge; an empty list is zeros.
     pub edges: [Vec<Complex64>; 4],
     /// Right sides q of the equation, by cell; an empty list is zeros \[Pa/m\].
@@ -220,11 +220,11 @@ impl FactoredSheet {
     }
 
     /// Pressures of some drives: by drive, by cell; 0 where the gap is closed.
-    pub(crate) fn solve(&self, drives: &[Drive]) -> Vec<Vec<Complex64>> {
+    pub(crate) fn solve(&self, drives: &[SheetDrive]) -> Vec<Vec<Complex64>> {
         drives.chunks(TOGETHER).flat_map(|some| self.solve_together(some)).collect()
     }
 
-    fn solve_together(&self, drives: &[Drive]) -> Vec<Vec<Complex64>> {
+    fn solve_together(&self, drives: &[SheetDrive]) -> Vec<Vec<Complex64>> {
         let count = drives.len();
         let mut rights = vec![Complex64::ZERO; self.open * count];
         for (column, drive) in drives.iter().enumerate() {

@@ -103,7 +103,7 @@ fn received(models: &[PressureModel; 3], green: &SurfaceGreen, force: impl Fn(us
 }
 
 #[test]
-fn a_texture_frozen_with_the_road_is_silent_where_tyre_and_road_touch() {
+fn a_frozen_texture_is_silent_where_tyre_and_road_touch() {
     let resolved = Across::Resolved { components: COMPONENTS, values: 0 };
     for across in [Across::Even, resolved] {
         for (rule, n) in [(TimeRule::Bdf2, 20), (TimeRule::Sdirk2, 60)] {

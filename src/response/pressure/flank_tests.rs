@@ -67,7 +67,7 @@ fn green(tyre: &Tyre, frequency: f64, ring: impl Fn(usize, usize) -> f32) -> Sur
 }
 
 #[test]
-fn a_sound_field_that_is_the_same_all_over_hears_the_volume_that_tread_and_sidewalls_sweep() {
+fn a_uniform_field_hears_the_volume_tread_and_sidewalls_sweep() {
     let tyre = tyre();
     let model = model(&tyre, vec![0], Across::Even, AirMotion::Axle);
     for frequency in [40.0, 180.0] {
@@ -88,7 +88,7 @@ fn a_sound_field_that_is_the_same_all_over_hears_the_volume_that_tread_and_sidew
 }
 
 #[test]
-fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure_with_every_motion_of_the_air() {
+fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure() {
     let tyre = Tyre { angular_velocity: -71.6, ..tyre() };
     let field = |ring: usize, cell: usize| 1.0 + ((ring + 1) * cell % 7) as f32;
     for air in [AirMotion::Axle, AirMotion::WithTread, AirMotion::Road] {

@@ -12,7 +12,7 @@ use super::transfer::PressureTransfers;
 use crate::contact::cells::gaps::GapMap;
 use crate::counters::{Counter, Job, Stage, Work};
 use crate::radiation::stored::StoredTransfers;
-use crate::radiation::{Body, FrequencyReport, RadiationError, Watch, draft, transfers};
+use crate::radiation::{FrequencyReport, FrequencyWatch, RadiatingBody, RadiationError, draft, transfers};
 use crate::response::vibration::SegmentLayout;
 use crate::scene::{LoadedScene, RadiationQuality, SceneError, SetUpError, Tyre};
 use crate::storage::Cache;
@@ -26,7 +26,7 @@ pub(crate) struct SetUp<'a> {
     /// Scene of the run.
     pub loaded: &'a LoadedScene,
     pub path: &'a TransferPath,
-    pub body: &'a Body,
+    pub body: &'a RadiatingBody,
     pub tyre: &'a Tyre,
     /// Gaps between tread and road at the places whose voids are open.
     pub gaps: &'a [GapMap],
@@ -100,7 +100,7 @@ impl SetUp<'_> {
         let open = self.open_patch()?;
         let stored = StoredTransfers::open(&problem, &range, &path.receivers, &mut job.warnings);
         let mut troubles = Vec::new();
-        let mut watch = Watch {
+        let mut watch = FrequencyWatch {
             known: &mut |wanted| stored.load(wanted, &mut job.warnings),
             sink: &mut |found| {
                 stored.store(found, &mut troubles);

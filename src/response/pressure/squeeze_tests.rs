@@ -133,7 +133,7 @@ fn mean(of: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn a_volume_on_a_cell_that_goes_by_sounds_as_its_change_in_time_at_its_place() {
+fn a_passing_volume_sounds_as_its_change_in_time() {
     // Ends of strips that do not coincide with those of cells.
     let half = 0.5 * plate_tyre().width;
     let (strips, of_strip) = ([-half, -0.041, -0.007, 0.012, 0.03, half], [0.0, 2.0, -1.0, 0.7, 0.3]);
@@ -191,7 +191,7 @@ fn a_volume_on_a_cell_that_goes_by_sounds_as_its_change_in_time_at_its_place() {
 }
 
 #[test]
-fn squeeze_is_silent_in_a_field_that_is_the_same_everywhere_and_not_in_another() {
+fn squeeze_is_silent_in_a_uniform_field_only() {
     // Blocks of three columns and two cells with voids between them, and a groove.
     let block = |i: usize, j: usize| if i % 4 < 3 && j < 2 { (i / 4) as u32 } else { NO_BLOCK };
     let of_cell = (0..ELEMENTS).flat_map(|i| (0..ACROSS).map(move |j| block(i, j))).collect();

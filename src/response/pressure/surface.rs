@@ -17,7 +17,7 @@ use rustfft::{Fft, FftPlanner};
 
 use crate::numeric::{double, lagrange, legendre, sinc, single};
 use crate::radiation::transfer::{across_points, contact_distance, half_tread};
-use crate::radiation::{Body, Transfer, TransferSet};
+use crate::radiation::{RadiatingBody, SurfaceTransfer, TransferSet};
 use crate::response::vibration::SegmentLayout;
 use crate::tyre::influence::Waves;
 
@@ -66,7 +66,7 @@ pub(super) enum Shape {
 impl SurfaceGreen {
     /// From the transfers of a body's tread to one receiver at rising frequencies \[Hz\], computed for one side or
     /// both.
-    pub(crate) fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
+    pub(crate) fn of(body: &RadiatingBody, known: impl IntoIterator<Item = (f64, SurfaceTransfer)>) -> Self {
         let half_width = half_tread(body);
         let (frequencies, across, values) = (Vec::new(), Vec::new(), Vec::new());
         let mut green = Self { frequencies, around: 0, across, half_width, rings: 0, values, under_patch: None };
@@ -93,7 +93,7 @@ impl SurfaceGreen {
     }
 
     /// From a set of transfers, for each of its receivers.
-    pub(crate) fn of_set(body: &Body, set: TransferSet) -> Vec<Self> {
+    pub(crate) fn of_set(body: &RadiatingBody, set: TransferSet) -> Vec<Self> {
         let mut by_receiver = Vec::new();
         for found in set.into_frequencies() {
             by_receiver.resize_with(found.transfers.len(), Vec::new);
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn integrals_with_the_angle_from_the_contact_are_those_over_the_cells_at_both_ends_too() {
+    fn integrals_over_the_angle_are_those_over_the_cells() {
         let (waves, around) = (Waves { circumference: 2.0, width: 0.2, sides: Sides::Guided }, 16);
         let values: Vec<Complex32> =
             (0..around).map(|cell| Complex32::new(1.0 + cell as f32 % 3.0, (cell as f32).sin())).collect();
@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn strips_under_the_patch_stand_in_place_of_points_and_give_the_same_for_a_field_that_both_hold() {
+    fn strips_under_the_patch_integrate_as_points_do() {
         let waves = Waves { circumference: 2.0, width: 0.2, sides: Sides::Guided };
         let (around, cells, half_width) = (16, 3, 0.1);
         // 1 + 2 y + y^2 at three points of each half: its even and its odd part.

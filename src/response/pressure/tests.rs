@@ -206,7 +206,7 @@ fn integral_over_the_tread(tyre: &Tyre) {
 }
 
 #[test]
-fn shares_of_waves_and_of_the_circumference_add_up_to_the_transfer_of_the_middle_place() {
+fn shares_of_waves_and_circumference_add_up_to_the_transfer() {
     let tyre = turning_tyre();
     let waves = Arc::new(SurfaceWaves::new(&tyre, AROUND / 2, 3, 3000.0, 1e-6));
     for (rule, air, bin) in [
@@ -388,7 +388,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
 }
 
 #[test]
-fn pressures_have_the_same_bits_however_many_blocks_wait_and_fewer_passes_make_them() {
+fn pressures_have_the_same_bits_however_many_blocks_wait() {
     let waves = Arc::new(SurfaceWaves::new(&plate_tyre(), AROUND / 2, 3, 3000.0, 1e-3));
     let components = waves.lateral.len();
     // Small and large products take different ways.
@@ -432,7 +432,7 @@ fn pressures_have_the_same_bits_however_many_blocks_wait_and_fewer_passes_make_t
 }
 
 #[test]
-fn what_waits_and_what_is_worked_on_is_bounded_whatever_the_receivers_and_the_steps() {
+fn memory_is_bounded_whatever_the_receivers_and_the_steps() {
     let layout = SegmentLayout { elements: 1024, revolutions: 6, columns: 142, ..layout(TimeRule::Sdirk2, 1) };
     let (bins, day) = (1318, 1_000_000_000);
     let most = PressureStream::most_waiting(&layout, day, f64::INFINITY);

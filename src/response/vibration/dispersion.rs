@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_belts_first_branch_begins_at_the_resonances_of_the_plate_tyre() {
+    fn the_belts_first_branch_begins_at_the_plates_resonances() {
         let tyre = Scene::from_str(PLATE, "default").unwrap().scene.tyre;
         let model = fit(&tyre, &FitOptions::new(&tyre, 64, 20.0).with_tolerance(1e-4)).unwrap();
         let branches = dispersion_branches(&model, 0.0, Field::Surface, 1500.0);

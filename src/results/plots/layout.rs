@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn titles_labels_and_legend_stay_on_the_sheet_and_text_is_legible_on_a_telephone() {
+    fn text_stays_on_the_sheet_and_is_legible_on_a_telephone() {
         let long = "Contact force, third octaves: a tyre with a long name on a road with an even longer one";
         let x = Axis::of_words("numerics.preset", &["scenes/roads/smooth.toml", "standard", "reference"]);
         let y = Axis::linear("Growth of the force level [dB per decade of speed]", -0.001..0.002);

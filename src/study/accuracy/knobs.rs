@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::road::Lattice;
 use crate::scene::{Numerics, Scene, Switch, TimeRule, Zone};
-use crate::study::accuracy::lab::Point;
+use crate::study::accuracy::lab::StudyPoint;
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::least_rate;
 
@@ -16,7 +16,7 @@ pub struct Knob {
     #[serde(skip)]
     pub steps: Vec<(String, Settings)>,
     /// The settings that were rolled.
-    pub points: Vec<Point>,
+    pub points: Vec<StudyPoint>,
     /// Why some of the settings could not be rolled.
     pub missing: Option<String>,
 }

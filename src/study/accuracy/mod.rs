@@ -19,8 +19,8 @@ use serde::Serialize;
 
 pub use front::front;
 pub(crate) use knobs::Knob;
-pub(crate) use lab::Cost;
-pub use lab::Point;
+pub(crate) use lab::StudyCost;
+pub use lab::StudyPoint;
 pub use options::{StudyOptions, Sweep};
 pub(crate) use settings::Settings;
 
@@ -29,7 +29,7 @@ use crate::plan::front::FrontRow;
 use crate::plan::{Plan, unit_record};
 use crate::run::RunError;
 use crate::scene::{LoadedScene, Numerics, Road, Scene, SceneError, Zone};
-use crate::study::trial::{Difference, SETTLING, Trials, least_rate};
+use crate::study::trial::{RunDifference, SETTLING, Trials, least_rate};
 use crate::tyre::poles::expected_fit;
 use lab::Lab;
 
@@ -39,17 +39,17 @@ pub struct Study {
     /// Options of the study.
     pub options: StudyOptions,
     /// The converged run that all others are compared with.
-    pub reference: Point,
+    pub reference: StudyPoint,
     /// Difference of a reference half as fine, and so the uncertainty of the reference: smaller differences from it
     /// say nothing.
     #[serde(rename = "doubt")]
-    pub uncertainty: Difference,
+    pub uncertainty: RunDifference,
     /// The swept knobs, with their runs.
     pub knobs: Vec<Knob>,
     /// The scene's settings, and the presets.
-    pub named: Vec<Point>,
+    pub named: Vec<StudyPoint>,
     /// The front by exact work, cheapest first: nothing with less work is closer to the reference.
-    pub front: Vec<Point>,
+    pub front: Vec<StudyPoint>,
     /// False if the user stopped the study: it holds the runs up to there.
     pub complete: bool,
     /// Number of runs; settings that several points have were rolled once.
@@ -106,7 +106,7 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
     let mut study = Study {
         options: *options,
         reference: lab.point("reference", &reference)?,
-        uncertainty: Difference::default(),
+        uncertainty: RunDifference::default(),
         knobs,
         named: Vec::new(),
         front: Vec::new(),
@@ -121,7 +121,7 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
         Err(error) => return Err(error),
     }
     // 4. The front of all of them.
-    let coordinates: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
+    let coordinates: Vec<(f64, f64)> = study.points().map(StudyPoint::coordinates).collect();
     study.front = front(&coordinates).into_iter().filter_map(|index| study.points().nth(index).cloned()).collect();
     trials.finish();
     Ok(study)
@@ -129,18 +129,18 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
 
 impl Study {
     /// All points but the reference, each with its knob, if it has one.
-    pub(crate) fn groups(&self) -> impl Iterator<Item = (Option<&'static str>, &Point)> {
+    pub(crate) fn groups(&self) -> impl Iterator<Item = (Option<&'static str>, &StudyPoint)> {
         let knobs = self.knobs.iter().flat_map(|knob| knob.points.iter().map(move |point| (Some(knob.name), point)));
         self.named.iter().map(|point| (None, point)).chain(knobs)
     }
 
     /// All points, those of the knobs last.
-    pub fn points(&self) -> impl Iterator<Item = &Point> {
+    pub fn points(&self) -> impl Iterator<Item = &StudyPoint> {
         self.groups().map(|(_, point)| point)
     }
 
     /// The presets that were rolled, with their stated errors \[dB\].
-    pub fn presets(&self) -> impl Iterator<Item = (&Point, f64)> {
+    pub fn presets(&self) -> impl Iterator<Item = (&StudyPoint, f64)> {
         let rows = FrontRow::all(self.reference.settings.contact.zone).iter();
         rows.filter_map(move |row| {
             let point = self.named.iter().find(|point| point.label == row.preset.name())?;
@@ -162,7 +162,7 @@ impl Study {
         for knob in &mut self.knobs {
             for (label, settings) in &knob.steps {
                 match lab.point(&format!("{} {label}", knob.name), settings) {
-                    Ok(found) => knob.points.push(Point { label: label.clone(), ..found }),
+                    Ok(found) => knob.points.push(StudyPoint { label: label.clone(), ..found }),
                     // Such as a model that cannot be fitted: the other settings may still run.
                     Err(RunError::Scene(error)) => knob.missing = Some(format!("{label}: {}", error.problem())),
                     Err(error) => return Err(error),

@@ -24,7 +24,7 @@ pub(crate) use design::Design;
 pub(crate) use factor::{Factor, Range};
 pub(crate) use full_scale::share_full_scale;
 pub(crate) use repeated::RepeatedTable;
-pub(crate) use run::{Done, Outcome, sweep};
+pub(crate) use run::{Done, VariantOutcome, sweep};
 pub(crate) use stored::StoredSweep;
 pub(crate) use table::blocks;
 pub(crate) use variants::{Axes, LOAD_KEY, Label, SPEED_KEY, SweepError, Variant, variants};

@@ -430,7 +430,7 @@ mod tests {
     }
 
     #[test]
-    fn a_growth_from_a_level_that_is_not_vouched_for_is_in_brackets_and_grey() {
+    fn a_growth_from_an_invalid_level_is_in_grey_brackets() {
         let SweepBlock { group, speeds, mut found, .. } = block();
         found[1].levels[0].valid = false;
         let block = SweepBlock::new(&group, speeds, found);

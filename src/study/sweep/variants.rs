@@ -351,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_are_put_into_scenes_and_named_and_their_mistakes_told() {
+    fn settings_of_variants_are_named_and_mistakes_reported() {
         let point = |texts: &[&str]| texts.iter().map(|text| Setting::parse(text).unwrap()).collect::<Vec<_>>();
         let axes = Axes {
             speeds: vec![50.0, 80.0],

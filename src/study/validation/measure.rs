@@ -14,7 +14,7 @@ use crate::results::pass_by::PassBySummary;
 use crate::run::RunError;
 use crate::scene::{DEFAULT, GRAVITY, LoadedScene, NamedTexture, Scene, SceneError, Setting};
 use crate::sound::TotalLevel;
-use crate::study::loads::Standing;
+use crate::study::loads::LoadedTyre;
 use crate::study::sweep::{Axes, SweepError, variants};
 use crate::study::trial::{Trial, Trials};
 use crate::tyre::modes::{Mode, ModesError, Motion, modes};
@@ -212,7 +212,7 @@ fn on_road(texture: NamedTexture, duration: f64) -> Vec<Setting> {
 fn standing(scene: &Scene) -> Result<StandingTyre, ValidationError> {
     let mut fine = scene.clone();
     fine.numerics.elements = STANDING_ELEMENTS;
-    let tyre = Standing::new(&fine);
+    let tyre = LoadedTyre::new(&fine);
     let [light, middle, heavy] = LOADS;
     let under = |load: f64| tyre.under(load).map_err(RunError::from);
     let at = under(middle)?;
@@ -242,7 +242,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_differ_in_road_and_duration_alone_and_are_long_enough_for_a_passage() {
+    fn runs_differ_in_road_and_duration_alone() {
         let base = base_scene(&[]).unwrap();
         let default = Scene::from_str(DEFAULT, "default").unwrap().scene;
         let mut numerics_apart = base.scene.clone();

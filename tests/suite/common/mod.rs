@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tempfile::TempDir;
-use tyrewave::internals::{NpyWriter, Row, read_force_levels, scene};
+use tyrewave::internals::{ArrayRow, NpyWriter, read_force_levels, scene};
 use tyrewave::response::BandLevel;
 use tyrewave::run;
 use tyrewave::run::{Job, RunError, RunOptions, RunReport, Unwatched};
@@ -152,7 +152,7 @@ pub(super) fn names(folder: &Path) -> Vec<String> {
 
 /// Writes a height map, row by row.
 pub(super) fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
-    let mut writer = NpyWriter::<f64>::create(path, Row::Columns(columns)).unwrap();
+    let mut writer = NpyWriter::<f64>::create(path, ArrayRow::Columns(columns)).unwrap();
     for row in heights.chunks_exact(columns) {
         writer.push(row).unwrap();
     }

@@ -37,7 +37,7 @@ fn level(module: &str) -> Option<usize> {
 }
 
 #[test]
-fn every_module_of_the_library_has_a_level_and_is_documented_in_that_order() {
+fn every_module_is_documented_in_the_order_of_levels() {
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
     let modules: Vec<&str> = text
         .lines()

@@ -320,7 +320,7 @@ fn mean_over_elements(layout: SegmentLayout, kind: TransferKind, first: i64, res
 }
 
 #[test]
-fn a_standing_force_is_still_beside_the_road_and_turns_with_the_tyre() {
+fn a_standing_force_turns_in_the_frame_of_the_tyre() {
     for response in [response(), turning_response()] {
         standing_force(&response);
     }
@@ -375,7 +375,7 @@ fn a_record_mirrored_in_space_and_time_has_the_same_waves() {
 }
 
 #[test]
-fn stopped_anywhere_it_goes_on_with_the_same_bits_on_any_number_of_threads() {
+fn a_stopped_accumulator_continues_with_the_same_bits() {
     for rule in [TimeRule::Bdf2, TimeRule::Sdirk2] {
         stopped_anywhere(SegmentLayout { rule, ..layout(ELEMENTS, 2, 1, 0) });
     }

@@ -74,7 +74,7 @@ fn by_cell(layout: &SegmentLayout, forces: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn velocities_and_power_are_the_double_sums_over_waves_written_out() {
+fn velocities_and_power_are_the_double_sums_over_waves() {
     let elements = 14;
     let (models, waves) = (models(elements, &IN_MEAN), carried(elements));
     double_sums(elements, &models, &waves);
@@ -268,7 +268,7 @@ fn a_mean_pattern_adds_nothing_to_the_power_of_the_vibration() {
 }
 
 #[test]
-fn resolved_forces_go_on_with_the_same_bits_on_any_number_of_threads() {
+fn resolved_forces_continue_with_the_same_bits_on_any_threads() {
     let model = models(ELEMENTS, &IN_MEAN);
     let waves = carried(ELEMENTS);
     let even = SegmentLayout { rule: TimeRule::Sdirk2, ..layout(ELEMENTS, 2, 1, 0) };

@@ -92,7 +92,7 @@ fn summed(
 }
 
 #[test]
-fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
+fn tangential_forces_move_the_tread_as_the_contact_steps() {
     let plate = Scene::from_str(PLATE, "plate").unwrap().scene.tyre;
     let default = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
     let guided = Tyre { sides: Sides::Guided, ..plate.clone() };

@@ -262,7 +262,7 @@ pub(super) fn compare(
 pub(super) const CASES: [(usize, usize, usize); 5] = [(1, 1, 0), (1, 3, 0), (2, 1, 1), (2, 2, 0), (3, 1, 2)];
 
 #[test]
-fn spectra_everywhere_and_at_points_are_those_of_the_time_domain() {
+fn spectra_of_fields_and_points_are_those_of_the_time_domain() {
     for rule in TimeRule::ALL {
         for (substeps, revolutions, phase) in CASES {
             let layout = SegmentLayout { rule, ..layout(ELEMENTS, substeps, revolutions, phase) };

@@ -199,7 +199,7 @@ fn steps_of_stages(method: RungeKutta, pole: Complex64, forces: &[Complex64], pe
 }
 
 #[test]
-fn all_fields_and_rules_of_a_turning_tyre_are_those_of_the_time_domain() {
+fn fields_of_a_turning_tyre_are_those_of_the_time_domain() {
     let ring = TurningRing::new();
     let (model, tangential) = ring.model();
     assert!(model.turns());

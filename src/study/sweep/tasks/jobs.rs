@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn an_element_of_slurm_that_was_told_to_end_goes_back_into_the_queue() {
+    fn an_ended_element_of_slurm_returns_to_the_queue() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let program = |name: &str, text: &str| {

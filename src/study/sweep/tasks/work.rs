@@ -13,7 +13,7 @@ use crate::counters::Stage;
 use crate::results::ResultsError;
 use crate::run::Progress;
 use crate::storage::flat_folder;
-use crate::study::sweep::run::{Done, Outcome, sweep};
+use crate::study::sweep::run::{Done, VariantOutcome, sweep};
 use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::TaskFolder;
 use crate::study::sweep::tasks::outcomes::{Outcomes, TOGETHER};
@@ -25,7 +25,7 @@ const LOCK: &str = "lock-";
 
 /// How tasks are done.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Work {
+pub(crate) struct TaskWork {
     /// Threads in all: this many tasks at a time, unless each needs all of them.
     pub threads: usize,
     /// True to keep the results folders of tasks; otherwise only what the tables need stays.
@@ -71,7 +71,7 @@ impl TaskFolder {
     pub(crate) fn work(
         &self,
         numbers: &RangeInclusive<u64>,
-        work: Work,
+        work: TaskWork,
         stop: &AtomicBool,
         report: Report<'_>,
     ) -> Result<Vec<Ended>, TaskError> {
@@ -97,7 +97,7 @@ struct Worker<'a> {
     /// Results that still are in a file each.
     unmerged: Mutex<Vec<(usize, Done)>>,
     tasks: &'a [Task],
-    work: Work,
+    work: TaskWork,
     stop: &'a AtomicBool,
     report: Report<'a>,
 }
@@ -172,7 +172,7 @@ impl Worker<'_> {
         let mut reporter = Reporter { number, name: &task.label.name, report: self.report, all: 0.0, begun: false };
         let outcome = sweep(std::slice::from_ref(&variant), &results, threads, self.stop, &mut reporter).pop();
         match outcome {
-            Some(Outcome::Done(done)) => {
+            Some(VariantOutcome::Done(done)) => {
                 self.outcomes.keep(index, &done)?;
                 if !self.work.keep_results {
                     // A folder that cannot be deleted does no harm.
@@ -183,12 +183,12 @@ impl Worker<'_> {
                 self.join(TOGETHER)?;
                 Ok(Ended::Done(missed))
             }
-            Some(Outcome::Failed(error)) => {
+            Some(VariantOutcome::Failed(error)) => {
                 let reason = error.to_string();
                 self.outcomes.keep_failure(index, &reason);
                 Ok(Ended::Failed(reason))
             }
-            Some(Outcome::Stopped) | None => Ok(Ended::Stopped),
+            Some(VariantOutcome::Stopped) | None => Ok(Ended::Stopped),
         }
     }
 }

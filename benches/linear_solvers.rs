@@ -1,10 +1,10 @@
 //! The linear systems of the search: G0 of the points in contact, 16 to 512 of them, solved by LU, by Cholesky and by
-//! LDLT (without pivoting), with new or retained factors, by the program's LDLT by panels, by Levinson's recursion if the
-//! points are neighbours, and with one point more than a retained factor has, each with its residual.
+//! LDLT (without pivoting), with new or retained factors, by the program's LDLT by panels, by Levinson's recursion if
+//! the points are neighbours, and with one point more than a retained factor has, each with its residual.
 //!
 //! G0 plus the compliances of slices, of a rotating tyre, from a guess to the tolerance: by corrections with a new
-//! factor of the whole symmetric matrix or of a band; by conjugate residuals with that of the whole, retained for 1 and 4
-//! instants in which only slopes have changed, not the points (plain corrections with it diverge: slopes change by
+//! factor of the whole symmetric matrix or of a band; by conjugate residuals with that of the whole, retained for 1 and
+//! 4 instants in which only slopes have changed, not the points (plain corrections with it diverge: slopes change by
 //! factors at the ends of the patch).
 //!
 //! `cargo bench --bench linear_solvers`.

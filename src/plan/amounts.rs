@@ -9,7 +9,9 @@ use serde::Serialize;
 
 use crate::contact::complementarity::{ActiveSet, LocalSet, largest_memory};
 use crate::contact::history::ModalHistory;
+use crate::contact::pressed::strip::block_elements;
 use crate::counters::{Counter, Stage};
+use crate::numeric::transform_multiply_adds;
 use crate::plan::Plan;
 use crate::plan::decisions::Decisions;
 use crate::plan::smooth_contact::Expected;
@@ -32,6 +34,13 @@ const THREAD_BYTES: f64 = 8e6;
 const TEXTURE_RESERVE: f64 = 1.6;
 /// Arrays of the streamed spectrum, in lengths of a segment.
 const SPECTRUM_ARRAYS: f64 = 8.0;
+/// Products with the influence between the cells of a block of pressed road for all of its approaches, with the work
+/// around them: an estimate from the products of some blocks.
+const PRESSED_PRODUCTS: f64 = 300.0;
+/// Bytes of a block of pressed road per cell: tables of products of many lengths, forces, displacements: an estimate
+/// from the memory of runs with N = 256 to 1024.
+const PRESSED_CELL_BYTES: f64 = 1200.0;
+
 /// Place of work in the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -241,6 +250,20 @@ impl Amounts {
             }
         }
         self.count(Counter::Slices, rows);
+    }
+
+    /// Adds the curves of `elements` elements of a road that is pressed in three dimensions.
+    fn pressed(&mut self, plan: &Plan, lattice: Lattice, elements: f64) {
+        let tyre = &plan.decisions.tyre;
+        let thickness = tyre.layers.last().map_or(0.0, |tread| tread.thickness);
+        // Elements whose curves a block gives, and those that it presses beyond them at either end.
+        let [inner, beyond] = block_elements(tyre.circumference, thickness, plan.element);
+        let cells = (inner + 2 * beyond) as f64 * lattice.cells() as f64;
+        let product = transform_multiply_adds(4 * cells as usize);
+        let blocks = (elements / inner as f64).ceil() + 1.0;
+        let products = blocks * PRESSED_PRODUCTS * product;
+        self.add(Stage::Slices, WorkUnit::TransformMultiplyAdd, products, WorkPlace::Background);
+        self.hold("a block of road that is pressed", PRESSED_CELL_BYTES * cells);
     }
 
     fn contact(&mut self, scene: &Scene, plan: &Plan) {

@@ -18,11 +18,9 @@ pub(crate) mod fit_options;
 mod forecast;
 mod foreseen;
 pub(crate) mod front;
-pub(crate) mod inflation;
 pub(crate) mod load_index;
 pub(crate) mod models;
 pub(crate) mod overload;
-mod pressed;
 pub(crate) mod receivers;
 pub(crate) mod resolution;
 pub(crate) mod settle;
@@ -33,7 +31,6 @@ pub(crate) mod sound;
 pub(crate) mod stated;
 #[cfg(test)]
 mod tests;
-mod tread;
 mod unit;
 pub(crate) mod unit_record;
 
@@ -55,6 +52,9 @@ use crate::storage::Cache;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
+use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::map::TreadMap;
+use decisions::{tread_blocks, tread_map};
 pub(crate) use fit_options::fit_options;
 use resolution::{Need, Resolution};
 pub(crate) use settle::PlannedSetting;
@@ -230,6 +230,20 @@ impl Plan {
         let Scene { road, tyre, .. } = &self.scene;
         let Decisions { cells_across, cells_along, .. } = self.decisions;
         Lattice::choose(road, self.element, tyre.contact_width, cells_across, cells_along)
+    }
+
+    /// Map of the tread, if the contact law takes it into account.
+    #[doc(hidden)]
+    pub fn tread_map(&self) -> Option<TreadMap> {
+        tread_map(&self.scene, &self.decisions)?.ok()
+    }
+
+    /// Map of the tread and the blocks with a separate compliance; `None` for a level tread.
+    #[doc(hidden)]
+    pub fn tread(&self) -> Option<(TreadMap, Option<Blocks>)> {
+        let map = self.tread_map().filter(|map| !map.is_level())?;
+        let blocks = tread_blocks(&self.scene, &map);
+        Some((map, blocks))
     }
 
     /// Ramp of an axle that holds a height, in steps; 0 for other axles.

@@ -7,7 +7,7 @@ use super::front::{FrontRow, STATED_TO};
 use super::resolution::{Need, Resolution};
 use super::stated::Unstated;
 use crate::scene::{
-    Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short,
+    Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Tyre, Zone, short,
 };
 
 /// A setting that the scene left open or that has another source than the scene, and its reason.
@@ -30,6 +30,19 @@ const WISHES: [&str; 2] = ["numerics.preset", "numerics.accuracy"];
 /// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them.
 pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<PlannedSetting>), SceneError> {
     settle(Settling { loaded, scene: loaded.scene.clone(), choices: Vec::new(), row_alone: false })
+}
+
+/// Tension of the layers along the belt, with that from inflation and the sidewalls' arcs; empty for a tyre without
+/// these.
+pub(crate) fn tension(tyre: &Tyre) -> Vec<PlannedSetting> {
+    let Some(carried) = tyre.carried_tension() else { return Vec::new() };
+    let used = tyre.tension_along();
+    let reason = if tyre.tension_is_carried() {
+        format!("pressure and sidewalls give {carried:.3e} N/m along")
+    } else {
+        format!("given; pressure and sidewalls would give {carried:.3e} N/m along")
+    };
+    vec![PlannedSetting { key: "tyre.layers.tension", value: format!("{used:.3e} N/m along all layers"), reason }]
 }
 
 /// Keys to which a scene gives other values than its preset or accuracy would, in words.

@@ -5,7 +5,7 @@ use crate::effects::{Arrays, EFFECTS, channels};
 use crate::plan::decisions::{DecisionRow, Decisions, LATE, PHYSICS};
 use crate::plan::models::cached_cell_poles;
 use crate::plan::settle::{self, PlannedSetting};
-use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, cached_poles, feasible, inflation};
+use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, cached_poles, feasible};
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::Cache;
 
@@ -47,7 +47,7 @@ impl Plan {
     pub fn of(loaded: &LoadedScene) -> Result<Self, SceneError> {
         let (scene, mut choices) = decide(loaded)?;
         feasible::check(loaded, &scene)?;
-        choices.extend(inflation::choices(&scene.tyre));
+        choices.extend(settle::tension(&scene.tyre));
         let mut plan = Self::new(&scene);
         plan.check_rotation(loaded)?;
         plan.decisions.notes.extend(plan.outrun_tread());

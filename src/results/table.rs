@@ -210,7 +210,8 @@ impl Report {
         self.0.iter().filter(|part| !empty(part)).map(part).collect()
     }
 
-    /// The report for a terminal of `width` columns: lines are wrapped between words, for tables see [`TextTable::within`].
+    /// The report for a terminal of `width` columns: lines are wrapped between words, for tables see
+    /// [`TextTable::within`].
     pub fn within(&self, width: usize) -> String {
         let part = |part: &ReportPart| match part {
             ReportPart::Text(text) => text.split_inclusive('\n').map(|line| wrapped(line, width)).collect(),

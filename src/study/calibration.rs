@@ -1,5 +1,5 @@
-//! Calibration of the costs of work on this machine: measured once by short runs of the program itself, stored beside the
-//! fitted models.
+//! Calibration of the costs of work on this machine: measured once by short runs of the program itself, stored beside
+//! the fitted models.
 //!
 //! 1. a fit of a small model;
 //! 2. some hundred steps on a smooth and on a rough road, on one thread: each stage's time over what a plan of typical

@@ -261,7 +261,7 @@ fn patch_on_a_half_space(n: usize, elements: usize) -> (f64, [f64; 2]) {
     let indented = indent(&map, MODULUS, IndentationControl::Penetration(peak), IndentationLimits::default()).unwrap();
     let times = [of_cells, begin.elapsed().as_secs_f64()];
     let largest = forces.iter().copied().fold(0.0, f64::max);
-    let differences = forces.iter().zip(&other.pressure).map(|(force, p)| (force - p * dx * dy).abs() / largest);
+    let differences = forces.iter().zip(&indented.pressure).map(|(force, p)| (force - p * dx * dy).abs() / largest);
     (differences.fold(0.0, f64::max), times)
 }
 

@@ -1,4 +1,5 @@
-//! Sound of short runs: levels and files, the same bytes whatever was cached and on how many threads, a pass-by measured.
+//! Sound of short runs: levels and files, the same bytes whatever was cached and on how many threads, a pass-by
+//! measured.
 
 use std::f64::consts::TAU;
 use std::fs;

@@ -29,8 +29,8 @@ fn played_full_scale<'a>(all: impl Iterator<Item = &'a AudioSummary>) -> f64 {
 }
 
 /// Blocks of the sound. A receiver has one full scale in all runs of the page, and the players state their gain over
-/// the calibrated files: differences in loudness between runs are audible. Each receiver has a separate scale, since levels
-/// beside the road are far below those close to the tyre.
+/// the calibrated files: differences in loudness between runs are audible. Each receiver has a separate scale, since
+/// levels beside the road are far below those close to the tyre.
 pub(super) fn blocks(stored: &Stored, all: &[Stored]) -> Result<Vec<Block>, ReportError> {
     let Some(sound) = &stored.summary.sound else { return Ok(Vec::new()) };
     let levels_at = sound.receivers.iter().map(|receiver| [receiver.name.clone(), receiver.text()]);

@@ -19,8 +19,8 @@
 //! products of all components would be as many as the square of their number. So the tyre's transfers must be known
 //! before the first segment: in single precision, which changes a level by 1e-6 dB.
 //!
-//! The power's waves are those that the run itself carries, each on a separate ring ([`CarriedWaves`]): a ring that is a
-//! part of the tyre's length has every part-th n.
+//! The power's waves are those that the run itself carries, each on a separate ring ([`CarriedWaves`]): a ring that is
+//! a part of the tyre's length has every part-th n.
 
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;

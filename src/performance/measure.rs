@@ -109,8 +109,8 @@ pub fn value(workload: Workload, results: &Results) -> f64 {
 /// Time of a stage \[ns\] without what other processes took of its block: off all stages of a long block in
 /// proportion; `None` in a short one, which a single, unknown stage has lost.
 fn undisturbed(stage: Duration, block: Spent) -> Option<u64> {
-    let ran = block.cpu_seconds().map_or(1.0, |cpu| (cpu / block.wall.as_secs_f64()).min(1.0));
-    (ran >= 1.0 - LITTLE || block.cpu >= LONG).then_some((ran * stage.as_nanos() as f64) as u64)
+    let share = block.cpu_seconds().map_or(1.0, |cpu| (cpu / block.wall.as_secs_f64()).min(1.0));
+    (share >= 1.0 - LITTLE || block.cpu >= LONG).then_some((share * stage.as_nanos() as f64) as u64)
 }
 
 /// Rolls a scene and takes the times of its steps, block by block.

@@ -144,8 +144,8 @@ impl FrontRow {
     /// as accurate.
     pub(crate) fn within(accuracy: f64, scene: &Scene) -> Option<&'static Self> {
         let fmax = scene.numerics.fmax?;
-        let keeps = |row: &&Self| row.error_for(scene, fmax).is_some_and(|error| error <= accuracy);
-        Self::all(scene.contact.zone).iter().find(keeps)
+        let is_accurate = |row: &&Self| row.error_for(scene, fmax).is_some_and(|error| error <= accuracy);
+        Self::all(scene.contact.zone).iter().find(is_accurate)
     }
 
     /// Smallest stated error for a scene with an fmax \[dB\]; `None` if none is stated.

@@ -61,8 +61,8 @@ pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
     let reported = |choice: &PlannedSetting| {
         let (table, key) = choice.key.split_once('.')?;
         let [given, taken] = [&used, &taken].map(|scene| &scene[table][key]);
-        let stands = loaded.gives(choice.key) && given != taken && !taken.is_null();
-        stands.then(|| {
+        let is_overridden = loaded.gives(choice.key) && given != taken && !taken.is_null();
+        is_overridden.then(|| {
             let key = choice.key;
             format!(
                 "{key} = {given} of the scene replaces {taken} of {wish}, whose stated accuracy holds for its own \

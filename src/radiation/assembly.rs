@@ -63,11 +63,11 @@ impl Targets {
     pub(crate) fn on_surface(mesh: &Mesh, points: &[(Chart, [f64; 2])]) -> Self {
         let mut this = Self::default();
         for &(chart, [meridian, turn]) in points {
-            let home = |(index, patch): (usize, &SurfacePatch)| {
+            let of_patch = |(index, patch): (usize, &SurfacePatch)| {
                 let local = Some(patch).filter(|patch| patch.chart == chart)?.local(meridian, turn)?;
                 Some(Place::Patch(index, local))
             };
-            let place = mesh.patches.iter().enumerate().find_map(home).unwrap_or(Place::Free);
+            let place = mesh.patches.iter().enumerate().find_map(of_patch).unwrap_or(Place::Free);
             this.push(chart.point(meridian, turn).position, place);
         }
         this.fill();

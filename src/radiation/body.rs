@@ -84,9 +84,9 @@ impl RadiatingBody {
                 return refuse("its middle must be above the road by at least 5 % of the radius");
             }
             let clearance = (height - radius) / radius;
-            let touches = clearance.abs() < LEAST_CLEARANCE;
+            let is_touching = clearance.abs() < LEAST_CLEARANCE;
             let exact = clearance.abs() < f64::EPSILON;
-            if touches && !(exact && matches!(shape, BodyShape::Sphere { .. })) {
+            if is_touching && !(exact && matches!(shape, BodyShape::Sphere { .. })) {
                 return refuse("it must be cut by the road or clear of it by more than 1e-4 of the radius");
             }
         }

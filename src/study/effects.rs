@@ -219,8 +219,9 @@ pub(crate) fn compare(
             },
         })
         .collect::<Result<_, RunError>>()?;
-    let stays = |other| possible.iter().zip(&without).any(|((effect, _), found)| same(effect, other) && found.is_err());
-    let base = roll("none", &with(&|other| stays(other)))?;
+    let is_impossible =
+        |other| possible.iter().zip(&without).any(|((effect, _), found)| same(effect, other) && found.is_err());
+    let base = roll("none", &with(&|other| is_impossible(other)))?;
     let mut effects = Vec::new();
     for ((effect, _), found) in possible.iter().zip(&without) {
         let found = match found {

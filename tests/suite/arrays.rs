@@ -15,8 +15,8 @@ fn the_contact_spans_all_elements_that_carry_force() {
     let columns = forces.len() / lengths.len();
     let element = CIRCUMFERENCE / ELEMENTS as f64;
     for (step, (length, forces)) in lengths.iter().zip(forces.chunks_exact(columns)).enumerate() {
-        let touches = |force: &f64| *force > 0.0;
-        let ends = forces.iter().position(touches).zip(forces.iter().rposition(touches));
+        let carries_force = |force: &f64| *force > 0.0;
+        let ends = forces.iter().position(carries_force).zip(forces.iter().rposition(carries_force));
         let extent = ends.map_or(0, |(first, last)| last + 1 - first);
         assert!((length - extent as f64 * element).abs() < 1e-12, "step {step}");
     }

@@ -56,13 +56,13 @@ fn free_vibration_is_that_of_mass_and_dynamic_stiffness() {
         let time_step = plan.time_step;
         let ramp = (0.4 / time_step).round() as u64;
         let steps = ramp + (0.4 / time_step).round() as u64;
-        let led = |step: u64, more: f64| AxleHeight::Fixed {
+        let guided = |step: u64, more: f64| AxleHeight::Fixed {
             indentation: indentation * (step as f64 / ramp as f64).min(1.0) + more,
             ramp: 0.0,
         };
-        let held = roll(&loaded, steps, &mut |step, _| led(step, 0.0));
+        let held = roll(&loaded, steps, &mut |step, _| guided(step, 0.0));
         let small = 2e-5;
-        let pushed = roll(&loaded, steps, &mut |step, _| led(step, if step >= ramp { small } else { 0.0 }));
+        let pushed = roll(&loaded, steps, &mut |step, _| guided(step, if step >= ramp { small } else { 0.0 }));
         let response: Vec<f64> = (ramp..steps).map(|l| (pushed[l as usize] - held[l as usize]) / small).collect();
         // 15 N more than the tyre carries where it is set free.
         let load = held[ramp as usize] + 15.0;
@@ -203,9 +203,9 @@ fn a_wheel_on_cobbles_leaves_the_road_and_lands() {
         results.assert_sound("cobbles");
         let (force, height, time) = (results.array("total_force.npy"), heights(&results), results.array("time.npy"));
         let begin = force.len() / 4;
-        let flies = |step: usize| force[step] < f64::MIN_POSITIVE;
-        let air = (begin..force.len()).filter(|&step| flies(step)).count();
-        let landings = (begin..force.len()).filter(|&step| flies(step - 1) && !flies(step)).count();
+        let is_airborne = |step: usize| force[step] < f64::MIN_POSITIVE;
+        let air = (begin..force.len()).filter(|&step| is_airborne(step)).count();
+        let landings = (begin..force.len()).filter(|&step| is_airborne(step - 1) && !is_airborne(step)).count();
         let (low, high) = height.iter().fold((f64::MAX, f64::MIN), |(a, b), &z| (a.min(z), b.max(z)));
         let found = results.report.summary.outcome.load.unwrap();
         println!(

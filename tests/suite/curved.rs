@@ -437,8 +437,8 @@ fn the_default_tyre_has_a_car_tyres_modes() {
         let lowest = found.iter().find(of).unwrap().frequency();
         assert!((lowest - frequency).abs() < 10.0, "n {n}: {lowest} Hz, {frequency} Hz wanted");
     }
-    let breathes = |mode: &&Mode| mode.n == 0 && mode.motion == Motion::Radial && mode.frequency() > 400.0;
-    let breathing = found.iter().filter(breathes).max_by(|one, other| one.peak.total_cmp(&other.peak)).unwrap();
+    let is_breathing = |mode: &&Mode| mode.n == 0 && mode.motion == Motion::Radial && mode.frequency() > 400.0;
+    let breathing = found.iter().filter(is_breathing).max_by(|one, other| one.peak.total_cmp(&other.peak)).unwrap();
     assert!((470.0..518.0).contains(&breathing.frequency()), "{breathing:?}");
     assert!(found.iter().any(|mode| mode.n == 1 && (mode.frequency() - 234.0).abs() < 2.0), "no mode of the air");
 }

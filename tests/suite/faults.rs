@@ -50,13 +50,13 @@ fn messages_that_cannot_be_written_lose_no_run() {
             skipped("no /dev/full");
             continue;
         }
-        let said = |line: &str| match to {
+        let run = |line: &str| match to {
             // The reader is gone before the program says a word.
             "| closed" => shell(folder.path(), &pipe(&format!("sleep 0.2; \"$1\" {line}"))),
             _ => shell(folder.path(), &format!("\"$1\" {line} {to}")),
         };
         for (line, code) in [("run scene.toml --out out", 1), ("run wrong.toml", USAGE), ("walk", USAGE)] {
-            let output = said(line);
+            let output = run(line);
             assert_eq!(output.status.code(), Some(code), "{to} {line}: {}", message(&output));
         }
         assert_eq!(read_summary(&folder.path().join("out"))["complete"], true, "{to}");

@@ -215,11 +215,11 @@ fn hard_case_5_lift_off_and_landing() {
     let results = over(n, OVER, |row| if (n * 2..n * 3).contains(&row) { -0.04 } else { 0.0 });
     results.assert_sound("lift-off");
     let points = points(&results);
-    let landed = points.iter().rposition(|&points| points == 0).unwrap();
-    let lifted = points.iter().skip(60).position(|&points| points == 0).unwrap() + 60;
-    assert!(landed > lifted + 40, "in the air from step {lifted} to {landed}");
+    let landing = points.iter().rposition(|&points| points == 0).unwrap();
+    let lift_off = points.iter().skip(60).position(|&points| points == 0).unwrap() + 60;
+    assert!(landing > lift_off + 40, "in the air from step {lift_off} to {landing}");
     let force = results.array("total_force.npy");
-    let air = &force[lifted + 5..landed - 5];
+    let air = &force[lift_off + 5..landing - 5];
     assert!(air.iter().all(|&force| force < f64::MIN_POSITIVE), "forces in the air");
     let smooth = over(n, OVER, |_| 0.0).array("total_force.npy");
     let last = force.len() - 1;

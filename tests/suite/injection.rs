@@ -160,9 +160,9 @@ impl Trials {
         if met {
             self.injected += 1;
             if let Err(wrong) = self.judge(&place, &output, always.is_some()) {
-                let said = String::from_utf8_lossy(&output.stderr).into_owned();
+                let printed = String::from_utf8_lossy(&output.stderr).into_owned();
                 let without = always.unwrap_or_default();
-                self.wrong.push(format!("{} {without} {calls}:{fault}:when={when}: {wrong}; {said}", arguments[0]));
+                self.wrong.push(format!("{} {without} {calls}:{fault}:when={when}: {wrong}; {printed}", arguments[0]));
             }
         }
         met

@@ -134,7 +134,7 @@ fn files_of_cases_with_wrong_sidewalls_are_refused() {
         change(&mut wall);
         json!({ "sidewalls": [wall], "cases": [{ "sidewall": "a", "n": 3, "s": [0.0, 600.0] }] })
     };
-    let said = |document: Value| match cases::evaluate(&document.to_string()) {
+    let refusal = |document: Value| match cases::evaluate(&document.to_string()) {
         Ok(answer) => panic!("{answer}"),
         Err(error) => error.to_string(),
     };
@@ -148,20 +148,20 @@ fn files_of_cases_with_wrong_sidewalls_are_refused() {
         ("omega", json!(3e3), "no steady shape"),
         ("size", json!(1.0), "unknown field"),
     ] {
-        let message = said(wall(&|wall| wall[key] = value.clone()));
+        let message = refusal(wall(&|wall| wall[key] = value.clone()));
         assert!(message.contains(part), "{key}: {message}");
     }
     let case = |case: Value| {
         let mut document = wall(&|_| {});
         document["cases"][0] = case;
-        said(document)
+        refusal(document)
     };
     assert!(case(json!({ "sidewall": "b", "n": 3, "s": [0.0, 1.0] })).contains("names the sidewall 'b'"));
     assert!(case(json!({ "sidewall": "a", "s": [0.0, 1.0] })).contains("has n"));
     assert!(case(json!({ "n": 3, "s": [0.0, 1.0] })).contains("either a tyre or a sidewall"));
     assert!(case(json!({ "sidewall": "a", "n": 3, "s": [-1.0, 1.0] })).contains("Re s >= 0"));
     assert!(case(json!({ "sidewall": "a", "n": 900_000_000, "s": [0.0, 1.0] })).contains("too short"));
-    assert!(said(json!({ "cases": [] })).contains("not a file of compliance cases"));
+    assert!(refusal(json!({ "cases": [] })).contains("not a file of compliance cases"));
 }
 
 /// K_ww of a flat arc at n = 0 by its four exponential solutions.

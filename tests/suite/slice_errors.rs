@@ -72,13 +72,13 @@ fn cells_and_laws_that_were_not_measured_state_no_error() {
 fn plan_and_run_say_where_slices_end_and_that_a_wish_is_missed() {
     let text = scene_text(64, SEAL, ROLLING, "preset = \"draft\"\nfmax = 1000.0", "").replace("elements = 64\n", "");
     let folder = folder_with(&text);
-    let said = |arguments: &[&str]| {
+    let printed = |arguments: &[&str]| {
         let answer = tyrewave(folder.path(), arguments);
         format!("{}{}", String::from_utf8_lossy(&answer.stdout), String::from_utf8_lossy(&answer.stderr))
     };
     for arguments in [&["plan", "scene.toml"][..], &["run", "scene.toml", "--set", "rolling.duration=0.3"]] {
-        let said = said(arguments);
-        let words = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        let printed = printed(arguments);
+        let words = printed.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words.contains("numerics.fmax = 1000 Hz is not reached"), "{words}");
         assert!(words.contains("contact.zone = \"cells\""), "{words}");
     }

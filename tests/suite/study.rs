@@ -148,13 +148,13 @@ fn an_interrupted_command_names_its_partial_results() {
         reported
     };
     // It listens for the signal, and fits.
-    let listens = |id: u32| {
+    let is_listening = |id: u32| {
         let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
         let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
         caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 2 != 0)
     };
     std::fs::write(place.join("large.toml"), DEFAULT).unwrap();
-    let reported = interrupted(&["run", "large.toml", "--out", "run"], &listens);
+    let reported = interrupted(&["run", "large.toml", "--out", "run"], &is_listening);
     assert!(reported.contains("interrupted; no results are kept") && !place.join("run.partial").exists(), "{reported}");
 
     // Those of the scene, of the reference and of the next run are there: the reference was rolled.

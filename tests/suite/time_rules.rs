@@ -60,7 +60,7 @@ fn smooth_road(
 }
 
 /// std/mean of the last third.
-fn unrest(force: &[f64]) -> f64 {
+fn relative_variation(force: &[f64]) -> f64 {
     let (mean, deviation) = mean_and_deviation(&force[force.len() * 2 / 3..]);
     deviation / mean
 }
@@ -82,9 +82,9 @@ fn rules_are_steady_on_a_smooth_road_with_one_mean_force() {
         println!(
             "{rule:?}: mean {:.2} N, std/mean {:.1e}",
             mean_and_deviation(&force[force.len() * 2 / 3..]).0,
-            unrest(&force)
+            relative_variation(&force)
         );
-        assert!(unrest(&force) < 1e-4, "{rule:?}: {:e}", unrest(&force));
+        assert!(relative_variation(&force) < 1e-4, "{rule:?}: {:e}", relative_variation(&force));
         means.push(mean_and_deviation(&force[force.len() * 2 / 3..]).0);
     }
     // Converged in the time step: 2769.2 N. First order differs most.

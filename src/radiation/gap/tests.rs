@@ -96,8 +96,8 @@ fn the_field_of_a_piston_with_losses_is_the_closed_form() {
     // ends is minus the integral of q times the weights.
     let way = 0.5 * LENGTH / 54.0;
     let flow = -height * AIR.flow(height, angular) * (fields[0][0] + fields[0][53]) / way;
-    let weighed: Complex64 = fields[1].iter().map(|weight| weight * q * (LENGTH / 54.0)).sum();
-    assert!((flow / weighed - 1.0).norm() < 1e-10, "{flow} {weighed}");
+    let weighted: Complex64 = fields[1].iter().map(|weight| weight * q * (LENGTH / 54.0)).sum();
+    assert!((flow / weighted - 1.0).norm() < 1e-10, "{flow} {weighted}");
 }
 
 #[test]

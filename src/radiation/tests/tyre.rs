@@ -180,14 +180,17 @@ fn power_through_the_surface_is_that_through_a_far_hemisphere() {
 #[test]
 fn a_gap_lets_the_horn_leak() {
     // In the wheel's plane at 2 kHz, 7 mm in front of the patch; converged to 0.05 dB with finer meshes.
-    let horn = |gap: f64| {
+    let amplification = |gap: f64| {
         let body = tyre().with_gap(gap).unwrap();
         let coarse = MeshResolution { wedge: 1.2, ..MeshResolution::of(6.0) };
         transfers(&body, 2000.0, coarse, &RECEIVERS[2..])[0].horn(&body, 0, 0, 7)
     };
-    let horns = [0.0, 3e-4, 3e-3].map(horn);
+    let amplifications = [0.0, 3e-4, 3e-3].map(amplification);
     let expected = [21.5, 20.1, 16.8];
-    assert!(horns.iter().zip(&expected).all(|(horn, expected)| (horn - expected).abs() < 0.3), "{horns:?}");
+    assert!(
+        amplifications.iter().zip(&expected).all(|(amplification, expected)| (amplification - expected).abs() < 0.3),
+        "{amplifications:?}"
+    );
 }
 
 #[test]
@@ -263,12 +266,12 @@ fn a_solution_is_interrupted_between_elements() {
     let problem =
         RadiationProblem::new(&body, k, k, &MeshResolution::of(3.0), &ParityBlock::EVEN_ACROSS, MEMORY).unwrap();
     let drives = [Drive::Source(RECEIVERS[0])];
-    let asks = problem.mesh().patches.len() + ParityBlock::EVEN_ACROSS.len();
-    for most in [0, 3, asks - 1] {
-        let asked = Cell::new(0);
-        let interrupted = || asked.replace(asked.get() + 1) == most;
+    let checks = problem.mesh().patches.len() + ParityBlock::EVEN_ACROSS.len();
+    for most in [0, 3, checks - 1] {
+        let counted = Cell::new(0);
+        let interrupted = || counted.replace(counted.get() + 1) == most;
         let given_up = problem.solve_unless(&drives, &interrupted).err();
-        assert_eq!((given_up, asked.get()), (Some(RadiationError::Interrupted), most + 1));
+        assert_eq!((given_up, counted.get()), (Some(RadiationError::Interrupted), most + 1));
     }
 }
 

@@ -147,9 +147,9 @@ fn a_static_flattening_is_silent_in_every_air() {
     let green = green_within(90.0, vec![50.0, 1500.0]);
     let patch = |column: usize| if column.abs_diff(ELEMENTS / 2) < 7 { 1.0 } else { 0.0 };
     let still = received(&models, &green, |_, column| patch(column));
-    let shaken = received(&models, &green, |step, column| patch(column) * (TAU * 20.0 * step as f64 / 256.0).cos());
-    for (still, shaken) in still.iter().zip(shaken) {
-        assert!(*still < 1e-9 * shaken && shaken > 0.0, "{still} {shaken}");
+    let vibrating = received(&models, &green, |step, column| patch(column) * (TAU * 20.0 * step as f64 / 256.0).cos());
+    for (still, vibrating) in still.iter().zip(vibrating) {
+        assert!(*still < 1e-9 * vibrating && vibrating > 0.0, "{still} {vibrating}");
     }
 }
 

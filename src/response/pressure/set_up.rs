@@ -99,18 +99,18 @@ impl SetUp<'_> {
         }
         let open = self.open_patch()?;
         let stored = StoredTransfers::open(&problem, &range, &path.receivers, &mut job.warnings);
-        let mut troubles = Vec::new();
+        let mut warnings = Vec::new();
         let mut watch = FrequencyWatch {
             known: &mut |wanted| stored.load(wanted, &mut job.warnings),
             sink: &mut |found| {
-                stored.store(found, &mut troubles);
+                stored.store(found, &mut warnings);
                 Ok(())
             },
             progress: &mut |so_far| job.progress.pieces(so_far.finished, so_far.open),
             interrupted: &|| job.stop.load(Ordering::Relaxed),
         };
         let found = transfers(&problem, &range, rayon::current_num_threads(), &mut watch);
-        job.warnings.extend(troubles);
+        job.warnings.extend(warnings);
         let (set, report) = found.map_err(|error| match error {
             RadiationError::Interrupted => {
                 job.progress.note("frequencies of the radiation that were solved are kept for the next run");

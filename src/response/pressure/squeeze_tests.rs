@@ -208,8 +208,8 @@ fn squeeze_is_silent_in_a_uniform_field_only() {
                 let (column, j) = (cell / ACROSS, cell % ACROSS);
                 let place = (column as f64 + 0.5) / forces.columns as f64;
                 let rough = 1.0 + 0.3 * ((first + column as i64) as f64 * 2.1 + j as f64).sin();
-                let shaken = 1.0 + 0.5 * (0.3 * step as f64).cos();
-                50.0 * shaken * rough * (std::f64::consts::PI * place).sin().powi(2)
+                let factor = 1.0 + 0.5 * (0.3 * step as f64).cos();
+                50.0 * factor * rough * (std::f64::consts::PI * place).sin().powi(2)
             };
             volumes.of(step, &(0..forces.columns * ACROSS).map(force).collect::<Vec<f64>>()).to_vec()
         });

@@ -177,8 +177,9 @@ fn integral_over_the_tread(tyre: &Tyre) {
                 waves.at(n, seen / TAU, &mut values);
                 let kx = waves.waves.kx(n);
                 let sinc = |x: f64| if x.abs() < 1e-9 { 1.0 } else { x.sin() / x };
-                let acts = Complex64::from_polar(weight, -wrapped * time);
-                let force = acts * Complex64::from_polar(1.0, -kx * x_c) * sinc(0.5 * kx * tyre.circumference / 32.0);
+                let stage_factor = Complex64::from_polar(weight, -wrapped * time);
+                let force =
+                    stage_factor * Complex64::from_polar(1.0, -kx * x_c) * sinc(0.5 * kx * tyre.circumference / 32.0);
                 for (&m, compliance) in lateral.iter().zip(&values) {
                     let ky = waves.waves.ky(m);
                     let strip = 2.0 / tyre.width * sinc(0.5 * ky * tyre.contact_width);

@@ -279,7 +279,7 @@ mod tests {
             [(16, 1, 1), (16, 1, 3), (16, 2, 1), (18, 2, 3), (16, 3, 2), (20, 4, 1), (18, 5, 1)]
         {
             let layout = layout(elements, substeps, revolutions);
-            let mut served: Vec<usize> = Vec::new();
+            let mut found: Vec<usize> = Vec::new();
             for base in 0..layout.base_bins() {
                 let bins: Vec<SharedBin> = layout.shared_bins(base).collect();
                 assert!(bins.len() <= layout.most_shared() && bins.is_sorted_by_key(|shared| shared.bin), "{bins:?}");
@@ -287,11 +287,11 @@ mod tests {
                     let period = layout.base_length();
                     let expected = if shared.conjugate { period - base } else { base };
                     assert_eq!(shared.bin % period, expected % period);
-                    served.push(shared.bin);
+                    found.push(shared.bin);
                 }
             }
-            served.sort_unstable();
-            assert!(served.into_iter().eq(0..layout.bins()), "q = {substeps}, r = {revolutions}");
+            found.sort_unstable();
+            assert!(found.into_iter().eq(0..layout.bins()), "q = {substeps}, r = {revolutions}");
         }
     }
 

@@ -170,11 +170,11 @@ impl Transfers {
                 ForceAction::Stages(StageTransfer::new(method, symbols.clone(), layout.time_step))
             }
             (Some(_), TransferKind::Exact) => {
-                let acts = layout
+                let factors = layout
                     .actions()
                     .into_iter()
                     .flat_map(|[weight, delay]| symbols.iter().map(move |symbol| weight * (-symbol * delay).exp()));
-                ForceAction::Weighted(acts.collect())
+                ForceAction::Weighted(factors.collect())
             }
         };
         Self { stages: layout.stages(), symbols, action }

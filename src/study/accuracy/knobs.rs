@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::road::Lattice;
 use crate::scene::{Numerics, Scene, Switch, TimeRule, Zone};
-use crate::study::accuracy::lab::StudyPoint;
+use crate::study::accuracy::runs::StudyPoint;
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::least_rate;
 

@@ -11,17 +11,17 @@
 
 pub(crate) mod front;
 pub(crate) mod knobs;
-pub(crate) mod lab;
 pub(crate) mod options;
+pub(crate) mod runs;
 pub(crate) mod settings;
 
 use serde::Serialize;
 
 pub use front::front;
 pub(crate) use knobs::Knob;
-pub(crate) use lab::StudyCost;
-pub use lab::StudyPoint;
 pub use options::{StudyOptions, Sweep};
+pub(crate) use runs::StudyCost;
+pub use runs::StudyPoint;
 pub(crate) use settings::Settings;
 
 use crate::counters::Job;
@@ -31,7 +31,7 @@ use crate::run::RunError;
 use crate::scene::{LoadedScene, Numerics, Road, Scene, SceneError, Zone};
 use crate::study::trial::{RunDifference, SETTLING, Trials, least_rate};
 use crate::tyre::poles::expected_fit;
-use lab::Lab;
+use runs::StudyRuns;
 
 /// Findings of a study.
 #[derive(Clone, Debug, Serialize)]
@@ -102,10 +102,10 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
     let mut trials = Trials::shared(seconds, job);
     trials.announce("the height of the axle", 0.0);
     let held = trials.held(scene, options.duration)?;
-    let mut lab = Lab { scene: held, highest, planned, trials: &mut trials, known: Vec::new() };
+    let mut runs = StudyRuns { scene: held, highest, planned, trials: &mut trials, known: Vec::new() };
     let mut study = Study {
         options: *options,
-        reference: lab.point("reference", &reference)?,
+        reference: runs.point("reference", &reference)?,
         uncertainty: RunDifference::default(),
         knobs,
         named: Vec::new(),
@@ -113,8 +113,8 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
         complete: false,
         runs: 0,
     };
-    let carried_out = study.carry_out(&mut lab, &half, &named);
-    study.runs = lab.known.len();
+    let carried_out = study.carry_out(&mut runs, &half, &named);
+    study.runs = runs.known.len();
     match carried_out {
         Ok(()) => study.complete = true,
         Err(RunError::Interrupted { .. }) => {}
@@ -151,17 +151,17 @@ impl Study {
     /// Rolls all runs, and keeps each result as soon as it is there.
     fn carry_out(
         &mut self,
-        lab: &mut Lab<'_, '_>,
+        runs: &mut StudyRuns<'_, '_>,
         half: &Settings,
         named: &[(&str, Settings)],
     ) -> Result<(), RunError> {
-        self.uncertainty = lab.point("half as fine", half)?.difference;
+        self.uncertainty = runs.point("half as fine", half)?.difference;
         for (label, settings) in named {
-            self.named.push(lab.point(label, settings)?);
+            self.named.push(runs.point(label, settings)?);
         }
         for knob in &mut self.knobs {
             for (label, settings) in &knob.steps {
-                match lab.point(&format!("{} {label}", knob.name), settings) {
+                match runs.point(&format!("{} {label}", knob.name), settings) {
                     Ok(found) => knob.points.push(StudyPoint { label: label.clone(), ..found }),
                     // Such as a model that cannot be fitted: the other settings may still run.
                     Err(RunError::Scene(error)) => knob.missing = Some(format!("{label}: {}", error.problem())),

@@ -186,8 +186,8 @@ impl Combination<'_> {
         for setting in self.point.iter().filter(varied_speed) {
             let (key, value) = (setting.key(), setting.value());
             let short = key.rsplit('.').next().unwrap_or(key);
-            let namesakes = self.point.iter().filter(|other| other.key().rsplit('.').next() == Some(short)).count();
-            add(key, value.to_owned(), format!("{}={value}", if namesakes > 1 { key } else { short }));
+            let of_same_name = self.point.iter().filter(|other| other.key().rsplit('.').next() == Some(short)).count();
+            add(key, value.to_owned(), format!("{}={value}", if of_same_name > 1 { key } else { short }));
         }
         if self.speed.is_some() || self.point.iter().any(|setting| setting.key() == SPEED_KEY) {
             add(SPEED, speed.to_string(), format!("{speed} km/h"));

@@ -225,8 +225,8 @@ fn standing(scene: &Scene) -> Result<StandingTyre, ValidationError> {
         Some(frequencies.fold(f64::INFINITY, f64::min)).filter(|frequency| frequency.is_finite())
     };
     // Sidewalls have weaker modes below the belt's.
-    let breathes = |mode: &&Mode| mode.n == 0 && mode.motion == Motion::Radial;
-    let breathing = found.confirmed.iter().filter(breathes).max_by(|one, other| one.peak.total_cmp(&other.peak));
+    let is_breathing = |mode: &&Mode| mode.n == 0 && mode.motion == Motion::Radial;
+    let breathing = found.confirmed.iter().filter(is_breathing).max_by(|one, other| one.peak.total_cmp(&other.peak));
     let air = scene.tyre.cavity.is_some();
     Ok(StandingTyre {
         stiffness: Some(at.force / at.indentation),

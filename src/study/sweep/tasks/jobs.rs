@@ -277,8 +277,8 @@ mod tests {
             path
         };
         // A program that ends with 130 when it is told to, a shell that is told twice, and Slurm's two commands.
-        let tells = "kill -TERM $PPID; sleep 0.1; kill -TERM $PPID; for n in {1..100}; do sleep 0.05; done; exit 7";
-        let told = program("told", &format!("trap 'sleep 0.3; exit 130' TERM\n{tells}"));
+        let signals = "kill -TERM $PPID; sleep 0.1; kill -TERM $PPID; for n in {1..100}; do sleep 0.05; done; exit 7";
+        let told = program("told", &format!("trap 'sleep 0.3; exit 130' TERM\n{signals}"));
         let failed = program("failed", "exit 3");
         program("squeue", "echo ${STATE:?}");
         program("scontrol", "echo scontrol \"$@\"");
@@ -288,8 +288,8 @@ mod tests {
             let mut shell = std::process::Command::new("bash");
             shell.args(["-c", &script]).env("PATH", path).env("STATE", state);
             let output = shell.env("SLURM_ARRAY_JOB_ID", "17").env("SLURM_ARRAY_TASK_ID", "0").output().ok()?;
-            let said = String::from_utf8_lossy(&output.stdout).into_owned();
-            Some((output.status.code(), said.lines().last().unwrap_or_default().to_owned()))
+            let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+            Some((output.status.code(), printed.lines().last().unwrap_or_default().to_owned()))
         };
         // Where there is no bash there is no Slurm.
         let Some(back) = end_of(&told, "RUNNING") else { return };

@@ -45,7 +45,7 @@ impl StudyPoint {
 }
 
 /// Rolls settings of one scene, each once, and compares them with the reference.
-pub(crate) struct Lab<'a, 'b> {
+pub(crate) struct StudyRuns<'a, 'b> {
     /// The scene, its axle held.
     pub scene: Scene,
     /// Highest frequency compared \[Hz\].
@@ -57,7 +57,7 @@ pub(crate) struct Lab<'a, 'b> {
     pub known: Vec<(Settings, Common, StudyCost)>,
 }
 
-impl Lab<'_, '_> {
+impl StudyRuns<'_, '_> {
     /// Settings compared with the reference, rolled unless they were before.
     pub(crate) fn point(&mut self, label: &str, settings: &Settings) -> Result<StudyPoint, RunError> {
         let mut place = self.known.iter().position(|(known, ..)| known == settings);

@@ -66,7 +66,6 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// Registers a request at an instant.
     fn request(&self, at: Instant) -> Request {
         let first = *self.first.get_or_init(|| at);
         if !self.asked.swap(true, Ordering::Relaxed) {

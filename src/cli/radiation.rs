@@ -244,7 +244,6 @@ impl Views<'_> {
         report
     }
 
-    /// Levels of the parts at a receiver.
     fn parts(&self, receiver: usize) -> String {
         let level = |at: &AtFrequency, part: usize| at.shares[receiver].levels_of_parts()[part];
         let curve = |part: usize| self.found.iter().map(|at| (at.frequency, level(at, part))).collect();

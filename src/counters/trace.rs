@@ -114,7 +114,6 @@ impl Trace {
         self.spans.reserve_exact(OUTSIDE + BACKGROUND + blocks * (1 + Stage::ALL.len()));
     }
 
-    /// True if a block of steps ends before `step`.
     pub(crate) fn ends_block(&self, step: u64) -> bool {
         step >= self.block_first + self.block_steps
     }
@@ -157,7 +156,6 @@ impl Trace {
         self.push(Row::March, What::Stage(stage), began, length);
     }
 
-    /// Records a stage in the background.
     pub(super) fn add_background(&mut self, stage: Stage, began: Instant, length: Duration) {
         self.background += 1;
         if self.background > BACKGROUND {

@@ -169,7 +169,6 @@ impl Plan {
         CellGrid::new(&self.decisions.tyre, self.scene.numerics.elements, across)
     }
 
-    /// Truncation of the sums on cells.
     pub(crate) fn cell_truncation(&self) -> CellTruncation {
         let numerics = &self.scene.numerics;
         CellTruncation { lateral_terms: numerics.lateral_terms, aliases: numerics.wavenumber_aliases }

@@ -91,7 +91,6 @@ impl Resolution {
         need.largest_angle(rule) * self.steps_per_second(circumference, speed) / (2.0 * PI)
     }
 
-    /// Time steps per second.
     pub(crate) fn steps_per_second(&self, circumference: f64, speed: f64) -> f64 {
         speed * (self.elements * self.substeps) as f64 / circumference
     }

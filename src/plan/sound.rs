@@ -145,7 +145,6 @@ impl Sound {
         worst.unwrap_or_else(|| self.with_path(0.0, 0.0, 0.0))
     }
 
-    /// Errors of the levels at a receiver.
     pub(crate) fn error_at(&self, receiver: &PlannedReceiver) -> SoundError {
         let Radiation { quality, nodes_per_wavelength, frequency_tolerance, lateral_waves, .. } = self.path.radiation;
         let waves = WAVES_ERROR * (Radiation::default().lateral_waves as f64 / lateral_waves as f64).powi(2);

@@ -88,7 +88,6 @@ impl FrequencyRange {
     }
 }
 
-/// Expected cost of a set-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SetUpCost {
     /// Frequencies to be solved for: those of the first round and their midpoints. Where these do not keep the

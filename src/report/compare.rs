@@ -215,7 +215,6 @@ impl Comparison {
         report
     }
 
-    /// Table of the settings that differ.
     pub(crate) fn settings_table(&self) -> TextTable {
         let header = std::iter::once("setting".to_owned()).chain(self.names.iter().cloned());
         let rows = self.settings.iter().map(|setting| {

@@ -90,7 +90,6 @@ fn worst(summary: &GroupSummary, rows: &[ValidationRow]) -> String {
     worst.map_or_else(|| "-".to_owned(), |row| format!("{}: {} {}", row.title, outside(row), row.unit))
 }
 
-/// Table of the groups.
 fn groups(rows: &[ValidationRow]) -> TextTable {
     let cells = summaries(rows)
         .into_iter()

@@ -16,7 +16,6 @@ pub(crate) struct SqueezedVolumes {
     geometry: Geometry,
     /// Columns of this window on either side of the window of the forces.
     margin: usize,
-    /// Blocks in the window of the volumes.
     window: BlockWindow,
     /// Force by number of a part.
     forces: Vec<f64>,

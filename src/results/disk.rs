@@ -74,7 +74,6 @@ pub(super) fn missing_parents(target: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// A path with a suffix to its name.
 pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name: OsString = path.file_name().unwrap_or(OsStr::new("results")).to_owned();
     name.push(suffix);

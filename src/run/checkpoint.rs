@@ -59,7 +59,6 @@ struct RunState {
     /// Wall and processor time so far.
     times: [Duration; 2],
     cost: Counters,
-    /// State of the [`Simulation`].
     simulation: SavedState,
 }
 

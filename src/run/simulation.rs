@@ -32,7 +32,6 @@ const CHECK_EVERY: u64 = 16;
 /// Factor by which a window of cells is widened once contact has reached its end.
 const WIDER: f64 = 1.5;
 
-/// Observer with the name of its effect.
 type Named = (&'static str, Box<dyn EffectObserver>);
 
 /// First observer of a type, if there is one.

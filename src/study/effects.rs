@@ -240,7 +240,6 @@ pub(crate) fn compare(
     Ok(EffectComparison { base, all, effects, uncertainties })
 }
 
-/// Direction of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ComparisonDirection {
     /// Alone, compared with none.

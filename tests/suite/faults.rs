@@ -22,7 +22,6 @@ fn scene() -> String {
     scene_text(64, "kind = \"smooth\"", rolling, "memory = 0.1", "")
 }
 
-/// A folder with the scene in it.
 fn folder_with(scene: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();

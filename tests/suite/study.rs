@@ -19,7 +19,6 @@ fn small(history: &str) -> LoadedScene {
     scene(&scene_text(32, MADE, ROLLING, history, ""))
 }
 
-/// Options for a small scene.
 fn options(loaded: &LoadedScene, sweep: Sweep, elements: usize) -> StudyOptions {
     let defaults = StudyOptions::new(&loaded.scene, sweep);
     StudyOptions { highest: 125.0, elements: Some(elements), substeps: Some(4), ..defaults }

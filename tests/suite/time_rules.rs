@@ -193,7 +193,6 @@ fn runge_kutta_recursion_is_the_quadrature_with_matrix_weights() {
     }
 }
 
-/// A small complex matrix.
 struct Matrix([[Complex64; 3]; 3]);
 
 impl Matrix {

@@ -111,7 +111,6 @@ pub struct VibrationObserver {
     fields: Vec<VibrationField>,
     /// Highest frequency up to which levels are valid \[Hz\].
     valid_to: f64,
-    /// Errors of the levels.
     errors: LevelErrors,
     /// Number of steps after the warm-up.
     steps: u64,

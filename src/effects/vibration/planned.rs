@@ -45,7 +45,6 @@ pub struct CellSegments {
 }
 
 impl Vibration {
-    /// Number of fields.
     fn fields(&self) -> usize {
         [self.tread, self.belt, self.tangential].map(usize::from).iter().sum()
     }

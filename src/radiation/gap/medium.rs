@@ -12,7 +12,6 @@
 
 use num_complex::Complex64;
 
-/// Air in a gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GapAir {
     /// Speed of sound \[m/s\].

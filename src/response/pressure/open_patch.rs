@@ -25,7 +25,6 @@ const FOUND_WANTING: f64 = 1.3;
 /// Number of times that the peak of the fitted parabola is solved for.
 const REFINED: usize = 3;
 
-/// Open patch of a body.
 pub(crate) struct OpenPatch<'a> {
     body: &'a RadiatingBody,
     /// The sheet over grooves alone, or one for each place at which voids are known.

@@ -136,7 +136,6 @@ impl TransferPath {
         }
     }
 
-    /// Range of frequencies of the transfers.
     pub(crate) fn range(&self) -> FrequencyRange {
         FrequencyRange::up_to(self.radiation.fmax, self.radiation.frequency_tolerance, self.air.sound_speed)
     }

@@ -21,7 +21,6 @@ use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 /// Relative tolerance of the waves' compliances.
 pub(crate) const WAVES: f64 = 1e-4;
 
-/// Input of a set-up.
 pub(crate) struct SetUp<'a> {
     /// Scene of the run.
     pub loaded: &'a LoadedScene,

@@ -33,11 +33,9 @@ pub(crate) struct PressureStream {
     backward: Arc<dyn ComplexToReal<f64>>,
     /// Forces of the block so far, step by step \[N\].
     forces: Vec<f64>,
-    /// Steps so far.
     steps: u64,
     /// Blocks that are still to be completed.
     ahead: u64,
-    /// Most blocks that wait.
     most_waiting: usize,
     /// Spectra of the complete blocks whose pressures are still to be computed.
     waiting: Vec<BlockSpectra>,
@@ -106,7 +104,6 @@ impl PressureStream {
         Self::blocks(layout, steps) * layout.hop() as u64
     }
 
-    /// Step of the first pressure.
     pub(crate) fn first_step(layout: &SegmentLayout) -> u64 {
         (layout.length() * 3 / 8) as u64
     }
@@ -164,7 +161,6 @@ impl PressureStream {
         (self.ahead + waiting as u64, self.ahead > 0 && ends && is_last)
     }
 
-    /// Steps so far.
     pub(crate) fn steps(&self) -> u64 {
         self.steps
     }
@@ -241,7 +237,6 @@ impl PressureStream {
         spectra
     }
 
-    /// Spectra of the blocks that wait.
     #[cfg(test)]
     pub(super) fn blocks_that_wait(&self) -> &[BlockSpectra] {
         &self.waiting

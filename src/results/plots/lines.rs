@@ -27,7 +27,6 @@ pub(crate) struct Series<'a> {
     pub points: Vec<(f64, f64)>,
 }
 
-/// A line plot.
 #[derive(Clone, Debug)]
 pub(crate) struct LinePlot<'a> {
     /// Title of the picture.

@@ -115,7 +115,6 @@ pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64, is_outlin
     rows.into_iter().map(knob).collect()
 }
 
-/// True if one of the settings is coarser than the reference's.
 fn is_coarser(settings: &Settings, reference: &Settings) -> bool {
     settings.numerics.elements < reference.numerics.elements
         || settings.numerics.substeps < reference.numerics.substeps

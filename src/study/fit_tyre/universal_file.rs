@@ -15,7 +15,6 @@ const RECORDS: usize = 11;
 /// Directions by number: 1 to 3 translations, 4 to 6 rotations.
 const DIRECTIONS: [&str; 7] = ["none", "X", "Y", "Z", "X (rotation)", "Y (rotation)", "Z (rotation)"];
 
-/// Faults of a universal file.
 #[derive(Debug, Error)]
 pub(crate) enum UniversalFileError {
     /// A function that cannot be read.

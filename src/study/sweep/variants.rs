@@ -14,7 +14,6 @@ use crate::study::sweep::factor::is_seed;
 
 /// Key of the speed, over which levels grow.
 pub(crate) const SPEED_KEY: &str = "rolling.speed_kmh";
-/// Key of the load.
 pub(crate) const LOAD_KEY: &str = "rolling.axle.load";
 /// Names of factors that are no single key, or have a separate column.
 pub(super) const ROAD: &str = "road";

@@ -155,7 +155,6 @@ impl Published {
         Self { sets, shape, growth, quantities }
     }
 
-    /// Quantity of a name.
     pub(crate) fn quantity(&self, name: &str) -> Option<&Quantity> {
         self.quantities.get(name)
     }

@@ -119,7 +119,6 @@ pub(crate) struct GroupSummary {
     pub worst: Option<usize>,
 }
 
-/// Summaries of all groups that have rows.
 pub(crate) fn summaries(rows: &[ValidationRow]) -> Vec<GroupSummary> {
     let of = |group: Group| {
         let of_group: Vec<(usize, &ValidationRow)> =

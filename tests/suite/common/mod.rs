@@ -169,7 +169,6 @@ pub(super) fn write_tread_map(path: &Path, depth: f64) {
     write_grid(path, 4, &depths);
 }
 
-/// Mean and standard deviation.
 pub(super) fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64;

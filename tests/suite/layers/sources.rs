@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 /// A path of names, as `crate::contact::Axle`, or a module from the root, as `contact`.
 pub(super) type Names = Vec<String>;
 
-/// All files with Rust below a folder.
 pub(super) fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {

@@ -129,12 +129,12 @@ mod tests {
             });
             pace.seconds_remaining((from + 10) as f64, 400)
         };
-        assert_eq!(steps(0, 3, Some(Stage::Sound)), None, "a block never done takes nobody knows how long");
+        assert_eq!(steps(0, 3, Some(Stage::Sound)), None, "no time is known before the first block");
         // A block from 10 to 71 s, within a second of steps; then 10 steps a second again.
         let remaining = steps(70, 2, None).unwrap();
         assert!((remaining - (21.0 + 2.0 * 61.0)).abs() < 1e-9, "{remaining}");
         assert_eq!(pace.stage, None);
-        // A block that goes on counts down, and longer than the one before it takes nobody knows how long.
+        // During a block the time counts down; for a block longer than the one before it is unknown.
         assert!((pace.seconds_remaining(140.0, 400).unwrap() - (remaining - 60.0)).abs() < 1e-9);
         assert_eq!(pace.seconds_remaining(1e3, 400), None);
     }

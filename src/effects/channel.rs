@@ -207,7 +207,7 @@ pub(crate) struct Arrays {
 }
 
 impl Arrays {
-    /// Begins the arrays of a plan, or goes on with them, in a folder; without one in memory. `window` is the window's
+    /// Begins the arrays of a plan, or continues them, in a folder; without one in memory. `window` is the window's
     /// size in points: columns, and points across.
     ///
     /// # Errors

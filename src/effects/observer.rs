@@ -119,7 +119,7 @@ pub trait Observer: Any + Send {
     /// Takes the next step.
     ///
     /// # Errors
-    /// [`RunError`]; the run cannot go on then.
+    /// [`RunError`]; the run cannot continue then.
     fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError>;
 }
 

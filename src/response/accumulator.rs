@@ -146,7 +146,7 @@ impl SpectrumAccumulator {
             if self.fade > 0 {
                 continue;
             }
-            // The record goes on as its mirror image at either end.
+            // The record continues as its mirror image at either end.
             if segment == 0 {
                 self.add(segment, -1 - index, shifted);
             }

@@ -52,7 +52,7 @@ pub(crate) struct ArrayPlace<'a> {
 }
 
 impl ArrayPlace<'_> {
-    /// Begins the array of a file, or goes on with it.
+    /// Begins the array of a file, or continues it.
     ///
     /// # Errors
     /// As [`NpyWriter::open`]; [`ResultsError::NotThisArray`] for one that the run has not written before.

@@ -10,8 +10,8 @@
 //!    middle of that, the next one tidies up (`placing`).
 //! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`. Where
 //!    another process, or foreign files, prevent that, it keeps its present name.
-//! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by that of its folder, and goes on in the
-//!    same folder. A folder that another process has locked is refused.
+//! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by that of its folder, and continues in
+//!    the same folder. A folder that another process has locked is refused.
 //! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, together with parents
 //!    that were created for it.
 

@@ -152,7 +152,7 @@ impl<T: NpyNumber> NpyWriter<T> {
         Ok(writer)
     }
 
-    /// Begins the file, or goes on with it from a state.
+    /// Begins the file, or continues it from a state.
     ///
     /// # Errors
     /// As [`Self::create`] and [`Self::reopen`].

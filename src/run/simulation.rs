@@ -206,7 +206,7 @@ impl Simulation {
     /// another one, ahead of its use.
     ///
     /// # Errors
-    /// [`RunError`]; the run cannot go on then.
+    /// [`RunError`]; the run cannot continue then.
     pub fn step(&mut self) -> Result<Option<StepResult>, RunError> {
         while self.next_step < self.plan.steps {
             if let Some(result) = self.advance()? {

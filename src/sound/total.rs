@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(Compared::difference(&few, &many), Err(Apart::Maximum));
         let (difference, bands) = Compared::difference(&louder, &many).unwrap();
         assert!((difference - 2.0).abs() < 1e-9 && bands.is_none());
-        assert_eq!(TotalLevel::of(total(-16, tyre).bands.split_off(1)), None, "no band is vouched for");
+        assert_eq!(TotalLevel::of(total(-16, tyre).bands.split_off(1)), None, "no band is valid");
     }
 
     #[test]

@@ -76,8 +76,8 @@ impl Begin {
         Self { wall: Instant::now(), cpu: cpu_time() }
     }
 
-    /// Part of the time since then for which the thread ran, at most 1: other programs must not make work dear. 1 where
-    /// processor times are not known.
+    /// Part of the time since then for which the thread ran, at most 1: other programs must not make work expensive. 1
+    /// where processor times are not known.
     fn ran(&self) -> f64 {
         let cpu = self.cpu.zip(cpu_time()).map(|(then, now)| now.saturating_sub(then));
         cpu.map_or(1.0, |cpu| (cpu.as_secs_f64() / self.wall.elapsed().as_secs_f64()).min(1.0))

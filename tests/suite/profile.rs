@@ -106,7 +106,7 @@ fn check_trace(text: &str, cost: &Value) {
     for stage in Stage::ALL.into_iter().filter(|&stage| seconds(cost, stage) > 0.0) {
         stages += 1;
         let (table, events) = (seconds(cost, stage), total(stage.title()));
-        // Writing goes on within other stages, whose events hold it.
+        // Writing continues within other stages, whose events hold it.
         let within = if stage == Stage::Response { seconds(cost, Stage::Output) } else { 0.0 };
         assert!(events >= table - 1e-5 && events <= table + within + 1e-5, "{stage:?}: {table} s, {events} s traced");
     }

@@ -200,7 +200,7 @@ fn levels_that_are_not_valid_are_grey_beside_another_run() {
         assert!(found[0] == 2 * valid && found[1..].iter().all(|&corners| corners == 2), "{found:?}");
     }
     assert_eq!(corners(levels, "#BEBEBE"), [2 * force[0].len(), 2 * force[1].len()]);
-    // A point a band where both vouch for it.
+    // A point for each band that is valid in both.
     let difference = picture("Contact force level, difference from slow");
     assert_eq!(corners(difference, "#D55E00"), [slow.min(fast), 2], "the second run keeps its colour");
     assert!(corners(difference, "#0072B2").is_empty());

@@ -1,4 +1,4 @@
-//! Runs that are stopped and go on: the same bytes as without the stop, whatever stopped them.
+//! Runs that are stopped and continue: the same bytes as without the stop, whatever stopped them.
 #![cfg(unix)]
 
 use std::fs;
@@ -122,7 +122,7 @@ fn killed_at_random(scene: &str, metres: f64, kills: usize, seed: u64) {
             unfinished(place, "cut").map(fs::remove_dir_all).transpose().unwrap();
         }
         resumed += usize::from(resumable);
-        // The scene's file is needed to begin, not to go on.
+        // The scene's file is needed to begin, not to continue.
         let arguments: &[&str] = if resumable { &["resume", "cut"] } else { &["run", "scene.toml", "--out", "cut"] };
         let threads = ["1", "2"][attempt % 2];
         let mut run = command(place, arguments).args(["--threads", threads]).spawn().unwrap();

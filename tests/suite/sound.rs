@@ -198,7 +198,7 @@ fn a_draft_solves_nothing_and_states_its_error() {
     let text = scene_text(64, "kind = \"made\"\nseed = 4", &rolling(0.9), &numerics, receiver);
     let folder = tempfile::tempdir().unwrap();
     for (name, way) in [("draft", way), ("full", LOW)] {
-        // So many elements that the run vouches for bands that the draft is stated for.
+        // So many elements that the run has valid bands for which the draft's error is stated.
         let bearing = "[contact]\nlargest_slice_error = \"60 dB\"";
         let text = edit(&format!("{text}\n{way}\n{bearing}\n"), &[("numerics.elements", "256")]);
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();

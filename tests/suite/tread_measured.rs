@@ -45,14 +45,14 @@ fn a_pattern_costs_at_most_a_third_more_than_a_slick() {
         [history + search, search, time]
     };
     let slick = cost("slick", "");
-    let mut dearest: f64 = 0.0;
+    let mut most_expensive: f64 = 0.0;
     for (name, more) in [("summer", ""), ("winter", ""), ("winter", "[effects]\ntread_pattern = \"off\"")] {
         let of_pattern = cost(name, more);
         let [all, search, time] = [0, 1, 2].map(|of| of_pattern[of] / slick[of]);
-        dearest = dearest.max(all);
+        most_expensive = most_expensive.max(all);
         println!("    {all:.2} of the slick's step, {search:.2} of its search, {time:.2} of its time");
     }
-    assert!(dearest < 1.3, "{dearest}");
+    assert!(most_expensive < 1.3, "{most_expensive}");
 }
 
 #[test]

@@ -57,7 +57,7 @@ fn a_tyre_file_is_checked_and_described_but_not_run() {
         text(&described.stderr)
     );
     assert!(folder.path().join("results/plate-tyre/tyre.json").is_file());
-    // A mistake in it is told with its place there.
+    // A mistake in it is reported with its place there.
     let wrong = toml::to_string(&plate_tyre()).unwrap().replacen("width =", "widht =", 1);
     fs::write(folder.path().join("plate.toml"), wrong).unwrap();
     let message = text(&tyrewave(folder.path(), &["check", "plate.toml"]).stderr);

@@ -344,7 +344,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
         let mut found = Vec::new();
         for step in 0..steps {
             let forces: Vec<f64> = (0..layout.width()).map(|place| force(step, place)).collect();
-            // Half-way the stream is stopped while a block waits, and another one goes on from its state.
+            // Half-way the stream is stopped while a block waits, and another one continues from its state.
             if step == length + 5 {
                 assert_eq!(stream.blocks_that_wait().len(), 1);
                 let state = SavedState::of(&mut stream).unwrap();

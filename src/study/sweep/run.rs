@@ -321,7 +321,7 @@ struct VariantProgress<'a, 'b> {
     watch: &'a Mutex<SweepProgress<'b>>,
     done: u64,
     time_step: f64,
-    /// True if blocks of steps stop its march for long: those of later variants are not known, so one is always left.
+    /// True if blocks of steps stop its march for long: those of later variants are not known, so one always remains.
     has_blocks: bool,
 }
 

@@ -276,7 +276,7 @@ mod tests {
             std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).unwrap();
             path
         };
-        // A program that ends with 130 when it is told to, a shell that is told twice, and Slurm's two commands.
+        // A program that ends with 130 on a signal, a shell that is signalled twice, and Slurm's two commands.
         let signals = "kill -TERM $PPID; sleep 0.1; kill -TERM $PPID; for n in {1..100}; do sleep 0.05; done; exit 7";
         let told = program("told", &format!("trap 'sleep 0.3; exit 130' TERM\n{signals}"));
         let failed = program("failed", "exit 3");

@@ -11,7 +11,7 @@ use super::surface::SurfaceGreen;
 use crate::numeric::{SplitRule, legendre};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::scene::{AirMotion, Scene, TimeRule, Tyre};
-use crate::tyre::influence::SurfaceWaves;
+use crate::tyre::influence::{SurfaceWaves, Waves};
 use crate::tyre::layers::curved::{CurvedStack, FINE_STEP};
 
 const AROUND: usize = 64;
@@ -100,7 +100,7 @@ fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure() {
         }
         // Forces that are resolved across, with the shares of a strip, give the same sound.
         let apart = model(&tyre, vec![0, 2], Across::Resolved { components: 2, values: 0 }, air);
-        let waves = tyre_waves(&tyre);
+        let waves = Waves::new(&tyre);
         let (strip, shapes) = (apart.strip(), apart.shapes());
         assert_eq!((strip.len(), shapes.len()), (2, 2 * (1 + SplitRule::POINTS)));
         let (mut flows, mut out) = (apart.flow_buffer(), vec![Complex64::ZERO; apart.integrals_of_wave()]);
@@ -118,8 +118,4 @@ fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure() {
             }
         }
     }
-}
-
-fn tyre_waves(tyre: &Tyre) -> crate::tyre::influence::Waves {
-    crate::tyre::influence::Waves::new(tyre)
 }

@@ -156,10 +156,6 @@ pub(crate) fn base_scene(settings: &[Setting]) -> Result<LoadedScene, SceneError
     Scene::from_str_with(&text, "default", settings)
 }
 
-fn setting(text: &str) -> Vec<Setting> {
-    Setting::parse(text).into_iter().collect()
-}
-
 /// Measures a scene: the standing tyre, then runs on the roads at the speeds that a row needs, each over 165 m after
 /// the warm-up, with a coast-by microphone and one close to the tyre. Everything of the scene counts except road,
 /// receivers, speed and duration.
@@ -206,7 +202,7 @@ fn on_road(texture: NamedTexture, duration: f64) -> Vec<Setting> {
         "receiver=[{ standard = \"coast-by\" }, { standard = \"cpx\" }]".to_owned(),
         format!("rolling.duration={duration:?}"),
     ];
-    texts.iter().flat_map(|text| setting(text)).collect()
+    texts.iter().flat_map(|text| Setting::parse(text)).collect()
 }
 
 fn standing(scene: &Scene) -> Result<StandingTyre, ValidationError> {

@@ -216,11 +216,11 @@ fn rings(criterion: &mut Criterion) {
     let mut pasts = [("one ring", &one[..]), ("two rings", &two)].map(|(name, rings)| {
         let rings = rings.iter().map(|(part, grid, rows, model)| {
             let is_short = *part > 1;
-            let own = if is_short { seen } else { columns };
-            let first = || first_influences(grid, [*part, own], rows, model, rule, time_step);
+            let width = if is_short { seen } else { columns };
+            let first = || first_influences(grid, [*part, width], rows, model, rule, time_step);
             RingParts {
                 model,
-                transform: WaveTransform::<f32>::new(grid, elements / part, own, rows),
+                transform: WaveTransform::<f32>::new(grid, elements / part, width, rows),
                 next_instant: is_short.then(first),
                 forgotten_after: is_short.then(|| elements / part - seen - 20),
                 substeps: 1,
@@ -294,7 +294,7 @@ fn rows(criterion: &mut Criterion) {
         bench.iter(|| {
             for (row, forces) in forces.chunks_exact(columns).cycle().take(rows.len()).enumerate() {
                 field.fill(0.0);
-                field[..columns].iter_mut().zip(forces).for_each(|(own, force)| *own = *force as f32);
+                field[..columns].iter_mut().zip(forces).for_each(|(cell, force)| *cell = *force as f32);
                 one_by_one.process_with_scratch(&mut field, &mut waves, &mut scratch).expect("planned lengths");
                 black_box(row);
             }

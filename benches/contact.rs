@@ -228,8 +228,8 @@ fn search(criterion: &mut Criterion) {
 
         // All methods agree.
         let (mut exact, mut found, mut sweeps, mut worst) = (vec![0.0; columns], vec![0.0; columns], 0, 0.0_f64);
-        for kept in [4096, 1] {
-            let mut active = ActiveSet::new(row(), columns, 1e-12, kept);
+        for factors in [4096, 1] {
+            let mut active = ActiveSet::new(row(), columns, 1e-12, factors);
             for d in &d {
                 exact.fill(0.0);
                 sweeps += gauss_seidel(&influence, d, &mut exact);
@@ -247,8 +247,8 @@ fn search(criterion: &mut Criterion) {
 
         let mut group = criterion.benchmark_group(format!("search of {STEPS} steps, {columns} columns"));
         group.sample_size(20).throughput(Throughput::Elements(STEPS as u64));
-        for (name, kept) in [("many factors kept", 4096), ("one factor kept", 1)] {
-            let mut active = ActiveSet::new(row(), columns, 1e-12, kept);
+        for (name, factors) in [("many factors kept", 4096), ("one factor kept", 1)] {
+            let mut active = ActiveSet::new(row(), columns, 1e-12, factors);
             group.bench_function(name, |bench| {
                 bench.iter(|| {
                     for d in &d {

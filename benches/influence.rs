@@ -100,8 +100,8 @@ fn model(criterion: &mut Criterion, elements: usize) {
         let peak = (0..2000)
             .filter_map(|k| fitted.evaluate(n, Complex64::new(0.0, 100.0 * 1.0036f64.powi(k)), Field::Surface))
             .fold(brute.at_rest[n], |peak, value| peak.max(value.norm()));
-        let kept: f64 = brute.of(n).iter().sum();
-        memory_error = memory_error.max((brute.at_rest[n] - kept).abs() / peak);
+        let sum: f64 = brute.of(n).iter().sum();
+        memory_error = memory_error.max((brute.at_rest[n] - sum).abs() / peak);
         let first = fitted.evaluate(n, Complex64::new(1.5 / time_step, 0.0), Field::Surface).map_or(f64::NAN, |h| h.re);
         first_error = first_error.max((first - brute.of(n)[0]).abs() / peak);
     }

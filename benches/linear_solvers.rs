@@ -1,10 +1,10 @@
 //! The linear systems of the search: G0 of the points in contact, 16 to 512 of them, solved by LU, by Cholesky and by
-//! LDLT (without pivoting), with new or kept factors, by the program's LDLT by panels, by Levinson's recursion if the
-//! points are neighbours, and with one point more than a kept factor has, each with its residual.
+//! LDLT (without pivoting), with new or retained factors, by the program's LDLT by panels, by Levinson's recursion if
+//! the points are neighbours, and with one point more than a retained factor has, each with its residual.
 //!
 //! G0 plus the compliances of slices, of a rotating tyre, from a guess to the tolerance: by corrections with a new
-//! factor of the whole symmetric matrix or of a band; by conjugate residuals with that of the whole, kept for 1 and 4
-//! instants in which only slopes have changed, not the points (plain corrections with it diverge: slopes change by
+//! factor of the whole symmetric matrix or of a band; by conjugate residuals with that of the whole, retained for 1 and
+//! 4 instants in which only slopes have changed, not the points (plain corrections with it diverge: slopes change by
 //! factors at the ends of the patch).
 //!
 //! `cargo bench --bench linear_solvers`.
@@ -67,10 +67,10 @@ fn residual(matrix: MatRef<'_, f64>, solution: &[f64], d: &[f64]) -> f64 {
 }
 
 /// Solves with one point more than the factor has, by bordering with its row: two solves with the factor.
-fn bordered(solve: impl Fn(&[f64]) -> Vec<f64>, row: &[f64], own: f64, d: &[f64], last: f64) -> Vec<f64> {
+fn bordered(solve: impl Fn(&[f64]) -> Vec<f64>, row: &[f64], diagonal: f64, d: &[f64], last: f64) -> Vec<f64> {
     let (without, share) = (solve(d), solve(row));
     let dot = |values: &[f64]| row.iter().zip(values).map(|(a, b)| a * b).sum::<f64>();
-    let force = (last - dot(&without)) / (own - dot(&share));
+    let force = (last - dot(&without)) / (diagonal - dot(&share));
     let mut solution: Vec<f64> = without.iter().zip(&share).map(|(a, b)| a - force * b).collect();
     solution.push(force);
     solution
@@ -159,7 +159,7 @@ struct Slices {
     /// G0 from distance 1 - points on.
     row: Vec<f64>,
     /// Additional compliance c (1/s - 1).
-    own: Vec<f64>,
+    additional: Vec<f64>,
     /// Exact forces, and a guess of them; they displace the points as wanted.
     forces: [Vec<f64>; 2],
     wanted: Vec<f64>,
@@ -187,15 +187,15 @@ impl Slices {
             points: (0..points).collect(),
             influence: even[..points].to_vec(),
             row: (-last..=padded).map(signed).collect(),
-            own: (0..points).map(|i| compliance * (slope(i).recip() - 1.0)).collect(),
+            additional: (0..points).map(|i| compliance * (slope(i).recip() - 1.0)).collect(),
             forces: [exact, guess],
             wanted: vec![0.0; points],
             arch: Arch::new(),
         };
         let mut displaced = vec![0.0; points.next_multiple_of(LINE)];
         slices.displace(&slices.forces[0], &mut displaced);
-        let parts = displaced.iter().zip(&slices.own).zip(&slices.forces[0]);
-        slices.wanted = parts.map(|((displaced, own), force)| displaced + own * force).collect();
+        let parts = displaced.iter().zip(&slices.additional).zip(&slices.forces[0]);
+        slices.wanted = parts.map(|((displaced, additional), force)| displaced + additional * force).collect();
         slices
     }
 
@@ -206,17 +206,17 @@ impl Slices {
 
     fn factorise(&self, solver: &mut Ldlt, matrix: &mut [f64], band: usize) {
         solver.assemble_band(&self.points, &self.influence, matrix, band);
-        add_to_diagonal(matrix, &self.own);
+        add_to_diagonal(matrix, &self.additional);
         solver.factorise_band(matrix, self.points.len(), band).expect("G0 is positive definite");
     }
 
     /// Computes the residuals; returns the largest.
-    fn rest(&self, forces: &[f64], left: &mut [f64]) -> f64 {
-        self.displace(forces, left);
-        let equations = left.iter_mut().zip(&self.wanted).zip(&self.own).zip(forces);
-        equations.fold(0.0_f64, |largest, (((left, wanted), own), force)| {
-            *left = wanted - own * force - *left;
-            largest.max(left.abs())
+    fn residuals(&self, forces: &[f64], residuals: &mut [f64]) -> f64 {
+        self.displace(forces, residuals);
+        let equations = residuals.iter_mut().zip(&self.wanted).zip(&self.additional).zip(forces);
+        equations.fold(0.0_f64, |largest, (((residual, wanted), additional), force)| {
+            *residual = wanted - additional * force - *residual;
+            largest.max(residual.abs())
         })
     }
 
@@ -226,35 +226,39 @@ impl Slices {
         &self,
         solver: &mut Ldlt,
         (matrix, band): (&[f64], usize),
-        [forces, left]: [&mut [f64]; 2],
+        [forces, residuals]: [&mut [f64]; 2],
         directions: Option<&mut Vec<[Vec<f64>; 2]>>,
     ) -> (usize, f64) {
-        let (points, stride) = (self.points.len(), left.len());
+        let (points, stride) = (self.points.len(), residuals.len());
         forces.copy_from_slice(&self.forces[1]);
         let scale = self.wanted.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
         let Some(directions) = directions else {
             for corrections in 0..MOST_CORRECTIONS {
-                let largest = self.rest(forces, left);
+                let largest = self.residuals(forces, residuals);
                 if largest <= 0.5e-12 * scale {
                     return (corrections, largest / scale);
                 }
-                solver.solve_band(matrix, left, stride, points, band).expect("G0 is positive definite");
-                forces.iter_mut().zip(&*left).for_each(|(force, change)| *force += change);
+                solver.solve_band(matrix, residuals, stride, points, band).expect("G0 is positive definite");
+                forces.iter_mut().zip(&*residuals).for_each(|(force, change)| *force += change);
             }
             return (MOST_CORRECTIONS, f64::NAN);
         };
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let mut largest = self.rest(forces, left);
+        let mut largest = self.residuals(forces, residuals);
         for corrections in 0..MOST_CORRECTIONS {
             if largest <= 0.5e-12 * scale {
                 return (corrections, largest / scale);
             }
             let (before, after) = directions.split_at_mut(corrections);
             let [change, effect] = &mut after[0];
-            change.copy_from_slice(left);
+            change.copy_from_slice(residuals);
             solver.solve_band(matrix, change, stride, points, band).expect("G0 is positive definite");
             self.displace(&change[..points], effect);
-            effect.iter_mut().zip(&self.own).zip(&*change).for_each(|((effect, own), change)| *effect += own * change);
+            effect
+                .iter_mut()
+                .zip(&self.additional)
+                .zip(&*change)
+                .for_each(|((effect, additional), change)| *effect += additional * change);
             for [other, its] in before {
                 let share = dot(&effect[..points], &its[..points]);
                 change.iter_mut().zip(&*other).for_each(|(change, other)| *change -= share * other);
@@ -262,9 +266,9 @@ impl Slices {
             }
             let length = dot(&effect[..points], &effect[..points]).sqrt();
             change.iter_mut().chain(&mut *effect).for_each(|value| *value /= length);
-            let share = dot(&left[..points], &effect[..points]);
+            let share = dot(&residuals[..points], &effect[..points]);
             forces.iter_mut().zip(&*change).for_each(|(force, change)| *force += share * change);
-            largest = self.rest(forces, left);
+            largest = self.residuals(forces, residuals);
         }
         (MOST_CORRECTIONS, largest / scale)
     }
@@ -285,11 +289,11 @@ fn yielding(criterion: &mut Criterion) {
         let compliance = KAPPA / (tyre.circumference / elements as f64 * tyre.contact_width);
         let slices = Slices::new(&influence, points, compliance, 0);
         let mut solver = Ldlt::new(points);
-        let [mut matrix, mut kept] = [packed_length(points), packed_length(points)].map(Aligned::new);
-        let (matrix, kept) = (matrix.part(0, packed_length(points)), kept.part(0, packed_length(points)));
-        let (mut forces, mut left) = (vec![0.0; points], Aligned::new(points.next_multiple_of(LINE)));
-        let left = left.part(0, points.next_multiple_of(LINE));
-        let mut directions = vec![[vec![0.0; left.len()], vec![0.0; left.len()]]; MOST_CORRECTIONS];
+        let [mut matrix, mut retained] = [packed_length(points), packed_length(points)].map(Aligned::new);
+        let (matrix, retained) = (matrix.part(0, packed_length(points)), retained.part(0, packed_length(points)));
+        let (mut forces, mut residuals) = (vec![0.0; points], Aligned::new(points.next_multiple_of(LINE)));
+        let residuals = residuals.part(0, points.next_multiple_of(LINE));
+        let mut directions = vec![[vec![0.0; residuals.len()], vec![0.0; residuals.len()]]; MOST_CORRECTIONS];
         let mut group = criterion.benchmark_group(format!("{points} slices that yield"));
         group.sample_size(20);
         let mut ways: Vec<(String, usize, Option<usize>)> = vec![("whole, made anew".to_owned(), points, None)];
@@ -298,14 +302,14 @@ fn yielding(criterion: &mut Criterion) {
         for (name, band, age) in ways {
             if let Some(age) = age {
                 // The factor of `age` instants before.
-                Slices::new(&influence, points, compliance, age).factorise(&mut solver, kept, band);
+                Slices::new(&influence, points, compliance, age).factorise(&mut solver, retained, band);
             }
             let mut solved = |matrix: &mut [f64]| {
                 if age.is_none() {
                     slices.factorise(&mut solver, matrix, band);
                 }
-                let factor = if age.is_none() { &*matrix } else { &*kept };
-                slices.solve(&mut solver, (factor, band), [&mut forces, left], age.map(|_| &mut directions))
+                let factor = if age.is_none() { &*matrix } else { &*retained };
+                slices.solve(&mut solver, (factor, band), [&mut forces, residuals], age.map(|_| &mut directions))
             };
             let (corrections, residual) = solved(matrix);
             group.bench_function(&*name, |bench| bench.iter(|| black_box(solved(black_box(&mut *matrix)))));

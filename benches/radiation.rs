@@ -11,8 +11,8 @@ use std::f64::consts::{PI, TAU};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use num_complex::Complex64;
 use tyrewave::internals::{
-    Block, Body, DraftErrors, Drive, MachinePeak, Problem, Resolution, Shape, Transfer, TransferGrid, TransferProblem,
-    Vector, double, draft_transfers_at,
+    BodyShape, DraftErrors, Drive, MachinePeak, MeshResolution, ParityBlock, RadiatingBody, RadiationProblem,
+    SurfaceTransfer, TransferGrid, TransferProblem, Vector, double, draft_transfers_at,
 };
 
 const MEMORY: u64 = 4 << 30;
@@ -48,10 +48,11 @@ fn series(k: f64, r: f64, cosine: f64) -> Complex64 {
 
 /// Largest error at points of the surface, relative to the largest value there; unknowns; flop/s of the factorisation.
 fn sphere(order: usize, nodes: f64) -> (f64, usize, f64) {
-    let body = Body::new(Shape::Sphere { radius: 1.0 }, None).unwrap();
-    let resolution = Resolution { order, ..Resolution::of(nodes) };
+    let body = RadiatingBody::new(BodyShape::Sphere { radius: 1.0 }, None).unwrap();
+    let resolution = MeshResolution { order, ..MeshResolution::of(nodes) };
     // The source is on the axis: the field is even fore and aft and across.
-    let problem = Problem::new(&body, WAVENUMBER, WAVENUMBER, &resolution, &Block::ALL[..1], MEMORY).unwrap();
+    let problem =
+        RadiationProblem::new(&body, WAVENUMBER, WAVENUMBER, &resolution, &ParityBlock::ALL[..1], MEMORY).unwrap();
     let drives = [Drive::Source(SOURCE)];
     let mut solution = problem.solve(&drives).unwrap();
     let angles: Vec<f64> = (0..20).map(|index| PI * (f64::from(index) + 0.5) / 20.0).collect();
@@ -86,22 +87,22 @@ fn spheres(criterion: &mut Criterion) {
 }
 
 /// Sum of |G|^2 over the tread within 60 mm of the patch, at both ends.
-fn strength(transfer: &Transfer) -> f64 {
+fn strength(transfer: &SurfaceTransfer) -> f64 {
     let value = |across: usize, cell: usize| double(transfer.values[transfer.index(0, across, cell)]);
     let cell = |cell: usize| (0..4).map(|across| value(across, cell).norm_sqr()).sum::<f64>();
     (15..30).map(|index| cell(index) + cell(511 - index)).sum()
 }
 
 fn qualities(criterion: &mut Criterion) {
-    let body = Body::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();
+    let body = RadiatingBody::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();
     let receivers: [Vector; 3] = [[8.0, 7.5, 1.2], [0.0, 7.5, 1.2], [0.2, 0.288, 0.1]];
     let problem = TransferProblem {
         body: &body,
         receivers: &receivers,
         grid: TransferGrid { around: 512, across: 4 },
         flank: None,
-        resolution: Resolution::default(),
-        blocks: &Block::EVEN_ACROSS,
+        resolution: MeshResolution::default(),
+        blocks: &ParityBlock::EVEN_ACROSS,
         memory_limit: MEMORY,
     };
     let mut group = criterion.benchmark_group("tyre");

@@ -30,7 +30,7 @@ fn mean_square(heights: &[f64]) -> f64 {
 }
 
 /// The textbook method for a texture of the same spectrum: the whole area at once, random lines along and across,
-/// transformed. One metre across, of which the run's columns are kept.
+/// transformed. One metre across, of which the run's columns are used.
 fn at_once(spectrum: &RingSpectrum, lattice: Lattice, rows: usize, seed: u64) -> Vec<f64> {
     let (along, across) = (transform_length(rows), (1.024 / lattice.dy).round() as usize);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -39,7 +39,7 @@ fn at_once(spectrum: &RingSpectrum, lattice: Lattice, rows: usize, seed: u64) ->
     let mut planner = FftPlanner::new();
     let (over_columns, over_rows) = (planner.plan_fft_inverse(across), planner.plan_fft_inverse(along));
     let mut row = vec![Complex64::default(); across];
-    let mut kept = vec![Complex64::default(); lattice.columns * along];
+    let mut lattice_spectrum = vec![Complex64::default(); lattice.columns * along];
     for i in 0..along {
         for (j, value) in row.iter_mut().enumerate() {
             let square = wavenumber(i, along, lattice.dx).powi(2) + wavenumber(j, across, lattice.dy).powi(2);
@@ -48,12 +48,12 @@ fn at_once(spectrum: &RingSpectrum, lattice: Lattice, rows: usize, seed: u64) ->
         }
         over_columns.process(&mut row);
         for (column, value) in row[..lattice.columns].iter().enumerate() {
-            kept[column * along + i] = *value;
+            lattice_spectrum[column * along + i] = *value;
         }
     }
-    over_rows.process(&mut kept);
+    over_rows.process(&mut lattice_spectrum);
     (0..rows * lattice.columns)
-        .map(|place| kept[place % lattice.columns * along + place / lattice.columns].re)
+        .map(|place| lattice_spectrum[place % lattice.columns * along + place / lattice.columns].re)
         .collect()
 }
 

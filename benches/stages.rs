@@ -24,7 +24,7 @@ use rustfft::FftPlanner;
 use tyrewave::Plan;
 use tyrewave::counters::{Job, Meter, Unwatched};
 use tyrewave::internals::{
-    self, Across, CIRCUMFERENCE, NpyWriter, Prepared, Ring, Row, SegmentLayout, TransferKind, TyreResponse,
+    self, Across, ArrayRow, CIRCUMFERENCE, NpyWriter, Prepared, Ring, SegmentLayout, TransferKind, TyreResponse,
     VibrationAccumulator, VibrationField, add, edit, fetch_model, fit_options, prepare, symbols,
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
@@ -342,7 +342,7 @@ fn spectrum(criterion: &mut Criterion) {
 
 /// Writes an array row by row, complete but not flushed to the disk.
 fn streamed_array(path: &Path, columns: usize, values: &[f64]) {
-    let mut writer = NpyWriter::create(path, Row::Columns(columns)).expect("a file");
+    let mut writer = NpyWriter::create(path, ArrayRow::Columns(columns)).expect("a file");
     values.chunks_exact(columns).for_each(|row| writer.push(row).expect("a row"));
     writer.checkpoint().expect("a header");
 }

@@ -50,17 +50,19 @@ pub use crate::numeric::transform_length::transform_length;
 pub use crate::numeric::{Aligned, Ring};
 pub use crate::performance::changes::{differences, read_accepted};
 pub use crate::performance::measure::{measure as measure_performance, value as performance_value};
-pub use crate::performance::record::Record as PerformanceRecord;
+pub use crate::performance::record::PerformanceRecord;
 pub use crate::performance::workload::Workload;
 pub use crate::plan::fit_options::fit_options;
 pub use crate::plan::models::fetch as fetch_model;
-use crate::plan::settle::Choice;
-pub use crate::plan::{Decisions, Unit};
+use crate::plan::settle::PlannedSetting;
+pub use crate::plan::{Decisions, WorkUnit};
 pub use crate::planning::rows as plan_rows;
 pub use crate::radiation::cases::evaluate as radiation_cases;
 pub use crate::radiation::draft::{DraftErrors, transfers_at as draft_transfers_at};
-pub use crate::radiation::solve::{Drive, Problem};
-pub use crate::radiation::{Block, Body, Resolution, Shape, Transfer, TransferGrid, TransferProblem, Vector};
+pub use crate::radiation::solve::{Drive, RadiationProblem};
+pub use crate::radiation::{
+    BodyShape, MeshResolution, ParityBlock, RadiatingBody, SurfaceTransfer, TransferGrid, TransferProblem, Vector,
+};
 pub use crate::report::compare::Comparison;
 pub use crate::report::export::{MAT_HEAD, PYTHON, UFF_HEAD, VTK_HEAD};
 pub use crate::report::page::PAGE_HEAD;
@@ -74,11 +76,11 @@ pub use crate::response::vibration::{
     point_spectrum,
 };
 pub use crate::results::checkpoint::read as read_checkpoint;
-pub use crate::results::cost::Cost;
-pub use crate::results::npy::{NpyWriter, Row};
+pub use crate::results::cost::RunCost;
+pub use crate::results::npy::{ArrayRow, NpyWriter};
 pub use crate::results::plots::{ThirdOctavePlot, four_digits};
 pub use crate::results::profile_table::cost_table;
-pub use crate::results::read_table::Table;
+pub use crate::results::read_table::StoredTable;
 pub use crate::results::spectra::read_force_levels;
 pub use crate::results::tread_pattern::{pitch_spectrum, tread_picture};
 pub use crate::results::vibration::vibration_levels_csv;
@@ -96,13 +98,13 @@ pub use crate::sound::wav::full_scale_of;
 pub use crate::storage::cache::Cache;
 pub use crate::storage::state::SavedState;
 pub use crate::storage::{Cached, Unusable};
-pub use crate::study::accuracy::{Point as StudyPoint, Study, StudyOptions, Sweep, front, study};
-pub use crate::study::fit_tyre::measured::Point as MeasuredPoint;
+pub use crate::study::accuracy::{Study, StudyOptions, StudyPoint, Sweep, front, study};
+pub use crate::study::fit_tyre::measured::MeasuredPoint;
 pub use crate::study::fit_tyre::{
-    BOUND as FIT_TYRE_BOUND, Estimate, Fit, FitTyreError, Parameter, Uncertainty, fit as fit_tyre,
+    BOUND as FIT_TYRE_BOUND, Estimate, FitTyreError, Parameter, TyreFit, Uncertainty, fit as fit_tyre,
     measured as measured_mobility,
 };
-pub use crate::study::loads::Standing;
+pub use crate::study::loads::LoadedTyre;
 pub use crate::study::validation::{
     Lacks, Measured as ValidationMeasured, Published as ValidationPublished, StandingTyre, rows as validation_rows,
 };
@@ -139,7 +141,7 @@ pub fn decisions(plan: &Plan) -> &Decisions {
 }
 
 /// The settings that a plan chose.
-pub fn choices(plan: &Plan) -> &[Choice] {
+pub fn choices(plan: &Plan) -> &[PlannedSetting] {
     &plan.choices
 }
 

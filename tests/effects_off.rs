@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tyrewave::counters::{Counter, Stage, Work};
-use tyrewave::internals::{Cost, add, cost_table, scene, scene_text};
+use tyrewave::internals::{RunCost, add, cost_table, scene, scene_text};
 use tyrewave::{Plan, Simulation};
 
 #[global_allocator]
@@ -51,7 +51,7 @@ fn count(text: &str) -> Count {
         calls: Stage::ALL.iter().map(|&stage| meter.cost(stage).calls).collect(),
         allocations: change.allocations + change.reallocations,
         bytes: change.bytes_allocated - words,
-        lines: cost_table(&Cost::new(meter, 1.0, 1)).to_string().lines().count(),
+        lines: cost_table(&RunCost::new(meter, 1.0, 1)).to_string().lines().count(),
     }
 }
 
@@ -59,10 +59,10 @@ const SMOOTH: &str = "kind = \"smooth\"";
 const MADE: &str = "kind = \"made\"\nseed = 3";
 
 #[test]
-fn an_effect_that_is_off_does_and_allocates_what_the_scene_without_it_does() {
+fn an_effect_that_is_off_costs_nothing() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let count_text = |text: &str| {
-        // The first time a model is fitted, a cache of this test's own may be written.
+        // The first time a model is fitted, a cache of this test may be written.
         pool.install(|| count(text));
         pool.install(|| count(text))
     };

@@ -21,7 +21,7 @@ fn probe() -> Allocations {
 }
 
 #[test]
-fn stages_outside_of_the_steps_know_what_they_asked_for_and_a_trace_of_steps_asks_for_nothing() {
+fn stages_count_allocations_and_a_trace_of_steps_has_none() {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { load = 3400 }";
     let text = scene_text(64, "kind = \"made\"", rolling, "history = \"modal\"\npole_tolerance = 1e-3", "");
     let loaded = scene(&text);

@@ -1,4 +1,4 @@
-//! `tyrewave cache`: what is kept on disk for the next run.
+//! `tyrewave cache`: what is stored on disk for the next run.
 
 use crate::contact::pressed::CachedBlock;
 use crate::radiation::stored::StoredReceiver;

@@ -27,7 +27,7 @@ pub(crate) struct Context {
     pub interrupt: Interrupt,
     /// Counts of the program's allocator.
     pub allocations: Option<AllocationProbe>,
-    /// The program's own commands and arguments, for completions and man pages.
+    /// The program's commands and arguments, for completions and man pages.
     pub program: fn() -> clap::Command,
 }
 

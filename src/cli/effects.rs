@@ -5,10 +5,10 @@ use crate::plan::{Plan, UnitCosts, bytes, process_memory};
 use crate::response::BandLevel;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::sound::RatedLevel;
-use crate::results::table::{Report, Table, aligned};
+use crate::results::table::{Report, TextTable, aligned};
 use crate::sound::{Compared, SoundLevels, TotalLevel};
 use crate::study::calibration::calibrated;
-use crate::study::effects::{self, Comparison, Direction, Effect, LONGEST};
+use crate::study::effects::{self, ComparisonDirection, Effect, EffectComparison, LONGEST};
 use crate::study::trial::{LOWEST_BAND, Trial, level_changes};
 use clap::Args;
 
@@ -55,9 +55,10 @@ impl EffectsArguments {
         }
         side.file("effects.txt", report.to_string());
         side.file("effects.csv", comparison.csv());
-        for (direction, name) in
-            [(Direction::Added, "effects_added.svg"), (Direction::TakenAway, "effects_taken_away.svg")]
-        {
+        for (direction, name) in [
+            (ComparisonDirection::Added, "effects_added.svg"),
+            (ComparisonDirection::TakenAway, "effects_taken_away.svg"),
+        ] {
             let title = format!("Levels, {}: {}", direction.title(), side.loaded.title());
             if let Some(plot) = plot(&comparison, direction, &title) {
                 side.file(name, plot.to_svg());
@@ -81,7 +82,7 @@ fn cells_instead(slices: &Plan, cells: &Plan, costs: &UnitCosts, context: &Conte
 }
 
 /// The effects that change any level by as much as the tables show, 0.05 dB.
-fn changing(comparison: &Comparison, direction: Direction) -> Vec<(Effect, &Trial, &Trial)> {
+fn changing(comparison: &EffectComparison, direction: ComparisonDirection) -> Vec<(Effect, &Trial, &Trial)> {
     let mut runs = comparison.runs(direction);
     runs.retain(|(_, found, reference)| changes(found, reference).any(|(_, change)| change.abs() >= 0.05));
     runs
@@ -103,7 +104,7 @@ fn largest(changes: impl Iterator<Item = (BandLevel, f64)>) -> String {
     largest.map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()))
 }
 
-fn report(comparison: &Comparison) -> Report {
+fn report(comparison: &EffectComparison) -> Report {
     let row = |name: &str, found: &Trial, reference: Option<&Trial>| {
         let change = |value: f64, of: fn(&Trial) -> f64, unit: &str| match reference {
             Some(reference) => format!("{:+.1} {unit}", value * (of(found) - of(reference))),
@@ -154,9 +155,10 @@ fn report(comparison: &Comparison) -> Report {
             report.text(format!("{}: {reason}\n", contribution.effect.title));
         }
     }
-    for (direction, name, base) in
-        [(Direction::Added, "none", &comparison.base), (Direction::TakenAway, "all", &comparison.all)]
-    {
+    for (direction, name, base) in [
+        (ComparisonDirection::Added, "none", &comparison.base),
+        (ComparisonDirection::TakenAway, "all", &comparison.all),
+    ] {
         let runs = changing(comparison, direction);
         let mut header = vec!["band [Hz]".to_owned(), format!("{name} [dB re 1 N]")];
         header.extend(runs.iter().map(|(effect, ..)| format!("{} {}", direction.sign(), effect.short)));
@@ -184,8 +186,8 @@ fn report(comparison: &Comparison) -> Report {
 }
 
 /// Table of the levels at the receivers with all effects and of their changes; `None` without receivers.
-fn receiver_table(comparison: &Comparison) -> Option<Table> {
-    let Comparison { all, uncertainties, .. } = comparison;
+fn receiver_table(comparison: &EffectComparison) -> Option<TextTable> {
+    let EffectComparison { all, uncertainties, .. } = comparison;
     let of_all = all.receiver_levels();
     if of_all.is_empty() {
         return None;
@@ -211,7 +213,7 @@ fn receiver_table(comparison: &Comparison) -> Option<Table> {
         cells
     };
     let mut rows = vec![row("all".to_owned(), all, false)];
-    for (effect, found, _) in comparison.runs(Direction::TakenAway) {
+    for (effect, found, _) in comparison.runs(ComparisonDirection::TakenAway) {
         rows.push(row(format!("- {}", effect.title), found, true));
     }
     rows.extend(uncertainties.iter().map(|(name, found)| row(name.clone(), found, true)));
@@ -248,7 +250,7 @@ const LARGEST_DRAWN: f64 = 12.0;
 
 /// Changes of the levels, for the effects that change any; `None` if there are none, or if the runs are too short for a
 /// spectrum.
-fn plot<'a>(comparison: &Comparison, direction: Direction, title: &'a str) -> Option<LinePlot<'a>> {
+fn plot<'a>(comparison: &EffectComparison, direction: ComparisonDirection, title: &'a str) -> Option<LinePlot<'a>> {
     let points = |found, reference| -> Vec<(f64, f64)> {
         valid_changes(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()
     };

@@ -59,21 +59,21 @@ pub(crate) enum CliError {
     /// Times scatter too much, or rest on too few runs, for a comparison of performance.
     #[error("undecided: give more --pairs and a larger --budget, or choose a --workload")]
     Undecided,
-    /// The user stopped the run; `kept` holds the partial results, if there are any.
-    #[error("interrupted; {}", kept.as_ref().map_or_else(|| "no results are kept".to_owned(), |path| {
+    /// The user stopped the run; `partial` holds the partial results, if there are any.
+    #[error("interrupted; {}", partial.as_ref().map_or_else(|| "no results are kept".to_owned(), |path| {
         format!("partial results are in {0}; `tyrewave resume {0}` continues", path.display())
     }))]
-    Interrupted { kept: Option<PathBuf> },
-    /// The user stopped work on several runs; `kept` holds the results of those that were done.
-    #[error("interrupted; the results so far are in {}", kept.display())]
-    PartKept { kept: PathBuf },
+    Interrupted { partial: Option<PathBuf> },
+    /// The user stopped work on several runs; `folder` holds the results of those that were done.
+    #[error("interrupted; the results so far are in {}", folder.display())]
+    PartDone { folder: PathBuf },
     #[error("interrupted; the same command continues the sweep")]
     SweepStopped,
     #[error("cannot write to standard output: {0}")]
     Print(#[source] std::io::Error),
     /// Everything was done, but standard output could not be written.
-    #[error("cannot write to standard output: {source}; the results are complete, in {}", kept.display())]
-    Unprinted { source: std::io::Error, kept: PathBuf },
+    #[error("cannot write to standard output: {source}; the results are complete, in {}", folder.display())]
+    Unprinted { source: std::io::Error, folder: PathBuf },
 }
 
 impl CliError {
@@ -90,7 +90,7 @@ impl CliError {
                 RunError::Contact(_) | RunError::Impossible(_) => FAILED,
                 RunError::Plot(_) | RunError::Spectrum(_) | RunError::State(_) => FAILED,
                 RunError::Results(error) if error.is_refusal() => USAGE,
-                RunError::Results(_) | RunError::Kept { .. } => NOT_WRITABLE,
+                RunError::Results(_) | RunError::Resumable { .. } => NOT_WRITABLE,
                 RunError::Interrupted { .. } => INTERRUPTED,
             },
             Self::InFile { source, .. } => source.exit_code(),
@@ -99,7 +99,7 @@ impl CliError {
             Self::Tasks(TaskError::Results(error)) if !error.is_refusal() => NOT_WRITABLE,
             Self::Sweep(_) | Self::Tasks(_) | Self::Read { .. } | Self::Usage(_) => USAGE,
             Self::Cache(_) | Self::Failed(_) | Self::Worse => FAILED,
-            Self::Interrupted { .. } | Self::PartKept { .. } | Self::SweepStopped => INTERRUPTED,
+            Self::Interrupted { .. } | Self::PartDone { .. } | Self::SweepStopped => INTERRUPTED,
             Self::Print(_) => NOT_WRITABLE,
             Self::Unprinted { .. } => UNPRINTED,
             Self::Undecided => UNDECIDED,
@@ -109,7 +109,7 @@ impl CliError {
     /// The same error, of a command whose results are complete in a folder.
     pub(crate) fn with_results(self, folder: &Path) -> Self {
         match self {
-            Self::Print(source) => Self::Unprinted { source, kept: folder.to_owned() },
+            Self::Print(source) => Self::Unprinted { source, folder: folder.to_owned() },
             other => other,
         }
     }
@@ -133,7 +133,7 @@ impl CliError {
 impl From<RunError> for CliError {
     fn from(error: RunError) -> Self {
         match error {
-            RunError::Interrupted { kept } => Self::Interrupted { kept },
+            RunError::Interrupted { partial } => Self::Interrupted { partial },
             other => Self::Run(other),
         }
     }
@@ -152,7 +152,7 @@ impl From<ValidationError> for CliError {
 impl From<PerformanceError> for CliError {
     fn from(error: PerformanceError) -> Self {
         match error {
-            PerformanceError::Interrupted => Self::Interrupted { kept: None },
+            PerformanceError::Interrupted => Self::Interrupted { partial: None },
             PerformanceError::Program(wrong) => Self::Failed(wrong),
         }
     }
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn codes_and_messages() {
-        let stopped = CliError::Interrupted { kept: Some("results/a.partial".into()) };
+        let stopped = CliError::Interrupted { partial: Some("results/a.partial".into()) };
         assert_eq!(
             (stopped.exit_code(), stopped.to_string().as_str()),
             (
@@ -186,7 +186,7 @@ mod tests {
                 "interrupted; partial results are in results/a.partial; `tyrewave resume results/a.partial` continues"
             )
         );
-        assert_eq!(CliError::Interrupted { kept: None }.to_string(), "interrupted; no results are kept");
+        assert_eq!(CliError::Interrupted { partial: None }.to_string(), "interrupted; no results are kept");
         let full =
             CliError::from(ResultsError::writing(Path::new("r/time.npy"))(std::io::ErrorKind::StorageFull.into()));
         assert_eq!(full.exit_code(), 3);

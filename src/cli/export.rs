@@ -124,7 +124,7 @@ fn write_patch(patch: &Patch, folder: &Path, context: &Context) -> Result<(), Cl
     let written = || {
         for (frame, name) in names.iter().enumerate() {
             if context.interrupt.flag().load(Ordering::Relaxed) {
-                return Err(CliError::Interrupted { kept: None });
+                return Err(CliError::Interrupted { partial: None });
             }
             OutputFile::begin(&folder.join(name), ours)?.complete(&patch.frame(frame))?;
         }

@@ -7,9 +7,9 @@ use crate::results::plots::{Axis, ComparisonPanel, ComparisonPlot};
 use crate::results::table::{Report, aligned, csv, row};
 use crate::scene::{LoadedScene, SceneError, Tyre};
 use crate::storage::input::{self, TABLE_BYTES};
-use crate::study::fit_tyre::measured::{Point, SMALLEST_PATCH, read, sides};
+use crate::study::fit_tyre::measured::{MeasuredPoint, SMALLEST_PATCH, read, sides};
 use crate::study::fit_tyre::universal_file::{self, UniversalFile};
-use crate::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, PIECES, Parameter, Uncertainty, fit};
+use crate::study::fit_tyre::{BOUND, Estimate, FitTyreError, PIECES, Parameter, TyreFit, Uncertainty, fit};
 use crate::tyre::influence::mobility::{level, phase};
 use clap::Args;
 use num_complex::Complex64;
@@ -112,7 +112,7 @@ impl FitTyreArguments {
         };
         let work = || fit(start, &free, &points, uncertainty, context.interrupt.flag(), &mut watch);
         let fitted = side.meter.time(Stage::Influence, work).map_err(|error| match error {
-            FitTyreError::Interrupted => CliError::Interrupted { kept: None },
+            FitTyreError::Interrupted => CliError::Interrupted { partial: None },
             other => in_file(&other),
         })?;
         bar.finish_and_clear();
@@ -203,7 +203,7 @@ fn written(tyre: &Tyre) -> Result<String, CliError> {
 }
 
 /// Distinct sides of patches \[m\], the largest first.
-fn patches(points: &[Point]) -> Vec<f64> {
+fn patches(points: &[MeasuredPoint]) -> Vec<f64> {
     let mut sides: Vec<f64> = points.iter().map(|point| point.patch).collect();
     sides.sort_by(|a, b| b.total_cmp(a));
     sides.dedup_by(|a, b| a.total_cmp(b).is_eq());
@@ -211,7 +211,7 @@ fn patches(points: &[Point]) -> Vec<f64> {
 }
 
 /// Everything as JSON, for programs; an infinite number is null.
-fn record(fit: &Fit, points: &[Point]) -> serde_json::Value {
+fn record(fit: &TyreFit, points: &[MeasuredPoint]) -> serde_json::Value {
     let estimate = |estimate: &Estimate| {
         let Estimate { parameter, start, value, deviation, interval, at_bound } = estimate;
         json!({
@@ -242,7 +242,7 @@ fn is_determined(value: f64, upper: f64) -> bool {
 }
 
 /// Tables and text for people.
-fn tables(fit: &Fit, points: &[Point]) -> Report {
+fn tables(fit: &TyreFit, points: &[MeasuredPoint]) -> Report {
     let mut report = Report::default();
     let [before, after] = fit.chi_squared;
     report.text(format!(
@@ -304,7 +304,7 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
 }
 
 /// CSV with one line for each measured value, in the file's order; it can be fitted again.
-fn to_csv(fit: &Fit, points: &[Point]) -> String {
+fn to_csv(fit: &TyreFit, points: &[MeasuredPoint]) -> String {
     let header =
         "frequency_hz,patch_m,level_db,phase_deg,fitted_level_db,fitted_phase_deg,level_residual,phase_residual";
     let mobilities = points.iter().zip(&fit.mobilities);
@@ -316,13 +316,18 @@ fn to_csv(fit: &Fit, points: &[Point]) -> String {
 }
 
 /// Measured and fitted levels and phases; residuals in uncertainties.
-fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a [String]) -> [ComparisonPlot<'a>; 2] {
+fn pictures<'a>(
+    fit: &TyreFit,
+    points: &[MeasuredPoint],
+    titles: &'a [String; 2],
+    names: &'a [String],
+) -> [ComparisonPlot<'a>; 2] {
     let sides = patches(points);
     // One list per patch, by rising frequency.
     let by_patch = |value: &dyn Fn(usize) -> f64| -> Vec<Vec<(f64, f64)>> {
         let of = |side: &f64| {
-            let own = points.iter().enumerate().filter(|(_, point)| point.patch.total_cmp(side).is_eq());
-            let mut list: Vec<(f64, f64)> = own.map(|(index, point)| (point.frequency, value(index))).collect();
+            let of_patch = points.iter().enumerate().filter(|(_, point)| point.patch.total_cmp(side).is_eq());
+            let mut list: Vec<(f64, f64)> = of_patch.map(|(index, point)| (point.frequency, value(index))).collect();
             list.sort_by(|a, b| a.0.total_cmp(&b.0));
             list
         };

@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn millimetres_and_micrometres_are_recognised_and_steps_are_not_mistaken_for_them() {
+    fn millimetres_and_micrometres_are_recognised() {
         let texture = |i: usize| 4e-4 * (i as f64 * 0.9).sin() + 1e-4 * (i as f64 * 2.3).cos();
         let in_unit = |unit: f64| grid((0..600).map(|i| texture(i) * unit).collect(), 20);
         let check = |map: &HeightMap| check_unit(map, Path::new("z.npy"));

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use crate::half_space::rough::{IndentationControl, IndentationLimits, indent};
-use crate::results::npy::{NpyWriter, Row};
+use crate::results::npy::{ArrayRow, NpyWriter};
 use clap::Args;
 use serde_json::json;
 
@@ -92,7 +92,7 @@ impl IndentArguments {
             "seconds": begin.elapsed().as_secs_f64(),
         });
         if let Some(file) = out {
-            let mut writer = NpyWriter::create(file.temporary(), Row::Columns(map.extent.ny))?;
+            let mut writer = NpyWriter::create(file.temporary(), ArrayRow::Columns(map.extent.ny))?;
             for row in contact.pressure.chunks_exact(map.extent.ny) {
                 writer.push(row)?;
             }

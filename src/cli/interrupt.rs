@@ -56,7 +56,7 @@ impl Interrupt {
             }
             Request::Same => {}
             Request::Unseen => {
-                write_message(&CliError::Interrupted { kept: None }.to_string());
+                write_message(&CliError::Interrupted { partial: None }.to_string());
                 std::process::exit(i32::from(INTERRUPTED));
             }
             // Unfinished files have names that say so.
@@ -66,7 +66,6 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// Registers a request at an instant.
     fn request(&self, at: Instant) -> Request {
         let first = *self.first.get_or_init(|| at);
         if !self.asked.swap(true, Ordering::Relaxed) {

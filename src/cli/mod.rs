@@ -236,12 +236,12 @@ mod tests {
     }
 
     #[test]
-    fn a_command_runs_on_the_threads_asked_for_and_its_error_comes_back() {
+    fn a_command_runs_on_its_threads_and_returns_its_error() {
         let line = CommandLine::try_parse_from(["tyrewave", "run", "a.toml", "--threads", "2", "-q"]).unwrap();
         let outcome = carry_out(line, false, None, |command, context| {
             assert_eq!((context.threads, rayon::current_num_threads()), (2, 2));
             assert!(context.options.quiet && matches!(command, Command::Run(_)));
-            Err(CliError::Interrupted { kept: None })
+            Err(CliError::Interrupted { partial: None })
         });
         assert_eq!(outcome.unwrap_err().exit_code(), 130);
     }

@@ -163,7 +163,7 @@ pub(super) fn allows_colour(choice: ColorChoice) -> bool {
     }
 }
 
-/// `error: message`, as clap and rustc write it. A message with its own heading (a report on a scene) stays as it is.
+/// `error: message`, as clap and rustc write it. A message with a heading (a report on a scene) stays as it is.
 pub(super) fn error_line(message: &str, colour: bool) -> String {
     // A rendered report starts with its heading, possibly behind an escape sequence.
     if message.starts_with("error") || message.starts_with('\u{1b}') {
@@ -194,8 +194,8 @@ mod tests {
         for text in ["0", "-1", "two", "1000000", ""] {
             assert!(threads(text).is_err(), "{text}");
         }
-        let told = Line::try_parse_from(["tyrewave", "--threads", "-1"]).err().unwrap().to_string();
-        assert!(told.contains("-1 is not in 1..=1024"), "{told}");
+        let message = Line::try_parse_from(["tyrewave", "--threads", "-1"]).err().unwrap().to_string();
+        assert!(message.contains("-1 is not in 1..=1024"), "{message}");
     }
 
     #[test]

@@ -110,7 +110,6 @@ fn begins_with(path: &Path, head: &str) -> bool {
     File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == head.as_bytes()
 }
 
-/// True if `path`, whose metadata is `present`, and `other` are the same file.
 fn is_same(path: &Path, present: &Metadata, other: &Path) -> bool {
     #[cfg(unix)]
     if let Ok(other) = fs::metadata(other) {

@@ -44,13 +44,13 @@ impl Pace {
     }
 
     /// Records at a time since the begin \[s\] how many blocks are still to come; called before [`Self::mark`].
-    pub(super) fn blocks(&mut self, time: f64, left: u64, stage: Option<Stage>) {
+    pub(super) fn blocks(&mut self, time: f64, remaining: u64, stage: Option<Stage>) {
         let (known, done, taken) = &mut self.blocks;
-        if left < *known {
-            *done += *known - left;
+        if remaining < *known {
+            *done += *known - remaining;
             *taken += time - self.reported;
         }
-        *known = left;
+        *known = remaining;
         self.stage = stage;
     }
 
@@ -64,7 +64,7 @@ impl Pace {
     }
 
     /// Remaining time of `all` steps at a time since the begin \[s\]; `None` while that cannot be predicted.
-    pub(super) fn seconds_left(&self, now: f64, all: u64) -> Option<f64> {
+    pub(super) fn seconds_remaining(&self, now: f64, all: u64) -> Option<f64> {
         let (&first, &last) = (self.marks.first()?, self.marks.last()?);
         let &middle = self.marks.iter().rfind(|mark| mark.0 <= 0.5 * last.0)?;
         // Contact over a wider window begins again.
@@ -74,12 +74,12 @@ impl Pace {
         let of_blocks = match self.blocks {
             (0, ..) => 0.0,
             // Without a block done this is not finite.
-            (left, done, taken) => left as f64 * taken / done as f64,
+            (remaining, done, taken) => remaining as f64 * taken / done as f64,
         };
         let of_steps = all.saturating_sub(self.done) as f64 / whole.min(late);
         is_steady
             .then_some(of_steps + of_blocks - (now - self.reported))
-            .filter(|seconds_left| seconds_left.is_finite() && *seconds_left >= 0.0)
+            .filter(|seconds_remaining| seconds_remaining.is_finite() && *seconds_remaining >= 0.0)
     }
 }
 
@@ -98,41 +98,44 @@ mod tests {
     }
 
     #[test]
-    fn the_rest_is_told_by_a_steady_pace_alone() {
-        assert_eq!(pace([10; 10]).seconds_left(10.0, 300), Some(10.0));
-        assert_eq!(pace([10; 4]).seconds_left(4.0, 300), None, "too early");
+    fn only_a_steady_pace_predicts_the_remaining_time() {
+        assert_eq!(pace([10; 10]).seconds_remaining(10.0, 300), Some(10.0));
+        assert_eq!(pace([10; 4]).seconds_remaining(4.0, 300), None, "too early");
         // The slower pace counts.
-        assert_eq!(pace([12, 12, 12, 12, 12, 10, 10, 10, 10, 10]).seconds_left(10.0, 310), Some(10.0));
+        assert_eq!(pace([12, 12, 12, 12, 12, 10, 10, 10, 10, 10]).seconds_remaining(10.0, 310), Some(10.0));
         // First fast, as a tyre that does not touch the road yet; then ten times as slow: no time is reported
         // meanwhile.
         let mut rates = vec![100; 5];
         rates.extend([10; 5]);
-        assert_eq!(pace(rates.clone()).seconds_left(10.0, 10_000), None);
+        assert_eq!(pace(rates.clone()).seconds_remaining(10.0, 10_000), None);
         rates.extend([10; 300]);
-        let seconds_left = pace(rates).seconds_left(310.0, 10_000).unwrap();
-        assert!((seconds_left * 10.0 / (10_000.0 - 100.0 - 500.0 - 3050.0) - 1.0).abs() < 1e-9, "{seconds_left}");
-        assert_eq!(pace([0; 10]).seconds_left(10.0, 300), None, "a run that stands still");
-        assert_eq!(Pace::after(0).seconds_left(0.0, 10), None);
+        let seconds_remaining = pace(rates).seconds_remaining(310.0, 10_000).unwrap();
+        assert!(
+            (seconds_remaining * 10.0 / (10_000.0 - 100.0 - 500.0 - 3050.0) - 1.0).abs() < 1e-9,
+            "{seconds_remaining}"
+        );
+        assert_eq!(pace([0; 10]).seconds_remaining(10.0, 300), None, "a run that stands still");
+        assert_eq!(Pace::after(0).seconds_remaining(0.0, 10), None);
     }
 
     #[test]
     fn the_time_of_blocks_counts_and_is_unknown_before_the_first() {
         let mut pace = Pace::after(0);
-        let mut steps = |from: u64, left, stage| {
+        let mut steps = |from: u64, remaining, stage| {
             (1..=10).for_each(|second| {
                 let time = (from + second) as f64;
-                pace.blocks(time, left, stage);
-                pace.mark(time, (from + second) * 10 - if left < 3 { 610 } else { 0 });
+                pace.blocks(time, remaining, stage);
+                pace.mark(time, (from + second) * 10 - if remaining < 3 { 610 } else { 0 });
             });
-            pace.seconds_left((from + 10) as f64, 400)
+            pace.seconds_remaining((from + 10) as f64, 400)
         };
-        assert_eq!(steps(0, 3, Some(Stage::Sound)), None, "a block never done takes nobody knows how long");
+        assert_eq!(steps(0, 3, Some(Stage::Sound)), None, "no time is known before the first block");
         // A block from 10 to 71 s, within a second of steps; then 10 steps a second again.
-        let left = steps(70, 2, None).unwrap();
-        assert!((left - (21.0 + 2.0 * 61.0)).abs() < 1e-9, "{left}");
+        let remaining = steps(70, 2, None).unwrap();
+        assert!((remaining - (21.0 + 2.0 * 61.0)).abs() < 1e-9, "{remaining}");
         assert_eq!(pace.stage, None);
-        // A block that goes on counts down, and longer than the one before it takes nobody knows how long.
-        assert!((pace.seconds_left(140.0, 400).unwrap() - (left - 60.0)).abs() < 1e-9);
-        assert_eq!(pace.seconds_left(1e3, 400), None);
+        // During a block the time counts down; for a block longer than the one before it is unknown.
+        assert!((pace.seconds_remaining(140.0, 400).unwrap() - (remaining - 60.0)).abs() < 1e-9);
+        assert_eq!(pace.seconds_remaining(1e3, 400), None);
     }
 }

@@ -99,7 +99,7 @@ fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecas
         text.text(format!("\nnote: {note}\n"));
     }
     let cached = match amounts.cache_bytes {
-        kept if kept > 0.0 => format!(", {} in the cache on disk", bytes(kept)),
+        cached if cached > 0.0 => format!(", {} in the cache on disk", bytes(cached)),
         _ => String::new(),
     };
     text.text(format!(

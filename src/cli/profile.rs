@@ -8,9 +8,9 @@ use crate::counters::machine::instruction_set;
 use crate::performance::changes::read_accepted;
 use crate::performance::compare::{PerformanceError, Side, compare};
 use crate::performance::measure::{measure, measure_scene};
-use crate::performance::record::Record;
+use crate::performance::record::PerformanceRecord;
 use crate::performance::verdict::{Change, StageVerdict, TOLERATED, Verdict};
-use crate::performance::workload::{Work, Workload};
+use crate::performance::workload::{SharedWork, Workload};
 use crate::results::ResultsError;
 use crate::results::table::aligned;
 use clap::{Args, Subcommand};
@@ -159,8 +159,8 @@ fn side(path: Option<PathBuf>) -> Result<Side, CliError> {
     Side::of(path.clone()).map_err(|source| CliError::Read { path, source })
 }
 
-fn fixed(workload: Workload) -> Work {
-    Work { name: workload.name().to_owned(), is_scene: false }
+fn fixed(workload: Workload) -> SharedWork {
+    SharedWork { name: workload.name().to_owned(), is_scene: false }
 }
 
 impl RecordArguments {
@@ -181,15 +181,16 @@ impl RecordArguments {
             progress.inc(1);
         }
         progress.finish_and_clear();
-        let place = Record::place(&self.out, instruction_set());
-        Record::new(measured).write(&place).map_err(ResultsError::writing(&place))?;
+        let place = PerformanceRecord::place(&self.out, instruction_set());
+        PerformanceRecord::new(measured).write(&place).map_err(ResultsError::writing(&place))?;
         print(&format!("{}\n", place.display()))
     }
 }
 
 /// The committed record that suits this processor best.
 fn committed() -> PathBuf {
-    let places = [instruction_set(), "x86-64-v3", "x86-64-v4"].map(|set| Record::place(Path::new(RECORDS), set));
+    let places =
+        [instruction_set(), "x86-64-v3", "x86-64-v4"].map(|set| PerformanceRecord::place(Path::new(RECORDS), set));
     places.iter().find(|place| place.exists()).unwrap_or(&places[0]).clone()
 }
 
@@ -211,12 +212,12 @@ impl CompareArguments {
         }
         let all = self.workloads.is_empty() && self.scene.is_none();
         let workloads = if all { Workload::ALL.to_vec() } else { self.workloads };
-        let mut works: Vec<Work> = workloads.into_iter().map(fixed).collect();
-        works.extend(self.scene.map(|scene| Work { name: scene.display().to_string(), is_scene: true }));
+        let mut works: Vec<SharedWork> = workloads.into_iter().map(fixed).collect();
+        works.extend(self.scene.map(|scene| SharedWork { name: scene.display().to_string(), is_scene: true }));
         let effort = (self.pairs as usize, Duration::from_secs(self.budget.into()));
         let rounds = if are_programs { 1 + effort.0 } else { 1 };
         let progress = context.bar("comparing", (works.len() * rounds) as u64);
-        let mut watch = |work: &Work| {
+        let mut watch = |work: &SharedWork| {
             progress.set_message(work.name.clone());
             progress.inc(1);
         };

@@ -75,9 +75,9 @@ impl Progress for TerminalProgress {
 
     fn pieces(&mut self, done: usize, open: usize) {
         let stage = self.stage.map_or("", Stage::title);
-        let told = format!("{stage}: {done} frequencies done, {open} to go");
-        self.log(|| Doing::Named(told.clone()));
-        self.bar.set_message(told);
+        let message = format!("{stage}: {done} frequencies done, {open} to go");
+        self.log(|| Doing::Named(message.clone()));
+        self.bar.set_message(message);
     }
 
     fn share(&mut self, done: f64, doing: &str) {
@@ -102,7 +102,7 @@ impl Progress for TerminalProgress {
         self.pace = Arc::clone(&pace);
         self.log(|| Doing::Steps { all: steps, time_step, pace: Arc::clone(&pace) });
         let of_time = Arc::clone(&pace);
-        let style = style("{msg} {bar:12} {percent:>3} %, {simulated}, {factor}{left}")
+        let style = style("{msg} {bar:12} {percent:>3} %, {simulated}, {factor}{remaining}")
             .with_key("simulated", move |state: &ProgressState, out: &mut dyn Write| {
                 let all = state.len().unwrap_or(0) as f64 * time_step;
                 // Nothing can be done about a line that cannot be drawn.
@@ -116,19 +116,19 @@ impl Progress for TerminalProgress {
                     None => write!(out, "{:.3} x real time", rolled / pace.now().max(f64::MIN_POSITIVE)),
                 };
             })
-            .with_key("left", move |state: &ProgressState, out: &mut dyn Write| {
+            .with_key("remaining", move |state: &ProgressState, out: &mut dyn Write| {
                 let pace = lock(&pace);
-                if let Some(seconds) = pace.seconds_left(pace.now(), state.len().unwrap_or(0)) {
+                if let Some(seconds) = pace.seconds_remaining(pace.now(), state.len().unwrap_or(0)) {
                     let _ = write!(out, ", {} to go", in_words(seconds));
                 }
             });
         self.bar.set_style(style);
     }
 
-    fn blocks(&mut self, left: u64, stage: Option<Stage>) {
+    fn blocks(&mut self, remaining: u64, stage: Option<Stage>) {
         let mut pace = lock(&self.pace);
         let (now, before) = (pace.now(), pace.stage);
-        pace.blocks(now, left, stage);
+        pace.blocks(now, remaining, stage);
         drop(pace);
         // Nothing else redraws the line during a block.
         match (before, stage) {

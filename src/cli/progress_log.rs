@@ -36,7 +36,7 @@ impl Doing {
                 let [rolled, to_roll] = [pace.done, *all].map(|steps| steps as f64 * time_step);
                 let percent = 100.0 * pace.done as f64 / (*all).max(1) as f64;
                 let stage = pace.stage.map(|stage| format!(", {}", stage.title())).unwrap_or_default();
-                let to_go = pace.seconds_left(pace.now(), *all);
+                let to_go = pace.seconds_remaining(pace.now(), *all);
                 let to_go = to_go.map(|seconds| format!(", about {} to go", in_words(seconds))).unwrap_or_default();
                 format!("{seconds} s: rolled {rolled:.2} of {to_roll:.2} s, {percent:.0} %{stage}{to_go}")
             }
@@ -74,10 +74,10 @@ pub(super) struct ProgressLog {
 impl ProgressLog {
     /// Starts to write to standard error.
     pub(super) fn start() -> Self {
-        Self::telling(INTERVAL, write_message)
+        Self::with_interval(INTERVAL, write_message)
     }
 
-    fn telling(interval: Duration, mut say: impl FnMut(&str) + Send + 'static) -> Self {
+    fn with_interval(interval: Duration, mut say: impl FnMut(&str) + Send + 'static) -> Self {
         let shared = Arc::new(Shared::default());
         let (begin, work) = (Instant::now(), Arc::clone(&shared));
         let lines = move || {
@@ -118,13 +118,13 @@ mod tests {
     use crate::counters::Stage;
 
     #[test]
-    fn work_that_says_nothing_is_told_of_again_and_again_until_it_ends() {
+    fn work_without_progress_is_reported_until_it_ends() {
         let (send, lines) = channel();
-        let log = ProgressLog::telling(Duration::from_millis(5), move |line| send.send(line.to_owned()).unwrap());
+        let log = ProgressLog::with_interval(Duration::from_millis(5), move |line| send.send(line.to_owned()).unwrap());
         log.set(Doing::Named("sum influence functions".to_owned()));
         for _ in 0..3 {
-            let told = || lines.recv_timeout(Duration::from_secs(60)).unwrap();
-            while !told().ends_with("sum influence functions") {}
+            let line = || lines.recv_timeout(Duration::from_secs(60)).unwrap();
+            while !line().ends_with("sum influence functions") {}
         }
         drop(log);
         while lines.try_recv().is_ok() {}
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_tells_how_far_the_steps_are_and_a_time_to_go_only_where_it_is_known() {
+    fn a_line_states_the_steps_and_a_known_time_to_go() {
         let mut pace = Pace::after(0);
         (1..=20).for_each(|second| pace.mark(f64::from(second), 50 * second as u64));
         let steps = |pace| Doing::Steps { all: 4000, time_step: 1e-3, pace: Arc::new(Mutex::new(pace)) }.line(42);

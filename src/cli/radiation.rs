@@ -5,8 +5,8 @@ use std::sync::atomic::Ordering;
 
 use crate::counters::Stage;
 use crate::plan::{Plan, bytes};
-use crate::radiation::cases::{self, CasesError};
-use crate::radiation::{Cost, RadiationError};
+use crate::radiation::cases::{self, RadiationCasesError};
+use crate::radiation::{RadiationCost, RadiationError};
 use crate::report::radiation::radiation_record;
 use crate::response::pressure::PressureShares;
 use crate::results::PlotError;
@@ -14,7 +14,7 @@ use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, ShareMap};
 use crate::results::table::{Report, aligned, csv};
 use crate::run::{Progress, RunError};
 use crate::storage::input::{self, TABLE_BYTES};
-use crate::study::loads::Standing;
+use crate::study::loads::LoadedTyre;
 use crate::study::radiation::{
     AHEAD, AtFrequency, CIRCLE, DIRECTIVITY, LOWEST, Radiator, asked_frequencies, named_receivers,
 };
@@ -114,7 +114,7 @@ impl RadiationArguments {
         let plan = Plan::new(&scene);
         let mut progress = context.progress();
         progress.stage(Stage::Axle);
-        let standing = side.meter.time(Stage::Influence, || Standing::new(&scene));
+        let standing = side.meter.time(Stage::Influence, || LoadedTyre::new(&scene));
         let patch = standing.held_by(&scene.rolling.axle).map_err(RunError::from)?.length;
         drop(progress);
         let failed = |error: RadiationError| match error {
@@ -244,7 +244,6 @@ impl Views<'_> {
         report
     }
 
-    /// Levels of the parts at a receiver.
     fn parts(&self, receiver: usize) -> String {
         let level = |at: &AtFrequency, part: usize| at.shares[receiver].levels_of_parts()[part];
         let curve = |part: usize| self.found.iter().map(|at| (at.frequency, level(at, part))).collect();
@@ -362,14 +361,15 @@ impl Views<'_> {
 }
 
 /// Expected costs of single frequencies, up to the highest or 4 kHz.
-fn costs(radiator: &Radiator, highest: f64) -> Result<Vec<(f64, Cost)>, RadiationError> {
+fn costs(radiator: &Radiator, highest: f64) -> Result<Vec<(f64, RadiationCost)>, RadiationError> {
     let frequencies = frequencies(LOWEST, highest.max(4000.0), 30);
     frequencies.into_iter().map(|frequency| Ok((frequency, radiator.cost(frequency)?))).collect()
 }
 
 /// Unknowns, operations and memory over frequency.
-fn cost_picture(costs: &[(f64, Cost)], title: &str) -> String {
-    let points = |value: fn(&Cost) -> f64| costs.iter().map(|(frequency, cost)| (*frequency, value(cost))).collect();
+fn cost_picture(costs: &[(f64, RadiationCost)], title: &str) -> String {
+    let points =
+        |value: fn(&RadiationCost) -> f64| costs.iter().map(|(frequency, cost)| (*frequency, value(cost))).collect();
     let series: [Series<'_>; 3] = [
         Series { name: "unknowns of a block", points: points(|cost| cost.unknowns as f64) },
         Series { name: "factorisation [Gflop]", points: points(|cost| 1e-9 * cost.factor_operations) },
@@ -394,7 +394,7 @@ pub(crate) struct RadiationCasesArguments {
 }
 
 fn interrupted() -> CliError {
-    CliError::Interrupted { kept: None }
+    CliError::Interrupted { partial: None }
 }
 
 /// Most memory that a file of cases may take \[bytes\].
@@ -407,7 +407,7 @@ impl RadiationCasesArguments {
         let stop = context.interrupt.flag();
         let answer =
             cases::evaluate(&text, CASES_MEMORY, &|| stop.load(Ordering::Relaxed)).map_err(|error| match error {
-                CasesError::Case { source: RadiationError::Interrupted, .. } => interrupted(),
+                RadiationCasesError::Case { source: RadiationError::Interrupted, .. } => interrupted(),
                 error => CliError::Usage(format!("{}: {error}", path.display())),
             })?;
         print(&format!("{answer:#}\n"))

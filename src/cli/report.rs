@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_folder_without_results_is_told_what_is_wanted() {
+    fn a_folder_without_results_is_refused_with_what_is_wanted() {
         let folder = tempfile::tempdir().unwrap();
         let error = stored(&[folder.path().to_owned()]).unwrap_err().to_string();
         assert!(error.contains("name the folder of a finished `tyrewave run`"), "{error}");

@@ -71,7 +71,7 @@ impl RoadArguments {
                 path.display(),
                 UNITS.join(", ")
             )),
-            // The scene is the program's own: its places are of no use.
+            // The scene is the program's: its places are of no use.
             other if of_file => CliError::Usage(other.to_string()),
             other => in_scene(&side.loaded, other).into(),
         })?;

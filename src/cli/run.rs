@@ -64,7 +64,6 @@ impl RunArguments {
         end(&report, context, profile.complete(&report)?)
     }
 
-    /// Folder of the results.
     fn results_folder(&self) -> PathBuf {
         self.out.clone().unwrap_or_else(|| Path::new("results").join(self.scene.name()))
     }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::counters::Meter;
 use crate::planning::settled;
 use crate::report::html::{Chapter, chapters};
-use crate::results::summary::{Cost, Summary};
+use crate::results::summary::{RunCost, Summary};
 use crate::results::table::Report;
 use crate::results::{PlotError, ResultFiles, ResultsFolder};
 use crate::scene::LoadedScene;
@@ -127,9 +127,9 @@ impl Side {
     /// which names the folder.
     pub(super) fn keep(self, context: &Context, report: &Report) -> Result<(), CliError> {
         let (folder, summary) = self.filled(context)?;
-        let kept = folder.finish_partial(summary)?;
+        let folder = folder.finish_partial(summary)?;
         context.print_report(report)?;
-        Err(CliError::PartKept { kept })
+        Err(CliError::PartDone { folder })
     }
 
     /// Writes the folder and returns its path.
@@ -144,7 +144,7 @@ impl Side {
         for (name, text) in &self.files {
             folder.write_text(name, text)?;
         }
-        let cost = Cost::new(&self.meter, self.begin.elapsed().as_secs_f64(), context.threads);
+        let cost = RunCost::new(&self.meter, self.begin.elapsed().as_secs_f64(), context.threads);
         Ok((folder, Summary::begun(&self.loaded.title(), self.settings, cost)))
     }
 }

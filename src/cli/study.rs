@@ -5,8 +5,8 @@ use crate::results::plots::{Axis, WorkPrecisionPanel, WorkPrecisionPlot};
 use crate::results::table::{self, Report, aligned, optional, row};
 use crate::run::prepare::checked;
 use crate::scene::{Contact, History, Numerics};
-use crate::study::accuracy::{Cost, Knob, Point, Study, StudyOptions, Sweep, study};
-use crate::study::trial::{Difference, LOWEST_BAND};
+use crate::study::accuracy::{Knob, Study, StudyCost, StudyOptions, StudyPoint, Sweep, study};
+use crate::study::trial::{LOWEST_BAND, RunDifference};
 use clap::Args;
 use serde_json::json;
 
@@ -132,7 +132,7 @@ const PICTURE: [&str; 2] = [
      reference.",
 ];
 
-type Measure = (&'static str, fn(&Difference) -> f64);
+type Measure = (&'static str, fn(&RunDifference) -> f64);
 
 /// Quantities that are compared: name in tables, and value.
 const MEASURES: [Measure; 6] = [
@@ -145,7 +145,7 @@ const MEASURES: [Measure; 6] = [
 ];
 
 /// Texts of all measures; those below the uncertainty of the reference are marked.
-fn errors(difference: &Difference, uncertainty: &Difference) -> [String; 6] {
+fn errors(difference: &RunDifference, uncertainty: &RunDifference) -> [String; 6] {
     MEASURES.map(|(name, measure)| {
         let (value, uncertainty) = (measure(difference), measure(uncertainty));
         let mark = if value.abs() < uncertainty.abs() && value != 0.0 { "~" } else { "" };
@@ -154,11 +154,11 @@ fn errors(difference: &Difference, uncertainty: &Difference) -> [String; 6] {
 }
 
 /// Table of all points: label, errors, cost, and a mark for those on the front.
-fn points_table(study: &Study) -> table::Table {
+fn points_table(study: &Study) -> table::TextTable {
     let columns = ["at [Hz]", "multiply-adds/s", "march [s/s]", "fit [s]", "front"];
     let header: Vec<&str> = [""].into_iter().chain(MEASURES.map(|(name, _)| name)).chain(columns).collect();
     let rows = study.groups().map(|(knob, point)| {
-        let Point { label, difference, cost, .. } = point;
+        let StudyPoint { label, difference, cost, .. } = point;
         let band = Some(difference.worst_band).filter(|band| *band > 0.0);
         let none = if point.settings.numerics.history == History::Direct { "-" } else { "cached" };
         let fit = cost.fit.map_or(none.to_owned(), |fit| format!("{fit:.2}"));
@@ -177,7 +177,7 @@ fn report(study: &Study) -> Report {
     if !study.complete {
         report.text(format!("INTERRUPTED after {} runs: these are their results.\n\n", study.runs));
     }
-    let uncertainties = MEASURES.iter().zip(errors(&study.uncertainty, &Difference::default()));
+    let uncertainties = MEASURES.iter().zip(errors(&study.uncertainty, &RunDifference::default()));
     let uncertainties: Vec<String> = uncertainties.map(|((name, _), value)| format!("{name} {value}")).collect();
     report.text(format!(
         "Third octaves of the contact force from {LOWEST_BAND} to {} Hz over {} s, axle held\nreference: {}\n\
@@ -205,12 +205,13 @@ fn csv(study: &Study) -> String {
     let header = "group,point,elements,substeps,time_rule,pole_tolerance,cells_across,slice_tolerance_m,worst_db,\
                   worst_band_hz,rms_db,force,mean_force,contact_length,rolling_resistance,multiply_adds_per_s,\
                   march_s_per_s,road_s_per_s,fit_s,on_front";
-    let line = |(group, point): (Option<&str>, &Point)| {
-        let Point { label, settings, difference, cost } = point;
+    let line = |(group, point): (Option<&str>, &StudyPoint)| {
+        let StudyPoint { label, settings, difference, cost } = point;
         let Numerics { elements, substeps, time_rule, pole_tolerance, .. } = &settings.numerics;
         let Contact { cells_across, slice_tolerance, .. } = &settings.contact;
-        let Difference { worst, worst_band, rms, force, mean_force, contact_length, rolling_resistance } = difference;
-        let Cost { multiply_adds, march, road, fit } = cost;
+        let RunDifference { worst, worst_band, rms, force, mean_force, contact_length, rolling_resistance } =
+            difference;
+        let StudyCost { multiply_adds, march, road, fit } = cost;
         let (rule, cells, on_front) = (time_rule.name(), optional(*cells_across), study.front.contains(point));
         let of_settings =
             row([&group.unwrap_or("named"), label, elements, substeps, &rule, pole_tolerance, &cells, slice_tolerance]);
@@ -229,8 +230,8 @@ fn picture<'a>(study: &'a Study, title: &'a str) -> Option<WorkPrecisionPlot<'a>
     }
     // A decade below the uncertainty is shown.
     let smallest = (0.1 * study.uncertainty.worst).clamp(1e-3 * largest, 0.5 * largest);
-    let panel = |title: &str, cost: fn(&Point) -> f64| {
-        let at = |point: &Point| (cost(point), point.difference.worst);
+    let panel = |title: &str, cost: fn(&StudyPoint) -> f64| {
+        let at = |point: &StudyPoint| (cost(point), point.difference.worst);
         let costs = study.points().map(cost).filter(|cost| *cost > 0.0);
         WorkPrecisionPanel {
             cost: Axis::logarithmic_around(title, costs, [0.75, 1.35]),

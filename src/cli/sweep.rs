@@ -7,7 +7,8 @@ use crate::results::summary::SUMMARY_FILE;
 use crate::run::RunError;
 use crate::scene::LoadedScene;
 use crate::study::sweep::{
-    Axes, Design, Done, Factor, LOAD_KEY, Label, Outcome, Range, SPEED_KEY, Variant, share_full_scale, sweep, variants,
+    Axes, Design, Done, Factor, LOAD_KEY, Label, Range, SPEED_KEY, Variant, VariantOutcome, share_full_scale, sweep,
+    variants,
 };
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};
@@ -161,9 +162,9 @@ impl SweepArguments {
         if speeds.is_empty() && self.latin_hypercube.is_none() {
             // Speeds have a table by bands, with their growth.
             if let Some(index) = factors.iter().position(|factor| factor.key == SPEED_KEY) {
-                let told = |problem| usage(format!("--set {SPEED_KEY}: {problem}"));
-                let listed = factors[index].values.texts().map_err(told)?.join(",");
-                speeds = values(&listed).map_err(told)?.0;
+                let refused = |problem| usage(format!("--set {SPEED_KEY}: {problem}"));
+                let listed = factors[index].values.texts().map_err(refused)?.join(",");
+                speeds = values(&listed).map_err(refused)?.0;
                 factors.remove(index);
             }
         }
@@ -239,11 +240,11 @@ impl SweepArguments {
 }
 
 /// Reports what failed; an error unless all variants are done, each under its load.
-fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(), CliError> {
+fn ended(variants: &[Variant], outcomes: &[VariantOutcome], colour: bool) -> Result<(), CliError> {
     let (mut failed, mut missed) = (Vec::new(), Vec::new());
     for (variant, outcome) in variants.iter().zip(outcomes) {
         match outcome {
-            Outcome::Failed(error) => {
+            VariantOutcome::Failed(error) => {
                 let message = match error {
                     RunError::Scene(error) => error.render(colour),
                     other => other.to_string(),
@@ -251,11 +252,11 @@ fn ended(variants: &[Variant], outcomes: &[Outcome], colour: bool) -> Result<(),
                 write_message(&format!("{}: {message}", variant.label.name));
                 failed.push(variant.label.name.clone());
             }
-            Outcome::Done(done) if done.missed_load().is_some() => missed.push(variant.label.name.clone()),
-            Outcome::Done(_) | Outcome::Stopped => {}
+            VariantOutcome::Done(done) if done.missed_load().is_some() => missed.push(variant.label.name.clone()),
+            VariantOutcome::Done(_) | VariantOutcome::Stopped => {}
         }
     }
-    if outcomes.iter().any(|outcome| matches!(outcome, Outcome::Stopped)) {
+    if outcomes.iter().any(|outcome| matches!(outcome, VariantOutcome::Stopped)) {
         return Err(CliError::SweepStopped);
     }
     let mut wrong = Vec::new();

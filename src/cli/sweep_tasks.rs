@@ -10,7 +10,7 @@ use std::sync::Mutex;
 use crate::results::ResultsError;
 use crate::study::sweep::Variant;
 use crate::study::sweep::tasks::jobs::{self, HEAD, LOGS, MISSING};
-use crate::study::sweep::tasks::{Collection, Ended, Event, Jobs, Numbers, TaskFolder, Work, Written};
+use crate::study::sweep::tasks::{Collection, Ended, Event, Jobs, Numbers, TaskFolder, TaskWork, Written};
 use clap::Args;
 use serde_json::json;
 
@@ -129,8 +129,8 @@ impl TaskArguments {
         let folder = TaskFolder::open(folder)?;
         folder.shards_of(&numbers)?;
         let bar = context.bar("tasks", numbers.end() - numbers.start() + 1);
-        let said = Mutex::new(BTreeSet::new());
-        let first_time = |note: &str| said.lock().is_ok_and(|mut said| said.insert(note.to_owned()));
+        let reported_notes = Mutex::new(BTreeSet::new());
+        let first_time = |note: &str| reported_notes.lock().is_ok_and(|mut notes| notes.insert(note.to_owned()));
         let reported = |number: u64, name: &str, event: Event<'_>| {
             let text = match event {
                 Event::GoesOn([rolled, all]) => format!("continues at {rolled:.3} s of {all:.3} s"),
@@ -143,14 +143,14 @@ impl TaskArguments {
                     ending(ended)
                 }
             };
-            let said = format!("task {number} ({name}): {text}");
+            let message = format!("task {number} ({name}): {text}");
             match event {
-                Event::Ended(Ended::Failed(_) | Ended::Busy) => bar.suspend(|| write_message(&said)),
+                Event::Ended(Ended::Failed(_) | Ended::Busy) => bar.suspend(|| write_message(&message)),
                 // For people only: if it cannot be printed, the task is done all the same.
-                _ => bar.suspend(|| context.say(&format!("{said}\n")).unwrap_or_default()),
+                _ => bar.suspend(|| context.say(&format!("{message}\n")).unwrap_or_default()),
             }
         };
-        let work = Work { threads: context.threads, keep_results: self.keep_results };
+        let work = TaskWork { threads: context.threads, keep_results: self.keep_results };
         let ended = folder.work(&numbers, work, context.interrupt.flag(), &reported)?;
         bar.finish_and_clear();
         let count = |of: fn(&Ended) -> bool| ended.iter().filter(|ended| of(ended)).count();

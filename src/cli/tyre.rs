@@ -9,7 +9,7 @@ use crate::results::table::Report;
 use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::run::{Progress, RunError};
 use crate::scene::{GRAVITY, LoadedScene, Scene, SceneError};
-use crate::study::loads::{Standing, rolling};
+use crate::study::loads::{LoadedTyre, rolling};
 use crate::study::rolling_waves::rolling_waves;
 use crate::tyre::influence::mobility::{driving_point, frequencies};
 use crate::tyre::modes::{modes, radial_compliance};
@@ -165,7 +165,7 @@ impl TyreArguments {
         }
         let mut progress = context.progress();
         progress.stage(Stage::Axle);
-        let standing = side.meter.time(Stage::Influence, || Standing::new(&scene));
+        let standing = side.meter.time(Stage::Influence, || LoadedTyre::new(&scene));
         let newtons: Vec<f64> = loads.iter().map(|load| load.newtons).collect();
         let contacts = newtons.iter().map(|&load| standing.under(load)).collect::<Result<Vec<_>, _>>();
         let contacts = contacts.map_err(RunError::from)?;

@@ -43,7 +43,7 @@ pub(super) fn report(map: &TreadMap, speed: f64) -> Report {
         let orders = 1..=2 * train.count();
         let strongest = orders
             .map(|order| (order, train.amplitude(order).norm()))
-            .fold((0, 0.0), |best, own| if own.1 > best.1 { own } else { best });
+            .fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
         rows.push(["strongest order".to_owned(), format!("{}, {:.3}", strongest.0, strongest.1)]);
     }
     report.table(aligned(["of the tread", "value"], rows));

@@ -149,10 +149,10 @@ impl TyreSize {
             _ => {
                 let Dimensions { circumference, contact_width, sidewall, .. } = self.dimensions();
                 let larger = circumference * contact_width / DEFAULT_SIZES.iter().product::<f64>();
-                let room = (2.0 * sidewall * SIDEWALL_ANGLE.sin() / LOW).min(1.0);
+                let by_sidewall = (2.0 * sidewall * SIDEWALL_ANGLE.sin() / LOW).min(1.0);
                 let reason =
                     "the default tyre's, scaled by circumference and contact width: the size has no load index";
-                (DEFAULT_LOAD * larger * room, reason.to_owned())
+                (DEFAULT_LOAD * larger * by_sidewall, reason.to_owned())
             }
         };
         (50.0 * (load / 50.0).round(), reason)

@@ -271,12 +271,12 @@ impl Meter {
 
     /// Continues an earlier part of the same run: its times are added to the present ones, its counts replace them.
     pub(crate) fn resume(&mut self, earlier: &Counters) {
-        let own = &mut self.counters;
-        own.stages.iter_mut().zip(&earlier.stages).for_each(|(own, earlier)| own.add(earlier));
-        own.in_steps.iter_mut().zip(earlier.in_steps).for_each(|(own, earlier)| *own += earlier);
-        own.counts = earlier.counts;
-        own.timed_steps += earlier.timed_steps;
-        own.steps += earlier.steps;
+        let counters = &mut self.counters;
+        counters.stages.iter_mut().zip(&earlier.stages).for_each(|(stage, earlier)| stage.add(earlier));
+        counters.in_steps.iter_mut().zip(earlier.in_steps).for_each(|(spent, earlier)| *spent += earlier);
+        counters.counts = earlier.counts;
+        counters.timed_steps += earlier.timed_steps;
+        counters.steps += earlier.steps;
     }
 
     /// Wall time of a stage so far on the run's thread, including the timed steps not yet settled.
@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stage_within_another_is_told_apart_and_shares_make_the_whole() {
+    fn a_stage_within_another_is_counted_separately() {
         let mut meter = Meter::new(Watch::CLOSELY);
         let begin = Instant::now();
         let open = meter.open();

@@ -11,12 +11,12 @@ pub trait Progress {
     /// So many pieces of the stage are done, and so many are known to be still to come.
     fn pieces(&mut self, _done: usize, _open: usize) {}
 
-    /// The march through time begins, or goes on after `done` steps: `steps` steps of `time_step` seconds in all.
+    /// The march through time begins, or continues after `done` steps: `steps` steps of `time_step` seconds in all.
     fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
 
-    /// So many blocks of steps are left whose evaluation stops the march for long; its stage if the next steps may
+    /// So many blocks of steps remain whose evaluation stops the march for long; its stage if the next steps may
     /// come to it. Called before [`Self::step`].
-    fn blocks(&mut self, _left: u64, _stage: Option<Stage>) {}
+    fn blocks(&mut self, _remaining: u64, _stage: Option<Stage>) {}
 
     /// So many steps are done, those before a resumption included.
     fn step(&mut self, _done: u64) {}

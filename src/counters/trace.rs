@@ -6,7 +6,7 @@
 //! 3. Spans nest: run, phase, (block of steps,) stage. All memory is reserved when the steps begin; spans that find no
 //!    room later are not recorded, but counted.
 //!
-//! The time of every stage by phase is kept beside the spans: exact, however many spans there was room for.
+//! The time of every stage by phase is stored beside the spans: exact, however many spans fit.
 
 use std::time::{Duration, Instant};
 
@@ -61,7 +61,7 @@ pub(crate) struct Span {
 pub struct Trace {
     began: Instant,
     spans: Vec<Span>,
-    /// Spans for which there was no room.
+    /// Spans that did not fit.
     dropped: u64,
     phase: Phase,
     phase_began: Instant,
@@ -114,7 +114,6 @@ impl Trace {
         self.spans.reserve_exact(OUTSIDE + BACKGROUND + blocks * (1 + Stage::ALL.len()));
     }
 
-    /// True if a block of steps ends before `step`.
     pub(crate) fn ends_block(&self, step: u64) -> bool {
         step >= self.block_first + self.block_steps
     }
@@ -157,7 +156,6 @@ impl Trace {
         self.push(Row::March, What::Stage(stage), began, length);
     }
 
-    /// Records a stage in the background.
     pub(super) fn add_background(&mut self, stage: Stage, began: Instant, length: Duration) {
         self.background += 1;
         if self.background > BACKGROUND {

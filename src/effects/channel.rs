@@ -7,7 +7,7 @@ use super::observer::Step;
 use crate::plan::Plan;
 use crate::results::ResultsError;
 use crate::results::arrays::{ArrayPlace, WrittenArrays};
-use crate::results::npy::{NpyNumber, NpyWriter, Row};
+use crate::results::npy::{ArrayRow, NpyNumber, NpyWriter};
 
 /// Definition of an array of a run.
 pub struct Channel {
@@ -207,11 +207,11 @@ pub(crate) struct Arrays {
 }
 
 impl Arrays {
-    /// Begins the arrays of a plan, or goes on with them, in a folder; without one in memory. `window` is the window's
+    /// Begins the arrays of a plan, or continues them, in a folder; without one in memory. `window` is the window's
     /// size in points: columns, and points across.
     ///
     /// # Errors
-    /// Errors of the arrays; [`ResultsError::Room`] if memory does not suffice.
+    /// Errors of the arrays; [`ResultsError::OutOfMemory`] if memory does not suffice.
     pub(crate) fn open(
         channels: impl Iterator<Item = &'static Channel>,
         plan: &Plan,
@@ -300,25 +300,25 @@ impl Arrays {
     /// # Errors
     /// Errors of the arrays.
     pub(crate) fn finish(self) -> Result<(u64, Vec<KeptArray>), ResultsError> {
-        let (mut bytes, mut kept) = (0, Vec::new());
+        let (mut bytes, mut in_memory) = (0, Vec::new());
         for Open { channel, rows, length } in self.open {
             let columns = (channel.row != RowShape::One).then_some(length);
             let keep = |numbers| KeptArray { name: channel.name, columns, numbers };
             match rows {
-                Rows::Double(Sink::Memory(numbers)) => kept.push(keep(ArrayNumbers::Double(numbers))),
-                Rows::Whole(Sink::Memory(numbers)) => kept.push(keep(ArrayNumbers::Whole(numbers))),
-                Rows::Single(Sink::Memory(numbers)) => kept.push(keep(ArrayNumbers::Single(numbers))),
+                Rows::Double(Sink::Memory(numbers)) => in_memory.push(keep(ArrayNumbers::Double(numbers))),
+                Rows::Whole(Sink::Memory(numbers)) => in_memory.push(keep(ArrayNumbers::Whole(numbers))),
+                Rows::Single(Sink::Memory(numbers)) => in_memory.push(keep(ArrayNumbers::Single(numbers))),
                 rows => for_each_type!(rows, sink => if let Sink::File(writer) = sink {
                     bytes += writer.bytes();
                     writer.finish()?;
                 }),
             }
         }
-        Ok((bytes, kept))
+        Ok((bytes, in_memory))
     }
 }
 
-/// Begins the rows of a channel in its file or in memory, for which room is reserved at once.
+/// Begins the rows of a channel in its file or in memory, for which memory is reserved at once.
 fn sink<T: NpyNumber>(
     channel: &Channel,
     place: Option<&ArrayPlace<'_>>,
@@ -328,10 +328,10 @@ fn sink<T: NpyNumber>(
     let Some(place) = place else {
         let (mut numbers, rows) = (Vec::new(), usize::try_from(steps).unwrap_or(usize::MAX));
         let bytes = steps as f64 * (length * size_of::<T>()) as f64;
-        let room = numbers.try_reserve_exact(rows.saturating_mul(length));
-        room.map_err(|_| ResultsError::Room { array: channel.name, bytes })?;
+        let reserved = numbers.try_reserve_exact(rows.saturating_mul(length));
+        reserved.map_err(|_| ResultsError::OutOfMemory { array: channel.name, bytes })?;
         return Ok(Sink::Memory(numbers));
     };
-    let row = if channel.row == RowShape::One { Row::Scalar } else { Row::Columns(length) };
+    let row = if channel.row == RowShape::One { ArrayRow::Scalar } else { ArrayRow::Columns(length) };
     Ok(Sink::File(place.open(&format!("{}.npy", channel.name), row)?))
 }

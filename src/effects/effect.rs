@@ -10,8 +10,8 @@ use crate::contact::footprint::WindowShape;
 use crate::contact::geometry::Geometry;
 use crate::contact::static_contact::StaticContact;
 use crate::counters::Job;
-use crate::plan::decisions::Row;
-use crate::plan::{Amounts, Choice, Plan};
+use crate::plan::decisions::DecisionRow;
+use crate::plan::{Amounts, Plan, PlannedSetting};
 use crate::response::SliceErrors;
 use crate::response::vibration::CarriedWaves;
 use crate::scene::{LoadedScene, Scene, SceneError};
@@ -90,7 +90,7 @@ pub(crate) trait Effect: Sync {
     }
 
     /// Rows of the plan's table, each with its decision and its switch.
-    fn rows(&self) -> &'static [Row] {
+    fn rows(&self) -> &'static [DecisionRow] {
         &[]
     }
 
@@ -108,7 +108,7 @@ pub(crate) trait Effect: Sync {
     }
 
     /// A setting that it has chosen for a plan.
-    fn choice(&self, _plan: &Plan) -> Option<Choice> {
+    fn choice(&self, _plan: &Plan) -> Option<PlannedSetting> {
         None
     }
 

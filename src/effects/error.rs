@@ -49,19 +49,19 @@ pub enum RunError {
     /// Writing the results failed before the run's end, but there is a checkpoint to resume from.
     #[error(
         "{source}; the run up to its last checkpoint is kept: when there is space, `tyrewave resume {}` continues",
-        kept.display()
+        folder.display()
     )]
-    Kept {
+    Resumable {
         /// Error of the results.
         source: ResultsError,
         /// Folder of the unfinished run.
-        kept: PathBuf,
+        folder: PathBuf,
     },
     /// The user stopped the run.
     #[error("interrupted")]
     Interrupted {
         /// Folder of the partial results, if there are any.
-        kept: Option<PathBuf>,
+        partial: Option<PathBuf>,
     },
 }
 
@@ -78,7 +78,7 @@ impl From<SetUpError> for RunError {
     fn from(error: SetUpError) -> Self {
         match error {
             SetUpError::Scene(error) => Self::Scene(error),
-            SetUpError::Stopped => Self::Interrupted { kept: None },
+            SetUpError::Stopped => Self::Interrupted { partial: None },
         }
     }
 }

@@ -30,7 +30,7 @@ pub(crate) mod vibration;
 pub(crate) use channel::{Arrays, Channel, KeptArray};
 pub(crate) use effect::{Begin, ContactFacts, Effect, TyreModels};
 pub use error::RunError;
-pub(crate) use observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
+pub(crate) use observer::{EffectObserver, End, Found, Observer, Step};
 pub(crate) use section::{Block, Figure, GREY, LevelTable, ReportError, Section};
 
 /// All effects, in the order of their work.

@@ -119,7 +119,7 @@ pub trait Observer: Any + Send {
     /// Takes the next step.
     ///
     /// # Errors
-    /// [`RunError`]; the run cannot go on then.
+    /// [`RunError`]; the run cannot continue then.
     fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError>;
 }
 
@@ -132,7 +132,7 @@ pub(crate) trait EffectObserver: Observer {
 
     /// Number of blocks of steps whose evaluation stops the march for long and is still to come, and its stage if one
     /// may come within so many steps.
-    fn blocks_left(&self, _within: u64) -> (u64, Option<Stage>) {
+    fn remaining_blocks(&self, _within: u64) -> (u64, Option<Stage>) {
         (0, None)
     }
 

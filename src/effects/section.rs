@@ -7,7 +7,7 @@ use crate::response::level_errors::BySlices;
 use crate::response::{BandLevel, LevelErrors};
 use crate::results::PlotError;
 use crate::results::plots::ThirdOctavePlot;
-use crate::results::table::{Table, aligned};
+use crate::results::table::{TextTable, aligned};
 use crate::sound::TotalLevel;
 
 /// Legend of pictures of levels.
@@ -76,7 +76,7 @@ pub(crate) enum Block {
     /// Picture as SVG, and its caption.
     Picture([String; 2]),
     /// Table of levels, folded away at first.
-    Levels(Table),
+    Levels(TextTable),
     /// List of names, each with a sentence.
     List(Vec<[String; 2]>),
     /// Sound to play, with a text before it.

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::plan::Plan;
 use crate::response::{BandLevel, LevelErrors, ThirdOctaveBand};
-use crate::results::read_table::Table;
+use crate::results::read_table::StoredTable;
 use crate::results::summary::Summary;
 use crate::scene::{LoadedScene, SceneError};
 use crate::storage::array::{Array, ArrayError};
@@ -85,8 +85,8 @@ impl Stored {
     /// Sets the file of the measured road, where a caller knows it: it is not among the results.
     #[must_use]
     pub fn with_road(mut self, file: Option<&Path>) -> Self {
-        if let (Some(own), Some(file)) = (self.plan.scene.road.file_mut(), file) {
-            file.clone_into(own);
+        if let (Some(of_scene), Some(file)) = (self.plan.scene.road.file_mut(), file) {
+            file.clone_into(of_scene);
             self.knows_road = true;
         }
         self
@@ -146,10 +146,10 @@ impl Stored {
     ///
     /// # Errors
     /// [`StoredError`].
-    pub(crate) fn table(&self, name: &str) -> Result<Option<Table>, StoredError> {
+    pub(crate) fn table(&self, name: &str) -> Result<Option<StoredTable>, StoredError> {
         let Some(text) = self.text(name)? else { return Ok(None) };
         let wrong = |error| StoredError::Content { path: self.folder.join(name), reason: format!("no table: {error}") };
-        Table::parse(&text).map(Some).map_err(wrong)
+        StoredTable::parse(&text).map(Some).map_err(wrong)
     }
 
     /// Reads the third octaves of the signals in a table of the folder, by a column of levels; `None` where the run has
@@ -171,7 +171,7 @@ impl Stored {
 pub(crate) type NamedLevels = Vec<(String, Vec<BandLevel>)>;
 
 /// Third octaves of the signals in a table. Silence has no level, and its cell is empty.
-pub(crate) fn levels(table: &Table, column: &str) -> Option<NamedLevels> {
+pub(crate) fn levels(table: &StoredTable, column: &str) -> Option<NamedLevels> {
     let [middles, levels, valid] = ["mid_frequency_hz", column, "valid"].map(|name| table.numbers(name));
     let (middles, levels, valid) = (middles?, levels?, valid?);
     let band = |row: usize| {
@@ -203,10 +203,10 @@ mod tests {
     use crate::results::spectra::force_levels_csv;
 
     #[test]
-    fn spectra_are_told_apart_by_the_columns_before_the_frequencies() {
+    fn spectra_are_distinguished_by_the_columns_before_frequency() {
         let text = "receiver,nominal_hz,mid_frequency_hz,level_db_a,valid\na,100,100,50,1\na,125,125.9,51.5,0\n\
                     b,100,100,-inf,1\n";
-        let read = |text: &str, column: &str| levels(&Table::parse(text).ok()?, column);
+        let read = |text: &str, column: &str| levels(&StoredTable::parse(text).ok()?, column);
         let spectra = read(text, "level_db_a").unwrap();
         let names: Vec<(&str, usize)> = spectra.iter().map(|(name, levels)| (name.as_str(), levels.len())).collect();
         assert_eq!(names, [("a", 2), ("b", 1)]);
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn silence_is_read_as_it_is_written() {
         let band = BandLevel { band: ThirdOctaveBand(-10), mean_square: 0.0, level: f64::NEG_INFINITY, valid: true };
-        let table = Table::parse(&force_levels_csv(&[band], &LevelErrors::default())).unwrap();
+        let table = StoredTable::parse(&force_levels_csv(&[band], &LevelErrors::default())).unwrap();
         assert_eq!(levels(&table, "level_db_re_1n").unwrap(), [(String::new(), vec![band])]);
     }
 }

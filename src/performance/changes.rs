@@ -63,7 +63,7 @@ fn reasons(accepted: &[AcceptedChange], workload: &str, counter: &str, from: u64
 
 /// A counter whose value has changed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Difference {
+pub struct CounterDifference {
     /// Name of the counter.
     pub counter: String,
     /// Value in the first record; 0 if missing.
@@ -99,7 +99,7 @@ pub fn differences(
     second: &BTreeMap<String, u64>,
     accepted: &[AcceptedChange],
     other_instructions: bool,
-) -> Vec<Difference> {
+) -> Vec<CounterDifference> {
     let names: BTreeSet<&String> = first.keys().chain(second.keys()).collect();
     let mut found = Vec::new();
     for counter in names {
@@ -108,7 +108,7 @@ pub fn differences(
         let rounding = if other_instructions && rounds { ROUNDING * from.max(to).max(100) as f64 } else { 0.0 };
         if from.abs_diff(to) as f64 > rounding {
             let explained = reasons(accepted, workload, counter, from, to);
-            found.push(Difference { counter: counter.clone(), from, to, explained });
+            found.push(CounterDifference { counter: counter.clone(), from, to, explained });
         }
     }
     found
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn every_counter_that_differs_is_told_and_a_chain_of_reasons_explains() {
+    fn every_changed_counter_is_reported_and_explained() {
         let (a, b) = (with(&[("steps", 10), ("solves", 20), ("poles", 5)]), with(&[("steps", 10), ("solves", 23)]));
         let none = [];
         let found = differences("rough", &a, &b, &none, false);
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn other_instructions_may_round_otherwise_but_not_do_other_steps() {
+    fn other_instructions_may_round_but_not_step_differently() {
         let a = with(&[("steps", 1000), ("solves", 1000), ("active_set.bytes", 100_000)]);
         let b = with(&[("steps", 1000), ("solves", 1009), ("active_set.bytes", 100_500)]);
         let none = [];

@@ -13,9 +13,9 @@ use thiserror::Error;
 
 use super::changes::AcceptedChange;
 use super::measure::Measurement;
-use super::record::Record;
+use super::record::PerformanceRecord;
 use super::verdict::{Verdict, WorkloadVerdict};
-use super::workload::Work;
+use super::workload::SharedWork;
 
 /// Reasons why there is no measurement by another program.
 #[derive(Debug, Error)]
@@ -33,8 +33,8 @@ pub(crate) enum PerformanceError {
 pub(crate) struct Side {
     path: PathBuf,
     /// `None` for a program.
-    pub record: Option<Record>,
-    /// Cache of this program alone: a model kept by another build might differ. It is deleted with this.
+    pub record: Option<PerformanceRecord>,
+    /// Cache of this program alone: a model stored by another build might differ. It is deleted with this.
     cache: PathBuf,
 }
 
@@ -42,12 +42,12 @@ impl Side {
     /// A file that ends in `.json` is a record, any other a program.
     ///
     /// # Errors
-    /// Errors of [`Record::read`]; a program that does not exist.
+    /// Errors of [`PerformanceRecord::read`]; a program that does not exist.
     pub(crate) fn of(path: PathBuf) -> io::Result<Self> {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         std::fs::metadata(&path)?;
         let is_record = path.extension().is_some_and(|extension| extension == "json");
-        let record = is_record.then(|| Record::read(&path)).transpose()?;
+        let record = is_record.then(|| PerformanceRecord::read(&path)).transpose()?;
         let cache = format!("tyrewave-profile-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
         Ok(Self { path, record, cache: std::env::temp_dir().join(cache) })
     }
@@ -56,7 +56,7 @@ impl Side {
     ///
     /// # Errors
     /// [`PerformanceError::Program`].
-    pub(crate) fn measure(&self, work: &Work) -> Result<Option<Measurement>, PerformanceError> {
+    pub(crate) fn measure(&self, work: &SharedWork) -> Result<Option<Measurement>, PerformanceError> {
         if let Some(record) = &self.record {
             return Ok(record.measurement(&work.name));
         }
@@ -94,11 +94,11 @@ impl Drop for Side {
 /// [`PerformanceError`].
 pub(crate) fn compare(
     sides: [&Side; 2],
-    works: &[Work],
+    works: &[SharedWork],
     accepted: &[AcceptedChange],
     (pairs, budget): (usize, Duration),
     stop: &AtomicBool,
-    watch: &mut dyn FnMut(&Work),
+    watch: &mut dyn FnMut(&SharedWork),
 ) -> Result<Verdict, PerformanceError> {
     let begin = Instant::now();
     let rounds = if sides.iter().all(|side| side.record.is_none()) { 1 + pairs } else { 1 };

@@ -12,7 +12,7 @@ use std::time::Duration;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::workload::{Found, Workload};
+use super::workload::{MeasuredValue, Workload};
 use crate::counters::clock::Clock;
 use crate::counters::machine::instruction_set;
 use crate::counters::process::thread_cpu_time;
@@ -49,7 +49,7 @@ pub struct Measurement {
     /// `stage.calls`.
     pub counters: Counts,
     /// Physical value that was computed.
-    pub found: Found,
+    pub found: MeasuredValue,
     /// Time of every block by stage \[ns\]; `None` if other processes had the processor and the stage that lost the
     /// time is unknown.
     #[serde(default)]
@@ -68,7 +68,7 @@ pub fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, Run
         }
         None => influence(stop)?,
     };
-    let (workload, found) = (workload.name().to_owned(), Found { value, ..workload.truth() });
+    let (workload, found) = (workload.name().to_owned(), MeasuredValue { value, ..workload.truth() });
     Ok(Measurement { workload, instruction_set: instruction_set().to_owned(), counters, found, blocks })
 }
 
@@ -83,7 +83,7 @@ pub(crate) fn measure_scene(path: &Path, stop: &AtomicBool) -> Result<Measuremen
     let (results, counters, blocks) = roll(&loaded, stop)?;
     let too_short = || loaded.complain("rolling.duration", "too short for a mean force", "a longer one");
     let value = results.mean_force.ok_or_else(|| SceneError::from(too_short()))?;
-    let found = Found { what: "mean force [N]".to_owned(), value, expected: value, tolerance: 1e-3 };
+    let found = MeasuredValue { what: "mean force [N]".to_owned(), value, expected: value, tolerance: 1e-3 };
     Ok(Measurement { workload, instruction_set: instruction_set().to_owned(), counters, found, blocks })
 }
 
@@ -109,8 +109,8 @@ pub fn value(workload: Workload, results: &Results) -> f64 {
 /// Time of a stage \[ns\] without what other processes took of its block: off all stages of a long block in
 /// proportion; `None` in a short one, which a single, unknown stage has lost.
 fn undisturbed(stage: Duration, block: Spent) -> Option<u64> {
-    let ran = block.cpu_seconds().map_or(1.0, |cpu| (cpu / block.wall.as_secs_f64()).min(1.0));
-    (ran >= 1.0 - LITTLE || block.cpu >= LONG).then_some((ran * stage.as_nanos() as f64) as u64)
+    let share = block.cpu_seconds().map_or(1.0, |cpu| (cpu / block.wall.as_secs_f64()).min(1.0));
+    (share >= 1.0 - LITTLE || block.cpu >= LONG).then_some((share * stage.as_nanos() as f64) as u64)
 }
 
 /// Rolls a scene and takes the times of its steps, block by block.
@@ -127,7 +127,7 @@ fn roll(loaded: &LoadedScene, stop: &AtomicBool) -> Result<(Results, Counts, Blo
             }
             before = now;
             if stop.load(Ordering::Relaxed) {
-                return Err(RunError::Interrupted { kept: None });
+                return Err(RunError::Interrupted { partial: None });
             }
         }
     }
@@ -186,7 +186,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_others_took_is_taken_off_in_proportion_or_the_block_is_left_out() {
+    fn time_of_other_processes_is_subtracted_or_its_block_left_out() {
         let ms = Duration::from_millis;
         let block = |wall, cpu| Spent { wall: ms(wall), watched: ms(wall), cpu: ms(cpu) };
         assert_eq!(undisturbed(ms(1), block(2, 2)), Some(1_000_000));

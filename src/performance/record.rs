@@ -9,7 +9,7 @@ use std::process::Command;
 use serde::{Deserialize, Serialize};
 
 use super::measure::{Counts, Measurement};
-use super::workload::Found;
+use super::workload::MeasuredValue;
 use crate::counters::machine::{instruction_set, processor};
 use crate::storage::PendingFile;
 use crate::storage::input::{self, TABLE_BYTES};
@@ -24,7 +24,7 @@ const SET: &str = "instruction_set";
 
 /// Costs of the workloads on one machine.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct Record {
+pub struct PerformanceRecord {
     /// Constant `tyrewave profile`.
     pub format: String,
     /// Version of the layout.
@@ -64,7 +64,7 @@ fn stamp() -> BTreeMap<String, String> {
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct RecordedWorkload {
     /// Physical value that was computed.
-    pub found: Found,
+    pub found: MeasuredValue,
     /// Exact counters by name.
     pub counters: Counts,
     /// Share of every stage in the time of all of them: for people, never compared.
@@ -82,7 +82,7 @@ impl From<Measurement> for RecordedWorkload {
     }
 }
 
-impl Record {
+impl PerformanceRecord {
     /// Record of measurements by this program on this machine.
     pub(crate) fn new(measured: Vec<Measurement>) -> Self {
         let workloads = measured.into_iter().map(|found| (found.workload.clone(), found.into())).collect();
@@ -138,12 +138,12 @@ mod tests {
             ("road".to_owned(), vec![Some(20), Some(5), None]),
         ]);
         let counters = BTreeMap::from([("steps".to_owned(), 7)]);
-        let found = Found { what: "force".into(), value: 1.5, expected: 1.5, tolerance: 1e-6 };
+        let found = MeasuredValue { what: "force".into(), value: 1.5, expected: 1.5, tolerance: 1e-6 };
         let measurement = Measurement { workload: "rough".into(), counters, found, blocks, ..Measurement::default() };
-        let record = Record::new(vec![measurement.clone()]);
+        let record = PerformanceRecord::new(vec![measurement.clone()]);
         assert!((record.workloads["rough"].shares["history"] - 0.75).abs() < 1e-12);
         record.write(&path).unwrap();
-        assert_eq!(Record::read(&path).unwrap(), record);
+        assert_eq!(PerformanceRecord::read(&path).unwrap(), record);
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
         assert!(record.stamp["machine"].contains(" cores") && record.stamp["compiler"].starts_with("rustc"));
         assert_eq!(record.measurement("rough").unwrap().instruction_set, instruction_set());
@@ -153,10 +153,15 @@ mod tests {
         // Records of earlier versions have instructions, too.
         let text = serde_json::to_string(&record).unwrap();
         std::fs::write(&path, text.replace("\"shares\"", "\"instructions\": 7, \"shares\"")).unwrap();
-        assert_eq!(Record::read(&path).unwrap(), record);
-        for text in ["", "{}", "[1]", &serde_json::to_string(&Record { format_version: 9, ..record }).unwrap()] {
+        assert_eq!(PerformanceRecord::read(&path).unwrap(), record);
+        for text in
+            ["", "{}", "[1]", &serde_json::to_string(&PerformanceRecord { format_version: 9, ..record }).unwrap()]
+        {
             std::fs::write(&path, text).unwrap();
-            assert!(Record::read(&path).is_err_and(|error| error.to_string().starts_with("not a record")), "{text}");
+            assert!(
+                PerformanceRecord::read(&path).is_err_and(|error| error.to_string().starts_with("not a record")),
+                "{text}"
+            );
         }
     }
 }

@@ -7,10 +7,10 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::changes::{AcceptedChange, Difference, differences};
+use super::changes::{AcceptedChange, CounterDifference, differences};
 use super::measure::Measurement;
 use super::ratio::{Ratio, stage_times};
-use super::workload::{Found, Work};
+use super::workload::{MeasuredValue, SharedWork};
 
 /// Smaller changes of time are not reported.
 const MARGIN: f64 = 0.01;
@@ -52,9 +52,9 @@ pub(crate) struct WorkloadVerdict {
     /// Name of the workload.
     pub workload: String,
     /// Counters that differ.
-    pub differences: Vec<Difference>,
+    pub differences: Vec<CounterDifference>,
     /// Physical value of the second program.
-    pub found: Found,
+    pub found: MeasuredValue,
     /// True if that value is right.
     pub right: bool,
     /// `all`, then the stages by falling share; none if times cannot be compared.
@@ -107,7 +107,7 @@ fn stages(runs: [&[Measurement]; 2]) -> Vec<StageVerdict> {
 impl WorkloadVerdict {
     /// Judges some work by measurements of both sides, of which the first gives result and counters and the others the
     /// times; `None` if a side has none.
-    pub(super) fn new(work: &Work, runs: &[Vec<Measurement>; 2], accepted: &[AcceptedChange]) -> Option<Self> {
+    pub(super) fn new(work: &SharedWork, runs: &[Vec<Measurement>; 2], accepted: &[AcceptedChange]) -> Option<Self> {
         let [(first, first_timed), (second, second_timed)] = [runs[0].split_first()?, runs[1].split_first()?];
         let mut found = second.found.clone();
         if work.is_scene {
@@ -119,7 +119,7 @@ impl WorkloadVerdict {
         let stages = stages([first_timed, second_timed]);
         let mut complaints: Vec<String> = found.complaint().into_iter().collect();
         let unexplained = differences.iter().filter(|difference| difference.explained.is_none());
-        complaints.extend(unexplained.map(|Difference { counter, from, to, .. }| {
+        complaints.extend(unexplained.map(|CounterDifference { counter, from, to, .. }| {
             format!("counter {counter} was {from} and is {to}, and no accepted change says why")
         }));
         let slower = stages.iter().filter(|row| row.change == Change::Slower);
@@ -134,7 +134,7 @@ impl WorkloadVerdict {
 
 impl Verdict {
     /// All work, each with its verdict; `None` where a record lacks it.
-    pub(super) fn new([first, second]: [PathBuf; 2], judged: Vec<(&Work, Option<WorkloadVerdict>)>) -> Self {
+    pub(super) fn new([first, second]: [PathBuf; 2], judged: Vec<(&SharedWork, Option<WorkloadVerdict>)>) -> Self {
         let missing = judged.iter().filter(|(_, found)| found.is_none()).map(|(work, _)| work.name.as_str());
         let missing: Vec<&str> = missing.collect();
         let workloads: Vec<WorkloadVerdict> = judged.into_iter().filter_map(|(_, found)| found).collect();
@@ -166,14 +166,14 @@ mod tests {
         let run = |pair: u64| {
             let block = |time| vec![Some(1000 * time + 10 * time * (pair % 2)); 3];
             let blocks = names.iter().zip(times).map(|(&name, time)| (name.to_owned(), block(time))).collect();
-            let found = Found { value: 2.0, expected: 1.0, tolerance: 0.01, ..Found::default() };
+            let found = MeasuredValue { value: 2.0, expected: 1.0, tolerance: 0.01, ..MeasuredValue::default() };
             Measurement { workload: "a.toml".to_owned(), found, blocks, ..Measurement::default() }
         };
         (0..=pairs).map(run).collect()
     }
 
     fn verdict(pairs: u64, second: [u64; 4]) -> Verdict {
-        let work = Work { name: "a.toml".to_owned(), is_scene: true };
+        let work = SharedWork { name: "a.toml".to_owned(), is_scene: true };
         let found = WorkloadVerdict::new(&work, &[runs(pairs, [600, 300, 100, 1]), runs(pairs, second)], &[]);
         Verdict::new(["old".into(), "new".into()], vec![(&work, found)])
     }
@@ -199,9 +199,9 @@ mod tests {
 
     #[test]
     fn a_wrong_value_and_a_counter_without_a_reason_fail() {
-        let work = Work { name: "rough".to_owned(), is_scene: false };
+        let work = SharedWork { name: "rough".to_owned(), is_scene: false };
         let [mut first, mut second] = [1.0, 1.1].map(|value| Measurement {
-            found: Found { value, expected: 1.0, tolerance: 0.01, ..Found::default() },
+            found: MeasuredValue { value, expected: 1.0, tolerance: 0.01, ..MeasuredValue::default() },
             ..Measurement::default()
         });
         first.counters.insert("steps".to_owned(), 7);

@@ -36,7 +36,7 @@ catalogue! {
 
 /// Work that two programs do in turn.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Work {
+pub(crate) struct SharedWork {
     /// Name of a fixed piece of work, or path of a scene.
     pub name: String,
     /// True for a scene.
@@ -45,7 +45,7 @@ pub(crate) struct Work {
 
 /// A physical value and its reference.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct Found {
+pub struct MeasuredValue {
     /// Name of the value, with its unit.
     pub what: String,
     /// Computed value.
@@ -56,7 +56,7 @@ pub struct Found {
     pub tolerance: f64,
 }
 
-impl Found {
+impl MeasuredValue {
     /// Complaint about a wrong value; `None` for a right one.
     pub fn complaint(&self) -> Option<String> {
         let Self { what, value, expected, tolerance } = self;
@@ -76,7 +76,7 @@ impl Workload {
     /// Reference value, nothing computed yet. Forces of rolling workloads are those of the same scene by direct sums
     /// with complete memory (a test that takes a minute repeats them); the influence functions are checked
     /// against sums as they are fitted.
-    pub fn truth(self) -> Found {
+    pub fn truth(self) -> MeasuredValue {
         let variation = "root mean square of the varying force [N]";
         let (what, expected, tolerance) = match self {
             Self::Smooth => ("mean force [N]", 2767.912323979274, 1e-5),
@@ -92,7 +92,7 @@ impl Workload {
             Self::Sound => ("sound pressure beside the tyre [Pa]", 1.2562395149820886, 1e-5),
             Self::Influence => (OF_FIT, 1.0, 1e-4),
         };
-        Found { what: what.to_owned(), value: f64::NAN, expected, tolerance }
+        MeasuredValue { what: what.to_owned(), value: f64::NAN, expected, tolerance }
     }
 
     /// Scene of a workload that rolls; `None` for the others.

@@ -9,11 +9,13 @@ use serde::Serialize;
 
 use crate::contact::complementarity::{ActiveSet, LocalSet, largest_memory};
 use crate::contact::history::ModalHistory;
+use crate::contact::pressed::strip::block_elements;
 use crate::counters::{Counter, Stage};
+use crate::numeric::transform_multiply_adds;
 use crate::plan::Plan;
 use crate::plan::decisions::Decisions;
 use crate::plan::smooth_contact::Expected;
-use crate::plan::unit::Unit;
+use crate::plan::unit::WorkUnit;
 use crate::road::Lattice;
 use crate::road::ahead::CHUNK_ROWS;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
@@ -32,10 +34,17 @@ const THREAD_BYTES: f64 = 8e6;
 const TEXTURE_RESERVE: f64 = 1.6;
 /// Arrays of the streamed spectrum, in lengths of a segment.
 const SPECTRUM_ARRAYS: f64 = 8.0;
+/// Products with the influence between the cells of a block of pressed road for all of its approaches, with the work
+/// around them: an estimate from the products of some blocks.
+const PRESSED_PRODUCTS: f64 = 300.0;
+/// Bytes of a block of pressed road per cell: tables of products of many lengths, forces, displacements: an estimate
+/// from the memory of runs with N = 256 to 1024.
+const PRESSED_CELL_BYTES: f64 = 1200.0;
+
 /// Place of work in the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Place {
+pub enum WorkPlace {
     /// On one thread, before the steps.
     Before,
     /// On all threads, before the steps.
@@ -55,11 +64,11 @@ pub struct Amount {
     /// The stage that does it.
     pub stage: Stage,
     /// Unit of the amount.
-    pub unit: Unit,
+    pub unit: WorkUnit,
     /// Number of units.
     pub amount: f64,
     /// On which threads, and when.
-    pub place: Place,
+    pub place: WorkPlace,
 }
 
 /// Work and memory of a run.
@@ -131,7 +140,7 @@ impl Amounts {
         self.fit_memory_per_thread * threads as f64 + self.fit_memory
     }
 
-    pub(crate) fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
+    pub(crate) fn add(&mut self, stage: Stage, unit: WorkUnit, amount: f64, place: WorkPlace) {
         self.work.push(Amount { stage, unit, amount, place });
     }
 
@@ -152,11 +161,11 @@ impl Amounts {
         let Expected { points, columns, .. } = self.expected;
         let evaluations = wavenumbers * lags * terms(scene, plan);
         let cost = if scene.tyre.curvature { expected_fit::CURVED_EVALUATION } else { 1.0 };
-        self.add(Stage::Influence, Unit::Evaluation, cost * evaluations, Place::BeforeOnAll);
+        self.add(Stage::Influence, WorkUnit::Evaluation, cost * evaluations, WorkPlace::BeforeOnAll);
         self.count(Counter::ComplianceEvaluations, evaluations);
         // The first steps have a shorter past.
         let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
-        self.add(Stage::History, Unit::DirectMultiplyAdd, steps * used * points * columns, Place::MarchOnAll);
+        self.add(Stage::History, WorkUnit::DirectMultiplyAdd, steps * used * points * columns, WorkPlace::MarchOnAll);
         let forces = 8.0 * lags * (3.0 * columns + 9.0);
         self.hold("weights and forces of the history", forces);
         // The kernel at all points of the contour, the weights from its transform, and those by element.
@@ -168,19 +177,19 @@ impl Amounts {
 
     /// Adds the fitted model that the recursion and the vibration need.
     fn model(&mut self, plan: &Plan) {
-        let (scene, kept) = (&plan.scene, plan.cached_poles);
+        let (scene, cached) = (&plan.scene, plan.cached_poles);
         let numerics = &scene.numerics;
         let (elements, tolerance) = (numerics.elements as f64, numerics.pole_tolerance);
-        self.poles = kept.map_or_else(|| expected_fit::poles(elements, tolerance), |kept| kept as f64);
-        if kept.is_none() {
+        self.poles = cached.map_or_else(|| expected_fit::poles(elements, tolerance), |cached| cached as f64);
+        if cached.is_none() {
             let share = expected_fit::share(elements, tolerance, &plan.decisions.tyre);
-            self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
+            self.add(Stage::Fit, WorkUnit::Fit, share, WorkPlace::BeforeOnAll);
             self.cache_bytes += self.poles * PoleModel::bytes_of_pole(2, plan.decisions.tyre.turns());
             self.fit_memory_per_thread = expected_fit::BYTES;
             let waves = wave_bytes(&plan.decisions.tyre, 0.01 * tolerance);
             self.fit_memory = waves + InfluenceSum::expected_bytes(&plan.decisions.tyre, expected_fit::POINTS);
         }
-        self.count(Counter::ComplianceEvaluations, if kept.is_none() { expected_fit::EVALUATIONS } else { 0.0 });
+        self.count(Counter::ComplianceEvaluations, if cached.is_none() { expected_fit::EVALUATIONS } else { 0.0 });
     }
 
     fn modal(&mut self, scene: &Scene, plan: &Plan) {
@@ -191,10 +200,10 @@ impl Amounts {
         let turns = plan.decisions.tyre.turns();
         let work = ModalHistory::expected(rule, numerics.elements, self.poles, columns as usize, turns);
         let stages = rule.nodes().len() as f64;
-        self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
-        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * work.poles, Place::Background);
-        self.add(Stage::History, Unit::SearchMultiplyAdd, steps * work.near, Place::March);
-        self.add(Stage::Transforms, Unit::TransformMultiplyAdd, steps * work.transforms, Place::Background);
+        self.add(Stage::Influence, WorkUnit::Pole, self.poles * stages, WorkPlace::Before);
+        self.add(Stage::History, WorkUnit::PoleMultiplyAdd, steps * work.poles, WorkPlace::Background);
+        self.add(Stage::History, WorkUnit::SearchMultiplyAdd, steps * work.near, WorkPlace::March);
+        self.add(Stage::Transforms, WorkUnit::TransformMultiplyAdd, steps * work.transforms, WorkPlace::Background);
         self.hold("poles and their states", work.pole_bytes);
         self.hold("forces, displacements and influences of blocks", work.block_bytes);
     }
@@ -207,7 +216,7 @@ impl Amounts {
         let rows = passed as f64 + self.expected.columns;
         let length = rows * plan.element;
         match &scene.road {
-            Road::Smooth => self.add(Stage::Road, Unit::ResampledHeight, rows, Place::Background),
+            Road::Smooth => self.add(Stage::Road, WorkUnit::ResampledHeight, rows, WorkPlace::Background),
             Road::Made(made) => {
                 let limit = scene.numerics.memory_bytes();
                 let sizes =
@@ -216,15 +225,15 @@ impl Amounts {
                 if let Ok(sizes) = sizes {
                     let opening = sizes.opening();
                     let drawing = sizes.drawing(rows * plan.element, rows * lattice.along as f64);
-                    let unit = Unit::TextureMultiplyAdd;
-                    self.add(Stage::Road, unit, opening.multiply_adds as f64, Place::BeforeOnAll);
-                    self.add(Stage::Road, unit, drawing, Place::Background);
+                    let unit = WorkUnit::TextureMultiplyAdd;
+                    self.add(Stage::Road, unit, opening.multiply_adds as f64, WorkPlace::BeforeOnAll);
+                    self.add(Stage::Road, unit, drawing, WorkPlace::Background);
                     self.hold("texture of the road", TEXTURE_RESERVE * opening.bytes as f64);
                     self.memory_per_thread += THREAD_BYTES;
                 }
             }
             Road::Profile(_) | Road::OpenCrg(_) | Road::Grid(_) => {
-                self.add(Stage::Road, Unit::ResampledHeight, rows * lattice.cells() as f64, Place::Background);
+                self.add(Stage::Road, WorkUnit::ResampledHeight, rows * lattice.cells() as f64, WorkPlace::Background);
                 self.hold("heights of the road", 8.0 * length * across);
             }
         }
@@ -233,43 +242,59 @@ impl Amounts {
         let cells = rows * lattice.cells() as f64;
         match plan.decisions.slices {
             Some(Slices::Pressed) if lattice.cells() > 1 => self.pressed(plan, lattice, rows),
-            Some(Slices::HalfSpace) => self.add(Stage::Slices, Unit::HalfSpacePair, cells * across, Place::Background),
+            Some(Slices::HalfSpace) => {
+                self.add(Stage::Slices, WorkUnit::HalfSpacePair, cells * across, WorkPlace::Background)
+            }
             Some(Slices::Winkler | Slices::Pressed) | None => {
-                self.add(Stage::Slices, Unit::SpringCell, cells, Place::Background);
+                self.add(Stage::Slices, WorkUnit::SpringCell, cells, WorkPlace::Background);
             }
         }
         self.count(Counter::Slices, rows);
+    }
+
+    /// Adds the curves of `elements` elements of a road that is pressed in three dimensions.
+    fn pressed(&mut self, plan: &Plan, lattice: Lattice, elements: f64) {
+        let tyre = &plan.decisions.tyre;
+        let thickness = tyre.layers.last().map_or(0.0, |tread| tread.thickness);
+        // Elements whose curves a block gives, and those that it presses beyond them at either end.
+        let [inner, beyond] = block_elements(tyre.circumference, thickness, plan.element);
+        let cells = (inner + 2 * beyond) as f64 * lattice.cells() as f64;
+        let product = transform_multiply_adds(4 * cells as usize);
+        let blocks = (elements / inner as f64).ceil() + 1.0;
+        let products = blocks * PRESSED_PRODUCTS * product;
+        self.add(Stage::Slices, WorkUnit::TransformMultiplyAdd, products, WorkPlace::Background);
+        self.hold("a block of road that is pressed", PRESSED_CELL_BYTES * cells);
     }
 
     fn contact(&mut self, scene: &Scene, plan: &Plan) {
         let Expected { points, columns, .. } = self.expected;
         let smooth = matches!(scene.road, Road::Smooth);
         let solutions = plan.steps as f64 * scene.numerics.time_rule.stages() as f64;
-        self.add(Stage::Axle, Unit::StaticPair, columns * columns, Place::Before);
+        self.add(Stage::Axle, WorkUnit::StaticPair, columns * columns, WorkPlace::Before);
         let waves = wave_count(&scene.tyre, scene.numerics.influence_tolerance);
         if waves > 0.0 {
-            self.add(Stage::Axle, Unit::Evaluation, waves * expected_fit::WAVE_AT_REST, Place::BeforeOnAll);
+            self.add(Stage::Axle, WorkUnit::Evaluation, waves * expected_fit::WAVE_AT_REST, WorkPlace::BeforeOnAll);
         }
         let steep = steep_bytes(&scene.tyre);
         if steep > 0.0 {
             self.hold("polynomials of layers with cords", steep);
         }
-        let column = if smooth { Unit::LevelColumn } else { Unit::RoughColumn };
-        self.add(Stage::Penetration, column, solutions * columns, Place::March);
+        let column = if smooth { WorkUnit::LevelColumn } else { WorkUnit::RoughColumn };
+        self.add(Stage::Penetration, column, solutions * columns, WorkPlace::March);
         self.count(Counter::Steps, plan.steps as f64);
         if plan.decisions.tread == Tread::Uncoupled {
             // Each point separately: as simple as pressing it into a level slice.
-            self.add(Stage::ActiveSet, Unit::LevelColumn, solutions * columns, Place::March);
+            self.add(Stage::ActiveSet, WorkUnit::LevelColumn, solutions * columns, WorkPlace::March);
             return;
         }
-        let point = if smooth { Unit::SmoothPoint } else { Unit::RoughPoint };
+        let point = if smooth { WorkUnit::SmoothPoint } else { WorkUnit::RoughPoint };
         let turns = plan.decisions.tyre.turns();
         let search = match plan.decisions.slice_coupling {
             SliceCoupling::Explicit => ActiveSet::expected(points, columns, smooth, turns),
             _ => LocalSet::expected(points, columns, smooth, turns),
         };
-        self.add(Stage::ActiveSet, point, solutions * search.points, Place::March);
-        self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search.multiply_adds, Place::March);
+        self.add(Stage::ActiveSet, point, solutions * search.points, WorkPlace::March);
+        self.add(Stage::ActiveSet, WorkUnit::SearchMultiplyAdd, solutions * search.multiply_adds, WorkPlace::March);
         self.count(Counter::Solves, solutions * search.solves);
         self.count(Counter::Factorisations, solutions * search.factorisations);
         self.count(Counter::Bands, solutions * search.bands);
@@ -281,11 +306,11 @@ impl Amounts {
         let (steps, outputs) = (plan.steps as f64, &plan.scene.outputs);
         if array_bytes > 0.0 {
             self.result_bytes = array_bytes;
-            self.add(Stage::Output, Unit::OutputByte, self.result_bytes, Place::March);
+            self.add(Stage::Output, WorkUnit::OutputByte, self.result_bytes, WorkPlace::March);
             self.count(Counter::BytesWritten, self.result_bytes);
         }
         if outputs.plots {
-            self.add(Stage::Response, Unit::Plot, 2.0, Place::Before);
+            self.add(Stage::Response, WorkUnit::Plot, 2.0, WorkPlace::Before);
             let drawn = plan.steps_drawn(self.expected.length).min(steps);
             self.hold("steps that are drawn", 8.0 * drawn * (self.expected.columns + 2.0));
         }

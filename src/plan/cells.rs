@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use super::Plan;
-use super::amounts::{Amounts, Place};
-use super::unit::Unit;
+use super::amounts::{Amounts, WorkPlace};
+use super::unit::WorkUnit;
 use crate::contact::cells::SINGLE;
 use crate::contact::cells::past::STEPS;
 use crate::contact::friction::wave_group::STEPS as TRACTION_STEPS;
@@ -97,7 +97,7 @@ impl Plan {
         }
         let beside = self.scene.tyre.width - self.scene.tyre.contact_width;
         let alone = match self.scene.has_tractions() {
-            // Each sine of lateral motion has a mean of its own.
+            // Each sine of lateral motion has a separate mean.
             true => self.decisions.tyre.sides == Sides::Guided,
             // The power of single waves has to be that of the tyre itself.
             false => self.scene.outputs.vibration.is_some(),
@@ -169,7 +169,6 @@ impl Plan {
         CellGrid::new(&self.decisions.tyre, self.scene.numerics.elements, across)
     }
 
-    /// Truncation of the sums on cells.
     pub(crate) fn cell_truncation(&self) -> CellTruncation {
         let numerics = &self.scene.numerics;
         CellTruncation { lateral_terms: numerics.lateral_terms, aliases: numerics.wavenumber_aliases }
@@ -259,14 +258,14 @@ impl Amounts {
         let search = products * transform_multiply_adds(4 * cells as usize);
         let transforms = if has_tractions { FRICTION_TRANSFORMS * transforms } else { transforms };
         let channels = if has_tractions { FRICTION_CHANNELS } else { 1.0 };
-        let kept = plan.cached_cell_poles;
-        let poles = kept.map_or_else(|| channels * plan.expected_poles_of_wave() * waves, |kept| kept as f64);
+        let cached = plan.cached_cell_poles;
+        let poles = cached.map_or_else(|| channels * plan.expected_poles_of_wave() * waves, |cached| cached as f64);
         let turns = plan.decisions.tyre.turns();
         let (odd_bytes, parts) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
-        self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
-        self.add(Stage::Penetration, Unit::LevelColumn, instants * cells, Place::March);
-        self.add(Stage::ActiveSet, Unit::TransformMultiplyAdd, instants * search, Place::March);
-        self.add(Stage::History, Unit::TransformMultiplyAdd, instants * transforms, Place::March);
+        self.add(Stage::Axle, WorkUnit::SearchMultiplyAdd, 30.0 * search, WorkPlace::Before);
+        self.add(Stage::Penetration, WorkUnit::LevelColumn, instants * cells, WorkPlace::March);
+        self.add(Stage::ActiveSet, WorkUnit::TransformMultiplyAdd, instants * search, WorkPlace::March);
+        self.add(Stage::History, WorkUnit::TransformMultiplyAdd, instants * transforms, WorkPlace::March);
         self.count(Counter::Steps, steps);
         // Forces and displacements of two blocks, the first weights of their instants, and forces that are not
         // forgotten yet.
@@ -276,19 +275,19 @@ impl Amounts {
         if scene.numerics.history == History::Direct {
             let pairs = if has_tractions { FRICTION_PARTS } else { 1.0 };
             let sums = pairs * plan.lags as f64 * waves * stages * stages;
-            self.add(Stage::Influence, Unit::Evaluation, 2.0 * sums, Place::BeforeOnAll);
-            self.add(Stage::History, Unit::DirectMultiplyAdd, 2.0 * parts * steps * sums, Place::MarchOnAll);
+            self.add(Stage::Influence, WorkUnit::Evaluation, 2.0 * sums, WorkPlace::BeforeOnAll);
+            self.add(Stage::History, WorkUnit::DirectMultiplyAdd, 2.0 * parts * steps * sums, WorkPlace::MarchOnAll);
             self.hold("weights and forces of the history", (16.0 + 8.0 * parts) * sums);
             return;
         }
         self.poles = poles;
         self.count(Counter::Poles, poles);
-        if kept.is_none() {
+        if cached.is_none() {
             // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured, flat and at
             // rest; it is taken to grow with the tyre's shape, turning and layers and with the tolerance as sums do).
             let fit = if has_tractions { FRICTION_FIT } else { 1.0 };
             let growth = expected_fit::growth(plan.fit.tolerance, &plan.decisions.tyre);
-            self.add(Stage::Fit, Unit::Fit, 0.25 * fit * growth * waves / 257.0, Place::BeforeOnAll);
+            self.add(Stage::Fit, WorkUnit::Fit, 0.25 * fit * growth * waves / 257.0, WorkPlace::BeforeOnAll);
             self.fit_memory_per_thread = expected_fit::BYTES;
             let of_pole =
                 if has_tractions { TractionModel::BYTES_OF_CHANNEL } else { PoleModel::bytes_of_pole(1, turns) };
@@ -298,10 +297,10 @@ impl Amounts {
         self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
         let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles, turns);
         let (recursion, place) = if has_tractions {
-            (FRICTION_CHANNEL * recursion, Place::MarchOnAll)
+            (FRICTION_CHANNEL * recursion, WorkPlace::MarchOnAll)
         } else {
-            (recursion, Place::Background)
+            (recursion, WorkPlace::Background)
         };
-        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, place);
+        self.add(Stage::History, WorkUnit::PoleMultiplyAdd, steps * recursion, place);
     }
 }

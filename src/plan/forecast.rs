@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::counters::Stage;
 use crate::counters::process::resident_memory;
-use crate::plan::amounts::{Amounts, Place};
+use crate::plan::amounts::{Amounts, WorkPlace};
 use crate::plan::unit::UnitCosts;
 use crate::plan::{Plan, bytes};
 use crate::scene::{History, LoadedScene, SceneError, Zone};
@@ -110,13 +110,13 @@ impl Forecast {
         for amount in &amounts.work {
             let seconds = amount.amount * costs.of(amount.stage, amount.unit);
             match amount.place {
-                Place::Before => before += seconds,
-                Place::BeforeOnAll => before += seconds / (1.0 + EFFICIENCY * (threads as f64 - 1.0)),
-                Place::March => march += seconds,
-                Place::MarchOnAll => march_on_all += seconds,
-                Place::Background => background_seconds += seconds,
+                WorkPlace::Before => before += seconds,
+                WorkPlace::BeforeOnAll => before += seconds / (1.0 + EFFICIENCY * (threads as f64 - 1.0)),
+                WorkPlace::March => march += seconds,
+                WorkPlace::MarchOnAll => march_on_all += seconds,
+                WorkPlace::Background => background_seconds += seconds,
             }
-            let background = many && amount.place == Place::Background;
+            let background = many && amount.place == WorkPlace::Background;
             match stages.iter_mut().find(|known| known.stage == amount.stage && known.background == background) {
                 Some(known) => known.seconds += seconds,
                 None => stages.push(StageForecast { stage: amount.stage, seconds, background }),

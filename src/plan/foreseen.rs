@@ -80,7 +80,7 @@ mod tests {
     use crate::scene::{DEFAULT, Scene, Setting};
 
     #[test]
-    fn a_speed_above_that_of_the_belts_waves_is_told_unless_they_are_made_faster() {
+    fn a_speed_above_the_belts_waves_is_warned_of() {
         let warnings = |settings: &[&str]| {
             let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap().warnings()
@@ -99,18 +99,22 @@ mod tests {
     }
 
     #[test]
-    fn keys_that_override_a_preset_are_told_until_they_are_unset() {
+    fn keys_that_override_a_preset_are_reported_until_unset() {
         let reported = |settings: &[&str]| {
             let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap().warnings()
         };
         let draft = ["numerics.preset=draft", "numerics.fmax=1000"];
-        let own = reported(&[&draft[..], &["numerics.elements=600", "numerics.substeps="]].concat());
-        let elements = own.iter().find(|warning| warning.starts_with("numerics.elements = 600 of the scene")).unwrap();
-        assert!(elements.contains("of preset = \"draft\"") && elements.contains("--set numerics.elements="), "{own:?}");
-        assert!(!own.iter().any(|warning| warning.contains("substeps")), "{own:?}");
+        let overridden = reported(&[&draft[..], &["numerics.elements=600", "numerics.substeps="]].concat());
+        let elements =
+            overridden.iter().find(|warning| warning.starts_with("numerics.elements = 600 of the scene")).unwrap();
+        assert!(
+            elements.contains("of preset = \"draft\"") && elements.contains("--set numerics.elements="),
+            "{overridden:?}"
+        );
+        assert!(!overridden.iter().any(|warning| warning.contains("substeps")), "{overridden:?}");
         let unset: Vec<String> =
-            own.iter().filter_map(|warning| Some(format!("{}=", warning.split_once(" = ")?.0))).collect();
+            overridden.iter().filter_map(|warning| Some(format!("{}=", warning.split_once(" = ")?.0))).collect();
         let settings: Vec<&str> =
             draft.into_iter().chain(["numerics.substeps="]).chain(unset.iter().map(String::as_str)).collect();
         assert!(reported(&settings).is_empty(), "{:?}", reported(&settings));
@@ -118,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_speed_beyond_stability_is_refused_and_one_above_the_treads_waves_told() {
+    fn an_unstable_speed_is_refused_one_above_tread_waves_warned_of() {
         let of = |settings: &[&str]| {
             let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap())

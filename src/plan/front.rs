@@ -144,8 +144,8 @@ impl FrontRow {
     /// as accurate.
     pub(crate) fn within(accuracy: f64, scene: &Scene) -> Option<&'static Self> {
         let fmax = scene.numerics.fmax?;
-        let keeps = |row: &&Self| row.error_for(scene, fmax).is_some_and(|error| error <= accuracy);
-        Self::all(scene.contact.zone).iter().find(keeps)
+        let is_accurate = |row: &&Self| row.error_for(scene, fmax).is_some_and(|error| error <= accuracy);
+        Self::all(scene.contact.zone).iter().find(is_accurate)
     }
 
     /// Smallest stated error for a scene with an fmax \[dB\]; `None` if none is stated.
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn no_error_is_stated_where_elements_are_shorter_than_the_cells_of_a_law_without_a_limit() {
+    fn no_error_is_stated_where_elements_are_shorter_than_cells() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         let stated = |scene: &Scene, fmax: f64| FrontRow::finest_error(scene, fmax).map(f64::to_bits);
         assert_eq!(STATED_TO.map(|fmax| stated(&scene, fmax)), [Some(0.3_f64.to_bits()), Some(0.5_f64.to_bits())]);

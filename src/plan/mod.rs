@@ -5,7 +5,7 @@
 //! 2. [`decisions`]: physics and effects that are on, off or reduced, and why; every later stage asks them;
 //! 3. sizes: time step, steps, lags; [`sound`] with its [`receivers`] and its transfer path;
 //! 4. [`Amounts`]: work of each stage in units, memory by what holds it;
-//! 5. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that were measured on it.
+//! 5. [`Forecast`]: both on this machine, from costs of the units ([`WorkUnit`]) that were measured on it.
 //!
 //! The plan is data: it follows from the scene alone, without reading any other file, can be printed as a table or as
 //! JSON, and the run takes its numbers from it. [`crate::planning`] makes it, since the effects take part.
@@ -18,11 +18,9 @@ pub(crate) mod fit_options;
 mod forecast;
 mod foreseen;
 pub(crate) mod front;
-pub(crate) mod inflation;
 pub(crate) mod load_index;
 pub(crate) mod models;
 pub(crate) mod overload;
-mod pressed;
 pub(crate) mod receivers;
 pub(crate) mod resolution;
 pub(crate) mod settle;
@@ -33,15 +31,14 @@ pub(crate) mod sound;
 pub(crate) mod stated;
 #[cfg(test)]
 mod tests;
-mod tread;
 mod unit;
 pub(crate) mod unit_record;
 
-pub(crate) use amounts::{Amounts, Place};
+pub(crate) use amounts::{Amounts, WorkPlace};
 pub use decisions::Decisions;
 pub(crate) use forecast::{Forecast, process_memory};
-pub use unit::Unit;
 pub(crate) use unit::UnitCosts;
+pub use unit::WorkUnit;
 
 use std::sync::OnceLock;
 
@@ -55,9 +52,12 @@ use crate::storage::Cache;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
+use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::map::TreadMap;
+use decisions::{tread_blocks, tread_map};
 pub(crate) use fit_options::fit_options;
 use resolution::{Need, Resolution};
-pub(crate) use settle::Choice;
+pub(crate) use settle::PlannedSetting;
 pub(crate) use smooth_contact::Expected;
 
 /// Length of the segments of the averaged spectrum \[s\].
@@ -76,7 +76,7 @@ pub struct Plan {
     /// Decisions on the physics and the effects.
     pub(crate) decisions: Decisions,
     /// Settings that the scene left open, and the tension from the tyre's sidewalls beside that in use.
-    pub(crate) choices: Vec<Choice>,
+    pub(crate) choices: Vec<PlannedSetting>,
     /// Keys to which the scene gives other values than its preset or accuracy would, in words.
     pub(crate) overridden: Vec<String>,
     /// Rolling speed V \[m/s\].
@@ -232,6 +232,20 @@ impl Plan {
         Lattice::choose(road, self.element, tyre.contact_width, cells_across, cells_along)
     }
 
+    /// Map of the tread, if the contact law takes it into account.
+    #[doc(hidden)]
+    pub fn tread_map(&self) -> Option<TreadMap> {
+        tread_map(&self.scene, &self.decisions)?.ok()
+    }
+
+    /// Map of the tread and the blocks with a separate compliance; `None` for a level tread.
+    #[doc(hidden)]
+    pub fn tread(&self) -> Option<(TreadMap, Option<Blocks>)> {
+        let map = self.tread_map().filter(|map| !map.is_level())?;
+        let blocks = tread_blocks(&self.scene, &map);
+        Some((map, blocks))
+    }
+
     /// Ramp of an axle that holds a height, in steps; 0 for other axles.
     pub fn ramp_steps(&self) -> f64 {
         match self.scene.rolling.axle {
@@ -242,7 +256,7 @@ impl Plan {
 
     /// Notes for the user before the run: settings that were chosen, and effects that the run leaves out.
     pub fn notes(&self) -> impl Iterator<Item = String> {
-        let choice = |Choice { key, value, reason }: &Choice| format!("{key} = {value} ({reason})");
+        let choice = |PlannedSetting { key, value, reason }: &PlannedSetting| format!("{key} = {value} ({reason})");
         self.choices.iter().map(choice).chain(self.decisions.notes.iter().cloned())
     }
 }

@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_is_heard_along_a_line_for_either_side_that_reaches_past_both_axles() {
+    fn a_vehicle_has_a_line_for_either_side_beyond_both_axles() {
         let vehicle = Vehicle { wheelbase: 2.7, track: 1.5 };
         let place = |vehicle| Receiver { name: String::new(), place: ReceiverPlace::Standard(coast_by(vehicle)) };
         let receivers = [place(None), place(Some(vehicle)), place(Some(Vehicle { wheelbase: 2.0, ..vehicle }))];

@@ -91,7 +91,6 @@ impl Resolution {
         need.largest_angle(rule) * self.steps_per_second(circumference, speed) / (2.0 * PI)
     }
 
-    /// Time steps per second.
     pub(crate) fn steps_per_second(&self, circumference: f64, speed: f64) -> f64 {
         speed * (self.elements * self.substeps) as f64 / circumference
     }
@@ -102,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn elements_and_steps_follow_the_frequency_and_what_is_given_stays() {
+    fn elements_and_steps_follow_frequency_unless_given() {
         let need = |highest| Need { highest, row: None };
         let of = |highest, rule, elements, substeps| {
             Resolution::new(need(highest), 1.95, 80.0 / 3.6, rule, elements, substeps)

@@ -7,12 +7,12 @@ use super::front::{FrontRow, STATED_TO};
 use super::resolution::{Need, Resolution};
 use super::stated::Unstated;
 use crate::scene::{
-    Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short,
+    Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Tyre, Zone, short,
 };
 
 /// A setting that the scene left open or that has another source than the scene, and its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Choice {
+pub struct PlannedSetting {
     /// Key in the scene.
     pub key: &'static str,
     /// Chosen value, as text.
@@ -28,8 +28,21 @@ const WISHES: [&str; 2] = ["numerics.preset", "numerics.accuracy"];
 ///
 /// # Errors
 /// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them.
-pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
+pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<PlannedSetting>), SceneError> {
     settle(Settling { loaded, scene: loaded.scene.clone(), choices: Vec::new(), row_alone: false })
+}
+
+/// Tension of the layers along the belt, with that from inflation and the sidewalls' arcs; empty for a tyre without
+/// these.
+pub(crate) fn tension(tyre: &Tyre) -> Vec<PlannedSetting> {
+    let Some(carried) = tyre.carried_tension() else { return Vec::new() };
+    let used = tyre.tension_along();
+    let reason = if tyre.tension_is_carried() {
+        format!("pressure and sidewalls give {carried:.3e} N/m along")
+    } else {
+        format!("given; pressure and sidewalls would give {carried:.3e} N/m along")
+    };
+    vec![PlannedSetting { key: "tyre.layers.tension", value: format!("{used:.3e} N/m along all layers"), reason }]
 }
 
 /// Keys to which a scene gives other values than its preset or accuracy would, in words.
@@ -45,11 +58,11 @@ pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
     let alone = settle(Settling { loaded, scene: alone, choices: Vec::new(), row_alone: true });
     let Ok((alone, choices)) = alone else { return Vec::new() };
     let (Ok(taken), Ok(used)) = (alone.to_json(), scene.to_json()) else { return Vec::new() };
-    let reported = |choice: &Choice| {
+    let reported = |choice: &PlannedSetting| {
         let (table, key) = choice.key.split_once('.')?;
         let [given, taken] = [&used, &taken].map(|scene| &scene[table][key]);
-        let stands = loaded.gives(choice.key) && given != taken && !taken.is_null();
-        stands.then(|| {
+        let is_overridden = loaded.gives(choice.key) && given != taken && !taken.is_null();
+        is_overridden.then(|| {
             let key = choice.key;
             format!(
                 "{key} = {given} of the scene replaces {taken} of {wish}, whose stated accuracy holds for its own \
@@ -60,7 +73,7 @@ pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
     choices.iter().filter_map(reported).collect()
 }
 
-fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<Choice>), SceneError> {
+fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<PlannedSetting>), SceneError> {
     let loaded = settling.loaded;
     let Numerics { fmax, preset, accuracy, .. } = loaded.scene.numerics;
     if preset.is_some() || accuracy.is_some() {
@@ -122,14 +135,14 @@ fn not_stated(loaded: &LoadedScene, scene: &Scene, accuracy: f64) -> Diagnostic 
 struct Settling<'a> {
     loaded: &'a LoadedScene,
     scene: Scene,
-    choices: Vec<Choice>,
+    choices: Vec<PlannedSetting>,
     /// True if the row of the table overrides settings that the scene gives.
     row_alone: bool,
 }
 
 impl Settling<'_> {
     fn choose(&mut self, key: &'static str, value: String, reason: String) {
-        self.choices.push(Choice { key, value, reason });
+        self.choices.push(PlannedSetting { key, value, reason });
     }
 
     /// Chooses cells for a scene with receivers, if it gives no key of the contact that cells do not have.

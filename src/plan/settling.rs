@@ -52,7 +52,7 @@ mod tests {
     use crate::scene::{DEFAULT, Scene, Setting};
 
     #[test]
-    fn a_warm_up_in_which_no_height_is_found_is_refused_with_the_shortest_one() {
+    fn too_short_a_warm_up_is_refused_with_the_shortest_one() {
         let check = |warm_up: f64| {
             let setting = Setting::parse(&format!("rolling.warm_up={warm_up}")).unwrap();
             let loaded = Scene::from_str_with(DEFAULT, "scene", &[setting]).unwrap();

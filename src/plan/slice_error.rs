@@ -52,7 +52,6 @@ const SPRINGS_ON_ASPHALT: Errors = Errors {
     ],
 };
 
-/// Errors of springs on chip seals.
 const SPRINGS_ON_CHIP_SEAL: Errors = Errors {
     force: [
         [2.7, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 2.9, 3.9, 5.2],
@@ -71,7 +70,6 @@ const SPRINGS_ON_CHIP_SEAL: Errors = Errors {
     ],
 };
 
-/// Errors of pressed curves on asphalts.
 const PRESSED_ON_ASPHALT: Errors = Errors {
     force: [
         [0.9, 0.9, 0.9, 1.0, 1.1, 1.1, 1.1, 1.1, 1.7, 2.0, 2.8, 3.6, 3.6, 4.7, 6.6],
@@ -90,7 +88,6 @@ const PRESSED_ON_ASPHALT: Errors = Errors {
     ],
 };
 
-/// Errors of pressed curves on chip seals.
 const PRESSED_ON_CHIP_SEAL: Errors = Errors {
     force: [
         [1.7, 1.7, 1.7, 1.7, 1.7, 1.8, 1.8, 2.4, 2.4, 2.5, 2.5, 2.5, 2.5, 2.5, 2.5],
@@ -212,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_between_speeds_is_the_larger_one_and_below_all_that_of_the_texture_wave() {
+    fn errors_between_speeds_are_the_larger_of_both() {
         let errors = &SPRINGS_ON_ASPHALT.force;
         let bits = |row: [f64; BANDS]| row.map(f64::to_bits);
         for (speed, row) in SPEEDS.iter().zip(errors) {

@@ -9,9 +9,9 @@ use super::receivers::{PlannedReceiver, planned_receivers};
 use super::stated::Unstated;
 use crate::contact::cells::gaps::PLACES;
 use crate::radiation::draft::{DraftError, DraftErrors};
-use crate::radiation::gap::patch::Channel;
+use crate::radiation::gap::patch::GapChannel;
 use crate::radiation::stored::StoredTransfers;
-use crate::radiation::{Air, Body, RadiationError};
+use crate::radiation::{Air, RadiatingBody, RadiationError};
 use crate::response::ThirdOctaveBand;
 use crate::response::pressure::{PressureModel, PressureStream, TransferPath};
 use crate::response::vibration::{Across, SegmentLayout};
@@ -145,7 +145,6 @@ impl Sound {
         worst.unwrap_or_else(|| self.with_path(0.0, 0.0, 0.0))
     }
 
-    /// Errors of the levels at a receiver.
     pub(crate) fn error_at(&self, receiver: &PlannedReceiver) -> SoundError {
         let Radiation { quality, nodes_per_wavelength, frequency_tolerance, lateral_waves, .. } = self.path.radiation;
         let waves = WAVES_ERROR * (Radiation::default().lateral_waves as f64 / lateral_waves as f64).powi(2);
@@ -193,10 +192,11 @@ impl Plan {
     ///
     /// # Errors
     /// Sizes that do not fit each other.
-    pub(crate) fn radiating_body(&self, radiation: &Radiation, at_rest: f64) -> Result<Body, RadiationError> {
+    pub(crate) fn radiating_body(&self, radiation: &Radiation, at_rest: f64) -> Result<RadiatingBody, RadiationError> {
         let patch = self.patch_length(radiation, at_rest);
         let width = self.scene.tyre.width + 2.0 * radiation.shoulder;
-        Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
+        RadiatingBody::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?
+            .with_gap(radiation.acoustic_gap)
     }
 
     /// Length of the patch of the body that radiates, given that of the static contact \[m\].
@@ -222,7 +222,7 @@ impl Plan {
                 let lateral = lateral_waves.saturating_mul(2) - 1;
                 let forces = if self.scene.has_tractions() { 3 } else { 1 };
                 let components = lateral.saturating_mul(forces);
-                (SegmentLayout { across: Across::Resolved { components, kept: 0 }, ..layout }, lateral)
+                (SegmentLayout { across: Across::Resolved { components, values: 0 }, ..layout }, lateral)
             }
         }
     }
@@ -296,11 +296,11 @@ impl Plan {
 }
 
 /// Grooves of a scene with air through the patch.
-pub(crate) fn channels(scene: &Scene) -> Vec<Channel> {
+pub(crate) fn channels(scene: &Scene) -> Vec<GapChannel> {
     if taken_pattern(scene).is_none() {
         return Vec::new();
     }
-    let channel = |groove: &Groove| Channel { position: groove.position, width: groove.width, depth: groove.depth };
+    let channel = |groove: &Groove| GapChannel { position: groove.position, width: groove.width, depth: groove.depth };
     scene.open_grooves().iter().filter(|groove| groove.depth > 0.0).map(channel).collect()
 }
 
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_is_heard_for_half_a_minute_within_1_1_gigabytes_and_a_point_more_takes_some_1_7_megabytes() {
+    fn half_a_minute_of_a_vehicle_takes_less_than_1_1_gigabytes() {
         // On springs the tread alone radiates. The sides of a tyre on arcs add five rings to four points across it.
         let tyres = [(on_springs(DEFAULT), 1.1e9, 1.8e6), (DEFAULT.to_owned(), 1.8e9, 9.0 / 4.0 * 1.8e6)];
         for (text, most, steepest) in tyres {
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_blocks_wait_as_the_memory_allows_that_the_rest_of_the_run_leaves() {
+    fn as_many_blocks_wait_as_the_remaining_memory_allows() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         let place = ReceiverPlace::Standard(StandardReceiver::Cpx);
         scene.receivers = vec![Receiver { name: String::new(), place }];
@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_of_a_draft_goes_with_the_place_and_is_the_sum_it_states() {
+    fn a_drafts_error_depends_on_place_and_is_the_stated_sum() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         let at = |place| Receiver { name: String::new(), place };
         let [beside, ahead] = [[0.0, 2.0, 0.3], [2.0, 0.0, 0.3]].map(|position| ReceiverPlace::Position { position });
@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn places_of_the_standards_are_in_the_air_and_a_scene_without_any_has_no_sound() {
+    fn standard_receivers_are_in_the_air_without_any_no_sound() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         assert_eq!(Plan::new(&scene).sound(), None);
         let standards = [

@@ -93,7 +93,7 @@ mod tests {
     use crate::test_models::{scene_text, with_all_terms};
 
     #[test]
-    fn no_error_is_stated_for_elements_that_are_longer_than_the_rows() {
+    fn no_error_is_stated_for_elements_longer_than_the_rows() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         assert_eq!(FrontRow::stated_error(&scene), Err(Unstated::NoPreset));
         (scene.numerics.preset, scene.numerics.fmax) = (Some(Preset::Standard), Some(1000.0));
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn no_error_is_stated_for_a_setting_of_the_scenes_own_that_is_coarser_than_the_presets() {
+    fn no_error_is_stated_for_settings_coarser_than_the_preset() {
         let preset = |zone: &str, keys: &str| {
             let texture = "kind = \"made\"\nseed = 1\ntexture = \"sma-8\"";
             let rolling = "speed_kmh = 80.0\nduration = 1.0\naxle = { load = 3400.0 }";

@@ -53,7 +53,7 @@ fn open(keys: &str) -> String {
 }
 
 #[test]
-fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
+fn missing_settings_follow_from_preset_and_accuracy() {
     for row in FrontRow::all(Zone::Slices) {
         let (name, error) = (row.preset.name(), row.error(1000.0).unwrap());
         let load = |wish: &str| planned(&open(wish)).unwrap_or_else(|error| panic!("{}", error.render(false)));
@@ -132,7 +132,7 @@ fn a_preset_over_cells_asks_for_no_more_than_it_needs() {
 }
 
 #[test]
-fn a_preset_takes_cells_for_a_sound_unless_the_scene_speaks_of_slices() {
+fn a_preset_takes_cells_for_sound_unless_slices_are_given() {
     let receiver = "\n[[receiver]]\nstandard = \"cpx\"\n";
     let zone = |preset: &str, law: &str, receiver: &str| {
         let text = replaced(&open(preset), &[("tread = \"elastic\"", law)]);
@@ -187,7 +187,7 @@ fn the_estimate_knows_how_the_past_is_carried() {
 }
 
 #[test]
-fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
+fn threads_share_the_work_and_a_smooth_road_has_hardly_any() {
     let rough = Plan::new(&Scene::from_str(PLATE, "default").unwrap().scene);
     let of = |plan: &Plan, threads| plan.forecast(&UnitCosts::default(), threads, 1e7);
     let background = |plan: &Plan, of_road: bool| -> f64 {
@@ -208,7 +208,7 @@ fn threads_share_the_work_and_a_smooth_road_leaves_next_to_nothing_behind() {
 }
 
 #[test]
-fn what_curvature_does_to_short_waves_does_not_move_the_expected_contact() {
+fn curvature_of_short_waves_does_not_move_expected_contact() {
     use crate::contact::static_contact::StaticTyre;
     use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
     let scene = crate::scene::Scene::from_str(crate::scene::DEFAULT, "default").unwrap().scene;

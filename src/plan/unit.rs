@@ -7,7 +7,7 @@ use crate::counters::Stage;
 /// Unit of an amount of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Unit {
+pub enum WorkUnit {
     /// Fit of the influence functions, in fits of 512 elements to 1e-5.
     Fit,
     /// A pole: read, checked, and its coefficients computed.
@@ -62,7 +62,7 @@ pub enum Unit {
     Plot,
 }
 
-impl Unit {
+impl WorkUnit {
     /// Seconds on one core of an AMD EPYC with AVX-512, release build (measured): used by the checks of plans and where
     /// nothing was measured.
     pub(crate) const fn typical(self) -> f64 {
@@ -115,7 +115,7 @@ impl Default for UnitCosts {
 
 impl UnitCosts {
     /// Seconds of a unit in a stage.
-    pub(crate) fn of(&self, stage: Stage, unit: Unit) -> f64 {
+    pub(crate) fn of(&self, stage: Stage, unit: WorkUnit) -> f64 {
         self.stages[stage as usize] * unit.typical()
     }
 }

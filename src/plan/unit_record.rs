@@ -1,4 +1,4 @@
-//! Measured costs of units of work on this machine, kept beside the fitted models.
+//! Measured costs of units of work on this machine, stored beside the fitted models.
 
 use std::fs;
 use std::path::PathBuf;

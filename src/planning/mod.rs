@@ -2,15 +2,15 @@
 //! states its decision, its choices and its work in its module.
 
 use crate::effects::{Arrays, EFFECTS, channels};
-use crate::plan::decisions::{Decisions, LATE, PHYSICS, Row};
+use crate::plan::decisions::{DecisionRow, Decisions, LATE, PHYSICS};
 use crate::plan::models::cached_cell_poles;
-use crate::plan::settle::{self, Choice};
-use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, cached_poles, feasible, inflation};
+use crate::plan::settle::{self, PlannedSetting};
+use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, cached_poles, feasible};
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::Cache;
 
 /// Rows of the plan's table, in the order of the computation.
-pub fn rows() -> impl Iterator<Item = &'static Row> {
+pub fn rows() -> impl Iterator<Item = &'static DecisionRow> {
     PHYSICS.iter().chain(EFFECTS.into_iter().flat_map(|effect| effect.rows())).chain(&LATE)
 }
 
@@ -24,7 +24,7 @@ pub(crate) fn settled(loaded: LoadedScene) -> Result<LoadedScene, SceneError> {
 }
 
 /// Decides every setting of a scene; returns the scene and the choices.
-fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
+fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<PlannedSetting>), SceneError> {
     let (scene, choices) = settle::decide(loaded)?;
     feasible::check_sizes(loaded, &scene)?;
     EFFECTS.iter().try_for_each(|effect| effect.check(loaded, &scene))?;
@@ -47,7 +47,7 @@ impl Plan {
     pub fn of(loaded: &LoadedScene) -> Result<Self, SceneError> {
         let (scene, mut choices) = decide(loaded)?;
         feasible::check(loaded, &scene)?;
-        choices.extend(inflation::choices(&scene.tyre));
+        choices.extend(settle::tension(&scene.tyre));
         let mut plan = Self::new(&scene);
         plan.check_rotation(loaded)?;
         plan.decisions.notes.extend(plan.outrun_tread());

@@ -114,9 +114,9 @@ impl From<SliceError> for Failure {
 
 impl Failure {
     /// Folder of a run that was stopped.
-    pub(super) fn kept(&self) -> Option<&Path> {
+    pub(super) fn partial(&self) -> Option<&Path> {
         match self {
-            Self::Run(run::RunError::Interrupted { kept }) => kept.as_deref(),
+            Self::Run(run::RunError::Interrupted { partial }) => partial.as_deref(),
             _ => None,
         }
     }
@@ -143,7 +143,7 @@ fn of_a_run(py: Python<'_>, error: run::RunError, text: String) -> PyErr {
         run::RunError::Scene(error) => of_a_scene(py, error),
         run::RunError::Road(_) | run::RunError::Slices(_) => PyValueError::new_err(text),
         run::RunError::Results(error) => of_results(&error, text),
-        run::RunError::Kept { source, .. } => of_results(&source, text),
+        run::RunError::Resumable { source, .. } => of_results(&source, text),
         run::RunError::Checkpoint(CheckpointError::Nothing { .. }) => PyFileNotFoundError::new_err(text),
         run::RunError::Checkpoint(CheckpointError::Io { source, .. }) => of_system(&source, text),
         run::RunError::Interrupted { .. } => PyKeyboardInterrupt::new_err(text),
@@ -175,7 +175,7 @@ fn of_results(error: &ResultsError, text: String) -> PyErr {
     match error {
         ResultsError::NotOurs { .. } | ResultsError::ForeignEntry { .. } => PyFileExistsError::new_err(text),
         ResultsError::NoFolderName { .. } => PyValueError::new_err(text),
-        ResultsError::Room { .. } => PyMemoryError::new_err(text),
+        ResultsError::OutOfMemory { .. } => PyMemoryError::new_err(text),
         ResultsError::Create { source, .. }
         | ResultsError::Write { source, .. }
         | ResultsError::Rename { source, .. } => of_system(source, text),

@@ -20,12 +20,12 @@ use crate::run::{Progress, RunError};
 use crate::scene::Setting;
 use crate::study::calibration::calibrated;
 use crate::study::effects::{LONGEST, compare};
-use crate::study::loads::{Standing, rolling};
+use crate::study::loads::{LoadedTyre, rolling};
 use crate::study::radiation::{LOWEST, Radiator, asked_frequencies};
 use crate::study::sweep::factor::Values;
 use crate::study::sweep::table::{csv, sound_csv};
 use crate::study::sweep::{
-    Axes, Design, Done, Factor, Label, Outcome, RepeatedTable, Variant, blocks, sweep as run_all, variants,
+    Axes, Design, Done, Factor, Label, RepeatedTable, Variant, VariantOutcome, blocks, sweep as run_all, variants,
 };
 use crate::tyre::influence::mobility::{driving_point, frequencies};
 use crate::tyre::modes::modes;
@@ -64,7 +64,7 @@ pub(super) fn tyre(
             loaded.check_time_domain()?;
         }
         watched.stage(Stage::Influence);
-        let standing = Standing::new(scene);
+        let standing = LoadedTyre::new(scene);
         let contacts: Result<Vec<_>, _> = loads.iter().map(|&load| standing.under(load)).collect();
         let contacts = contacts.map_err(RunError::from)?;
         let found = modes(&scene.tyre, waves, lateral, highest)?;
@@ -97,7 +97,7 @@ pub(super) fn radiation(
         let scene = &loaded.scene;
         within("highest", &[highest], LOWEST, HIGHEST)?;
         within("points", &[f64::from(points)], 2.0, MOST_POINTS)?;
-        let standing = Standing::new(scene).held_by(&scene.rolling.axle).map_err(RunError::from)?;
+        let standing = LoadedTyre::new(scene).held_by(&scene.rolling.axle).map_err(RunError::from)?;
         let radiator = Radiator::new(scene, &Plan::new(scene), standing.length)?;
         let asked = asked_frequencies(highest, points);
         watched.pieces_of(Stage::Radiation, asked.len());
@@ -155,11 +155,11 @@ pub(super) fn sweep<'py>(
         std::fs::create_dir_all(&out).map_err(ResultsError::creating(&out)).map_err(RunError::from)?;
         let outcomes = run_all(&variants, &out, rayon::current_num_threads(), &watched.stop, &mut watched);
         if watched.stop.load(Ordering::Relaxed) {
-            return Err(RunError::Interrupted { kept: None }.into());
+            return Err(RunError::Interrupted { partial: None }.into());
         }
-        let failed = |(variant, outcome): (&Variant, &Outcome)| match outcome {
-            Outcome::Failed(error) => Some(format!("{}: {error}", variant.label.name)),
-            Outcome::Done(_) | Outcome::Stopped => None,
+        let failed = |(variant, outcome): (&Variant, &VariantOutcome)| match outcome {
+            VariantOutcome::Failed(error) => Some(format!("{}: {error}", variant.label.name)),
+            VariantOutcome::Done(_) | VariantOutcome::Stopped => None,
         };
         let failed: Vec<String> = variants.iter().zip(&outcomes).filter_map(failed).collect();
         if !failed.is_empty() {

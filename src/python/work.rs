@@ -18,7 +18,7 @@ use crate::counters::Stage;
 use crate::run::Progress;
 
 /// Interval of the checks.
-const LOOK_EVERY: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// More threads are taken for a typing error.
 const MOST_THREADS: usize = 1024;
 
@@ -127,7 +127,7 @@ pub(super) fn carried_out<T: Send>(
             let mut stopped: Option<PyErr> = None;
             loop {
                 let check = |py: Python<'_>| py.check_signals().and_then(|()| reporter.report(py, watched));
-                match receiver.recv_timeout(LOOK_EVERY) {
+                match receiver.recv_timeout(POLL_INTERVAL) {
                     Err(RecvTimeoutError::Timeout) if stopped.is_some() => {}
                     Err(RecvTimeoutError::Timeout) => {
                         stopped = Python::attach(check).err();
@@ -145,8 +145,8 @@ pub(super) fn carried_out<T: Send>(
     });
     match (done, stopped) {
         (Some(done), Some(stopped)) => {
-            let kept = done.as_ref().err().and_then(Failure::kept);
-            let reported = stopped.value(py).setattr("kept", kept);
+            let partial = done.as_ref().err().and_then(Failure::partial);
+            let reported = stopped.value(py).setattr("kept", partial);
             Err(reported.err().unwrap_or(stopped))
         }
         (Some(done), None) => done.map_err(|failure| failure.raised(py)),

@@ -8,10 +8,10 @@ use num_complex::Complex64;
 
 use super::body::Vector;
 use super::chart::Chart;
-use super::elements::{Mesh, Patch, distance, padded};
+use super::elements::{Mesh, SurfacePatch, distance, padded};
 use super::kernel::{Coordinates, FarColumn, Layer, arch};
 use super::near::NearPatch;
-use super::parity::{Block, MIRRORS, mirrored};
+use super::parity::{MIRRORS, ParityBlock, mirrored};
 
 /// Distance to a patch's bounding ball over the ball's radius up to which its integrals are near ones.
 pub(crate) const FAR: f64 = 1.2;
@@ -63,11 +63,11 @@ impl Targets {
     pub(crate) fn on_surface(mesh: &Mesh, points: &[(Chart, [f64; 2])]) -> Self {
         let mut this = Self::default();
         for &(chart, [meridian, turn]) in points {
-            let home = |(index, patch): (usize, &Patch)| {
+            let of_patch = |(index, patch): (usize, &SurfacePatch)| {
                 let local = Some(patch).filter(|patch| patch.chart == chart)?.local(meridian, turn)?;
                 Some(Place::Patch(index, local))
             };
-            let place = mesh.patches.iter().enumerate().find_map(home).unwrap_or(Place::Free);
+            let place = mesh.patches.iter().enumerate().find_map(of_patch).unwrap_or(Place::Free);
             this.push(chart.point(meridian, turn).position, place);
         }
         this.fill();
@@ -120,12 +120,12 @@ impl AssemblyWork {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Panel {
     rows: usize,
-    blocks: Vec<(Block, Vec<f64>, Vec<f64>)>,
+    blocks: Vec<(ParityBlock, Vec<f64>, Vec<f64>)>,
     far: Vec<f64>,
 }
 
 impl Panel {
-    pub(crate) fn new(blocks: &[Block]) -> Self {
+    pub(crate) fn new(blocks: &[ParityBlock]) -> Self {
         Self { rows: 0, blocks: blocks.iter().map(|&block| (block, Vec::new(), Vec::new())).collect(), far: Vec::new() }
     }
 

@@ -14,7 +14,7 @@ pub type Vector = [f64; 3];
 
 /// Shape of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum BodyShape {
     /// A sphere.
     Sphere {
         /// Radius \[m\].
@@ -33,8 +33,8 @@ pub enum Shape {
 
 /// A body and its height over the road.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Body {
-    shape: Shape,
+pub struct RadiatingBody {
+    shape: BodyShape,
     height: Option<f64>,
     gap: f64,
 }
@@ -54,20 +54,20 @@ const LEAST_SHOULDER: f64 = 1e-4;
 /// Lowest middle of a body that is cut by the road, relative to its radius.
 const LOWEST: f64 = 0.05;
 
-impl Body {
+impl RadiatingBody {
     /// A body whose middle is at `height` \[m\] over a rigid road, or without a road.
     ///
     /// # Errors
     /// Sizes that are not positive or out of range, a shoulder larger than the body or too small to be round, a middle
     /// below 5 % of the radius, a tyre that touches the road in a line (a patch of no length) and a clearance below
     /// 1e-4 of the radius.
-    pub fn new(shape: Shape, height: Option<f64>) -> Result<Self, RadiationError> {
+    pub fn new(shape: BodyShape, height: Option<f64>) -> Result<Self, RadiationError> {
         let radius = match shape {
-            Shape::Sphere { radius } => {
+            BodyShape::Sphere { radius } => {
                 size("the sphere's radius", radius)?;
                 radius
             }
-            Shape::Tyre { radius, width, shoulder } => {
+            BodyShape::Tyre { radius, width, shoulder } => {
                 size("the tyre's radius", radius)?;
                 size("the tyre's width", width)?;
                 let least = LEAST_SHOULDER * radius;
@@ -84,9 +84,9 @@ impl Body {
                 return refuse("its middle must be above the road by at least 5 % of the radius");
             }
             let clearance = (height - radius) / radius;
-            let touches = clearance.abs() < LEAST_CLEARANCE;
+            let is_touching = clearance.abs() < LEAST_CLEARANCE;
             let exact = clearance.abs() < f64::EPSILON;
-            if touches && !(exact && matches!(shape, Shape::Sphere { .. })) {
+            if is_touching && !(exact && matches!(shape, BodyShape::Sphere { .. })) {
                 return refuse("it must be cut by the road or clear of it by more than 1e-4 of the radius");
             }
         }
@@ -102,7 +102,7 @@ impl Body {
         positive("half the patch's length", half_length)?;
         positive("the tyre's radius", radius)?;
         let height = (radius * radius - half_length * half_length).max(0.0).sqrt();
-        Self::new(Shape::Tyre { radius, width, shoulder }, Some(height))
+        Self::new(BodyShape::Tyre { radius, width, shoulder }, Some(height))
     }
 
     /// The same tyre over a slit: the flat underside that the cut leaves is not sealed against the road but `gap` \[m\]
@@ -119,7 +119,7 @@ impl Body {
         if gap <= 0.0 {
             return Ok(Self { gap: 0.0, ..self });
         }
-        let Shape::Tyre { shoulder, radius, .. } = self.shape else {
+        let BodyShape::Tyre { shoulder, radius, .. } = self.shape else {
             return refuse("only a tyre has a gap");
         };
         let Some(height) = self.height.filter(|height| *height < radius && radius - height < shoulder) else {
@@ -140,7 +140,7 @@ impl Body {
     }
 
     /// Shape and sizes of the body.
-    pub fn shape(&self) -> Shape {
+    pub fn shape(&self) -> BodyShape {
         self.shape
     }
 
@@ -162,7 +162,7 @@ impl Body {
     /// Radius of the sphere or of the tread \[m\].
     pub fn radius(&self) -> f64 {
         match self.shape {
-            Shape::Sphere { radius } | Shape::Tyre { radius, .. } => radius,
+            BodyShape::Sphere { radius } | BodyShape::Tyre { radius, .. } => radius,
         }
     }
 
@@ -176,8 +176,8 @@ impl Body {
     pub fn depth(&self, [x, y, z]: Vector) -> f64 {
         let z = z - self.middle();
         match self.shape {
-            Shape::Sphere { radius } => radius - (x * x + y * y + z * z).sqrt(),
-            Shape::Tyre { radius, width, shoulder } => {
+            BodyShape::Sphere { radius } => radius - (x * x + y * y + z * z).sqrt(),
+            BodyShape::Tyre { radius, width, shoulder } => {
                 // Distance to a rounded box in the half plane of (distance from the axle, distance from the middle).
                 let across = y.abs() - (0.5 * width - shoulder);
                 let out = x.hypot(z) - (radius - shoulder);
@@ -241,8 +241,8 @@ fn refused([x, y, z]: Vector, why: &'static str) -> RadiationError {
 mod tests {
     use super::*;
 
-    fn tyre(shoulder: f64) -> Body {
-        Body::new(Shape::Tyre { radius: 0.32, width: 0.2, shoulder }, Some(0.305)).unwrap()
+    fn tyre(shoulder: f64) -> RadiatingBody {
+        RadiatingBody::new(BodyShape::Tyre { radius: 0.32, width: 0.2, shoulder }, Some(0.305)).unwrap()
     }
 
     #[test]
@@ -262,8 +262,8 @@ mod tests {
     }
 
     #[test]
-    fn a_receiver_is_in_the_air_and_neither_in_the_tyre_nor_below_the_road() {
-        let why = |body: Body, point| match body.check_receiver(point) {
+    fn a_receiver_is_neither_in_the_tyre_nor_below_the_road() {
+        let why = |body: RadiatingBody, point| match body.check_receiver(point) {
             Err(RadiationError::Point { why, .. }) => why,
             other => panic!("{point:?}: {other:?}"),
         };

@@ -19,16 +19,16 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use super::body::{Body, Shape, Vector};
+use super::body::{BodyShape, RadiatingBody, Vector};
 use super::chart::Chart;
 use super::error::RadiationError;
-use super::mesh::Resolution;
-use super::parity::Block;
-use super::solve::{Drive, Problem};
+use super::mesh::MeshResolution;
+use super::parity::ParityBlock;
+use super::solve::{Drive, RadiationProblem};
 
 /// Errors of a file of cases.
 #[derive(Debug, Error)]
-pub enum CasesError {
+pub enum RadiationCasesError {
     /// Not JSON, or not this format.
     #[error("not a file of radiation cases: {0}")]
     Format(#[from] serde_json::Error),
@@ -119,12 +119,12 @@ impl From<RadiationError> for Fault {
 ///
 /// # Errors
 /// The first case that is wrong, by its name; `RadiationError::Interrupted` in the case where it was.
-pub fn evaluate(text: &str, memory_limit: u64, interrupted: &dyn Fn() -> bool) -> Result<Value, CasesError> {
+pub fn evaluate(text: &str, memory_limit: u64, interrupted: &dyn Fn() -> bool) -> Result<Value, RadiationCasesError> {
     let document: Document = serde_json::from_str(text)?;
     let positive = |value: f64| value > 0.0 && value.is_finite();
     let numbers = [document.density, document.sound_speed, document.nodes_per_wavelength];
     if !numbers.into_iter().all(positive) {
-        return Err(CasesError::Range {
+        return Err(RadiationCasesError::Range {
             place: "the file".to_owned(),
             what: "density, sound_speed and nodes_per_wavelength must be positive",
         });
@@ -134,8 +134,8 @@ pub fn evaluate(text: &str, memory_limit: u64, interrupted: &dyn Fn() -> bool) -
         let answer = answer(&document, case, memory_limit, interrupted).map_err(|fault| {
             let place = format!("case {index} '{}'", case.name);
             match fault {
-                Fault::Range(what) => CasesError::Range { place, what },
-                Fault::Radiation(source) => CasesError::Case { place, source },
+                Fault::Range(what) => RadiationCasesError::Range { place, what },
+                Fault::Radiation(source) => RadiationCasesError::Case { place, source },
             }
         })?;
         answers.push(answer);
@@ -150,8 +150,8 @@ fn answer(
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Value, Fault> {
     let (shape, height) = match case.body {
-        BodyEntry::Sphere { radius, height } => (Shape::Sphere { radius }, height),
-        BodyEntry::Tyre { radius, width, shoulder, height } => (Shape::Tyre { radius, width, shoulder }, height),
+        BodyEntry::Sphere { radius, height } => (BodyShape::Sphere { radius }, height),
+        BodyEntry::Tyre { radius, width, shoulder, height } => (BodyShape::Tyre { radius, width, shoulder }, height),
     };
     if case.plane && height.is_none() {
         return Err(Fault::Range("with a plane the body must have a height"));
@@ -159,11 +159,11 @@ fn answer(
     if height.is_some_and(|height| !height.is_finite()) {
         return Err(Fault::Range("height must be finite"));
     }
-    let body = Body::new(shape, height.filter(|_| case.plane))?;
+    let body = RadiatingBody::new(shape, height.filter(|_| case.plane))?;
     // Without a plane a body at a height is the same one at the origin with everything else moved.
     let shift = if case.plane { 0.0 } else { height.unwrap_or(0.0) };
     let moved = |points: &[Vector]| points.iter().map(|&[x, y, z]| [x, y, z - shift]).collect::<Vec<_>>();
-    let resolution = Resolution::of(document.nodes_per_wavelength);
+    let resolution = MeshResolution::of(document.nodes_per_wavelength);
     let k = case.wavenumber;
     match case {
         CaseEntry { velocity: Some(velocity), receivers: Some(receivers), source: None, points: None, .. } => {
@@ -176,7 +176,7 @@ fn answer(
                 }
             }
             let finest = k.max(velocity.wavenumber(&body));
-            let problem = Problem::new(&body, k, finest, &resolution, &Block::ALL, memory_limit)?;
+            let problem = RadiationProblem::new(&body, k, finest, &resolution, &ParityBlock::ALL, memory_limit)?;
             let impedance = document.density * document.sound_speed * k;
             let drive =
                 |chart: &Chart, point: Vector| Complex64::new(0.0, impedance * velocity.at(&body, chart, point));
@@ -204,7 +204,7 @@ fn answer(
             for &point in &points {
                 body.check_surface_point(point)?;
             }
-            let problem = Problem::new(&body, k, k, &resolution, &Block::ALL, memory_limit)?;
+            let problem = RadiationProblem::new(&body, k, k, &resolution, &ParityBlock::ALL, memory_limit)?;
             let drives = [Drive::Source(moved(&[*source])[0])];
             let mut solution = problem.solve_unless(&drives, interrupted)?;
             Ok(json!({ "green": numbers(&solution.field(&points, true)[0])? }))
@@ -231,13 +231,13 @@ enum Motion {
 }
 
 impl Motion {
-    fn of(entry: VelocityEntry, body: &Body) -> Result<Self, Fault> {
+    fn of(entry: VelocityEntry, body: &RadiatingBody) -> Result<Self, Fault> {
         match (entry, body.shape()) {
             (VelocityEntry::Named(Named::Uniform), _) => Ok(Self::Uniform),
-            (VelocityEntry::Named(Named::Heave), Shape::Sphere { .. }) => Ok(Self::Heave),
-            (VelocityEntry::Named(Named::Sway), Shape::Sphere { .. }) => Ok(Self::Sway),
+            (VelocityEntry::Named(Named::Heave), BodyShape::Sphere { .. }) => Ok(Self::Heave),
+            (VelocityEntry::Named(Named::Sway), BodyShape::Sphere { .. }) => Ok(Self::Sway),
             (VelocityEntry::Named(_), _) => Err(Fault::Range("heave and sway are motions of a sphere")),
-            (VelocityEntry::Wave(Wave { circumferential, across }), Shape::Tyre { width, .. }) => {
+            (VelocityEntry::Wave(Wave { circumferential, across }), BodyShape::Tyre { width, .. }) => {
                 if across != 1 {
                     return Err(Fault::Range("across must be 1"));
                 }
@@ -251,14 +251,14 @@ impl Motion {
     }
 
     /// Wavenumber of the velocity, which the mesh must resolve \[rad/m\].
-    fn wavenumber(&self, body: &Body) -> f64 {
+    fn wavenumber(&self, body: &RadiatingBody) -> f64 {
         match *self {
             Self::Wave { around, across } => (around / body.radius()).hypot(across),
             _ => 0.0,
         }
     }
 
-    fn at(&self, body: &Body, chart: &Chart, [x, y, z]: Vector) -> f64 {
+    fn at(&self, body: &RadiatingBody, chart: &Chart, [x, y, z]: Vector) -> f64 {
         let z = z - body.middle();
         match *self {
             Self::Uniform => 1.0,

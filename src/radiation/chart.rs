@@ -5,7 +5,7 @@
 //! theta, from the bottom (the contact's centre), increasing towards +x; meridian is y on the tread, the shoulder's
 //! angle from the tread's edge on the shoulder, the radius on the side.
 
-use super::body::{Body, Shape, Vector};
+use super::body::{BodyShape, RadiatingBody, Vector};
 
 /// A piece of surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,8 +82,8 @@ pub struct SurfacePoint {
 
 impl Chart {
     /// Charts of the tread, a shoulder and a side of a tyre; `None` for another body.
-    pub fn of_tyre(body: &Body) -> Option<[Self; 3]> {
-        let Shape::Tyre { radius, width, shoulder } = body.shape() else { return None };
+    pub fn of_tyre(body: &RadiatingBody) -> Option<[Self; 3]> {
+        let BodyShape::Tyre { radius, width, shoulder } = body.shape() else { return None };
         let (middle, gap) = (body.height().unwrap_or(0.0), body.gap());
         let edge = 0.5 * width - shoulder;
         Some([

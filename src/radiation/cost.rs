@@ -1,15 +1,15 @@
 //! Expected cost of a boundary problem, before it is set up.
 
-use super::body::Body;
+use super::body::RadiatingBody;
 use super::elements::padded;
 use super::error::RadiationError;
 use super::interior::interior_points;
-use super::mesh::{Resolution, patches};
-use super::parity::{Block, MIRRORS};
+use super::mesh::{MeshResolution, patches};
+use super::parity::{MIRRORS, ParityBlock};
 
 /// Cost of one wavenumber.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Cost {
+pub(crate) struct RadiationCost {
     /// Patches of the quarter.
     pub patches: usize,
     /// Unknown pressures of one block.
@@ -30,18 +30,18 @@ pub(crate) struct Cost {
 /// the points at which transfers are evaluated add to them.
 const NEAR_EVALUATIONS: f64 = 5e3;
 
-impl Cost {
+impl RadiationCost {
     /// Expected cost of a body at a wavenumber \[rad/m\], with a mesh for `mesh_wavenumber` (the same, unless a
     /// velocity needs a finer one).
     ///
     /// # Errors
     /// As [`patches`], but not for too many of them.
     pub(crate) fn expected(
-        body: &Body,
+        body: &RadiatingBody,
         wavenumber: f64,
         mesh_wavenumber: f64,
-        resolution: &Resolution,
-        blocks: &[Block],
+        resolution: &MeshResolution,
+        blocks: &[ParityBlock],
     ) -> Result<Self, RadiationError> {
         let patches = match patches(body, mesh_wavenumber, resolution) {
             Ok(made) => made.len(),

@@ -20,11 +20,11 @@
 
 use num_complex::Complex64;
 
-use super::body::{Body, Vector};
+use super::body::{RadiatingBody, Vector};
 use super::elements::distance;
 use super::error::RadiationError;
 use super::frequencies::{FrequencyRange, FrequencyTransfers, TransferSet};
-use super::transfer::{Transfer, TransferProblem, across_points, half_tread};
+use super::transfer::{SurfaceTransfer, TransferProblem, across_points, half_tread};
 use crate::numeric::{in_parallel, single};
 
 /// Error bound of a draft, relative to the full method.
@@ -125,7 +125,7 @@ pub(crate) fn monopole(point: Vector, receiver: Vector, wavenumber: f64) -> Comp
 
 /// Transfers of a problem at a wavenumber \[rad/m\]: the even part of a tyre that stands on the road, or both sides of
 /// its tread, whose horn is then taken to be that of the even part.
-pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Transfer> {
+pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<SurfaceTransfer> {
     let TransferProblem { body, grid, receivers, .. } = *problem;
     let radius = body.radius();
     let edge = (body.half_patch() / radius).asin();
@@ -158,7 +158,7 @@ pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Trans
                 values.push(single(pressure));
             }
         }
-        Transfer { receiver, wavenumber, grid, sides, values }
+        SurfaceTransfer { receiver, wavenumber, grid, sides, values }
     };
     receivers.iter().map(one).collect()
 }
@@ -197,7 +197,7 @@ pub(crate) fn frequencies(range: &FrequencyRange) -> Vec<f64> {
 }
 
 /// Refuses bodies for which the fit does not hold.
-fn check(body: &Body) -> Result<(), RadiationError> {
+fn check(body: &RadiatingBody) -> Result<(), RadiationError> {
     if body.half_patch() <= 0.0 {
         let (height, radius) = (body.middle(), body.radius());
         let why = "draft quality is for a tyre that stands on the road";
@@ -213,16 +213,16 @@ fn check(body: &Body) -> Result<(), RadiationError> {
 mod tests {
     use super::*;
     use crate::numeric::double;
-    use crate::radiation::{Block, Resolution, TransferGrid};
+    use crate::radiation::{MeshResolution, ParityBlock, TransferGrid};
 
-    fn problem<'a>(body: &'a Body, receivers: &'a [Vector]) -> TransferProblem<'a> {
+    fn problem<'a>(body: &'a RadiatingBody, receivers: &'a [Vector]) -> TransferProblem<'a> {
         TransferProblem {
             body,
             receivers,
             grid: TransferGrid { around: 512, across: 4 },
             flank: None,
-            resolution: Resolution::of(6.0),
-            blocks: &Block::EVEN_ACROSS,
+            resolution: MeshResolution::of(6.0),
+            blocks: &ParityBlock::EVEN_ACROSS,
             memory_limit: 1 << 30,
         }
     }
@@ -241,7 +241,7 @@ mod tests {
         // The plane is rigid: dp/dz = 0 there, not elsewhere.
         assert!(slope(0.0).norm() < 1e-9 && slope(0.3).norm() > 1e-3, "{} {}", slope(0.0), slope(0.3));
         // Far from the patch's edge the tread consists of such monopoles.
-        let body = Body::standing_tyre(0.31, 0.176, 0.02, 0.054).unwrap();
+        let body = RadiatingBody::standing_tyre(0.31, 0.176, 0.02, 0.054).unwrap();
         let receivers = [[0.0, 7.5, 1.2]];
         let found = transfers_at(&problem(&body, &receivers), k);
         let cell = 255;
@@ -255,8 +255,8 @@ mod tests {
     }
 
     #[test]
-    fn the_stated_error_holds_round_the_tyre_and_none_is_stated_where_the_tyre_shades() {
-        let body = Body::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();
+    fn the_stated_error_holds_where_the_tyre_does_not_shade() {
+        let body = RadiatingBody::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();
         let errors = DraftErrors::of(body.radius(), 0.176).unwrap();
         let receivers = [[0.5, 0.0, 0.2], [-0.5, 0.1, 0.2], [3.0, 0.5, 0.1], [0.1, 0.5, 0.1], [0.3, 0.0, 2.0]];
         let problem = problem(&body, &receivers);
@@ -273,15 +273,15 @@ mod tests {
 
     /// Level of the mean square over the strongest part of the vibration: the tread within 60 mm of the patch, both
     /// ends \[dB\].
-    fn level_near_the_patch(transfer: &Transfer) -> f64 {
+    fn level_near_the_patch(transfer: &SurfaceTransfer) -> f64 {
         let value = |across: usize, cell: usize| double(transfer.values[transfer.index(0, across, cell)]);
         let cell = |cell: usize| (0..4).map(|across| value(across, cell).norm_sqr()).sum::<f64>();
         10.0 * (15..30).map(|index| cell(index) + cell(511 - index)).sum::<f64>().log10()
     }
 
     #[test]
-    fn the_horn_has_the_level_of_the_full_method_within_the_stated_error() {
-        let body = Body::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();
+    fn the_horn_agrees_with_the_full_method_within_the_stated_error() {
+        let body = RadiatingBody::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();
         let stated = DraftErrors::of(body.radius(), 0.176).unwrap().of_standards.band;
         // Ahead and beside on the coast-by line, cpx in front.
         let receivers = [[8.0, 7.5, 1.2], [0.0, 7.5, 1.2], [0.2, 0.288, 0.1]];

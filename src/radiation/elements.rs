@@ -11,7 +11,7 @@ use crate::numeric::legendre::gauss;
 /// Bending of one side of a patch's rectangle of parameters by the road's cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cut {
-    /// None: the ranges are the chart's own parameters.
+    /// None: the ranges are the chart's parameters.
     None,
     /// `turn` is a fraction from the cut's angle at this meridian (0) to `end` (1).
     Turn {
@@ -27,7 +27,7 @@ pub enum Cut {
 
 /// A patch: a rectangle of parameters of a chart.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Patch {
+pub struct SurfacePatch {
     /// Surface of which it is a part.
     pub chart: Chart,
     /// Range of the meridian parameter, or of the fraction that replaces it.
@@ -38,7 +38,7 @@ pub struct Patch {
     pub cut: Cut,
 }
 
-impl Patch {
+impl SurfacePatch {
     /// Local coordinates in (-1, 1)^2 of a point of its chart; `None` outside of the patch.
     pub fn local(&self, meridian: f64, turn: f64) -> Option<[f64; 2]> {
         let at = match self.cut {
@@ -84,7 +84,7 @@ impl Patch {
 
 /// Nodes, weights and Lagrange polynomials of p Gauss points on (-1, 1).
 #[derive(Clone, Debug)]
-pub struct Basis {
+pub struct ElementBasis {
     /// Gauss points on (-1, 1), rising.
     pub nodes: Vec<f64>,
     /// Quadrature weights of the nodes; they sum to 2.
@@ -92,7 +92,7 @@ pub struct Basis {
     barycentric: Vec<f64>,
 }
 
-impl Basis {
+impl ElementBasis {
     /// Basis of `order` points.
     pub fn new(order: usize) -> Self {
         let mut rule = gauss(order);
@@ -131,9 +131,9 @@ pub(crate) fn padded(count: usize) -> usize {
 #[derive(Clone, Debug)]
 pub struct Mesh {
     /// Patches, not connected with each other.
-    pub patches: Vec<Patch>,
+    pub patches: Vec<SurfacePatch>,
     /// Nodes and weights along a side.
-    pub basis: Basis,
+    pub basis: ElementBasis,
     /// Points of all nodes, patch by patch, the second coordinate running fastest; `area` includes the weight.
     pub nodes: Vec<SurfacePoint>,
     /// Bounding ball of each patch: middle and radius \[m\].
@@ -144,8 +144,8 @@ pub struct Mesh {
 
 impl Mesh {
     /// Places `order` x `order` nodes on each patch.
-    pub fn new(patches: Vec<Patch>, order: usize, on_road: bool) -> Self {
-        let basis = Basis::new(order);
+    pub fn new(patches: Vec<SurfacePatch>, order: usize, on_road: bool) -> Self {
+        let basis = ElementBasis::new(order);
         let mut nodes = Vec::with_capacity(patches.len() * order * order);
         for patch in &patches {
             for (&u, &weight) in basis.nodes.iter().zip(&basis.weights) {
@@ -174,7 +174,7 @@ impl Mesh {
 /// Points along each side of a patch that its ball is taken around.
 const SAMPLES: usize = 5;
 
-fn ball(patch: &Patch) -> (Vector, f64) {
+fn ball(patch: &SurfacePatch) -> (Vector, f64) {
     let middle = patch.point([0.0, 0.0]).position;
     let mut radius: f64 = 0.0;
     for i in 0..SAMPLES {

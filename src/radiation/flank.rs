@@ -5,7 +5,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::body::{Body, Shape};
+use super::body::{BodyShape, RadiatingBody};
 use super::chart::Chart;
 use crate::numeric::SplitRule;
 
@@ -21,7 +21,7 @@ pub struct Flank {
 
 /// A ring of the flank.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ring {
+pub struct FlankRing {
     /// Chart of the shoulder or of the side.
     pub chart: Chart,
     /// Meridian coordinate of the ring on this chart.
@@ -64,8 +64,8 @@ const NEWTON_STEPS: usize = 6;
 impl Flank {
     /// Flank down to the radius of a bead \[m\]; `None` for a body that is no tyre, or whose bead is not below the
     /// tread.
-    pub fn new(body: &Body, bead: f64) -> Option<Self> {
-        let Shape::Tyre { radius, shoulder, .. } = body.shape() else { return None };
+    pub fn new(body: &RadiatingBody, bead: f64) -> Option<Self> {
+        let BodyShape::Tyre { radius, shoulder, .. } = body.shape() else { return None };
         if !(bead > 0.0 && bead < radius) {
             return None;
         }
@@ -79,7 +79,7 @@ impl Flank {
     }
 
     /// Rings of the flank, from the tread to the bead.
-    pub fn rings(&self) -> [Ring; SplitRule::POINTS] {
+    pub fn rings(&self) -> [FlankRing; SplitRule::POINTS] {
         let Shoulder { charts: [round, side], inner, end, .. } = self.shoulder;
         let shoulder = self.shoulder.area(end);
         let all = shoulder + flat(inner, self.bead);
@@ -87,10 +87,10 @@ impl Flank {
             let (passed, area) = (all * self.rule.points[place], all * self.rule.weights[place]);
             if place < SplitRule::FIRST {
                 let meridian = if shoulder > 0.0 { self.shoulder.angle(passed) } else { 0.0 };
-                return Ring { chart: round, meridian, area };
+                return FlankRing { chart: round, meridian, area };
             }
             let meridian = (inner * inner - 2.0 * (passed - shoulder)).sqrt();
-            Ring { chart: side, meridian, area }
+            FlankRing { chart: side, meridian, area }
         })
     }
 }
@@ -105,10 +105,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rings_stand_for_all_of_the_area_and_lie_where_so_much_of_it_is_passed() {
-        let shape = |shoulder| Shape::Tyre { radius: 0.31, width: 0.176, shoulder };
+    fn rings_represent_all_of_the_flanks_area() {
+        let shape = |shoulder| BodyShape::Tyre { radius: 0.31, width: 0.176, shoulder };
         for (shoulder, bead) in [(0.02, 0.193), (0.0, 0.193), (0.08, 0.26)] {
-            let body = Body::new(shape(shoulder), Some(0.305)).unwrap();
+            let body = RadiatingBody::new(shape(shoulder), Some(0.305)).unwrap();
             let flank = Flank::new(&body, bead).unwrap();
             // Numerically, by points of its meridian.
             let end: f64 = if bead > 0.31 - shoulder { (1.0 - (0.31 - bead) / shoulder).acos() } else { FRAC_PI_2 };
@@ -130,7 +130,7 @@ mod tests {
                 assert!((before - passed * all).abs() < 1e-6 * all, "{shoulder}, {bead}: {ring:?}");
             }
         }
-        assert_eq!(Flank::new(&Body::new(Shape::Sphere { radius: 1.0 }, None).unwrap(), 0.2), None);
-        assert_eq!(Flank::new(&Body::new(shape(0.02), None).unwrap(), 0.4), None);
+        assert_eq!(Flank::new(&RadiatingBody::new(BodyShape::Sphere { radius: 1.0 }, None).unwrap(), 0.2), None);
+        assert_eq!(Flank::new(&RadiatingBody::new(shape(0.02), None).unwrap(), 0.4), None);
     }
 }

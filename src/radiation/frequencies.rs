@@ -24,12 +24,12 @@ use std::sync::mpsc;
 
 use num_complex::Complex64;
 
-use super::body::{Body, Vector};
-use super::cost::Cost;
+use super::body::{RadiatingBody, Vector};
+use super::cost::RadiationCost;
 use super::elements::distance;
 use super::error::{RadiationError, positive};
 use super::solve::SolveReport;
-use super::transfer::{Transfer, TransferProblem, contact_distance};
+use super::transfer::{SurfaceTransfer, TransferProblem, contact_distance};
 use crate::numeric::{double, in_parallel, lagrange, single};
 
 /// Range of frequencies, and the rule by which they are chosen.
@@ -88,14 +88,13 @@ impl FrequencyRange {
     }
 }
 
-/// Expected cost of a set-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct SetUpCost {
     /// Frequencies to be solved for: those of the first round and their midpoints. Where these do not keep the
     /// tolerance there are more: 15 % for a standing tyre at 0.2 dB and intervals of 100 Hz.
     pub frequencies: usize,
     /// Sums over these; patches, unknowns, points and bytes are those of the highest frequency.
-    pub cost: Cost,
+    pub cost: RadiationCost,
     /// Memory of the stored transfers \[bytes\].
     pub bytes_stored: u64,
 }
@@ -116,13 +115,13 @@ impl SetUpCost {
         let middles = first.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
         let mut all: Vec<f64> = first.iter().copied().chain(middles).collect();
         all.sort_by(f64::total_cmp);
-        let kept = all.len();
+        let count = all.len();
         all.retain(|&frequency| !known.iter().any(|&known| same(frequency, known)));
-        let mut sum = Cost::default();
+        let mut sum = RadiationCost::default();
         for &frequency in &all {
             let k = range.wavenumber(frequency);
-            let cost = Cost::expected(problem.body, k, k, &problem.resolution, problem.blocks)?;
-            sum = Cost {
+            let cost = RadiationCost::expected(problem.body, k, k, &problem.resolution, problem.blocks)?;
+            sum = RadiationCost {
                 far_evaluations: sum.far_evaluations + cost.far_evaluations,
                 near_evaluations: sum.near_evaluations + cost.near_evaluations,
                 factor_operations: sum.factor_operations + cost.factor_operations,
@@ -130,7 +129,7 @@ impl SetUpCost {
             };
         }
         let values = problem.receivers.len() * problem.values();
-        Ok(Self { frequencies: all.len(), cost: sum, bytes_stored: 8 * (values * kept) as u64 })
+        Ok(Self { frequencies: all.len(), cost: sum, bytes_stored: 8 * (values * count) as u64 })
     }
 }
 
@@ -140,12 +139,12 @@ pub(crate) struct FrequencyTransfers {
     /// Frequency \[Hz\].
     pub frequency: f64,
     /// Transfer by receiver.
-    pub transfers: Vec<Transfer>,
+    pub transfers: Vec<SurfaceTransfer>,
 }
 
 /// Progress of the work.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Progress {
+pub(crate) struct FrequencyProgress {
     /// Finished frequencies, those known before included.
     pub finished: usize,
     /// Frequencies of this round that are still to come.
@@ -172,14 +171,14 @@ pub(crate) struct FrequencyReport {
 }
 
 /// Callbacks of a set-up.
-pub(crate) struct Watch<'a> {
+pub(crate) struct FrequencyWatch<'a> {
     /// Asked for stored transfers at some frequencies, for instance of a set-up that was stopped; those of the same
     /// receivers and grid are not solved again.
     pub known: &'a mut dyn FnMut(&[f64]) -> Vec<FrequencyTransfers>,
     /// Called with each frequency as it is finished, in any order; its error ends the work.
     pub sink: &'a mut dyn FnMut(&FrequencyTransfers) -> Result<(), RadiationError>,
     /// Called after each frequency.
-    pub progress: &'a mut dyn FnMut(Progress),
+    pub progress: &'a mut dyn FnMut(FrequencyProgress),
     /// Asked before each element and each factorisation; true stops the work.
     pub interrupted: &'a (dyn Fn() -> bool + Sync),
 }
@@ -191,7 +190,7 @@ pub(crate) struct TransferSet {
 }
 
 impl TransferSet {
-    /// From finished frequencies in any order; of equal ones the first is kept.
+    /// From finished frequencies in any order; of equal ones the first is used.
     pub(crate) fn new(mut found: Vec<FrequencyTransfers>) -> Self {
         found.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
         found.dedup_by(|a, b| same(a.frequency, b.frequency));
@@ -209,7 +208,7 @@ impl TransferSet {
 
     /// Grid of G_N of a receiver at any frequency \[Hz\] within the range; beyond its ends it is extrapolated from the
     /// nearest. `None` where nothing is known.
-    pub(crate) fn at(&self, body: &Body, receiver: usize, frequency: f64) -> Option<Transfer> {
+    pub(crate) fn at(&self, body: &RadiatingBody, receiver: usize, frequency: f64) -> Option<SurfaceTransfer> {
         let known: Vec<f64> = self.found.iter().map(|entry| entry.frequency).collect();
         let near = lagrange::cubic_neighbours(&known, frequency);
         let first = self.found.get(near.start)?;
@@ -226,7 +225,7 @@ impl TransferSet {
             }
         }
         let values = sums.into_iter().map(single).collect();
-        Some(Transfer { wavenumber, values, ..*nearest })
+        Some(SurfaceTransfer { wavenumber, values, ..*nearest })
     }
 }
 
@@ -244,12 +243,12 @@ pub(crate) fn transfers(
     problem: &TransferProblem<'_>,
     range: &FrequencyRange,
     threads: usize,
-    watch: &mut Watch<'_>,
+    watch: &mut FrequencyWatch<'_>,
 ) -> Result<(TransferSet, FrequencyReport), RadiationError> {
     range.check()?;
     problem.check()?;
     let highest = range.wavenumber(range.highest);
-    let cost = Cost::expected(problem.body, highest, highest, &problem.resolution, problem.blocks)?;
+    let cost = RadiationCost::expected(problem.body, highest, highest, &problem.resolution, problem.blocks)?;
     cost.check(problem.memory_limit)?;
     // 1. As many frequencies at once as fit into memory: the highest one is the largest.
     let at_once = (problem.memory_limit / cost.bytes.max(1)).max(1) as usize;
@@ -290,8 +289,8 @@ pub(crate) fn transfers(
 }
 
 /// Error of the interpolation at a computed frequency \[dB\]: 20 log10(1 + relative error), of the worst receiver.
-fn error(body: &Body, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
-    let one = |(receiver, exact): (usize, &Transfer)| {
+fn error(body: &RadiatingBody, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
+    let one = |(receiver, exact): (usize, &SurfaceTransfer)| {
         let guess = set.at(body, receiver, middle.frequency)?;
         let pairs = guess.values.iter().zip(&exact.values);
         let difference: f64 = pairs.map(|(guess, exact)| double(guess - exact).norm_sqr()).sum();
@@ -313,7 +312,11 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// Transfers at all wanted frequencies, in their order: stored ones read, the others solved for.
-    fn solve(&mut self, wanted: &[f64], watch: &mut Watch<'_>) -> Result<Vec<FrequencyTransfers>, RadiationError> {
+    fn solve(
+        &mut self,
+        wanted: &[f64],
+        watch: &mut FrequencyWatch<'_>,
+    ) -> Result<Vec<FrequencyTransfers>, RadiationError> {
         // 1. What is stored.
         let mut known = (watch.known)(wanted);
         let mut found: Vec<_> = wanted.iter().map(|&frequency| self.lookup(&mut known, frequency)).collect();
@@ -325,7 +328,7 @@ impl Search<'_> {
         let mut reports = vec![SolveReport::default(); wanted.len()];
         let (problem, range, interrupted) = (self.problem, self.range, watch.interrupted);
         let mut open = missing.len();
-        (watch.progress)(Progress { finished: self.finished, open, round: self.round });
+        (watch.progress)(FrequencyProgress { finished: self.finished, open, round: self.round });
         let next = AtomicUsize::new(0);
         let (give, take) = mpsc::channel();
         std::thread::scope(|scope| {
@@ -349,7 +352,7 @@ impl Search<'_> {
                 (reports[index], found[index]) = (report, Some(entry));
                 self.finished += 1;
                 open -= 1;
-                (watch.progress)(Progress { finished: self.finished, open, round: self.round });
+                (watch.progress)(FrequencyProgress { finished: self.finished, open, round: self.round });
             }
             Ok(())
         })?;
@@ -363,7 +366,7 @@ impl Search<'_> {
     fn lookup(&self, known: &mut Vec<FrequencyTransfers>, frequency: f64) -> Option<FrequencyTransfers> {
         let problem = self.problem;
         let (sides, values) = (problem.sides(), problem.values());
-        let fits = |transfer: &Transfer, receiver: &Vector| {
+        let fits = |transfer: &SurfaceTransfer, receiver: &Vector| {
             transfer.grid == problem.grid
                 && (transfer.sides, transfer.values.len()) == (sides, values)
                 && distance(transfer.receiver, *receiver) <= 0.0

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use super::body::{Body, Shape, Vector};
+use super::body::{BodyShape, RadiatingBody, Vector};
 
 /// Least depth of a point below the surface, relative to the body's smallest half size.
 const LEAST_DEPTH: f64 = 0.12;
@@ -16,10 +16,10 @@ const LEAST_DEPTH: f64 = 0.12;
 ///
 /// The body's inside resonates first at k d = pi at the earliest, d being its smallest size; below 80 % of that no
 /// points are needed. Above, the number of resonances of one parity within a band of k grows with k^2.
-pub(crate) fn interior_points(body: &Body, wavenumber: f64) -> usize {
+pub(crate) fn interior_points(body: &RadiatingBody, wavenumber: f64) -> usize {
     let size = match body.shape() {
-        Shape::Sphere { radius } => 2.0 * radius,
-        Shape::Tyre { radius, width, .. } => width.min(2.0 * radius),
+        BodyShape::Sphere { radius } => 2.0 * radius,
+        BodyShape::Tyre { radius, width, .. } => width.min(2.0 * radius),
     };
     let size = if body.on_road() { 2.0 * size } else { size };
     if wavenumber * size < 0.8 * PI {
@@ -37,11 +37,11 @@ const LEAST: usize = 8;
 const MOST: usize = 48;
 
 /// So many points of the quarter of the body's inside, spread by Halton's sequence.
-pub(crate) fn points(body: &Body, count: usize) -> Vec<Vector> {
+pub(crate) fn points(body: &RadiatingBody, count: usize) -> Vec<Vector> {
     let radius = body.radius();
     let half_width = match body.shape() {
-        Shape::Sphere { radius } => radius,
-        Shape::Tyre { width, .. } => 0.5 * width,
+        BodyShape::Sphere { radius } => radius,
+        BodyShape::Tyre { width, .. } => 0.5 * width,
     };
     let least = LEAST_DEPTH * half_width.min(radius);
     let floor = if body.on_road() { body.middle().min(radius) } else { radius };

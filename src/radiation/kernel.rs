@@ -5,7 +5,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::parity::{Block, MIRRORS};
+use super::parity::{MIRRORS, ParityBlock};
 use crate::numeric::lanes::cos_sin;
 
 /// Kernel of a layer operator.
@@ -79,7 +79,7 @@ pub(crate) struct FarColumn<'a> {
     /// True if the road's image is added.
     pub on_road: bool,
     /// Blocks, each with its column's real and imaginary parts.
-    pub columns: &'a mut [(Block, &'a mut [f64], &'a mut [f64])],
+    pub columns: &'a mut [(ParityBlock, &'a mut [f64], &'a mut [f64])],
 }
 
 impl FarColumn<'_> {

@@ -15,14 +15,14 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
-use super::body::{Body, Shape};
+use super::body::{BodyShape, RadiatingBody};
 use super::chart::Chart;
-use super::elements::{Cut, Mesh, Patch};
+use super::elements::{Cut, Mesh, SurfacePatch};
 use super::error::{RadiationError, positive};
 
 /// Fineness of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Resolution {
+pub struct MeshResolution {
     /// Nodes along a side of an element: 3 or 4.
     pub order: usize,
     /// Nodes per wavelength along a side.
@@ -31,7 +31,7 @@ pub struct Resolution {
     pub wedge: f64,
 }
 
-impl Resolution {
+impl MeshResolution {
     /// Elements of 4 x 4 nodes with so many nodes per wavelength.
     pub fn of(nodes_per_wavelength: f64) -> Self {
         Self { order: 4, nodes_per_wavelength, wedge: Self::WEDGE }
@@ -56,7 +56,7 @@ impl Resolution {
     }
 }
 
-impl Default for Resolution {
+impl Default for MeshResolution {
     fn default() -> Self {
         Self::of(Self::NODES)
     }
@@ -74,7 +74,7 @@ const LEAST_SCALE: f64 = 0.02;
 
 /// Sizes of patches by place.
 struct Sizes {
-    body: Body,
+    body: RadiatingBody,
     largest: f64,
     wedge: f64,
     scale: f64,
@@ -84,12 +84,12 @@ struct Sizes {
 
 /// Sides of a patch that run across the contact patch's edge, and so are refined towards that of a gap.
 #[derive(Clone, Copy)]
-struct Across {
+struct PatchSides {
     meridian: bool,
     turn: bool,
 }
 
-impl Across {
+impl PatchSides {
     const NEITHER: Self = Self { meridian: false, turn: false };
     const MERIDIAN: Self = Self { meridian: true, turn: false };
     const TURN: Self = Self { meridian: false, turn: true };
@@ -103,8 +103,8 @@ impl Sizes {
         }
         let [x, y, z] = chart.point(meridian, turn).position;
         let out = match self.body.shape() {
-            Shape::Sphere { .. } => x.hypot(y),
-            Shape::Tyre { .. } => x,
+            BodyShape::Sphere { .. } => x.hypot(y),
+            BodyShape::Tyre { .. } => x,
         };
         if matches!(chart, Chart::Tread { .. }) && !across {
             return self.largest;
@@ -118,7 +118,7 @@ impl Sizes {
         let distance = match chart {
             Chart::Underside { .. } | Chart::UndersideEdge { .. } => {
                 let width = match self.body.shape() {
-                    Shape::Tyre { radius, width, shoulder } => {
+                    BodyShape::Tyre { radius, width, shoulder } => {
                         let edge = 0.5 * width - shoulder;
                         let round = Chart::Shoulder {
                             radius,
@@ -129,7 +129,7 @@ impl Sizes {
                         };
                         edge + shoulder * round.cut_meridian(0.0).sin()
                     }
-                    Shape::Sphere { .. } => half,
+                    BodyShape::Sphere { .. } => half,
                 };
                 (half - x).min(width - y).max(0.0)
             }
@@ -142,15 +142,19 @@ impl Sizes {
 /// Patches of a body's quarter for a wavenumber \[rad/m\].
 ///
 /// # Errors
-/// Refusals of [`Resolution::check`]; a wavenumber that is not positive; [`RadiationError::Patches`].
-pub(crate) fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Vec<Patch>, RadiationError> {
+/// Refusals of [`MeshResolution::check`]; a wavenumber that is not positive; [`RadiationError::Patches`].
+pub(crate) fn patches(
+    body: &RadiatingBody,
+    wavenumber: f64,
+    resolution: &MeshResolution,
+) -> Result<Vec<SurfacePatch>, RadiationError> {
     resolution.check()?;
     positive("the wavenumber", wavenumber)?;
     let radius = body.radius();
     let clearance = body.height().map_or(radius, |height| (height - radius).max(0.0));
     let scale = match body.shape() {
-        Shape::Sphere { .. } => body.half_patch() * body.middle() / radius,
-        Shape::Tyre { .. } => body.half_patch(),
+        BodyShape::Sphere { .. } => body.half_patch() * body.middle() / radius,
+        BodyShape::Tyre { .. } => body.half_patch(),
     };
     let sizes = Sizes {
         body: *body,
@@ -161,13 +165,13 @@ pub(crate) fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> 
     };
     let mut blocks = Blocks { sizes, patches: Vec::new() };
     match body.shape() {
-        Shape::Sphere { radius } => {
+        BodyShape::Sphere { radius } => {
             let chart = Chart::Sphere { radius, middle: body.middle() };
             let start = (body.middle() / radius).min(1.0).acos();
             let start = if body.on_road() { start } else { 0.0 };
-            blocks.fill(chart, [start, PI], [0.0, FRAC_PI_2], Cut::None, Across::NEITHER)?;
+            blocks.fill(chart, [start, PI], [0.0, FRAC_PI_2], Cut::None, PatchSides::NEITHER)?;
         }
-        Shape::Tyre { radius, width, shoulder } => {
+        BodyShape::Tyre { radius, width, shoulder } => {
             if let Some(charts) = Chart::of_tyre(body) {
                 blocks.tyre(body, charts, radius, width, shoulder)?;
             }
@@ -180,19 +184,19 @@ pub(crate) fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> 
 ///
 /// # Errors
 /// As [`patches`].
-pub(crate) fn mesh(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Mesh, RadiationError> {
+pub(crate) fn mesh(body: &RadiatingBody, wavenumber: f64, resolution: &MeshResolution) -> Result<Mesh, RadiationError> {
     Ok(Mesh::new(patches(body, wavenumber, resolution)?, resolution.order, body.on_road()))
 }
 
 struct Blocks {
     sizes: Sizes,
-    patches: Vec<Patch>,
+    patches: Vec<SurfacePatch>,
 }
 
 impl Blocks {
     fn tyre(
         &mut self,
-        body: &Body,
+        body: &RadiatingBody,
         [tread, round, side]: [Chart; 3],
         radius: f64,
         width: f64,
@@ -204,37 +208,37 @@ impl Blocks {
         let depth = if body.on_road() { (radius - middle).max(0.0) } else { 0.0 };
         let start = if depth > 0.0 { tread.cut_turn(0.0) } else { 0.0 };
         if edge > 0.0 {
-            self.fill(tread, [0.0, edge], [start, PI], Cut::None, Across::TURN)?;
+            self.fill(tread, [0.0, edge], [start, PI], Cut::None, PatchSides::TURN)?;
         }
         if shoulder > 0.0 {
             if depth <= 0.0 {
-                self.fill(round, [0.0, FRAC_PI_2], [0.0, PI], Cut::None, Across::NEITHER)?;
+                self.fill(round, [0.0, FRAC_PI_2], [0.0, PI], Cut::None, PatchSides::NEITHER)?;
             } else if depth < shoulder {
                 // The cut is nearly an ellipse in the shoulder's parameters: split where it runs slantwise, so that
                 // each part's bent side is smooth.
                 let split = round.cut_meridian(0.0) * std::f64::consts::FRAC_1_SQRT_2;
                 let turn = round.cut_turn(split);
                 let end = (2.5 * start).max(start + 2.0 * shoulder / radius).min(0.5 * PI);
-                self.fill(round, [0.0, split], [0.0, 1.0], Cut::Turn { end }, Across::TURN)?;
-                self.fill(round, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: FRAC_PI_2 }, Across::MERIDIAN)?;
-                self.fill(round, [split, FRAC_PI_2], [turn, end], Cut::None, Across::NEITHER)?;
-                self.fill(round, [0.0, FRAC_PI_2], [end, PI], Cut::None, Across::NEITHER)?;
+                self.fill(round, [0.0, split], [0.0, 1.0], Cut::Turn { end }, PatchSides::TURN)?;
+                self.fill(round, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: FRAC_PI_2 }, PatchSides::MERIDIAN)?;
+                self.fill(round, [split, FRAC_PI_2], [turn, end], Cut::None, PatchSides::NEITHER)?;
+                self.fill(round, [0.0, FRAC_PI_2], [end, PI], Cut::None, PatchSides::NEITHER)?;
             } else {
-                self.fill(round, [0.0, FRAC_PI_2], [0.0, 1.0], Cut::Turn { end: PI }, Across::NEITHER)?;
+                self.fill(round, [0.0, FRAC_PI_2], [0.0, 1.0], Cut::Turn { end: PI }, PatchSides::NEITHER)?;
             }
         }
         if depth > shoulder {
             let turn = side.cut_turn(rim);
-            self.fill(side, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: 0.0 }, Across::NEITHER)?;
-            self.fill(side, [rim, 0.0], [turn, PI], Cut::None, Across::NEITHER)?;
+            self.fill(side, [0.0, 1.0], [0.0, turn], Cut::Meridian { end: 0.0 }, PatchSides::NEITHER)?;
+            self.fill(side, [rim, 0.0], [turn, PI], Cut::None, PatchSides::NEITHER)?;
         } else {
-            self.fill(side, [rim, 0.0], [0.0, PI], Cut::None, Across::NEITHER)?;
+            self.fill(side, [rim, 0.0], [0.0, PI], Cut::None, PatchSides::NEITHER)?;
         }
         if gap > 0.0 {
             let half = body.half_patch();
             let below = Chart::UndersideEdge { radius, shoulder, edge, middle, gap };
-            self.fill(Chart::Underside { gap }, [0.0, edge], [0.0, half], Cut::None, Across::BOTH)?;
-            self.fill(below, [0.0, 1.0], [0.0, FRAC_PI_2], Cut::None, Across::MERIDIAN)?;
+            self.fill(Chart::Underside { gap }, [0.0, edge], [0.0, half], Cut::None, PatchSides::BOTH)?;
+            self.fill(below, [0.0, 1.0], [0.0, FRAC_PI_2], Cut::None, PatchSides::MERIDIAN)?;
         }
         Ok(())
     }
@@ -246,7 +250,7 @@ impl Blocks {
         meridian: [f64; 2],
         turn: [f64; 2],
         cut: Cut,
-        across: Across,
+        across: PatchSides,
     ) -> Result<(), RadiationError> {
         // Meaning of a pair of parameters: meridian, turn, and the lengths of a unit of each.
         let meaning = |m: f64, t: f64| match cut {
@@ -283,7 +287,7 @@ impl Blocks {
                 (wide / sizes.at(&chart, m, angle, across.turn)).max(unit / MOST_TURN)
             })?;
             counted((self.patches.len() + parts.len() - 1) as f64)?;
-            let patch = |part: &[f64]| Patch { chart, meridian: [inner, outer], turn: [part[0], part[1]], cut };
+            let patch = |part: &[f64]| SurfacePatch { chart, meridian: [inner, outer], turn: [part[0], part[1]], cut };
             self.patches.extend(parts.windows(2).map(patch));
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! Sound that a rigid body radiates over a rigid road when its surface vibrates, by boundary elements.
 //!
 //! A tyre's transfers, to be multiplied with its vibration: [`TransferProblem`] at one wavenumber, [`transfers`] over a
-//! range of frequencies chosen adaptively. Any body and velocity: [`Problem`]. Reference command: [`cases`].
+//! range of frequencies chosen adaptively. Any body and velocity: [`RadiationProblem`]. Reference command: [`cases`].
 //!
 //! - Time factor exp(+i w t), G = exp(-ikR)/(4 pi R), normals and v_n > 0 out of the body into the air, dp/dn =
 //!   -i w rho v_n. The road z = 0 is rigid, by images. The air is inviscid.
@@ -16,7 +16,7 @@
 //! [`frequencies`], [`stored`] on disk. An approximation in a second: [`draft`]. The [`air`] by its temperature.
 //!
 //! Accuracy (sphere and tyre body against independent values, the standing tyre against itself): 1e-5 at 10 nodes per
-//! wavelength with 4 x 4 elements; the standing tyre's transfers 0.02 dB by default ([`Resolution::NODES`]).
+//! wavelength with 4 x 4 elements; the standing tyre's transfers 0.02 dB by default ([`MeshResolution::NODES`]).
 
 pub(crate) mod air;
 pub(crate) mod assembly;
@@ -43,15 +43,15 @@ mod tests;
 pub(crate) mod transfer;
 
 pub use air::Air;
-pub use body::{Body, Shape, Vector};
-pub(crate) use cost::Cost;
+pub use body::{BodyShape, RadiatingBody, Vector};
+pub(crate) use cost::RadiationCost;
 pub(crate) use error::RadiationError;
 pub(crate) use flank::Flank;
 pub(crate) use frequencies::{
-    FrequencyRange, FrequencyReport, FrequencyTransfers, SetUpCost, TransferSet, Watch, transfers,
+    FrequencyRange, FrequencyReport, FrequencyTransfers, FrequencyWatch, SetUpCost, TransferSet, transfers,
 };
-pub use mesh::Resolution;
-pub use parity::Block;
+pub use mesh::MeshResolution;
+pub use parity::ParityBlock;
 #[cfg(test)]
-pub(crate) use solve::{Drive, Problem};
-pub use transfer::{Transfer, TransferGrid, TransferProblem};
+pub(crate) use solve::{Drive, RadiationProblem};
+pub use transfer::{SurfaceTransfer, TransferGrid, TransferProblem};

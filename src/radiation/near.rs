@@ -14,7 +14,7 @@ use num_complex::Complex64;
 use pulp::Arch;
 
 use super::chart::SurfacePoint;
-use super::elements::{Basis, Patch, distance, padded};
+use super::elements::{ElementBasis, SurfacePatch, distance, padded};
 use super::kernel::{Coordinates, Layer, NearCell};
 
 /// Largest ratio of a part's side to its distance from the target at which it is no longer halved.
@@ -97,11 +97,11 @@ pub(crate) struct NearWork {
 /// Near and self integrals of one patch, with their buffers.
 #[derive(Debug)]
 pub(crate) struct NearPatch<'a> {
-    patch: &'a Patch,
-    basis: &'a Basis,
+    patch: &'a SurfacePatch,
+    basis: &'a ElementBasis,
     layer: Layer,
     wavenumber: f64,
-    rule: Basis,
+    rule: ElementBasis,
     cells: Vec<Cell>,
     work: NearWork,
     re: Vec<f64>,
@@ -114,8 +114,8 @@ pub(crate) struct NearPatch<'a> {
 
 impl<'a> NearPatch<'a> {
     /// For a patch with its elements' basis and a kernel at a wavenumber \[rad/m\].
-    pub(crate) fn new(patch: &'a Patch, basis: &'a Basis, layer: Layer, wavenumber: f64) -> Self {
-        let rule = Basis::new(basis.order() + EXTRA_POINTS);
+    pub(crate) fn new(patch: &'a SurfacePatch, basis: &'a ElementBasis, layer: Layer, wavenumber: f64) -> Self {
+        let rule = ElementBasis::new(basis.order() + EXTRA_POINTS);
         let mut this = Self {
             patch,
             basis,

@@ -12,14 +12,14 @@ pub(crate) const MIRRORS: usize = 4;
 
 /// Symmetry of a field: even or odd fore-aft and across.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Block {
+pub struct ParityBlock {
     /// True if it changes its sign with x.
     pub fore_aft_odd: bool,
     /// True if it changes its sign with y.
     pub across_odd: bool,
 }
 
-impl Block {
+impl ParityBlock {
     /// All four, those even across first.
     pub const ALL: [Self; 4] = [
         Self { fore_aft_odd: false, across_odd: false },

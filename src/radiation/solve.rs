@@ -13,16 +13,16 @@ use faer::Mat;
 use num_complex::Complex64;
 
 use super::assembly::{AssemblyWork, Panel, Targets};
-use super::body::{Body, Vector};
+use super::body::{RadiatingBody, Vector};
 use super::chart::Chart;
-use super::cost::Cost;
+use super::cost::RadiationCost;
 use super::elements::{Mesh, distance};
 use super::error::{RadiationError, positive};
 use super::factor::Factor;
 use super::interior;
 use super::kernel::Layer;
-use super::mesh::{Resolution, mesh};
-use super::parity::{Block, MIRRORS, mirrored};
+use super::mesh::{MeshResolution, mesh};
+use super::parity::{MIRRORS, ParityBlock, mirrored};
 
 /// A prescribed velocity: outward normal velocity \[m/s\] at a point of the whole surface, times i w rho
 /// \[kg/(m^3 s)\], with the chart that the point lies on.
@@ -57,39 +57,39 @@ pub struct SolveReport {
 
 /// Boundary problem of a body at a wavenumber.
 #[derive(Clone, Debug)]
-pub struct Problem {
-    body: Body,
+pub struct RadiationProblem {
+    body: RadiatingBody,
     mesh: Mesh,
     wavenumber: f64,
-    blocks: Vec<Block>,
+    blocks: Vec<ParityBlock>,
     interior: Vec<Vector>,
 }
 
 /// Solved surface pressures of all drives.
 pub struct Solution<'a> {
-    problem: &'a Problem,
+    problem: &'a RadiationProblem,
     drives: &'a [Drive<'a>],
     /// By block: rows are unknowns, columns are drives.
     pressures: Vec<Mat<Complex64>>,
     report: SolveReport,
 }
 
-impl Problem {
+impl RadiationProblem {
     /// Makes the mesh for a wavenumber \[rad/m\]; only the given blocks are solved. `mesh_wavenumber` is the one that
     /// the mesh resolves: the wavenumber itself, or that of the prescribed velocity where it is larger.
     ///
     /// # Errors
     /// Refusals of the mesh; more memory than `memory_limit` \[bytes\].
     pub fn new(
-        body: &Body,
+        body: &RadiatingBody,
         wavenumber: f64,
         mesh_wavenumber: f64,
-        resolution: &Resolution,
-        blocks: &[Block],
+        resolution: &MeshResolution,
+        blocks: &[ParityBlock],
         memory_limit: u64,
     ) -> Result<Self, RadiationError> {
         positive("the wavenumber", wavenumber)?;
-        Cost::expected(body, wavenumber, mesh_wavenumber, resolution, blocks)?.check(memory_limit)?;
+        RadiationCost::expected(body, wavenumber, mesh_wavenumber, resolution, blocks)?.check(memory_limit)?;
         let mesh = mesh(body, mesh_wavenumber, resolution)?;
         let interior = interior::points(body, interior::interior_points(body, wavenumber));
         Ok(Self { body: *body, mesh, wavenumber, blocks: blocks.to_vec(), interior })
@@ -107,7 +107,7 @@ impl Problem {
     }
 
     /// Parity blocks that are solved.
-    pub fn blocks(&self) -> &[Block] {
+    pub fn blocks(&self) -> &[ParityBlock] {
         &self.blocks
     }
 
@@ -212,7 +212,7 @@ impl Problem {
     /// Prescribed velocities at the nodes, by block, times i w rho.
     fn velocity_parts(&self, drives: &[Drive<'_>]) -> Vec<Mat<Complex64>> {
         let nodes = self.mesh.nodes_per_patch();
-        let part = |block: &Block| {
+        let part = |block: &ParityBlock| {
             Mat::from_fn(self.mesh.unknowns(), drives.len(), |row, column| match &drives[column] {
                 Drive::Source(_) => Complex64::ZERO,
                 Drive::Velocity(velocity) => {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::body::Vector;
 use super::frequencies::{FrequencyRange, FrequencyTransfers};
-use super::transfer::{Transfer, TransferProblem};
+use super::transfer::{SurfaceTransfer, TransferProblem};
 use crate::numeric::in_parallel;
 use crate::storage::{Cache, CacheError, Cached, Format, Kind, cache};
 
@@ -138,11 +138,11 @@ impl<'a> StoredTransfers<'a> {
         Ok(Ok(whole.then_some(FrequencyTransfers { frequency, transfers })))
     }
 
-    fn restored(&self, receiver: usize, stored: StoredReceiver) -> Vec<Transfer> {
+    fn restored(&self, receiver: usize, stored: StoredReceiver) -> Vec<SurfaceTransfer> {
         let points = self.points(receiver);
         let (grid, sides, values_of_each) = (self.problem.grid, self.problem.sides(), self.problem.values());
         let wavenumber = self.range.wavenumber(stored.frequency);
-        let transfer = |(values, position): (Vec<Complex32>, &Vector)| Transfer {
+        let transfer = |(values, position): (Vec<Complex32>, &Vector)| SurfaceTransfer {
             receiver: *position,
             wavenumber,
             grid,

@@ -16,14 +16,14 @@
 
 use num_complex::{Complex32, Complex64};
 
-use super::body::{Body, Shape, Vector};
+use super::body::{BodyShape, RadiatingBody, Vector};
 use super::chart::Chart;
-use super::elements::{Basis, Mesh, distance};
+use super::elements::{ElementBasis, Mesh, distance};
 use super::error::{RadiationError, positive};
 use super::flank::Flank;
-use super::mesh::Resolution;
-use super::parity::Block;
-use super::solve::{Drive, Problem, SolveReport};
+use super::mesh::MeshResolution;
+use super::parity::ParityBlock;
+use super::solve::{Drive, RadiationProblem, SolveReport};
 use crate::numeric::{SplitRule, double, single};
 
 /// Grid of a transfer on the tread.
@@ -37,7 +37,7 @@ pub struct TransferGrid {
 
 /// G_N of one receiver at one frequency.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Transfer {
+pub struct SurfaceTransfer {
     /// Position of the receiver \[m\].
     pub receiver: Vector,
     /// Wavenumber \[rad/m\].
@@ -53,25 +53,25 @@ pub struct Transfer {
 
 /// Gauss points of (0, w), and weights that sum to w, for half a tread of width w \[m\].
 pub(crate) fn across_points(half_width: f64, count: usize) -> Vec<[f64; 2]> {
-    let basis = Basis::new(count);
+    let basis = ElementBasis::new(count);
     let scaled = |(node, weight): (&f64, &f64)| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
     basis.nodes.iter().zip(&basis.weights).map(scaled).collect()
 }
 
 /// Half the width of a tyre's straight tread \[m\]; 0 for other bodies.
-pub(crate) fn half_tread(body: &Body) -> f64 {
+pub(crate) fn half_tread(body: &RadiatingBody) -> f64 {
     match body.shape() {
-        Shape::Tyre { width, shoulder, .. } => 0.5 * width - shoulder,
-        Shape::Sphere { .. } => 0.0,
+        BodyShape::Tyre { width, shoulder, .. } => 0.5 * width - shoulder,
+        BodyShape::Sphere { .. } => 0.0,
     }
 }
 
 /// r0 \[m\]: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road.
-pub(crate) fn contact_distance(body: &Body, receiver: Vector) -> f64 {
+pub(crate) fn contact_distance(body: &RadiatingBody, receiver: Vector) -> f64 {
     distance(receiver, [0.0; 3]).max(if body.on_road() { 0.0 } else { body.radius() })
 }
 
-impl Transfer {
+impl SurfaceTransfer {
     /// Number of rows of a side: points across the tread, and rings of a flank.
     pub fn rows(&self) -> usize {
         self.values.len() / (self.sides * self.grid.around)
@@ -84,7 +84,7 @@ impl Transfer {
 
     /// Horn amplification at a cell \[dB\]: |G_N| over that of direct sound and road's reflection without the tyre, at
     /// the cell's middle; minus infinity within the patch.
-    pub fn horn(&self, body: &Body, side: usize, across: usize, around: usize) -> f64 {
+    pub fn horn(&self, body: &RadiatingBody, side: usize, across: usize, around: usize) -> f64 {
         let theta = std::f64::consts::TAU * (around as f64 + 0.5) / self.grid.around as f64;
         let y = across_points(half_tread(body), self.grid.across)[across][0];
         let y = if side == 0 { y } else { -y };
@@ -104,7 +104,7 @@ impl Transfer {
 
     /// p(r)/(i w rho) of a velocity of the tread given by its cell means, in the order of the values: the sum over the
     /// grid.
-    pub fn sum(&self, body: &Body, velocity: &[Complex64]) -> Complex64 {
+    pub fn sum(&self, body: &RadiatingBody, velocity: &[Complex64]) -> Complex64 {
         let cell = std::f64::consts::TAU / self.grid.around as f64 * body.radius();
         let both = if self.sides == 1 { 2.0 } else { 1.0 };
         let points = across_points(half_tread(body), self.grid.across);
@@ -121,7 +121,7 @@ impl Transfer {
 #[derive(Clone, Debug)]
 pub struct TransferProblem<'a> {
     /// Body; must be a tyre.
-    pub body: &'a Body,
+    pub body: &'a RadiatingBody,
     /// Positions of the receivers \[m\].
     pub receivers: &'a [Vector],
     /// Grid of the transfers.
@@ -129,9 +129,9 @@ pub struct TransferProblem<'a> {
     /// Flank, where it moves, too.
     pub flank: Option<Flank>,
     /// Fineness of the mesh.
-    pub resolution: Resolution,
-    /// Parity blocks: [`Block::EVEN_ACROSS`] or [`Block::ALL`].
-    pub blocks: &'a [Block],
+    pub resolution: MeshResolution,
+    /// Parity blocks: [`ParityBlock::EVEN_ACROSS`] or [`ParityBlock::ALL`].
+    pub blocks: &'a [ParityBlock],
     /// Largest memory \[bytes\].
     pub memory_limit: u64,
 }
@@ -149,7 +149,7 @@ impl TransferProblem<'_> {
         }
         positive("the number of points across", self.grid.across as f64)?;
         self.resolution.check()?;
-        if self.blocks != Block::ALL && self.blocks != Block::EVEN_ACROSS {
+        if self.blocks != ParityBlock::ALL && self.blocks != ParityBlock::EVEN_ACROSS {
             return Err(RadiationError::Blocks);
         }
         self.receivers.iter().try_for_each(|&receiver| self.body.check_receiver(receiver))
@@ -157,7 +157,7 @@ impl TransferProblem<'_> {
 
     /// 1 where only blocks even across are solved, else 2.
     pub fn sides(&self) -> usize {
-        if self.blocks.len() == Block::ALL.len() { 2 } else { 1 }
+        if self.blocks.len() == ParityBlock::ALL.len() { 2 } else { 1 }
     }
 
     /// Number of values of a transfer.
@@ -169,12 +169,12 @@ impl TransferProblem<'_> {
     /// Solves for the transfers to all receivers at a wavenumber \[rad/m\].
     ///
     /// # Errors
-    /// As [`Self::check`], [`Problem::new`] and [`Problem::solve`].
-    pub fn solve(&self, wavenumber: f64) -> Result<(Vec<Transfer>, SolveReport), RadiationError> {
+    /// As [`Self::check`], [`RadiationProblem::new`] and [`RadiationProblem::solve`].
+    pub fn solve(&self, wavenumber: f64) -> Result<(Vec<SurfaceTransfer>, SolveReport), RadiationError> {
         self.solve_unless(wavenumber, &|| false)
     }
 
-    /// The same; asks whether to stop, as [`Problem::solve_unless`].
+    /// The same; asks whether to stop, as [`RadiationProblem::solve_unless`].
     ///
     /// # Errors
     /// As [`Self::solve`]; [`RadiationError::Interrupted`].
@@ -182,10 +182,11 @@ impl TransferProblem<'_> {
         &self,
         wavenumber: f64,
         interrupted: &dyn Fn() -> bool,
-    ) -> Result<(Vec<Transfer>, SolveReport), RadiationError> {
+    ) -> Result<(Vec<SurfaceTransfer>, SolveReport), RadiationError> {
         self.check()?;
         let (body, grid) = (self.body, self.grid);
-        let problem = Problem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
+        let problem =
+            RadiationProblem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
         let drives: Vec<Drive<'_>> = self.receivers.iter().map(|&receiver| Drive::Source(receiver)).collect();
         let mut solution = problem.solve_unless(&drives, interrupted)?;
         // 1. Points on the panels of each row: points across the tread, rings of the flank.
@@ -225,7 +226,7 @@ impl TransferProblem<'_> {
                     }
                 }
             }
-            Transfer { receiver, wavenumber, grid, sides, values }
+            SurfaceTransfer { receiver, wavenumber, grid, sides, values }
         });
         Ok((transfers.collect(), solution.report()))
     }
@@ -235,7 +236,7 @@ impl TransferProblem<'_> {
 #[derive(Clone)]
 struct Panels {
     breaks: Vec<f64>,
-    basis: Basis,
+    basis: ElementBasis,
 }
 
 /// Points at which a panel's polynomial is averaged over its share of a cell.
@@ -253,7 +254,7 @@ impl Panels {
                 breaks.push(patch.turn[1]);
             }
         }
-        Self { breaks, basis: Basis::new(mesh.basis.order() + 2) }
+        Self { breaks, basis: ElementBasis::new(mesh.basis.order() + 2) }
     }
 
     /// The same in proportion, from another angle to the top.
@@ -280,7 +281,7 @@ impl Panels {
     /// For each cell of the first half, the points and weights of the mean over it.
     fn means(&self, around: usize) -> Vec<Vec<(usize, f64)>> {
         let width = std::f64::consts::TAU / around as f64;
-        let rule = Basis::new(MEAN_POINTS);
+        let rule = ElementBasis::new(MEAN_POINTS);
         let order = self.basis.order();
         let mut values = vec![0.0; order];
         let cells = around / 2;

@@ -10,7 +10,7 @@ use crate::effects::{EFFECTS, Figure};
 use crate::response::ThirdOctaveBand;
 use crate::results::pass_by::PassBySummary;
 use crate::results::plots::four_digits;
-use crate::results::table::{Report, Table, aligned, csv, optional, words};
+use crate::results::table::{Report, TextTable, aligned, csv, optional, words};
 use crate::sound::{Compared, CoveredBands};
 
 /// A setting whose values differ.
@@ -215,8 +215,7 @@ impl Comparison {
         report
     }
 
-    /// Table of the settings that differ.
-    pub(crate) fn settings_table(&self) -> Table {
+    pub(crate) fn settings_table(&self) -> TextTable {
         let header = std::iter::once("setting".to_owned()).chain(self.names.iter().cloned());
         let rows = self.settings.iter().map(|setting| {
             std::iter::once(setting.key.clone()).chain(setting.values.iter().cloned()).collect::<Vec<_>>()
@@ -225,7 +224,7 @@ impl Comparison {
     }
 
     /// Table of the figures, each with its difference from the first result in per cent, for levels in dB.
-    pub(crate) fn figures_table(&self) -> Table {
+    pub(crate) fn figures_table(&self) -> TextTable {
         let rows = self.figures.iter().map(|figure| {
             let unit = if figure.unit.is_empty() { String::new() } else { format!(" [{}]", figure.unit) };
             let cell = |result: usize| figure.found[result].as_ref().map_or_else(String::new, FoundFigure::text);
@@ -236,7 +235,7 @@ impl Comparison {
     }
 
     /// Table of the levels, with their differences from the first result.
-    pub(crate) fn spectrum_table(&self, spectrum: &SpectrumComparison) -> Table {
+    pub(crate) fn spectrum_table(&self, spectrum: &SpectrumComparison) -> TextTable {
         let title = if spectrum.name.is_empty() { "Hz".to_owned() } else { format!("Hz, {}", spectrum.name) };
         let rows = spectrum.bands.iter().map(|band| {
             let first = band.levels.first().copied().flatten();
@@ -457,7 +456,7 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_per_cent_and_decibels_and_nothing_where_there_is_nothing() {
+    fn differences_are_per_cent_and_decibels() {
         let text = comparison().report().to_string();
         let line = |begin: &str| {
             let found = text.lines().find(|line| line.trim_start().starts_with(begin)).unwrap();
@@ -480,7 +479,7 @@ mod tests {
     }
 
     #[test]
-    fn the_csv_has_a_row_for_every_figure_and_band_and_a_column_for_every_result() {
+    fn the_csv_has_a_row_for_every_figure_and_band() {
         let text = comparison().csv();
         let rows: Vec<&str> = text.lines().collect();
         let columns = |name: &str| FIGURE_COLUMNS.map(|column| format!("{column}_{name}")).join(",");
@@ -495,7 +494,7 @@ mod tests {
     }
 
     #[test]
-    fn the_json_has_lists_by_result_and_those_of_levels_only_for_levels() {
+    fn the_json_has_lists_by_result() {
         let record = json!(comparison());
         let [force, _, _, maxima, area] = &record["figures"].as_array().unwrap()[..] else { panic!("five figures") };
         assert_eq!((&force["values"], &force["differences"]), (&json!([3400.0, 3417.0]), &json!([0.0, 17.0])));
@@ -506,7 +505,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_are_told_apart_by_their_paths() {
+    fn settings_are_distinguished_by_their_paths() {
         let mut keys = BTreeMap::new();
         flatten(String::new(), &json!({"a": {"b": [1, 2], "c": [{"d": "x"}, {"d": 1.5}]}, "e": true}), &mut keys);
         let found: Vec<String> = keys.iter().map(|(key, value)| format!("{key}={value}")).collect();

@@ -3,7 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::picture::harmless;
-use crate::results::table::{Part, Report, Table};
+use crate::results::table::{Report, ReportPart, TextTable};
 
 /// Section of a page: heading, pictures with their captions, and tables.
 pub(crate) struct Chapter<'a> {
@@ -82,17 +82,17 @@ pub(super) fn report(report: &Report) -> Markup {
     html! {
         @for part in report.parts() {
             @match part {
-                Part::Text(text) => @for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+                ReportPart::Text(text) => @for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
                     p { (line) }
                 },
-                Part::Table(of) => (table(of)),
+                ReportPart::Table(of) => (table(of)),
             }
         }
     }
 }
 
 /// A table, with numbers right-aligned.
-pub(crate) fn table(table: &Table) -> Markup {
+pub(crate) fn table(table: &TextTable) -> Markup {
     let class = |column: usize| table.is_number(column).then_some("number");
     html! {
         div.table {

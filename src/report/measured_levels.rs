@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn measured_bands_stand_beside_computed_ones_with_what_was_taken() {
+    fn measured_bands_stand_beside_computed_ones() {
         let rows = |all: &Comparison, spectrum: usize| {
             all.spectra[spectrum].bands.iter().map(|band| (band.nominal_hz, band.levels[1])).collect::<Vec<_>>()
         };
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn figures_that_a_measurement_lacks_are_empty_and_differ_from_nothing() {
+    fn figures_that_a_measurement_lacks_are_empty() {
         for number in [0, 1] {
             let mut all = comparison(&["right"]);
             let measured = MeasuredLevels::read(b"frequency_hz,level_db_a\n500,58.5\n", "meter.csv".to_owned());

@@ -129,10 +129,10 @@ pub(super) fn curves(
     let mut pictures = vec![(plot.to_svg_with(&errors)?, format!("{title}. {GREY} {BARS}"))];
     let changes = (0..all.len()).map(|index| {
         let reference = references.get(index).copied().flatten().and_then(|reference| found[reference]);
-        let Some((own, reference)) = found[index].zip(reference) else {
+        let Some((shown, reference)) = found[index].zip(reference) else {
             return (Series { name: "", points: Vec::new() }, Vec::new());
         };
-        let points = level_changes(&own.levels, &reference.levels)
+        let points = level_changes(&shown.levels, &reference.levels)
             .map(|(band, change)| ((band.band.mid_frequency(), change), band.valid));
         let (points, valid): (Vec<(f64, f64)>, Vec<bool>) = points.unzip();
         (Series { name: &of.names[index], points }, valid)

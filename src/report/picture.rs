@@ -37,7 +37,7 @@ mod tests {
     use crate::results::plots::{Axis, LinePlot, Series};
 
     #[test]
-    fn our_own_pictures_are_taken_and_those_that_do_something_are_not() {
+    fn own_pictures_are_embedded_and_active_ones_refused() {
         let plot = LinePlot {
             title: "a < b",
             x: Axis::linear("x", 0.0..1.0),

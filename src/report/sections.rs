@@ -12,7 +12,7 @@ use crate::effects::{Block, Figure, ReportError};
 use crate::plan::Plan;
 use crate::results::plots::four_digits;
 use crate::results::profile_table::cost_table;
-use crate::results::table::{Table, aligned, row, words};
+use crate::results::table::{TextTable, aligned, row, words};
 use crate::run::road::described;
 use crate::scene::{Axle, Road, Scene, Zone};
 
@@ -20,7 +20,7 @@ use crate::scene::{Axle, Road, Scene, Zone};
 const MOST_SOUND: usize = 16 << 20;
 
 /// Table of the effects: which are simulated, how and why.
-pub(crate) fn decision_table(plan: &Plan) -> Table {
+pub(crate) fn decision_table(plan: &Plan) -> TextTable {
     let effects = plan.decisions.rows.iter().map(|decision| {
         let state = if decision.on { "on" } else { "off" };
         row([&decision.effect, &state, &decision.form, &decision.reason])

@@ -6,11 +6,11 @@ use serde_json::{Value, json};
 use super::html::{article, document, figure, table};
 use crate::response::ThirdOctaveBand;
 use crate::results::plots::{Axis, LinePlot, Series, four_digits};
-use crate::results::table::{Report, Table, words};
+use crate::results::table::{Report, TextTable, words};
 use crate::scene::NamedTexture;
 use crate::sound::TotalLevel;
 use crate::study::validation::{
-    Group, Measured, Missing, PUBLISHED_SPEEDS, Row, Summary, ValidationRun, Verdict, summaries,
+    Group, GroupSummary, Measured, Missing, PUBLISHED_SPEEDS, ValidationRow, ValidationRun, Verdict, summaries,
 };
 
 /// Lines of a Markdown file between which the section is placed.
@@ -26,16 +26,16 @@ fn value(value: f64) -> String {
     if value.abs() >= 1000.0 { format!("{value:.0}") } else { format!("{value:.1}") }
 }
 
-fn range(row: &Row) -> String {
+fn range(row: &ValidationRow) -> String {
     format!("{} to {}", value(row.range[0]), value(row.range[1]))
 }
 
-fn computed(row: &Row) -> String {
+fn computed(row: &ValidationRow) -> String {
     let least = if row.is_lower_bound { "at least " } else { "" };
     row.computed.map_or_else(|| "not computed".to_owned(), |computed| format!("{least}{}", value(computed)))
 }
 
-fn outside(row: &Row) -> String {
+fn outside(row: &ValidationRow) -> String {
     match row.verdict() {
         Verdict::Inside => "0".to_owned(),
         Verdict::Below(by) => format!("-{}", value(by)),
@@ -45,12 +45,12 @@ fn outside(row: &Row) -> String {
     }
 }
 
-fn reasons(row: &Row) -> String {
+fn reasons(row: &ValidationRow) -> String {
     row.could_explain.iter().map(|reason| Missing::title(*reason)).collect::<Vec<_>>().join(", ")
 }
 
 /// Table of all rows.
-fn whole(rows: &[Row]) -> Table {
+fn whole(rows: &[ValidationRow]) -> TextTable {
     let header = ["", "quantity", "unit", "computed", "published", "sets", "outside", "could explain"];
     let mut last = None;
     let cells = rows.iter().map(|row| {
@@ -71,8 +71,8 @@ fn whole(rows: &[Row]) -> Table {
 }
 
 /// Counts of a group, for a cell.
-fn inside(summary: &Summary) -> String {
-    let Summary { rows, known, bounds, inside, .. } = *summary;
+fn inside(summary: &GroupSummary) -> String {
+    let GroupSummary { rows, known, bounds, inside, .. } = *summary;
     if known + bounds == 0 {
         return "not computed".to_owned();
     }
@@ -85,13 +85,12 @@ fn inside(summary: &Summary) -> String {
     counts.into_iter().filter(|(count, _)| *count > 0).map(|(_, words)| words).collect::<Vec<_>>().join(", ")
 }
 
-fn worst(summary: &Summary, rows: &[Row]) -> String {
+fn worst(summary: &GroupSummary, rows: &[ValidationRow]) -> String {
     let worst = summary.worst.map(|place| &rows[place]);
     worst.map_or_else(|| "-".to_owned(), |row| format!("{}: {} {}", row.title, outside(row), row.unit))
 }
 
-/// Table of the groups.
-fn groups(rows: &[Row]) -> Table {
+fn groups(rows: &[ValidationRow]) -> TextTable {
     let cells = summaries(rows)
         .into_iter()
         .map(|summary| [summary.group.title().to_owned(), inside(&summary), worst(&summary, rows)]);
@@ -99,7 +98,7 @@ fn groups(rows: &[Row]) -> Table {
 }
 
 /// A validation for a terminal: all rows, then the groups.
-pub(crate) fn report(title: &str, rows: &[Row]) -> Report {
+pub(crate) fn report(title: &str, rows: &[ValidationRow]) -> Report {
     let mut report = Report::default();
     report.text(format!("{title}\n\n"));
     report.table(whole(rows));
@@ -124,8 +123,8 @@ fn run(run: &ValidationRun) -> Value {
 }
 
 /// A validation as JSON: rows, groups, tyre, runs.
-pub(crate) fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
-    let row = |row: &Row| {
+pub(crate) fn record(title: &str, rows: &[ValidationRow], measured: &Measured) -> Value {
+    let row = |row: &ValidationRow| {
         let mut record = json!(row);
         record["outside"] = json!(row.outside());
         record["verdict"] = json!(row.verdict());
@@ -142,15 +141,15 @@ pub(crate) fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
 }
 
 /// Section of a Markdown file, between its markers: the groups, and the third octaves at 80 km/h.
-pub fn markdown(rows: &[Row]) -> String {
+pub fn markdown(rows: &[ValidationRow]) -> String {
     let mut lines = vec![MARKERS[0].to_owned()];
     lines.push("| | inside the published range | farthest outside |".to_owned());
     lines.push("|---|---|---|".to_owned());
     for summary in summaries(rows) {
         lines.push(format!("| {} | {} | {} |", summary.group.title(), inside(&summary), worst(&summary, rows)));
     }
-    let shape: Vec<&Row> = rows.iter().filter(|row| row.group == Group::Shape80).collect();
-    let line = |name: &str, cell: &dyn Fn(&Row) -> String| {
+    let shape: Vec<&ValidationRow> = rows.iter().filter(|row| row.group == Group::Shape80).collect();
+    let line = |name: &str, cell: &dyn Fn(&ValidationRow) -> String| {
         let cells: Vec<String> = shape.iter().map(|row| cell(row)).collect();
         format!("| {name} | {} |", cells.join(" | "))
     };
@@ -166,7 +165,7 @@ pub fn markdown(rows: &[Row]) -> String {
 }
 
 /// Pictures of a validation: name of the file, SVG, caption.
-pub(crate) fn pictures(rows: &[Row], measured: &Measured) -> Vec<(&'static str, String, String)> {
+pub(crate) fn pictures(rows: &[ValidationRow], measured: &Measured) -> Vec<(&'static str, String, String)> {
     let shapes =
         [(Group::Shape50, "shape_50.svg"), (Group::Shape80, "shape_80.svg"), (Group::Shape110, "shape_110.svg")];
     let mut pictures = Vec::new();
@@ -193,8 +192,8 @@ fn sentence(text: &str) -> String {
 }
 
 /// Picture of the range and values of a group of bands; `None` if none was computed.
-fn bands(rows: &[Row], group: Group, title: &str, quantity: &str) -> Option<String> {
-    let rows: Vec<&Row> = rows.iter().filter(|row| row.group == group).collect();
+fn bands(rows: &[ValidationRow], group: Group, title: &str, quantity: &str) -> Option<String> {
+    let rows: Vec<&ValidationRow> = rows.iter().filter(|row| row.group == group).collect();
     // The bands of a group follow each other from 200 Hz on.
     let at = |place: usize| ThirdOctaveBand(place as i32 - 7).mid_frequency();
     let found: Vec<(f64, f64)> =
@@ -242,7 +241,7 @@ fn plot(title: &str, quantity: &str, across: &str, series: Vec<Series<'_>>) -> S
 }
 
 /// Self-contained HTML page of a validation.
-pub(crate) fn page(title: &str, rows: &[Row], pictures: &[(&'static str, String, String)]) -> String {
+pub(crate) fn page(title: &str, rows: &[ValidationRow], pictures: &[(&'static str, String, String)]) -> String {
     let mut sources: Vec<(&str, &str, &str)> = Vec::new();
     for row in rows {
         let source = (row.source.as_str(), row.spread.as_str(), row.group.title());
@@ -286,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_and_the_page_tell_values_that_are_not_known_and_name_every_source() {
+    fn tables_and_page_show_unknown_values_and_every_source() {
         let measured = nothing();
         let rows = rows(&measured, &Published::embedded());
         let report = report("A tyre", &rows).to_string();
@@ -304,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_level_of_few_bands_is_a_bound_in_every_count_and_has_its_bands_and_error_in_the_json() {
+    fn a_level_of_few_bands_is_a_bound_in_every_count() {
         let band = |n: i32| BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level: 50.0, valid: true };
         let level = |error| Some(TotalLevel { error, ..TotalLevel::of((-16..=-11).map(band).collect()).unwrap() });
         let mut measured = nothing();
@@ -330,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn the_section_stands_between_its_markers_with_a_column_for_every_band() {
+    fn the_section_has_a_column_for_every_band() {
         let mut rows = rows(&nothing(), &Published::embedded());
         for row in rows.iter_mut().filter(|row| row.group == Group::Shape80) {
             row.computed = Some(row.range[1] + 2.0);

@@ -9,7 +9,7 @@
 //! |X - d W|^2 = |X|^2 - 2 d Re(X conj W) + d^2 |W|^2
 //! ```
 //!
-//! so three sums per bin suffice. d is of the size of the signal's own variation: nothing is lost by cancellation. All
+//! so three sums per bin suffice. d is of the size of the signal's variation: nothing is lost by cancellation. All
 //! sums run in the order of time: the same record gives the same bits.
 //!
 //! [`SpectrumAccumulator::faded`] is for spectra that span many decades, such as those of sound: a record that is
@@ -146,7 +146,7 @@ impl SpectrumAccumulator {
             if self.fade > 0 {
                 continue;
             }
-            // The record goes on as its mirror image at either end.
+            // The record continues as its mirror image at either end.
             if segment == 0 {
                 self.add(segment, -1 - index, shifted);
             }
@@ -231,7 +231,7 @@ impl SpectrumAccumulator {
         let begin = self.begin(self.open);
         let places = 0..self.segments[0].len() as i64;
         let mut window: Vec<f64> = places.map(|place| self.weight(begin + place, self.open)).collect();
-        // The buffers are not kept between calls: there may be hundreds of accumulators.
+        // The buffers are not retained between calls: there may be hundreds of accumulators.
         let mut bins = [(); 2].map(|()| self.transform.make_output_vec());
         let mut scratch = self.transform.make_scratch_vec();
         for (input, output) in [&mut self.segments[0], &mut window].into_iter().zip(&mut bins) {
@@ -283,7 +283,7 @@ mod tests {
     use super::*;
     use crate::storage::state::SavedState;
 
-    /// Oracle: the whole record kept, its mean removed first, segments filled by looking back into it.
+    /// Oracle: the whole record stored, its mean removed first, segments filled by looking back into it.
     fn of_whole_record(signal: &[f64], time_step: f64, segment: Option<f64>) -> Vec<f64> {
         let plan = SpectrumAccumulator::new(signal.len(), time_step, segment).unwrap();
         let (samples, length) = (signal.len() as i64, plan.segments[0].len());
@@ -331,7 +331,7 @@ mod tests {
         }
 
         #[test]
-        fn stopped_anywhere_it_goes_on_with_the_same_bits(samples in 8usize..300, at in 0.0..1.0_f64, seed: u64) {
+        fn a_stopped_accumulator_continues_with_the_same_bits(samples in 8usize..300, at in 0.0..1.0_f64, seed: u64) {
             let signal = noise(samples, 100.0, seed);
             let stop = (at * samples as f64) as usize;
             let new = || SpectrumAccumulator::new(samples, 1e-3, Some(0.05)).unwrap();
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tone_that_fades_leaks_nothing_into_bands_below_and_keeps_its_level() {
+    fn a_fading_tone_leaks_nothing_into_lower_bands() {
         for frequency in [100.0, 253.0, 1003.0, 2600.0] {
             let levels = faded(&tone(frequency)).third_octaves(20.0, 1.0);
             for level in levels {
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn a_faded_record_loses_no_power_and_goes_on_with_the_same_bits() {
+    fn a_faded_record_loses_no_power_and_continues_in_the_same_bits() {
         for (samples, segment) in [(3000, 0.25), (8, 1.0), (641, 0.05)] {
             let new = || SpectrumAccumulator::faded(samples, 1e-3, segment, 0.1).unwrap();
             let signal: Vec<f64> =

@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_error_that_is_not_known_makes_the_sum_unknown_and_valid_levels_alone_count() {
+    fn an_unknown_error_makes_the_sum_unknown() {
         let band = ThirdOctaveBand;
         let slices = SliceErrors::new(5e-4, 2.0, band(-2), &[1.0, 2.0, 2.5], &[3.0; 3]);
         let of = |numerical, by_slices, slices| LevelErrors::new(numerical, by_slices, slices, SliceErrors::force);
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn an_overall_level_has_an_error_where_those_of_all_bands_that_matter_are_known() {
+    fn an_overall_level_has_an_error_if_its_main_bands_have() {
         let level = |(n, power): (i32, f64)| BandLevel {
             band: ThirdOctaveBand(n),
             mean_square: power,

@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_comes_again_is_told_from_what_does_not() {
+    fn repeated_and_unrepeated_parts_are_separated() {
         let (steps, mut orders) = (48, Orders::new(48));
         assert!(orders.found(1.0).is_none());
         for n in 0..4 * steps {

@@ -20,11 +20,11 @@ pub struct SliceErrors {
     /// Frequency \[Hz\] up to which levels of sound have at most that error.
     pub sound_valid_to: f64,
     /// Errors by band.
-    pub bands: Vec<SliceError>,
+    pub bands: Vec<SliceLevelError>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-pub struct SliceError {
+pub struct SliceLevelError {
     /// Nominal mid-frequency of the band \[Hz\].
     pub nominal_hz: f64,
     /// Error of force and vibration \[dB\].
@@ -42,7 +42,7 @@ impl SliceErrors {
             ThirdOctaveBand(first.0 + within as i32 - 1).mid_frequency()
         };
         let bands = (first.0..).map(ThirdOctaveBand).zip(force.iter().zip(sound));
-        let bands = bands.map(|(band, (&force_db, &sound_db))| SliceError {
+        let bands = bands.map(|(band, (&force_db, &sound_db))| SliceLevelError {
             nominal_hz: band.nominal_frequency(),
             force_db,
             sound_db,
@@ -73,8 +73,8 @@ impl SliceErrors {
         bands.filter_map(|band| Some((band, part(errors, band)?))).collect()
     }
 
-    fn of(&self, band: ThirdOctaveBand) -> Option<&SliceError> {
-        let is_it = |error: &&SliceError| ThirdOctaveBand::containing(error.nominal_hz) == Some(band);
+    fn of(&self, band: ThirdOctaveBand) -> Option<&SliceLevelError> {
+        let is_it = |error: &&SliceLevelError| ThirdOctaveBand::containing(error.nominal_hz) == Some(band);
         self.bands.iter().find(is_it)
     }
 }
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn levels_are_vouched_for_up_to_the_last_band_before_the_first_that_is_off() {
+    fn levels_are_valid_up_to_the_first_band_that_is_off() {
         let errors = SliceErrors::new(5e-4, 2.0, ThirdOctaveBand(-2), &[1.0, 2.0, 2.5], &[3.0, 3.0, 3.0]);
         let at = |n: i32| ThirdOctaveBand(n).mid_frequency();
         let ends = [errors.force_valid_to, errors.sound_valid_to];

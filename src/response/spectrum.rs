@@ -89,7 +89,7 @@ pub struct BandLevel {
 }
 
 impl PowerSpectrum {
-    /// Mean of spectra over the same frequencies; `None` of none. The means and limits of the first are kept.
+    /// Mean of spectra over the same frequencies; `None` of none. The means and limits are those of the first.
     pub(crate) fn mean_of<'a>(mut spectra: impl Iterator<Item = &'a Self>) -> Option<Self> {
         let (mut mean, mut count) = (spectra.next()?.clone(), 1.0);
         for spectrum in spectra {
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn white_noise_has_a_flat_density_and_levels_rising_by_one_decibel_per_band() {
+    fn levels_of_white_noise_rise_by_one_decibel_per_band() {
         let rate = 10_000.0;
         let spectrum = PowerSpectrum::of(&noise(400_000, 3), 1.0 / rate, Some(0.5)).unwrap();
         let expected = (1.0 / 3.0) / (rate / 2.0);

@@ -16,7 +16,6 @@ pub(crate) struct SqueezedVolumes {
     geometry: Geometry,
     /// Columns of this window on either side of the window of the forces.
     margin: usize,
-    /// Blocks in the window of the volumes.
     window: BlockWindow,
     /// Force by number of a part.
     forces: Vec<f64>,
@@ -145,9 +144,9 @@ mod tests {
                     let (j, element) = (place / columns, first - margin as i64 + (place % columns) as i64);
                     let around = AROUND as i64;
                     let of_block = |block: i64| {
-                        let own = (3 * block..3 * block + 2).flat_map(|e| [(e, 0), (e, 1)]);
-                        let turned = |e: i64| elements.clone().find(|own| (own - e).rem_euclid(around) == 0);
-                        let force = own.filter_map(|(e, j)| Some(cell(turned(e)?, j))).sum::<f64>();
+                        let cells = (3 * block..3 * block + 2).flat_map(|e| [(e, 0), (e, 1)]);
+                        let turned = |e: i64| elements.clone().find(|element| (element - e).rem_euclid(around) == 0);
+                        let force = cells.filter_map(|(e, j)| Some(cell(turned(e)?, j))).sum::<f64>();
                         part * force * 1e-10 * (1.0 + block as f64)
                     };
                     let block = element.rem_euclid(around) / 3;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::CheckpointError;
 use super::error::ResultsError;
 use super::folder::ResultsFolder;
-use super::npy::{ArrayState, NpyNumber, NpyWriter, Row};
+use super::npy::{ArrayRow, ArrayState, NpyNumber, NpyWriter};
 
 /// State of a run's arrays, by the names of their files.
 #[derive(Clone, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
@@ -52,11 +52,11 @@ pub(crate) struct ArrayPlace<'a> {
 }
 
 impl ArrayPlace<'_> {
-    /// Begins the array of a file, or goes on with it.
+    /// Begins the array of a file, or continues it.
     ///
     /// # Errors
     /// As [`NpyWriter::open`]; [`ResultsError::NotThisArray`] for one that the run has not written before.
-    pub(crate) fn open<T: NpyNumber>(&self, name: &str, row: Row) -> Result<NpyWriter<T>, ResultsError> {
+    pub(crate) fn open<T: NpyNumber>(&self, name: &str, row: ArrayRow) -> Result<NpyWriter<T>, ResultsError> {
         let path = self.folder.path(name);
         let state = match self.written {
             Some(written) => match written.0.get(name) {

@@ -93,11 +93,11 @@ pub enum CheckpointError {
 /// Fault of a checkpoint; its message describes it.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error(transparent)]
-pub struct CheckpointFault(#[from] pub(crate) Unusable);
+pub struct CheckpointFault(#[from] pub(crate) UnusableCheckpoint);
 
 /// Faults of a checkpoint.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-pub(crate) enum Unusable {
+pub(crate) enum UnusableCheckpoint {
     /// Fault of the sealed file.
     #[error(transparent)]
     File(#[from] sealed_file::Unusable),
@@ -150,7 +150,7 @@ pub fn read(folder: &Path) -> Result<Body, CheckpointError> {
         ErrorKind::NotFound => CheckpointError::NoCheckpoint { path: folder.to_owned() },
         _ => CheckpointError::Io { path: path.clone(), source },
     })?;
-    body.map_err(|reason| CheckpointError::Unusable { path, reason: Unusable::from(reason).into() })
+    body.map_err(|reason| CheckpointError::Unusable { path, reason: UnusableCheckpoint::from(reason).into() })
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::counters::{Counter, MachinePeak, Meter, Stage, StageCost, idle_share}
 
 /// Stage times, counters and rates. Numbers that were not measured are `null`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct Cost {
+pub struct RunCost {
     /// Wall time of the whole run \[s\].
     pub wall_seconds: f64,
     /// Processor time of all threads for the whole run \[s\].
@@ -31,7 +31,7 @@ pub struct Cost {
     /// Cost by stage, in the order of the data flow; background work is not part of the wall time.
     pub(crate) stages: BTreeMap<Stage, StageRecord>,
     /// Rates of what was counted.
-    pub(crate) rates: Rates,
+    pub(crate) rates: CostRates,
     /// Best rates of one core of the machine, measured after a run with detailed timing.
     pub machine_peak: Option<MachinePeak>,
     /// Exact work counters; the same for any number of threads.
@@ -54,7 +54,7 @@ pub(crate) struct Planned {
 
 /// Rates over a whole run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub(crate) struct Rates {
+pub(crate) struct CostRates {
     /// Time of one evaluation of the layered compliance \[ns\]: processor time of all threads in the stage over the
     /// number of evaluations, sums and everything around them included; wall time where no processor time was measured.
     pub compliance_evaluation_ns: Option<f64>,
@@ -122,7 +122,7 @@ impl StageRecord {
     }
 }
 
-impl Cost {
+impl RunCost {
     /// From the times and counters of a meter.
     pub fn new(meter: &Meter, wall_seconds: f64, threads: usize) -> Self {
         let steps = meter.steps();
@@ -145,7 +145,7 @@ impl Cost {
             share_of_steps_timed: meter.timing().share_of_steps(),
             steps: StepsRecord { seconds, cpu_seconds, idle_share },
             stages: Stage::ALL.map(|stage| (stage, StageRecord::new(meter.cost(stage), threads))).into(),
-            rates: Rates {
+            rates: CostRates {
                 compliance_evaluation_ns: per(1e9 * sums, Counter::ComplianceEvaluations),
                 step_us: per(1e6 * staged, Counter::Steps),
             },
@@ -199,7 +199,7 @@ mod tests {
         meter.resume(&earlier);
         meter.count(Counter::ComplianceEvaluations, 1_000_000);
         meter.count(Counter::Steps, 100_000);
-        let cost = Cost::new(&meter, 10.0, 2).with_cpu(Some(seconds(15)));
+        let cost = RunCost::new(&meter, 10.0, 2).with_cpu(Some(seconds(15)));
         let value: Value = serde_json::to_value(&cost).unwrap();
         let history = &value["stages"]["history"];
         assert_eq!((&history["cpu_seconds"], &history["idle_share"]), (&json!(4.0), &json!(0.5)));

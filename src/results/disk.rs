@@ -74,7 +74,6 @@ pub(super) fn missing_parents(target: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// A path with a suffix to its name.
 pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name: OsString = path.file_name().unwrap_or(OsStr::new("results")).to_owned();
     name.push(suffix);
@@ -106,15 +105,15 @@ mod tests {
             };
             folder(&new, "new");
             folder(&old, "old");
-            let left = way(&new, &old).unwrap().unwrap();
+            let older = way(&new, &old).unwrap().unwrap();
             assert_eq!(fs::read(old.join("force")).unwrap(), b"new");
-            assert_eq!(fs::read(left.join("force")).unwrap(), b"old");
+            assert_eq!(fs::read(older.join("force")).unwrap(), b"old");
             assert_eq!(entries(place.path()).unwrap().len(), 2);
             // Without anything to move the older one keeps its name.
             let error = way(&place.path().join("none"), &old).unwrap_err();
             assert!(matches!(error, ResultsError::Rename { .. }));
             assert_eq!(fs::read(old.join("force")).unwrap(), b"new");
-            fs::remove_dir_all(&left).unwrap();
+            fs::remove_dir_all(&older).unwrap();
             fs::remove_dir_all(&old).unwrap();
         }
     }

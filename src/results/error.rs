@@ -26,9 +26,9 @@ pub enum ResultsError {
         /// Error of the file system.
         source: io::Error,
     },
-    /// An array that is to be kept in memory does not fit.
+    /// An array that is to be held in memory does not fit.
     #[error("there is no room for the {bytes} bytes of {array}; in a folder they go to a file")]
-    Room {
+    OutOfMemory {
         /// Name of the array.
         array: &'static str,
         /// Size of the array \[bytes\].

@@ -10,8 +10,8 @@
 //!    middle of that, the next one tidies up (`placing`).
 //! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`. Where
 //!    another process, or foreign files, prevent that, it keeps its present name.
-//! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by that of its folder, and goes on in the
-//!    same folder. A folder that another process has locked is refused.
+//! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by that of its folder, and continues in
+//!    the same folder. A folder that another process has locked is refused.
 //! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, together with parents
 //!    that were created for it.
 
@@ -179,7 +179,7 @@ impl ResultsFolder {
         summary.files = files;
         let summary_path = self.path(SUMMARY_FILE);
         write_file(&summary_path, summary.to_json(&summary_path)?.as_bytes())?;
-        // Every writer has brought its own file to the disk; only the names in the folder remain.
+        // Every writer has brought its file to the disk; only the names in the folder remain.
         sync_folder(&self.working).map_err(ResultsError::writing(&self.working))
     }
 }
@@ -222,7 +222,7 @@ pub(super) mod tests {
     use std::path::Path;
     use std::process::Command;
 
-    use super::super::npy::{NpyWriter, Row};
+    use super::super::npy::{ArrayRow, NpyWriter};
     use super::super::summary::tests::example;
     use super::*;
     use crate::results::files::ResultFiles as _;
@@ -306,7 +306,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_results_folder_with_somebodys_notes_is_refused_at_the_start_and_at_the_end() {
+    fn a_results_folder_with_a_users_notes_is_refused() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         ResultsFolder::create(&target).unwrap().finish(example()).unwrap();
@@ -321,7 +321,7 @@ pub(super) mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn an_unfinished_run_with_a_link_in_it_is_refused_and_what_the_link_names_is_untouched() {
+    fn an_unfinished_run_with_a_link_in_it_is_refused() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         let victim = place.path().join("thesis.tex");
@@ -345,17 +345,17 @@ pub(super) mod tests {
         let target = place.path().join("run");
         for rows in [3_u32, 2] {
             let folder = ResultsFolder::create(&target).unwrap();
-            let mut time = NpyWriter::<f64>::create(&folder.path("time.npy"), Row::Scalar).unwrap();
+            let mut time = NpyWriter::<f64>::create(&folder.path("time.npy"), ArrayRow::Scalar).unwrap();
             for row in 0..rows {
                 time.push(&[f64::from(row)]).unwrap();
             }
             time.finish().unwrap();
-            let kept = folder.finish_partial(example()).unwrap();
-            assert_eq!(kept, place.path().join("run.partial"));
+            let partial = folder.finish_partial(example()).unwrap();
+            assert_eq!(partial, place.path().join("run.partial"));
             assert_eq!(names(place.path()), ["run.partial"]);
-            let summary = fs::read_to_string(kept.join("summary.json")).unwrap();
+            let summary = fs::read_to_string(partial.join("summary.json")).unwrap();
             assert!(summary.contains("\"complete\": false"), "{summary}");
-            let npy = npyz::NpyFile::new(File::open(kept.join("time.npy")).unwrap()).unwrap();
+            let npy = npyz::NpyFile::new(File::open(partial.join("time.npy")).unwrap()).unwrap();
             assert_eq!(npy.shape(), [u64::from(rows)]);
         }
     }
@@ -372,7 +372,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_killed_run_is_found_by_its_name_and_finished_without_a_trace() {
+    fn a_killed_run_is_found_and_finished_without_a_trace() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         assert!(matches!(ResultsFolder::reopen(&target), Err(CheckpointError::Nothing { .. })));
@@ -380,16 +380,16 @@ pub(super) mod tests {
         for name in [&target, &working] {
             let again = ResultsFolder::reopen(name).unwrap();
             assert_eq!((again.working(), again.target()), (working.as_path(), target.as_path()));
-            // A second process is kept out, and so is an interrupted run that is to be given that name.
+            // A second process is locked out, and so is an interrupted run that is to be given that name.
             assert!(matches!(ResultsFolder::reopen(&target), Err(CheckpointError::Running { .. })));
         }
         let again = ResultsFolder::reopen(&target).unwrap();
-        let kept = again.finish_partial(example()).unwrap();
+        let partial = again.finish_partial(example()).unwrap();
         assert_eq!(
-            (kept.as_path(), names(place.path())),
+            (partial.as_path(), names(place.path())),
             (place.path().join("run.partial").as_path(), vec!["run.partial".into()])
         );
-        assert_eq!(names(&kept), ["checkpoint", "summary.json", "time.npy"]);
+        assert_eq!(names(&partial), ["checkpoint", "summary.json", "time.npy"]);
         let last = ResultsFolder::reopen(&target).unwrap();
         assert_eq!(last.finish(example()).unwrap(), target);
         assert_eq!(names(place.path()), ["run"]);
@@ -407,8 +407,8 @@ pub(super) mod tests {
         let other = killed(&target);
         let both = ResultsFolder::reopen(&target).unwrap_err();
         assert!(matches!(&both, CheckpointError::Several { found } if found.len() == 2), "{both}");
-        let kept = ResultsFolder::reopen(&other).unwrap().finish_partial(example()).unwrap();
-        assert_eq!(kept, other, "the name run.partial is taken");
+        let partial = ResultsFolder::reopen(&other).unwrap().finish_partial(example()).unwrap();
+        assert_eq!(partial, other, "the name run.partial is taken");
         resumed.finish(example()).unwrap();
         assert!(names(&target).contains(&"time.npy".to_owned()));
     }
@@ -447,14 +447,14 @@ pub(super) mod tests {
         }
         let outcome = (|| {
             let folder = ResultsFolder::create(&disk.join("run"))?;
-            let mut force = NpyWriter::<f64>::create(&folder.path("patch_force.npy"), Row::Columns(72))?;
+            let mut force = NpyWriter::<f64>::create(&folder.path("patch_force.npy"), ArrayRow::Columns(72))?;
             for _ in 0..1000 {
                 force.push(&[1.0; 72])?;
             }
             force.finish()?;
             folder.finish(example())
         })();
-        let left = names(&disk);
+        let remaining = names(&disk);
         assert!(Command::new("umount").arg(&disk).status().unwrap().success());
         let error = outcome.unwrap_err();
         assert!(
@@ -462,6 +462,6 @@ pub(super) mod tests {
             "{error}"
         );
         assert!(error.to_string().contains("patch_force.npy"), "{error}");
-        assert!(left.is_empty(), "{left:?}");
+        assert!(remaining.is_empty(), "{remaining:?}");
     }
 }

@@ -60,14 +60,14 @@ impl NpyNumber for i64 {
 
 /// Shape of one row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Row {
+pub enum ArrayRow {
     /// One number: the array is one-dimensional, \[rows\].
     Scalar,
     /// A row of that many numbers: the array is two-dimensional, \[rows, columns\].
     Columns(usize),
 }
 
-impl Row {
+impl ArrayRow {
     /// Number of numbers in a row.
     pub fn length(self) -> usize {
         match self {
@@ -136,14 +136,14 @@ impl<W: Write> Write for Checked<W> {
 pub struct NpyWriter<T> {
     path: PathBuf,
     file: BufWriter<Checked<File>>,
-    row: Row,
+    row: ArrayRow,
     rows: u64,
     number: PhantomData<T>,
 }
 
 impl<T: NpyNumber> NpyWriter<T> {
     /// Goes on behind the rows of `state`.
-    fn of(path: &Path, file: File, row: Row, state: ArrayState) -> Result<Self, ResultsError> {
+    fn of(path: &Path, file: File, row: ArrayRow, state: ArrayState) -> Result<Self, ResultsError> {
         let ArrayState { rows, bytes, checksum } = state;
         let checksum = crc32fast::Hasher::new_with_initial_len(checksum, bytes);
         let file = BufWriter::with_capacity(BUFFER_BYTES, Checked { inner: file, checksum, bytes });
@@ -152,11 +152,11 @@ impl<T: NpyNumber> NpyWriter<T> {
         Ok(writer)
     }
 
-    /// Begins the file, or goes on with it from a state.
+    /// Begins the file, or continues it from a state.
     ///
     /// # Errors
     /// As [`Self::create`] and [`Self::reopen`].
-    pub fn open(path: &Path, row: Row, state: Option<ArrayState>) -> Result<Self, ResultsError> {
+    pub fn open(path: &Path, row: ArrayRow, state: Option<ArrayState>) -> Result<Self, ResultsError> {
         state.map_or_else(|| Self::create(path, row), |state| Self::reopen(path, row, state))
     }
 
@@ -164,7 +164,7 @@ impl<T: NpyNumber> NpyWriter<T> {
     ///
     /// # Errors
     /// [`ResultsError::Create`], [`ResultsError::Write`].
-    pub fn create(path: &Path, row: Row) -> Result<Self, ResultsError> {
+    pub fn create(path: &Path, row: ArrayRow) -> Result<Self, ResultsError> {
         let file = File::create(path).map_err(ResultsError::creating(path))?;
         Self::of(path, file, row, ArrayState { rows: 0, bytes: 0, checksum: 0 })
     }
@@ -174,7 +174,7 @@ impl<T: NpyNumber> NpyWriter<T> {
     ///
     /// # Errors
     /// [`ResultsError::NotThisArray`] for another type or shape of row, or too few rows; [`ResultsError::Write`].
-    pub fn reopen(path: &Path, row: Row, state: ArrayState) -> Result<Self, ResultsError> {
+    pub fn reopen(path: &Path, row: ArrayRow, state: ArrayState) -> Result<Self, ResultsError> {
         let writing = || ResultsError::writing(path);
         let ArrayState { rows, bytes, .. } = state;
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(writing())?;
@@ -261,7 +261,7 @@ impl<T: NpyNumber> NpyWriter<T> {
 }
 
 /// A whole array as the content of a file; values row by row.
-pub(crate) fn array_file<T: NpyNumber>(values: &[T], row: Row) -> Vec<u8> {
+pub(crate) fn array_file<T: NpyNumber>(values: &[T], row: ArrayRow) -> Vec<u8> {
     let rows = values.len().checked_div(row.length()).unwrap_or_default();
     let mut file = Vec::with_capacity(HEADER_BYTES + size_of_val(values));
     file.extend_from_slice(&header(T::DESCRIPTOR, row, rows as u64));
@@ -270,10 +270,10 @@ pub(crate) fn array_file<T: NpyNumber>(values: &[T], row: Row) -> Vec<u8> {
 }
 
 /// Magic string, version 1.0, length and the dictionary, padded with spaces, a newline last.
-fn header(descriptor: &str, row: Row, rows: u64) -> [u8; HEADER_BYTES] {
+fn header(descriptor: &str, row: ArrayRow, rows: u64) -> [u8; HEADER_BYTES] {
     let shape = match row {
-        Row::Scalar => format!("({rows},)"),
-        Row::Columns(columns) => format!("({rows}, {columns})"),
+        ArrayRow::Scalar => format!("({rows},)"),
+        ArrayRow::Columns(columns) => format!("({rows}, {columns})"),
     };
     let dictionary = format!("{{'descr': '{descriptor}', 'fortran_order': False, 'shape': {shape}, }}");
     let mut header = [b' '; HEADER_BYTES];
@@ -303,7 +303,7 @@ mod tests {
         fn npyz_reads_what_we_write(rows in 0usize..40, columns in 0usize..9, numbers: [f64; 8]) {
             let folder = tempfile::tempdir().unwrap();
             let path = folder.path().join("a.npy");
-            let mut writer = NpyWriter::<f64>::create(&path, Row::Columns(columns)).unwrap();
+            let mut writer = NpyWriter::<f64>::create(&path, ArrayRow::Columns(columns)).unwrap();
             let row: Vec<f64> = numbers[..columns.min(8)].iter().copied().cycle().take(columns).collect();
             for _ in 0..rows {
                 writer.push(&row).unwrap();
@@ -322,7 +322,7 @@ mod tests {
     fn the_file_is_a_valid_array_at_every_checkpoint() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("e.npy");
-        let mut writer = NpyWriter::<i64>::create(&path, Row::Scalar).unwrap();
+        let mut writer = NpyWriter::<i64>::create(&path, ArrayRow::Scalar).unwrap();
         writer.checkpoint().unwrap();
         assert_eq!(read::<i64>(&path), (vec![0], vec![]));
         for number in 0..1000 {
@@ -337,11 +337,11 @@ mod tests {
     }
 
     #[test]
-    fn a_file_goes_on_after_the_rows_that_count() {
+    fn a_file_continues_after_the_rows_that_count() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("p.npy");
         let rows: Vec<[f64; 3]> = (0..50).map(|n| [f64::from(n), 0.5, -1.0]).collect();
-        let mut whole = NpyWriter::<f64>::create(&path, Row::Columns(3)).unwrap();
+        let mut whole = NpyWriter::<f64>::create(&path, ArrayRow::Columns(3)).unwrap();
         rows[..20].iter().for_each(|row| whole.push(row).unwrap());
         let state = whole.sync().unwrap();
         rows[20..].iter().for_each(|row| whole.push(row).unwrap());
@@ -350,10 +350,10 @@ mod tests {
         // A header that counts too many rows, too few, or none, and half a row at the end.
         for counted in [50, 7, 0] {
             let mut bytes = expected[..expected.len() - 5].to_vec();
-            bytes[..HEADER_BYTES].copy_from_slice(&header("<f8", Row::Columns(3), counted));
+            bytes[..HEADER_BYTES].copy_from_slice(&header("<f8", ArrayRow::Columns(3), counted));
             std::fs::write(&path, bytes).unwrap();
             assert!(state.is_in(&path).unwrap());
-            let mut again = NpyWriter::<f64>::reopen(&path, Row::Columns(3), state).unwrap();
+            let mut again = NpyWriter::<f64>::reopen(&path, ArrayRow::Columns(3), state).unwrap();
             assert_eq!(read::<f64>(&path).0, [20, 3]);
             assert_eq!(again.sync().unwrap(), state);
             rows[20..].iter().for_each(|row| again.push(row).unwrap());
@@ -362,19 +362,19 @@ mod tests {
             again.finish().unwrap();
             assert_eq!(std::fs::read(&path).unwrap(), expected);
         }
-        let refused = |rows: u64, row: Row| {
+        let refused = |rows: u64, row: ArrayRow| {
             let state = ArrayState { rows, bytes: rows.wrapping_mul(8 * row.length() as u64), checksum: 0 };
             NpyWriter::<f64>::reopen(&path, row, state).unwrap_err()
         };
         for error in [
-            refused(51, Row::Columns(3)),
-            refused(u64::MAX, Row::Scalar),
-            refused(5, Row::Columns(4)),
-            refused(5, Row::Scalar),
+            refused(51, ArrayRow::Columns(3)),
+            refused(u64::MAX, ArrayRow::Scalar),
+            refused(5, ArrayRow::Columns(4)),
+            refused(5, ArrayRow::Scalar),
         ] {
             assert!(matches!(error, ResultsError::NotThisArray { .. }), "{error}");
         }
-        assert!(NpyWriter::<i64>::reopen(&path, Row::Columns(3), state).is_err());
+        assert!(NpyWriter::<i64>::reopen(&path, ArrayRow::Columns(3), state).is_err());
         assert_eq!(std::fs::read(&path).unwrap(), expected, "a refused file is left alone");
     }
 
@@ -382,7 +382,7 @@ mod tests {
     fn every_flipped_byte_of_the_rows_that_count_is_found() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("p.npy");
-        let mut writer = NpyWriter::<f64>::create(&path, Row::Columns(2)).unwrap();
+        let mut writer = NpyWriter::<f64>::create(&path, ArrayRow::Columns(2)).unwrap();
         (0..9).for_each(|row| writer.push(&[f64::from(row), 0.1]).unwrap());
         let state = writer.sync().unwrap();
         writer.push(&[9.0, 0.1]).unwrap();
@@ -401,7 +401,7 @@ mod tests {
 
     #[test]
     fn the_longest_shape_fits_the_header() {
-        let bytes = header("<f8", Row::Columns(usize::MAX), u64::MAX);
+        let bytes = header("<f8", ArrayRow::Columns(usize::MAX), u64::MAX);
         let text = String::from_utf8_lossy(&bytes[10..]);
         assert!(text.trim_end().ends_with("'shape': (18446744073709551615, 18446744073709551615), }"), "{text}");
         assert_eq!(bytes[HEADER_BYTES - 1], b'\n');
@@ -415,12 +415,12 @@ mod tests {
         }
         let folder = tempfile::tempdir().unwrap();
         let (real, whole) = (folder.path().join("real.npy"), folder.path().join("whole.npy"));
-        let mut writer = NpyWriter::<f64>::create(&real, Row::Columns(2)).unwrap();
+        let mut writer = NpyWriter::<f64>::create(&real, ArrayRow::Columns(2)).unwrap();
         writer.push(&[0.1, -2.5]).unwrap();
         writer.push(&[f64::NAN, 1e300]).unwrap();
         writer.push(&[3.0, 4.0]).unwrap();
         writer.finish().unwrap();
-        let mut writer = NpyWriter::<i64>::create(&whole, Row::Scalar).unwrap();
+        let mut writer = NpyWriter::<i64>::create(&whole, ArrayRow::Scalar).unwrap();
         writer.push(&[i64::MIN]).unwrap();
         writer.push(&[7]).unwrap();
         writer.finish().unwrap();
@@ -437,19 +437,19 @@ mod tests {
     #[test]
     fn a_wrong_row_and_a_full_disk_name_the_file() {
         let folder = tempfile::tempdir().unwrap();
-        let mut writer = NpyWriter::<f64>::create(&folder.path().join("p.npy"), Row::Columns(3)).unwrap();
+        let mut writer = NpyWriter::<f64>::create(&folder.path().join("p.npy"), ArrayRow::Columns(3)).unwrap();
         let error = writer.push(&[1.0]).unwrap_err();
         assert!(matches!(error, ResultsError::RowLength { expected: 3, got: 1, .. }), "{error}");
 
         let missing = folder.path().join("no/such/folder.npy");
-        assert!(matches!(NpyWriter::<f64>::create(&missing, Row::Scalar), Err(ResultsError::Create { .. })));
+        assert!(matches!(NpyWriter::<f64>::create(&missing, ArrayRow::Scalar), Err(ResultsError::Create { .. })));
 
         let full = Path::new("/dev/full");
         if !full.exists() {
             println!("skipped: no /dev/full here");
             return;
         }
-        let error = NpyWriter::<f64>::create(full, Row::Scalar).unwrap_err();
+        let error = NpyWriter::<f64>::create(full, ArrayRow::Scalar).unwrap_err();
         assert!(
             matches!(&error, ResultsError::Write { source, .. } if source.kind() == std::io::ErrorKind::StorageFull)
         );

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn the_maximum_of_a_single_passage_has_no_known_error_and_that_is_said() {
+    fn the_maximum_of_a_single_passage_has_no_known_error() {
         let single = of(&[64.1], 1);
         assert_eq!((single.deviation, single.standard_error, single.missing_seconds()), (None, None, Some(0.5)));
         let reported = single.statistics();
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_told_how_much_longer_it_must_be_for_half_a_decibel() {
+    fn the_duration_for_half_a_decibel_is_stated() {
         // s = 2 dB over four passages: 1 dB, and 16 passages for 0.5 dB.
         let few = of(&[62.0, 66.0, 64.0, 64.0], 1);
         let error = (8.0_f64 / 3.0).sqrt() / 2.0;
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stated_error_is_the_scatter_of_means_also_of_passages_that_share_stretches() {
+    fn the_stated_error_is_the_scatter_of_means_of_passages() {
         let mut random = ChaCha8Rng::seed_from_u64(8);
         for (tyres, passages) in [(1, 5), (4, 12)] {
             let trials = 4000;

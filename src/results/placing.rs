@@ -6,7 +6,7 @@
 //! 3. The older folder is deleted, under the working folder's name or aside; last the service files, the lock last of
 //!    all.
 //!
-//! So a mark that is its own folder's name shows that the move was begun: it is carried out. Any other mark shows that
+//! So a mark that is its folder's name shows that the move was begun: it is carried out. Any other mark shows that
 //! the move was done and names the remainder of the older folder: it is deleted.
 
 use std::fs;
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_that_somebody_has_put_into_finished_results_is_not_ours() {
+    fn a_scene_put_into_finished_results_is_foreign() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         folder(&target, "old", true, None);

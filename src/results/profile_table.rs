@@ -1,14 +1,14 @@
 //! Cost of a run, as tables for the terminal: stages first, then a time step, counters below. A stage that a run did
 //! not use has no line, a quantity that was not measured no column.
 
-use super::cost::Cost;
-use super::table::{Report, Table, aligned, grouped};
+use super::cost::RunCost;
+use super::table::{Report, TextTable, aligned, grouped};
 use crate::counters::{Counter, Stage};
 
 /// Stage times and counters as text, a newline last: processor time and the threads' idle share, memory, rates beside
 /// those that a core of the machine can reach. Time outside of all stages is listed as the rest; background work has
 /// a separate column and is no part of it.
-pub fn cost_table(cost: &Cost) -> Report {
+pub fn cost_table(cost: &RunCost) -> Report {
     let steps = cost.counted(Counter::Steps);
     let mut report = Report::default();
     report.table(stages(cost));
@@ -25,7 +25,7 @@ pub fn cost_table(cost: &Cost) -> Report {
 }
 
 /// Line on the time of an evaluation of the compliance, if there was one.
-fn compliance(cost: &Cost) -> Option<String> {
+fn compliance(cost: &RunCost) -> Option<String> {
     let nanoseconds = cost.rates.compliance_evaluation_ns?;
     let evaluations = cost.counted(Counter::ComplianceEvaluations) as f64;
     let flop = 2.0 * cost.stage(Stage::Influence).multiply_adds.unwrap_or(0) as f64 / evaluations;
@@ -36,7 +36,7 @@ fn compliance(cost: &Cost) -> Option<String> {
 
 /// Table of the cost of a time step, stage by stage: time, arithmetic, memory traffic, and their rates, beside the best
 /// rates of a core.
-fn step(cost: &Cost, steps: u64) -> Table {
+fn step(cost: &RunCost, steps: u64) -> TextTable {
     let row = |stage: Stage| {
         let cost = cost.stage(stage);
         let per_step = |amount: f64| amount / steps as f64;
@@ -63,7 +63,7 @@ fn step(cost: &Cost, steps: u64) -> Table {
 /// Columns of the stages' table.
 const COLUMNS: [&str; 10] = ["stage", "calls", "wall", "share", "behind", "cpu", "idle", "blocks", "allocated", "peak"];
 
-fn stages(cost: &Cost) -> Table {
+fn stages(cost: &RunCost) -> TextTable {
     let wall = cost.wall_seconds;
     let share = |part: f64| if wall > 0.0 { format!("{:.1} %", 100.0 * part / wall) } else { String::new() };
     let seconds = |time: f64| format!("{time:.3} s");
@@ -111,7 +111,7 @@ fn stages(cost: &Cost) -> Table {
     aligned(header, rows.iter().map(|row| shown.iter().map(|&column| &row[column])))
 }
 
-fn counters(cost: &Cost) -> Table {
+fn counters(cost: &RunCost) -> TextTable {
     let reported = cost.counters.iter().filter(|&(counter, &amount)| amount > 0 || counter.counts_trouble());
     aligned(["counter", "amount"], reported.map(|(counter, &amount)| [counter.title().to_owned(), grouped(amount)]))
 }
@@ -124,7 +124,7 @@ mod tests {
     use crate::counters::Meter;
 
     fn profile_table(meter: &Meter, wall: Duration) -> String {
-        cost_table(&Cost::new(meter, wall.as_secs_f64(), 1)).to_string()
+        cost_table(&RunCost::new(meter, wall.as_secs_f64(), 1)).to_string()
     }
 
     #[test]

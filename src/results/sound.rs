@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pass_by::PassBySummary;
 use super::table::{csv, optional, row};
-use crate::radiation::{Body, FrequencyReport};
+use crate::radiation::{FrequencyReport, RadiatingBody};
 use crate::response::{BandLevel, PowerSpectrum, SliceErrors};
 use crate::scene::RadiationQuality;
 use crate::sound::{Air, CoveredBands, SoundLevels, TotalLevel};
@@ -68,11 +68,11 @@ pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices
             let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
             let error = optional(error.of_band(middle).filter(|_| plain.valid));
             let by_slices = optional(slices.and_then(|slices| slices.sound(band)));
-            let own = row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices]);
+            let of_sum = row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices]);
             let of_parts =
                 parts.iter().flat_map(|[vibration, squeeze]| row([&vibration[index].level, &squeeze[index].level]));
             let of_places = spread(places.iter().map(|bands| bands[index].level)).map(|spread| row([&spread]));
-            own.into_iter().chain(of_parts).chain(of_places.into_iter().flatten()).collect::<Vec<String>>()
+            of_sum.into_iter().chain(of_parts).chain(of_places.into_iter().flatten()).collect::<Vec<String>>()
         })
     });
     let parts = PARTS.split(',').filter(|_| has_parts);
@@ -169,7 +169,7 @@ pub(crate) struct BodySummary {
 
 impl BodySummary {
     /// A body in some air, and its solution.
-    pub(crate) fn of(quality: RadiationQuality, body: &Body, air: &Air, report: &FrequencyReport) -> Self {
+    pub(crate) fn of(quality: RadiationQuality, body: &RadiatingBody, air: &Air, report: &FrequencyReport) -> Self {
         Self {
             quality,
             patch_length: 2.0 * body.half_patch(),

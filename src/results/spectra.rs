@@ -24,9 +24,9 @@ pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> St
         let valid = f64::from(u8::from(is_valid));
         let edges = [band.lower_edge(), band.upper_edge()];
         let known = [errors.numerical(band).filter(|_| is_valid), errors.by_slices(band)];
-        let [own, slices] = known.map(|error| error.unwrap_or(f64::NAN));
+        let [numerical, slices] = known.map(|error| error.unwrap_or(f64::NAN));
         let middle = band.mid_frequency();
-        [band.nominal_frequency(), middle, edges[0], edges[1], mean_square, level, valid, own, slices]
+        [band.nominal_frequency(), middle, edges[0], edges[1], mean_square, level, valid, numerical, slices]
     });
     csv(header.split(','), rows)
 }

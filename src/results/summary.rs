@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-pub(crate) use super::cost::{Cost, Planned};
+pub(crate) use super::cost::{Planned, RunCost};
 use super::error::ResultsError;
 use super::inputs::Input;
 use super::sound::SoundSummary;
@@ -55,7 +55,7 @@ pub struct Summary {
     #[serde(default)]
     pub notes: Vec<String>,
     /// Cost of the run.
-    pub(crate) cost: Cost,
+    pub(crate) cost: RunCost,
     /// The effective settings: the scene with every default filled in.
     pub settings: serde_json::Value,
     /// Names of all files in the folder; filled in when it is completed.
@@ -236,7 +236,7 @@ pub struct ContactQuality {
 
 impl Summary {
     /// Summary of a run that has begun: the first fields filled in, no results, not complete.
-    pub(crate) fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
+    pub(crate) fn begun(title: &str, settings: serde_json::Value, cost: RunCost) -> Self {
         Self {
             format: FORMAT.into(),
             format_version: FORMAT_VERSION,
@@ -297,7 +297,7 @@ pub(super) mod tests {
         Summary::begun(
             "A \"title\"",
             json!({"tyre": {"width": 0.2}, "rolling": {"speed_kmh": 80.0}}),
-            Cost::new(&meter, 1.5, 2),
+            RunCost::new(&meter, 1.5, 2),
         )
     }
 

@@ -38,28 +38,28 @@ pub(crate) fn optional(cell: Option<impl ToString>) -> String {
 
 /// A table with a line under its header.
 #[derive(Clone, Debug)]
-pub struct Table {
+pub struct TextTable {
     header: Vec<String>,
     rows: Vec<Vec<String>>,
     alignment: fn(usize) -> CellAlignment,
 }
 
 /// Table with words in the first column to the left, numbers in the others to the right.
-pub(crate) fn aligned(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
-    Table::new(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
+pub(crate) fn aligned(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> TextTable {
+    TextTable::new(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
 }
 
 /// Table as [`aligned`], all columns being numbers.
-pub(crate) fn numbers(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
-    Table::new(header, rows, |_| CellAlignment::Right)
+pub(crate) fn numbers(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> TextTable {
+    TextTable::new(header, rows, |_| CellAlignment::Right)
 }
 
 /// Table as [`aligned`], all columns being words.
-pub(crate) fn words(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
-    Table::new(header, rows, |_| CellAlignment::Left)
+pub(crate) fn words(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> TextTable {
+    TextTable::new(header, rows, |_| CellAlignment::Left)
 }
 
-impl Table {
+impl TextTable {
     /// Header and rows must have the same number of columns; an empty header means rows alone.
     fn new(header: impl Cells, rows: impl IntoIterator<Item: Cells>, alignment: fn(usize) -> CellAlignment) -> Self {
         Self { header: header.texts(), rows: rows.into_iter().map(Cells::texts).collect(), alignment }
@@ -152,7 +152,7 @@ fn trimmed(table: &comfy_table::Table) -> String {
 }
 
 /// At full width.
-impl fmt::Display for Table {
+impl fmt::Display for TextTable {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let count = self.rows.first().map_or(self.header.len(), Vec::len);
         formatter.write_str(&trimmed(&self.drawn(&(0..count).collect::<Vec<_>>())))
@@ -161,26 +161,26 @@ impl fmt::Display for Table {
 
 /// Text and tables in their order; displayed at full width.
 #[derive(Clone, Debug, Default)]
-pub struct Report(Vec<Part>);
+pub struct Report(Vec<ReportPart>);
 
 /// Part of a report.
 #[derive(Clone, Debug)]
-pub enum Part {
+pub enum ReportPart {
     /// Lines of text.
     Text(String),
     /// A table of any width.
-    Table(Table),
+    Table(TextTable),
 }
 
 impl Report {
     /// Adds lines as they are.
     pub fn text(&mut self, text: impl Into<String>) {
-        self.0.push(Part::Text(text.into()));
+        self.0.push(ReportPart::Text(text.into()));
     }
 
     /// Adds a table after the parts so far.
-    pub fn table(&mut self, table: Table) {
-        self.0.push(Part::Table(table));
+    pub fn table(&mut self, table: TextTable) {
+        self.0.push(ReportPart::Table(table));
     }
 
     /// Adds all parts of another report.
@@ -189,7 +189,7 @@ impl Report {
     }
 
     /// Parts in their order.
-    pub fn parts(&self) -> &[Part] {
+    pub fn parts(&self) -> &[ReportPart] {
         &self.0
     }
 
@@ -199,22 +199,23 @@ impl Report {
             Ok(number @ Value::Number(_)) => number,
             _ => Value::from(cell.trim()),
         };
-        let part = |part: &Part| match part {
-            Part::Text(text) => json!({ "text": text.trim() }),
-            Part::Table(table) => {
+        let part = |part: &ReportPart| match part {
+            ReportPart::Text(text) => json!({ "text": text.trim() }),
+            ReportPart::Table(table) => {
                 let rows: Vec<Vec<Value>> = table.rows.iter().map(|row| row.iter().map(cell).collect()).collect();
                 json!({ "columns": table.header, "rows": rows })
             }
         };
-        let empty = |part: &&Part| matches!(part, Part::Text(text) if text.trim().is_empty());
+        let empty = |part: &&ReportPart| matches!(part, ReportPart::Text(text) if text.trim().is_empty());
         self.0.iter().filter(|part| !empty(part)).map(part).collect()
     }
 
-    /// The report for a terminal of `width` columns: lines are wrapped between words, for tables see [`Table::within`].
+    /// The report for a terminal of `width` columns: lines are wrapped between words, for tables see
+    /// [`TextTable::within`].
     pub fn within(&self, width: usize) -> String {
-        let part = |part: &Part| match part {
-            Part::Text(text) => text.split_inclusive('\n').map(|line| wrapped(line, width)).collect(),
-            Part::Table(table) => table.within(width),
+        let part = |part: &ReportPart| match part {
+            ReportPart::Text(text) => text.split_inclusive('\n').map(|line| wrapped(line, width)).collect(),
+            ReportPart::Table(table) => table.within(width),
         };
         self.0.iter().map(part).collect()
     }
@@ -223,8 +224,8 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.iter().try_for_each(|part| match part {
-            Part::Text(text) => formatter.write_str(text),
-            Part::Table(table) => table.fmt(formatter),
+            ReportPart::Text(text) => formatter.write_str(text),
+            ReportPart::Table(table) => table.fmt(formatter),
         })
     }
 }

@@ -66,21 +66,21 @@ pub(crate) fn folded_stacks(trace: &Trace) -> String {
             text.push_str(&format!("{stack} {time}\n"));
         }
     };
-    let mut left = microseconds(trace.wall());
+    let mut untraced = microseconds(trace.wall());
     for phase in Phase::ALL {
         let name = format!("tyrewave;run;{}", phase.title());
-        let whole = microseconds(trace.phase_time(phase)).min(left);
-        let mut own = whole;
+        let whole = microseconds(trace.phase_time(phase)).min(untraced);
+        let mut unstaged = whole;
         for stage in Stage::ALL {
-            let time = microseconds(trace.stage_time(phase, stage)).min(own);
+            let time = microseconds(trace.stage_time(phase, stage)).min(unstaged);
             let outer = stage.part_of().map_or(String::new(), |outer| format!("{};", outer.title()));
             line(&format!("{name};{outer}{}", stage.title()), time);
-            own -= time;
+            unstaged -= time;
         }
-        line(&name, own);
-        left -= whole;
+        line(&name, unstaged);
+        untraced -= whole;
     }
-    line("tyrewave;run", left);
+    line("tyrewave;run", untraced);
     text
 }
 
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn folded_stacks_add_up_to_the_wall_time_and_stages_to_the_tables() {
+    fn folded_stacks_add_up_to_the_wall_time() {
         let meter = meter();
         let trace = meter.trace().unwrap();
         let text = folded_stacks(trace);

@@ -16,7 +16,7 @@ use crate::effects::RunError;
 use crate::numeric::digest::{hexadecimal, sha256};
 use crate::results::ResultsError;
 use crate::results::arrays::WrittenArrays;
-use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, Unusable};
+use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, UnusableCheckpoint};
 use crate::results::files::ResultFiles;
 use crate::results::folder::ResultsFolder;
 use crate::results::inputs::{Input, Inputs, changed};
@@ -59,7 +59,6 @@ struct RunState {
     /// Wall and processor time so far.
     times: [Duration; 2],
     cost: Counters,
-    /// State of the [`Simulation`].
     simulation: SavedState,
 }
 
@@ -86,10 +85,11 @@ impl Checkpoint {
     pub(crate) fn read(folder: &Path) -> Result<Self, RunError> {
         let mut body = checkpoint::read(folder)?;
         let path = folder.join(CHECKPOINT_FILE);
-        let unusable = |reason: Unusable| CheckpointError::Unusable { path: path.clone(), reason: reason.into() };
+        let unusable =
+            |reason: UnusableCheckpoint| CheckpointError::Unusable { path: path.clone(), reason: reason.into() };
         let program: String = body.take().map_err(|error| unusable(error.into()))?;
         if program != env!("CARGO_PKG_VERSION") {
-            return Err(unusable(Unusable::Program { found: program }).into());
+            return Err(unusable(UnusableCheckpoint::Program { found: program }).into());
         }
         let (owner, steps, written): (Owner, u64, WrittenArrays) =
             body.take().map_err(|error| unusable(error.into()))?;
@@ -97,14 +97,14 @@ impl Checkpoint {
         let scene = input::read_text(&scene_path, SCENE_BYTES)
             .map_err(|error| CheckpointError::Io { path: scene_path, source: error.into() })?;
         if owner.scene != sha256(&[&scene]) {
-            return Err(unusable(Unusable::Scene).into());
+            return Err(unusable(UnusableCheckpoint::Scene).into());
         }
         let name = PathBuf::from(owner.path);
         let source = name.parent().map(Path::to_owned).unwrap_or_default();
         let loaded = LoadedScene::restored(&owner.written, &scene, name, source)?;
         let inputs = inputs_of(&loaded)?;
         if let Some(file) = changed(&owner.inputs, &inputs) {
-            return Err(unusable(Unusable::Input { file: file.to_owned() }).into());
+            return Err(unusable(UnusableCheckpoint::Input { file: file.to_owned() }).into());
         }
         written.check(folder)?;
         Ok(Self { path, state: body, steps, written, loaded, inputs })
@@ -116,14 +116,14 @@ impl Checkpoint {
     /// [`CheckpointError::Unusable`]; the run must not be used then.
     pub(crate) fn restore(self, run: &mut Simulation) -> Result<[Duration; 2], RunError> {
         let Self { path, state, steps, .. } = self;
-        let unusable = |reason: Unusable| CheckpointError::Unusable { path, reason: reason.into() };
+        let unusable = |reason: UnusableCheckpoint| CheckpointError::Unusable { path, reason: reason.into() };
         let state: RunState = match state.finish() {
             Ok(state) => state,
             Err(error) => return Err(unusable(error.into()).into()),
         };
         run.widen(state.window)?;
         if state.influence != influence_digest(&run.prepared) {
-            return Err(unusable(Unusable::Influence).into());
+            return Err(unusable(UnusableCheckpoint::Influence).into());
         }
         let times = state.times;
         state.restore(steps, run).map_err(|error| unusable(error.into()))?;
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_in_single_precision_are_the_same_on_any_threads_and_after_a_stop() {
+    fn single_precision_cells_are_the_same_after_a_stop() {
         let to = |tolerance: &str| {
             let numerics = format!("numerics={{elements=128,lateral_terms=12,pole_tolerance=1e-4{tolerance}}}");
             scene_with(&[
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_that_contact_outgrows_is_widened_with_the_same_bits_also_by_a_resumed_run() {
+    fn an_outgrown_window_is_widened_with_the_same_bits() {
         let whole = forces(&mut run_over(1.0, 1.0), u64::MAX);
         let mut outgrown = run_over(0.3, 1.0);
         let found = forces(&mut outgrown, u64::MAX);

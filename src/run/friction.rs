@@ -90,7 +90,6 @@ impl FrictionContact<'_> {
         Ok(March::over(Box::new(FrictionZone::new(rolling, past, search, law)), output_window, rule, *time_step))
     }
 
-    /// Past of a window of `columns` columns.
     fn past(&self, columns: usize, job: &mut Job<'_>) -> Result<Box<dyn CellPast<COMPONENTS>>, RunError> {
         let Self { plan, sums, .. } = *self;
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);

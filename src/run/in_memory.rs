@@ -8,9 +8,9 @@ use crate::counters::{Job, Meter, Stage};
 use crate::effects::{KeptArray, RunError};
 use crate::plan::Plan;
 use crate::results::files::FilesInMemory;
-use crate::results::summary::{Cost, Summary};
+use crate::results::summary::{RunCost, Summary};
 use crate::run::checkpoint::inputs_of;
-use crate::run::look_back::{look_back, summary};
+use crate::run::end::{finish, summary};
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 
@@ -47,16 +47,16 @@ pub fn run_in_memory(loaded: &LoadedScene, mut job: Job<'_>) -> Result<RunInMemo
         Ok(!job.is_stopped())
     })?;
     if !complete {
-        return Err(RunError::Interrupted { kept: None });
+        return Err(RunError::Interrupted { partial: None });
     }
     run.settle();
     let arrays = run.finish_arrays()?;
     job.progress.stage(Stage::Response);
     let files = FilesInMemory::default();
-    let found = look_back(&mut run, &files, true)?;
+    let found = finish(&mut run, &files, true)?;
     let spent = cpu.zip(cpu_time()).map(|(before, after)| after.saturating_sub(before));
     let seconds = wall.elapsed().as_secs_f64();
-    let cost = |meter: &Meter| Cost::new(meter, seconds, rayon::current_num_threads()).with_cpu(spent);
+    let cost = |meter: &Meter| RunCost::new(meter, seconds, rayon::current_num_threads()).with_cpu(spent);
     let summary = Summary { complete: true, inputs, ..summary(&run, loaded, found, cost)? };
     Ok(RunInMemory { summary, arrays, files: files.into_inner() })
 }

@@ -3,15 +3,15 @@
 //! 1. `prepare`: tyre -> road -> contact, ready to take the first step; `cells` (with tangential forces `friction`) or
 //!    `slices` make the contact, `past` the history of slices, `road` opens the road;
 //! 2. `simulation`: step by step, over a road that is made ahead of its use; effects observe each step;
-//! 3. `to_folder` and `in_memory`: the same with arrays, tables, pictures and summary, `look_back` at the end;
+//! 3. `to_folder` and `in_memory`: the same with arrays, tables, pictures and summary, `end` after the last step;
 //!    `checkpoint` lets a folder's run continue after a stop.
 
 mod cells;
 pub(crate) mod checkpoint;
+mod end;
 pub(crate) mod energy;
 mod friction;
 pub(crate) mod in_memory;
-mod look_back;
 pub(crate) mod past;
 pub(crate) mod prepare;
 pub(crate) mod road;

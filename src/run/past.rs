@@ -42,7 +42,7 @@ impl Past<'_> {
             let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
             Weights::unless_stopped(self.sum, self.plan.field, rule, time_step, self.plan.lags, job.stop)
         });
-        let weights = weights.ok_or(RunError::Interrupted { kept: None })?;
+        let weights = weights.ok_or(RunError::Interrupted { partial: None })?;
         count_evaluations(self.plan, weights.evaluations, &mut job.meter);
         let truncated = weights.truncated();
         if truncated > 0.01 && self.plan.lags as u64 <= self.plan.steps {

@@ -28,11 +28,10 @@ use crate::scene::LoadedScene;
 use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Steps between two checks of the interrupt flag, with an update of the progress.
-const LOOK_EVERY: u64 = 16;
+const CHECK_EVERY: u64 = 16;
 /// Factor by which a window of cells is widened once contact has reached its end.
 const WIDER: f64 = 1.5;
 
-/// Observer with the name of its effect.
 type Named = (&'static str, Box<dyn EffectObserver>);
 
 /// First observer of a type, if there is one.
@@ -52,7 +51,7 @@ pub struct Simulation {
     /// Observers by the names of their effects.
     observers: Vec<Named>,
     /// Observers that the caller has added.
-    own: Vec<Box<dyn Observer>>,
+    observers_of_caller: Vec<Box<dyn Observer>>,
     /// Power put in by the contact, if an observer needs it.
     power: Option<ContactPower>,
     arrays: Option<Arrays>,
@@ -142,7 +141,7 @@ impl Simulation {
             power: None,
             prepared,
             observers,
-            own: Vec::new(),
+            observers_of_caller: Vec::new(),
             arrays: None,
             meter: std::mem::take(&mut job.meter),
             warnings: std::mem::take(&mut job.warnings),
@@ -163,13 +162,13 @@ impl Simulation {
         if observer.needs_power() && self.power.is_none() {
             self.power = Some(self.contact_power());
         }
-        self.own.push(Box::new(observer));
+        self.observers_of_caller.push(Box::new(observer));
         self
     }
 
     /// The caller's first observer of a type, if there is one.
     pub fn observer<T: Observer>(&self) -> Option<&T> {
-        self.own.iter().find_map(|observer| (observer.as_ref() as &dyn Any).downcast_ref())
+        self.observers_of_caller.iter().find_map(|observer| (observer.as_ref() as &dyn Any).downcast_ref())
     }
 
     /// Begins the arrays that the plan asks for, in a folder or in memory, or continues them.
@@ -207,7 +206,7 @@ impl Simulation {
     /// another one, ahead of its use.
     ///
     /// # Errors
-    /// [`RunError`]; the run cannot go on then.
+    /// [`RunError`]; the run cannot continue then.
     pub fn step(&mut self) -> Result<Option<StepResult>, RunError> {
         while self.next_step < self.plan.steps {
             if let Some(result) = self.advance()? {
@@ -227,7 +226,7 @@ impl Simulation {
         inspect: &mut dyn FnMut(&mut Self) -> Result<bool, RunError>,
     ) -> Result<bool, RunError> {
         while self.next_step < self.plan.steps {
-            if self.prepared.march.next_step().is_multiple_of(LOOK_EVERY) && !inspect(self)? {
+            if self.prepared.march.next_step().is_multiple_of(CHECK_EVERY) && !inspect(self)? {
                 return Ok(false);
             }
             self.advance()?;
@@ -237,8 +236,8 @@ impl Simulation {
 
     /// Reports the steps that are done, and what will stop them.
     pub(crate) fn report(&self, progress: &mut dyn Progress) {
-        let mut left = self.observers.iter().map(|(_, observer)| observer.blocks_left(LOOK_EVERY));
-        let (blocks, stage) = left.find(|left| left.0 > 0).unwrap_or_default();
+        let mut blocks = self.observers.iter().map(|(_, observer)| observer.remaining_blocks(CHECK_EVERY));
+        let (blocks, stage) = blocks.find(|blocks| blocks.0 > 0).unwrap_or_default();
         progress.blocks(blocks, stage);
         progress.step(self.prepared.march.next_step());
     }
@@ -322,10 +321,10 @@ impl Simulation {
     /// Errors of the arrays.
     pub(crate) fn finish_arrays(&mut self) -> Result<Vec<KeptArray>, RunError> {
         let Some(arrays) = self.arrays.take() else { return Ok(Vec::new()) };
-        let (bytes, kept) = self.meter.time(Stage::Output, || arrays.finish())?;
+        let (bytes, in_memory) = self.meter.time(Stage::Output, || arrays.finish())?;
         self.meter.count(Counter::BytesWritten, bytes);
         self.meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
-        Ok(kept)
+        Ok(in_memory)
     }
 
     /// Flushes all rows of the arrays to the disk; returns how far each has come.
@@ -369,7 +368,7 @@ impl Simulation {
     /// Advances the contact by a step and lets it be observed. If contact reaches the end of a window of cells it
     /// begins again over a wider one, since other waves carry the past through that; `None` until it has caught up.
     fn advance(&mut self) -> Result<Option<StepResult>, RunError> {
-        let Self { plan, next_step, prepared, observers, own, power, arrays, meter, .. } = self;
+        let Self { plan, next_step, prepared, observers, observers_of_caller, power, arrays, meter, .. } = self;
         let Prepared { march, road, axle, contact, .. } = prepared;
         let number = march.next_step();
         meter.begin_step(number);
@@ -418,7 +417,7 @@ impl Simulation {
         for (_, observer) in observers {
             observer.observe(&step, meter)?;
         }
-        for observer in own {
+        for observer in observers_of_caller {
             observer.observe(&step, meter)?;
         }
         meter.end_step(number + 1);

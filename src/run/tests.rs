@@ -18,7 +18,7 @@ fn scene(changes: &[(&str, &str)]) -> LoadedScene {
 }
 
 #[test]
-fn rolling_resistance_on_a_smooth_road_is_the_moment_of_the_forces() {
+fn rolling_resistance_on_smooth_road_is_the_forces_moment() {
     for (rule, lag) in [("bdf2", 0.0), ("sdirk2", 0.5)] {
         let (found, expected, load) = smooth(rule, lag);
         // Elements that have just come into contact were above the plane two steps before; contact lasts some 20 steps.
@@ -64,7 +64,7 @@ fn uncoupled_points_have_no_rolling_resistance() {
 }
 
 #[test]
-fn a_mass_that_uncoupled_points_push_too_fast_is_refused_by_check() {
+fn a_mass_too_light_for_uncoupled_points_is_refused() {
     let of = |mass: f64| {
         let axle = format!("{{ load = 3400.0, mass = {mass:?}, stiffness = 1e4, damping = 10.0 }}");
         checked(&scene(&[("contact.tread", "\"uncoupled\""), ("rolling.axle", &axle)])).map(drop)

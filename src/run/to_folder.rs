@@ -9,11 +9,11 @@ use crate::effects::RunError;
 use crate::plan::{Forecast, Plan, process_memory, unit_record};
 use crate::results::arrays::ArrayPlace;
 use crate::results::folder::ResultsFolder;
-use crate::results::summary::{Cost, Planned, Summary};
+use crate::results::summary::{Planned, RunCost, Summary};
 use crate::results::unfinished::unfinished;
 use crate::run::checkpoint::{Checkpoint, Checkpoints, inputs_of};
+use crate::run::end::{finish, summary};
 use crate::run::energy::impossible_energy;
-use crate::run::look_back::{look_back, summary};
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 
@@ -65,7 +65,7 @@ pub fn run(loaded: &LoadedScene, options: &RunOptions, job: Job<'_>) -> Result<R
     planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, job)
 }
 
-/// Continues an unfinished run, given its results folder or its own folder, with the same bytes as if it had never
+/// Continues an unfinished run, given its results folder or its working folder, with the same bytes as if it had never
 /// stopped. From now on the cost is measured as closely as the job says.
 ///
 /// # Errors
@@ -80,10 +80,10 @@ pub fn resume(path: &Path, threads: usize, job: Job<'_>) -> Result<RunReport, Ru
     let plan = Plan::of(&loaded)?.with_cached_model();
     plan.check(&loaded)?;
     let planned = PlannedRun::new(&loaded, &plan, threads, begin.process);
-    let kept = folder.working().to_owned();
+    let partial = folder.working().to_owned();
     planned.carry_out(begin, || Ok(folder), Some(checkpoint), job).map_err(|error| match error {
-        // Before its first step: what was kept is still there.
-        RunError::Interrupted { kept: None } => RunError::Interrupted { kept: Some(kept) },
+        // Before its first step: what was stored is still there.
+        RunError::Interrupted { partial: None } => RunError::Interrupted { partial: Some(partial) },
         other => other,
     })
 }
@@ -141,7 +141,7 @@ impl<'a> PlannedRun<'a> {
             job.progress.warning(warning);
         }
         if job.is_stopped() {
-            return Err(RunError::Interrupted { kept: None });
+            return Err(RunError::Interrupted { partial: None });
         }
 
         let mut folder = folder()?;
@@ -167,7 +167,7 @@ impl<'a> PlannedRun<'a> {
         let (complete, summary) = match ended {
             Ok(ended) => ended,
             Err(RunError::Results(source)) if folder.holds_checkpoint() => {
-                return Err(RunError::Kept { source, kept: folder.stay() });
+                return Err(RunError::Resumable { source, folder: folder.stay() });
             }
             Err(error) => {
                 // A continued run would fail again.
@@ -177,8 +177,8 @@ impl<'a> PlannedRun<'a> {
         };
         job.progress.finish();
         if !complete {
-            let kept = folder.finish_partial(summary)?;
-            return Err(RunError::Interrupted { kept: Some(kept) });
+            let partial = folder.finish_partial(summary)?;
+            return Err(RunError::Interrupted { partial: Some(partial) });
         }
         let wall = Duration::from_secs_f64(summary.cost.wall_seconds);
         let folder = folder.finish(summary.clone())?;
@@ -197,14 +197,14 @@ impl<'a> PlannedRun<'a> {
     ) -> Result<Summary, RunError> {
         run.finish_arrays()?;
         progress.stage(Stage::Response);
-        let found = look_back(run, folder, complete)?;
+        let found = finish(run, folder, complete)?;
         let now = Instant::now();
         let (wall, cpu) = (checkpoints.wall(now), checkpoints.cpu());
         if let Some(trace) = run.meter.trace_mut() {
             trace.end(now);
         }
         let summary = summary(run, self.loaded, found, |meter| {
-            let mut cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_cpu(cpu);
+            let mut cost = RunCost::new(meter, wall.as_secs_f64(), self.threads).with_cpu(cpu);
             cost.planned = Some(self.planned);
             if meter.watches_closely() {
                 // After the run, when its peak memory has been read.

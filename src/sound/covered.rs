@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn an_overall_level_says_its_bands_and_what_is_missing_above_them() {
+    fn an_overall_level_states_its_bands_and_those_missing() {
         // A noise that is equally loud in every band up to 1 kHz, and falls by 3 dB a band above.
         let noise = |n: i32| 70.0 - 3.0 * f64::from(n.max(0));
         let exact = energetic_sum(bands(10, noise).iter().map(|band| band.level));

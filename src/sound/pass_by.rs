@@ -162,7 +162,7 @@ impl PassBy {
             return Err(PassByError::NotALine { receiver });
         }
         let distances = receivers.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect();
-        // The last sample is kept where it falls on the last point up to rounding.
+        // The last sample counts where it falls on the last point up to rounding.
         let samples = (length / speed * output_rate + 1e-9).floor() as usize + 1;
         Ok(Self { spacing, aside: y.hypot(z), distances, samples, passage })
     }

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn a_half_space_is_that_of_the_sound_power_by_a_hemisphere_and_3_db_above_the_free_field() {
+    fn a_half_space_is_3_db_above_the_free_field() {
         // A pressure of 1 Pa at r: W = 2 pi r^2 p^2/(rho c).
         let position = [3.0, 4.0, 0.05];
         let band = ThirdOctaveBand(-10);
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn the_higher_source_is_cancelled_by_its_image_where_the_detour_is_half_a_wave() {
+    fn a_detour_of_half_a_wave_cancels_the_source() {
         let high = PointSources { sources: &[(0.3, 1.0)], road: RoadReflection::Image };
         let position = [0.0, 7.5, 1.2];
         let detour = 7.5_f64.hypot(1.5) - 7.5_f64.hypot(0.9);

@@ -34,7 +34,7 @@ pub(crate) fn resample(signal: &[f64], rate: f64, new_rate: f64) -> Vec<f64> {
         return Vec::new();
     };
     let step = rate / new_rate;
-    // The last sample is kept where it falls on a new sample up to rounding.
+    // The last sample counts where it falls on a new sample up to rounding.
     let count = (last as f64 / step + 1e-9).floor() as usize + 1;
     let mut weights = Vec::new();
     (0..count).map(|n| weighted(signal, 0, n as f64 * step, step, &mut weights)).collect()

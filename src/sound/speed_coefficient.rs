@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_found_with_its_level_at_the_reference_and_known_scatter_gives_its_interval() {
+    fn a_line_is_found_and_scatter_gives_its_interval() {
         let line = |speed: f64| 70.5 + 31.0 * (speed / 80.0).log10();
         let exact = SpeedCoefficient::fit([70.0, 74.0, 83.0, 90.0].map(|v| (v, line(v))), 80.0).unwrap();
         assert!((exact.slope.decibels_per_decade - 31.0).abs() < 1e-10 && (exact.reference_level - 70.5).abs() < 1e-12);

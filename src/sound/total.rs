@@ -193,17 +193,17 @@ mod tests {
     }
 
     #[test]
-    fn maxima_over_time_are_compared_where_their_bands_are_the_same_and_not_at_all_else() {
+    fn maxima_over_time_are_compared_over_equal_bands_only() {
         let maximum = |valid_to, level| TotalLevel { level, is_maximum: true, ..total(valid_to, tyre) };
         let (few, many, louder) = (maximum(-11, 14.8), maximum(3, 72.2), maximum(3, 74.2));
         assert_eq!(Compared::difference(&few, &many), Err(Apart::Maximum));
         let (difference, bands) = Compared::difference(&louder, &many).unwrap();
         assert!((difference - 2.0).abs() < 1e-9 && bands.is_none());
-        assert_eq!(TotalLevel::of(total(-16, tyre).bands.split_off(1)), None, "no band is vouched for");
+        assert_eq!(TotalLevel::of(total(-16, tyre).bands.split_off(1)), None, "no band is valid");
     }
 
     #[test]
-    fn bands_that_end_on_the_way_up_do_not_hold_the_loudest_below_1_khz() {
+    fn rising_bands_do_not_hold_the_loudest_below_1_khz() {
         let rising = |n: i32| f64::from(n);
         for (last, held) in [(-3, false), (0, true)] {
             let mut cut = total(last, rising);

@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn a_calibration_survives_to_the_last_bit_and_its_absence_is_told() {
+    fn a_calibration_survives_and_its_absence_is_reported() {
         for full_scale in [0.1, 1.0 / 3.0, 6.02e-3, 20.0, 1e-12] {
             let recording = Recording { full_scale, ..recording(SampleFormat::Float32, 1, 8) };
             let found = full_scale_of(&recording.to_bytes().unwrap()).unwrap();
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_with_another_full_scale_has_the_same_pressures_and_words() {
+    fn another_full_scale_has_the_same_pressures_and_words() {
         for format in [SampleFormat::Integer24, SampleFormat::Float32] {
             let recording = recording(format, 2, 333);
             let again = rescaled(&recording.to_bytes().unwrap(), 5.0).unwrap().unwrap();

@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_those_of_table_3_at_all_exact_third_octave_frequencies() {
+    fn weights_are_those_of_table_3_at_all_third_octaves() {
         for (n, (nominal, table, ..)) in (-20..=13).zip(TABLE_3) {
             let band = ThirdOctaveBand(n);
             assert!((band.nominal_frequency() / nominal - 1.0).abs() < 1e-12);

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn every_rate_keeps_class_1_of_table_3_and_the_stated_error_of_the_exact_weighting() {
+    fn every_rate_keeps_class_1_and_the_stated_error() {
         for rate in RATES {
             let response = impulse_response(rate);
             for (n, (nominal, table, above, below)) in (-20..=13).zip(TABLE_3) {

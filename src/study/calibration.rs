@@ -1,5 +1,5 @@
-//! Calibration of the costs of work on this machine: measured once by short runs of the program itself, kept beside the
-//! fitted models.
+//! Calibration of the costs of work on this machine: measured once by short runs of the program itself, stored beside
+//! the fitted models.
 //!
 //! 1. a fit of a small model;
 //! 2. some hundred steps on a smooth and on a rough road, on one thread: each stage's time over what a plan of typical
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use crate::counters::process::cpu_time;
 use crate::counters::{Stage, Watch};
 use crate::plan::unit_record::{keep, known};
-use crate::plan::{Forecast, Plan, Unit, UnitCosts};
+use crate::plan::{Forecast, Plan, UnitCosts, WorkUnit};
 use crate::run::{RunError, Simulation};
 use crate::scene::{LoadedScene, PLATE, Road, Scene};
 use crate::tyre::poles::{FitOptions, expected_fit, fit_unless_stopped};
@@ -27,7 +27,7 @@ const PROBE: (usize, u64, u64) = (512, 400, 1500);
 const MEASURED: [Stage; 7] =
     [Stage::Road, Stage::Slices, Stage::Axle, Stage::History, Stage::Transforms, Stage::Penetration, Stage::ActiveSet];
 
-/// The costs measured before, or measured and kept now; a record that cannot be kept is no error.
+/// The costs measured before, or measured and stored now; a record that cannot be stored is no error.
 ///
 /// # Errors
 /// [`RunError::Interrupted`] once `stop` is set; any other is a defect of the probes.
@@ -41,7 +41,7 @@ pub(crate) fn calibrated(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
 /// # Errors
 /// As [`calibrated`].
 pub(crate) fn calibrate(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
-    let interrupted = || RunError::Interrupted { kept: None };
+    let interrupted = || RunError::Interrupted { partial: None };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|_| interrupted())?;
     let costs = pool.install(|| measure(stop))?;
     keep(costs);
@@ -54,8 +54,8 @@ fn measure(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     let tyre = &base.scene.tyre;
     let options = FitOptions::new(tyre, elements, base.scene.rolling.speed()).with_tolerance(TOLERANCE);
     let begin = Begin::now();
-    fit_unless_stopped(tyre, &options, stop).map_err(|_| RunError::Interrupted { kept: None })?;
-    let fit = expected_fit::share(elements as f64, TOLERANCE, tyre) * Unit::Fit.typical();
+    fit_unless_stopped(tyre, &options, stop).map_err(|_| RunError::Interrupted { partial: None })?;
+    let fit = expected_fit::share(elements as f64, TOLERANCE, tyre) * WorkUnit::Fit.typical();
 
     let mut probes = Probes { fit: begin.ran() * begin.wall.elapsed().as_secs_f64() / fit, ..Probes::default() };
     probes.roll(base.clone(), stop)?;
@@ -76,8 +76,8 @@ impl Begin {
         Self { wall: Instant::now(), cpu: cpu_time() }
     }
 
-    /// Part of the time since then for which the thread ran, at most 1: other programs must not make work dear. 1 where
-    /// processor times are not known.
+    /// Part of the time since then for which the thread ran, at most 1: other programs must not make work expensive. 1
+    /// where processor times are not known.
     fn ran(&self) -> f64 {
         let cpu = self.cpu.zip(cpu_time()).map(|(then, now)| now.saturating_sub(then));
         cpu.map_or(1.0, |cpu| (cpu.as_secs_f64() / self.wall.elapsed().as_secs_f64()).min(1.0))
@@ -109,7 +109,7 @@ impl Probes {
         let begin = Instant::now();
         while run.step()?.is_some() {
             if stop.load(Ordering::Relaxed) {
-                return Err(RunError::Interrupted { kept: None });
+                return Err(RunError::Interrupted { partial: None });
             }
         }
         let (rolled, ran) = (begin.elapsed(), all.ran());
@@ -161,16 +161,16 @@ mod tests {
         }
         let costs = probes.costs();
         assert!(costs.measured && (costs.step - 2e-6).abs() < 1e-15);
-        let of = |stage, unit: Unit| costs.of(stage, unit) / unit.typical();
+        let of = |stage, unit: WorkUnit| costs.of(stage, unit) / unit.typical();
         for (stage, unit, factor) in [
-            (Stage::Fit, Unit::Fit, 3.0),
-            (Stage::History, Unit::PoleMultiplyAdd, 9.0),
-            (Stage::Slices, Unit::SpringCell, 2.0),
-            (Stage::Output, Unit::OutputByte, 3.0),
+            (Stage::Fit, WorkUnit::Fit, 3.0),
+            (Stage::History, WorkUnit::PoleMultiplyAdd, 9.0),
+            (Stage::Slices, WorkUnit::SpringCell, 2.0),
+            (Stage::Output, WorkUnit::OutputByte, 3.0),
         ] {
             assert!((of(stage, unit) - factor).abs() < 1e-12, "{stage:?}");
         }
-        assert!(matches!(measure(&AtomicBool::new(true)), Err(RunError::Interrupted { kept: None })));
+        assert!(matches!(measure(&AtomicBool::new(true)), Err(RunError::Interrupted { partial: None })));
         let text = serde_json::to_string(&costs).unwrap();
         assert_eq!(serde_json::from_str::<UnitCosts>(&text).unwrap(), costs);
     }

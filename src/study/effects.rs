@@ -16,7 +16,7 @@ use std::collections::HashSet;
 use crate::contact::ContactError;
 use crate::contact::local_compliance::{UNCERTAINTY, formula_for};
 use crate::counters::{Job, Stage};
-use crate::plan::decisions::Row;
+use crate::plan::decisions::DecisionRow;
 use crate::plan::{Forecast, Plan, UnitCosts};
 use crate::planning::rows;
 use crate::response::BandLevel;
@@ -36,7 +36,7 @@ const AIRS: [(AirMotion, &str); 3] = [
 ];
 
 /// Effect that can be taken away: a row of the plan's table.
-pub(crate) type Effect = &'static Row;
+pub(crate) type Effect = &'static DecisionRow;
 
 /// All effects that can be switched; contact over cells, which is compared with slices as a whole, is the last.
 pub(crate) fn effects() -> Vec<Effect> {
@@ -92,7 +92,7 @@ pub(crate) struct Contribution {
 
 /// Contributions of all effects of a scene.
 #[derive(Clone)]
-pub(crate) struct Comparison {
+pub(crate) struct EffectComparison {
     /// Without any effect that can be taken away; an effect without which the motion grows without bound stays.
     pub base: Trial,
     /// With all that the scene can have.
@@ -137,7 +137,7 @@ pub(crate) fn compare(
     duration: f64,
     costs: &UnitCosts,
     job: Job<'_>,
-) -> Result<Comparison, RunError> {
+) -> Result<EffectComparison, RunError> {
     let mut scene = loaded.scene.clone();
     scene.rolling.duration = duration;
     let possible: Vec<(Effect, Option<String>)> = effects()
@@ -183,12 +183,15 @@ pub(crate) fn compare(
     let possible_only = || possible.iter().filter(|(_, refusal)| refusal.is_none()).map(|(effect, _)| *effect);
     // In the order in which they are rolled; which effects must stay in every run is not known yet.
     let mut planned = vec![("all".to_owned(), complete.clone())];
-    let named = |direction: Direction, effect: Effect| format!("{} {}", direction.sign(), effect.title);
+    let named = |direction: ComparisonDirection, effect: Effect| format!("{} {}", direction.sign(), effect.title);
     planned.extend(
-        possible_only().map(|effect| (named(Direction::TakenAway, effect), with(&|other| !same(other, effect)))),
+        possible_only()
+            .map(|effect| (named(ComparisonDirection::TakenAway, effect), with(&|other| !same(other, effect)))),
     );
     planned.push(("none".to_owned(), with(&|_| false)));
-    planned.extend(possible_only().map(|effect| (named(Direction::Added, effect), with(&|other| same(other, effect)))));
+    planned.extend(
+        possible_only().map(|effect| (named(ComparisonDirection::Added, effect), with(&|other| same(other, effect)))),
+    );
     planned.extend(varied.iter().cloned());
     let threads = rayon::current_num_threads();
     let mut forecasts = Forecasts { costs, threads, made: HashSet::new() };
@@ -208,7 +211,7 @@ pub(crate) fn compare(
         .iter()
         .map(|(effect, refusal)| match refusal {
             Some(refusal) => Ok(Err(format!("not in this scene: {refusal}"))),
-            None => match roll(&named(Direction::TakenAway, *effect), &with(&|other| !same(other, effect))) {
+            None => match roll(&named(ComparisonDirection::TakenAway, *effect), &with(&|other| !same(other, effect))) {
                 Err(RunError::Contact(error @ ContactError::Unbounded { .. })) => {
                     Ok(Err(format!("stays in every run; without it {error}")))
                 }
@@ -216,14 +219,15 @@ pub(crate) fn compare(
             },
         })
         .collect::<Result<_, RunError>>()?;
-    let stays = |other| possible.iter().zip(&without).any(|((effect, _), found)| same(effect, other) && found.is_err());
-    let base = roll("none", &with(&|other| stays(other)))?;
+    let is_impossible =
+        |other| possible.iter().zip(&without).any(|((effect, _), found)| same(effect, other) && found.is_err());
+    let base = roll("none", &with(&|other| is_impossible(other)))?;
     let mut effects = Vec::new();
     for ((effect, _), found) in possible.iter().zip(&without) {
         let found = match found {
             Err(reason) => Err(reason.clone()),
             Ok(without) => {
-                let name = named(Direction::Added, *effect);
+                let name = named(ComparisonDirection::Added, *effect);
                 let alone = roll(&name, &with(&|other| same(other, effect) || stays(other)))?;
                 Ok([alone, without.clone()])
             }
@@ -233,19 +237,18 @@ pub(crate) fn compare(
     let rolled = varied.into_iter().map(|(name, scene)| Ok((name.clone(), roll(&name, &scene)?)));
     let uncertainties = rolled.collect::<Result<_, RunError>>()?;
     trials.finish();
-    Ok(Comparison { base, all, effects, uncertainties })
+    Ok(EffectComparison { base, all, effects, uncertainties })
 }
 
-/// Direction of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Direction {
+pub(crate) enum ComparisonDirection {
     /// Alone, compared with none.
     Added,
     /// All but this, compared with all.
     TakenAway,
 }
 
-impl Direction {
+impl ComparisonDirection {
     /// Both, in the order of the tables.
     pub(crate) const ALL: [Self; 2] = [Self::Added, Self::TakenAway];
 
@@ -266,14 +269,14 @@ impl Direction {
     }
 }
 
-impl Comparison {
+impl EffectComparison {
     /// The effects that the scene can have, each with its run and the run that it is compared with.
-    pub(crate) fn runs(&self, direction: Direction) -> Vec<(Effect, &Trial, &Trial)> {
+    pub(crate) fn runs(&self, direction: ComparisonDirection) -> Vec<(Effect, &Trial, &Trial)> {
         let Self { base, all, effects, .. } = self;
         let run = |contribution| match contribution {
             &Contribution { effect, found: Ok([ref alone, ref without]) } => Some(match direction {
-                Direction::Added => (effect, alone, base),
-                Direction::TakenAway => (effect, without, all),
+                ComparisonDirection::Added => (effect, alone, base),
+                ComparisonDirection::TakenAway => (effect, without, all),
             }),
             Contribution { found: Err(_), .. } => None,
         };
@@ -284,7 +287,7 @@ impl Comparison {
     pub(crate) fn rolled(&self) -> Vec<(String, &Trial, Option<&Trial>)> {
         let Self { base, all, uncertainties, .. } = self;
         let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
-        for direction in Direction::ALL {
+        for direction in ComparisonDirection::ALL {
             let name = |effect: Effect| format!("{} {}", direction.sign(), effect.title);
             let runs = self.runs(direction).into_iter();
             rolled.extend(runs.map(|(effect, found, reference)| (name(effect), found, Some(reference))));

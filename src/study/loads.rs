@@ -21,13 +21,13 @@ const BEYOND: f64 = 1.2;
 
 /// A tyre that stands on a flat road.
 #[derive(Clone, Debug)]
-pub struct Standing {
+pub struct LoadedTyre {
     /// Static influence at an element j further on \[m/N\].
     row: Vec<f64>,
     circumference: f64,
 }
 
-impl Standing {
+impl LoadedTyre {
     /// The standing tyre of a scene, with its elements; no setting of the scene may be left open.
     pub fn new(scene: &Scene) -> Self {
         let Scene { tyre, rolling, numerics, .. } = scene;

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::numeric::{double, in_parallel};
 use crate::plan::Plan;
-use crate::radiation::{Body, Cost, RadiationError, Transfer, TransferProblem};
+use crate::radiation::{RadiatingBody, RadiationCost, RadiationError, SurfaceTransfer, TransferProblem};
 use crate::response::pressure::set_up::WAVES;
 use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen, TransferPath};
 use crate::scene::Scene;
@@ -76,7 +76,7 @@ pub(crate) struct AtFrequency {
 /// A tyre that stands on a road, as a radiating body.
 #[derive(Clone, Debug)]
 pub(crate) struct Radiator {
-    body: Body,
+    body: RadiatingBody,
     /// Path to the named receivers, then to the circle.
     path: TransferPath,
     /// Width of the strip, and over the shoulders \[m\].
@@ -133,11 +133,11 @@ impl Radiator {
     /// Expected cost at a frequency \[Hz\].
     ///
     /// # Errors
-    /// As [`Cost::expected`].
-    pub(crate) fn cost(&self, frequency: f64) -> Result<Cost, RadiationError> {
+    /// As [`RadiationCost::expected`].
+    pub(crate) fn cost(&self, frequency: f64) -> Result<RadiationCost, RadiationError> {
         let wavenumber = TAU * frequency / self.path.air.sound_speed;
         let TransferProblem { resolution, blocks, .. } = self.path.problem(&self.body, self.memory_limit);
-        Cost::expected(&self.body, wavenumber, wavenumber, &resolution, blocks)
+        RadiationCost::expected(&self.body, wavenumber, wavenumber, &resolution, blocks)
     }
 
     /// Pressure model of the rolling tyre, up to half of its sampling rate.
@@ -161,9 +161,9 @@ impl Radiator {
         problem.check()?;
         let edge = (self.body.half_patch() / self.body.radius()).asin() + AHEAD / self.body.radius();
         let cell = (edge / TAU * problem.grid.around as f64) as usize;
-        let strength = |transfer: &Transfer| double(transfer.values[transfer.index(0, 0, cell)]).norm();
+        let strength = |transfer: &SurfaceTransfer| double(transfer.values[transfer.index(0, 0, cell)]).norm();
         let one = |&frequency: &f64| {
-            let shares = |transfer: &Transfer| {
+            let shares = |transfer: &SurfaceTransfer| {
                 let green = SurfaceGreen::of(&self.body, [(frequency, transfer.clone())]);
                 PressureShares::at(&self.model(), &green, 0)
             };

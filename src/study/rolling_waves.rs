@@ -90,7 +90,7 @@ mod tests {
     use crate::test_models::on_springs;
 
     #[test]
-    fn rotation_parts_the_waves_of_the_default_tyre_about_as_those_of_an_inextensional_ring() {
+    fn rotation_splits_waves_about_as_in_an_inextensional_ring() {
         let springs = on_springs(DEFAULT);
         for (text, speed, slowest) in [(&*springs, 110.0, 59.0), (&springs, 250.0, 59.0), (DEFAULT, 110.0, 55.2)] {
             let mut scene = Scene::from_str(text, "scene").unwrap().scene;

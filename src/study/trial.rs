@@ -1,5 +1,5 @@
 //! Short runs side by side: variants of a scene are rolled one after the other ([`Trials`]) and compared ([`Trial`],
-//! [`Common`], [`Difference`]).
+//! [`Common`], [`RunDifference`]).
 //!
 //! Runs may differ in their time steps. Both forces are resampled to common instants by the same low-pass kernel, flat
 //! up to the upper edge of the highest band and 80 dB down from 1.25 times that on; levels and differences are those of
@@ -24,7 +24,7 @@ use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;
 
 /// Steps between two checks of the flag, with an update of the progress.
-const LOOK_EVERY: u64 = 256;
+const CHECK_EVERY: u64 = 256;
 /// Ramp and settling of an axle that is held at a height, left out of a comparison \[s\]: the default tyre's modes
 /// decay by 40 dB in it.
 pub(crate) const SETTLING: f64 = 0.2;
@@ -214,11 +214,11 @@ impl<'a> Trials<'a> {
         let mut force = Vec::with_capacity(plan.steps as usize);
         while let Some(step) = run.step()? {
             force.push(step.total_force);
-            if run.next_step().is_multiple_of(LOOK_EVERY) {
+            if run.next_step().is_multiple_of(CHECK_EVERY) {
                 let steps = run.next_step() as f64;
                 self.report_share(steps / plan.steps as f64, steps * plan.time_step);
                 if self.job.is_stopped() {
-                    return Err(RunError::Interrupted { kept: None });
+                    return Err(RunError::Interrupted { partial: None });
                 }
             }
         }
@@ -305,7 +305,7 @@ pub(crate) struct Common {
 
 /// Difference of a run from another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Difference {
+pub struct RunDifference {
     /// Largest magnitude of the difference of a third-octave level \[dB\].
     pub worst: f64,
     /// Nominal mid-frequency of its band \[Hz\].
@@ -350,7 +350,7 @@ impl Common {
     }
 
     /// Difference from another run with the same instants.
-    pub(crate) fn difference(&self, other: &Self) -> Difference {
+    pub(crate) fn difference(&self, other: &Self) -> RunDifference {
         let (mut worst, mut worst_band, mut squares, mut count) = (0.0_f64, 0.0, 0.0, 0.0);
         for (level, change) in level_changes(&self.levels, &other.levels).filter(|(_, change)| change.is_finite()) {
             if change.abs() > worst {
@@ -360,7 +360,7 @@ impl Common {
             count += 1.0;
         }
         let relative = |a: f64, b: f64| if b == 0.0 { 0.0 } else { a / b - 1.0 };
-        Difference {
+        RunDifference {
             worst,
             worst_band,
             rms: (squares / f64::max(count, 1.0)).sqrt(),
@@ -477,7 +477,7 @@ mod tests {
             // The pass band is flat to 2e-4, the tone beyond it 80 dB down: 5e-4 of the rest.
             assert!(found.worst < 0.02 && found.force < 2e-3, "{time_step} {lag}: {found:?}");
         }
-        assert_eq!(reference.difference(&reference), Difference::default());
+        assert_eq!(reference.difference(&reference), RunDifference::default());
     }
 
     #[test]

@@ -44,7 +44,7 @@ fn rolled(revolutions: f64, contact: &str, more: &str) -> String {
 const SOUND: [&str; 2] = ["sound.csv", "sound_narrow.csv"];
 
 #[test]
-fn grooves_are_heard_on_any_number_of_threads_and_a_sealed_patch_is_the_one_without_a_table() {
+fn grooves_sound_the_same_on_any_number_of_threads() {
     let of = |more: &str| run(&rolled(8.0, SLICES, &format!("{GROOVE}{HEARD}{more}")));
     let without = of("");
     let bytes = |results: &Results| SOUND.map(|name| fs::read(results.path(name)).unwrap());
@@ -73,9 +73,9 @@ fn grooves_are_heard_on_any_number_of_threads_and_a_sealed_patch_is_the_one_with
     assert_eq!(lines.next(), Some(header));
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert!(rows.len() >= 5 && rows.iter().all(|row| row[9].parse::<f64>().unwrap() > 0.0), "{table}");
-    // Amid the groove it is louder than at the receiver, and far from 1 % of the air's own pressure.
+    // In the middle of the groove it is louder than at the receiver, and far from 1 % of the static air pressure.
     let largest: f64 = rows[0][6].parse().unwrap();
-    println!("largest pressure amid the groove {largest:.2} Pa");
+    println!("largest pressure in the middle of the groove {largest:.2} Pa");
     let mean = 2e-5 * 10.0_f64.powf(open / 20.0);
     assert!(largest > 10.0 * mean && largest < 1400.0, "{largest} Pa, {mean} Pa at the receiver");
     let warnings = &one.summary()["warnings"];
@@ -99,7 +99,7 @@ impl Progress for After<'_> {
 }
 
 #[test]
-fn squeezed_blocks_are_heard_beside_the_vibration_on_any_threads_and_after_a_stop_and_nothing_is_else() {
+fn squeezed_blocks_sound_the_same_on_any_threads_and_resumed() {
     let text = |more: &str| rolled(8.0, CELLS, &format!("{GROOVE}{HEARD}{more}"));
     let of = |more: &str| run(&text(more));
     let squeezed = format!("{OPEN}{SQUEEZED}");
@@ -159,7 +159,7 @@ fn squeezed_blocks_are_heard_beside_the_vibration_on_any_threads_and_after_a_sto
 }
 
 #[test]
-fn voids_of_the_road_are_heard_on_any_threads_and_after_a_stop_and_nothing_is_else() {
+fn voids_of_the_road_sound_the_same_on_any_threads_and_resumed() {
     let text = |more: &str| rolled(8.0, CELLS, &format!("{HEARD}{more}"));
     let sealed = run(&text(""));
     let off = run(&text(&format!("{VOIDS}[effects]\nair_pumping = \"off\"\n")));
@@ -218,7 +218,7 @@ fn squeezed_blocks_beside_voids_have_parts_of_all_places() {
 }
 
 #[test]
-fn what_the_squeeze_needs_takes_it_with_it_where_it_is_switched_off() {
+fn squeeze_is_off_with_anything_that_it_needs() {
     let loaded = scene(&rolled(8.0, CELLS, &format!("{GROOVE}{HEARD}{OPEN}{SQUEEZED}")));
     let squeezes = |plan: &Plan| {
         let row = decisions(plan).rows.iter().find(|row| row.effect == "squeeze of blocks").unwrap();
@@ -242,33 +242,38 @@ fn what_the_squeeze_needs_takes_it_with_it_where_it_is_switched_off() {
 }
 
 #[test]
-fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
+fn impossible_air_paths_are_refused_with_their_places() {
     let refusal = |text: &str| {
         let planned = Scene::from_str(text, "scene.toml").and_then(|loaded| Plan::of(&loaded));
         planned.map(|_| String::new()).unwrap_or_else(|error| error.render(false))
     };
-    let heard = |more: &str| format!("{GROOVE}{HEARD}{more}\n{OPEN}");
+    let with_receiver = |more: &str| format!("{GROOVE}{HEARD}{more}\n{OPEN}");
     let cases = [
         (SLICES, format!("{GROOVE}{OPEN}"), "air_pumping", "no [[receiver]]"),
         (SLICES, format!("{HEARD}{OPEN}"), "air_pumping.patch", "no grooves"),
-        (SLICES, heard("acoustic_gap = 0.001"), "radiation.acoustic_gap", "not by both"),
+        (SLICES, with_receiver("acoustic_gap = 0.001"), "radiation.acoustic_gap", "not by both"),
         (SLICES, format!("{GROOVE}{DRAFT}{OPEN}"), "radiation.quality", "openings of the grooves"),
         (
             "slices = \"winkler\"\ncells_across = 4\ntread = \"uncoupled\"",
-            heard(""),
+            with_receiver(""),
             "contact.tread",
             "conserve volume",
         ),
         (SLICES, format!("{HEARD}{VOIDS}"), "air_pumping.patch", "slices do not resolve"),
         (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\nsqueeze = true\n"), "air_pumping.squeeze", "sealed"),
-        (SLICES, heard("") + SQUEEZED, "air_pumping.squeeze", "slices have no compliant blocks"),
+        (SLICES, with_receiver("") + SQUEEZED, "air_pumping.squeeze", "slices have no compliant blocks"),
         (
             CELLS,
             format!("{GROOVE}blocks = \"continuum\"\n{HEARD}{OPEN}{SQUEEZED}"),
             "air_pumping.squeeze",
             "press no air out",
         ),
-        (CELLS, heard("").replace("depth = 0.008", "depth = 0.003") + SQUEEZED, "air_pumping.squeeze", "a third"),
+        (
+            CELLS,
+            with_receiver("").replace("depth = 0.008", "depth = 0.003") + SQUEEZED,
+            "air_pumping.squeeze",
+            "a third",
+        ),
         (SLICES, "[effects]\nair_pumping = \"on\"\n".to_owned(), "effects.air_pumping", "no [air_pumping]"),
     ];
     for (contact, more, key, wrong) in cases {
@@ -276,11 +281,11 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         let is_named = reported.contains(key) || key.split('.').all(|part| reported.contains(part));
         assert!(is_named && reported.contains(wrong), "{key}, {wrong}: {reported}\n{more}");
     }
-    assert_eq!(refusal(&rolled(8.0, SLICES, &heard(""))), "");
-    assert_eq!(refusal(&rolled(8.0, CELLS, &(heard("") + SQUEEZED))), "");
+    assert_eq!(refusal(&rolled(8.0, SLICES, &with_receiver(""))), "");
+    assert_eq!(refusal(&rolled(8.0, CELLS, &(with_receiver("") + SQUEEZED))), "");
     // Known once the patch is: where the sheet ends the gap is 19 mm high.
     let changes = [("radiation.fmax", "4000.0"), ("numerics.elements", "1024")];
-    let high = edit(&rolled(8.0, SLICES, &heard("patch_length = 0.12")), &changes);
+    let high = edit(&rolled(8.0, SLICES, &with_receiver("patch_length = 0.12")), &changes);
     let loaded = scene(&high);
     let plan = Plan::of(&loaded).unwrap();
     let reported = match Simulation::begin(&loaded, &plan, &Default::default()) {

@@ -52,8 +52,8 @@ fn pages(folder: &Path) -> Vec<(PathBuf, String)> {
 
 /// Name by which a page's heading is linked to.
 fn anchor(heading: &str) -> String {
-    let kept = heading.trim_start_matches('#').trim().chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
-    kept.collect::<String>().to_lowercase().replace(' ', "-")
+    let letters = heading.trim_start_matches('#').trim().chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+    letters.collect::<String>().to_lowercase().replace(' ', "-")
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn commands_of_pages_and_help_are_read_and_their_scenes_hold() {
                 wrong.push(format!("tyrewave {command}: {error}"));
             }
             Err(_) => {}
-            // The tutorial makes its own scenes.
+            // The tutorial makes its scenes.
             Ok(_) => executed.extend(executed_of(folder.path(), &command)),
         }
     }

@@ -8,15 +8,15 @@ use crate::common::run;
 const ELEMENTS: usize = 128;
 
 #[test]
-fn the_length_of_the_contact_is_from_the_first_to_the_last_element_that_carries_force() {
+fn the_contact_spans_all_elements_that_carry_force() {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.014, ramp = 0.02 }";
     let results = run(&scene_text(ELEMENTS, "kind = \"made\"", rolling, "", ""));
     let (lengths, forces) = (results.array("contact_length.npy"), results.array("patch_force.npy"));
     let columns = forces.len() / lengths.len();
     let element = CIRCUMFERENCE / ELEMENTS as f64;
     for (step, (length, forces)) in lengths.iter().zip(forces.chunks_exact(columns)).enumerate() {
-        let touches = |force: &f64| *force > 0.0;
-        let ends = forces.iter().position(touches).zip(forces.iter().rposition(touches));
+        let carries_force = |force: &f64| *force > 0.0;
+        let ends = forces.iter().position(carries_force).zip(forces.iter().rposition(carries_force));
         let extent = ends.map_or(0, |(first, last)| last + 1 - first);
         assert!((length - extent as f64 * element).abs() < 1e-12, "step {step}");
     }
@@ -30,7 +30,7 @@ fn the_length_of_the_contact_is_from_the_first_to_the_last_element_that_carries_
 }
 
 #[test]
-fn channels_have_names_of_their_own_and_every_array_of_a_run_is_one() {
+fn channels_have_unique_names_and_cover_every_array() {
     let names: Vec<&str> = channels().map(|channel| channel.name).collect();
     for (number, name) in names.iter().enumerate() {
         assert!(!names[..number].contains(name), "two channels are named {name}");

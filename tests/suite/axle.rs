@@ -70,7 +70,7 @@ fn by_law(tread: &str) -> (f64, f64, f64) {
 }
 
 #[test]
-fn elastic_and_bedding_tread_carry_alike_at_equal_static_stiffness() {
+fn elastic_and_bedding_tread_of_equal_stiffness_carry_alike() {
     let (elastic, steady, _) = by_law("elastic");
     assert!(steady < 1e-4);
     let (bedding, steady, _) = by_law("bedding");

@@ -43,7 +43,7 @@ fn roll(loaded: &LoadedScene, steps: u64, axle: &mut dyn FnMut(u64, Option<f64>)
 }
 
 #[test]
-fn free_vibration_is_that_of_the_mass_on_the_tyres_own_dynamic_stiffness() {
+fn free_vibration_is_that_of_mass_and_dynamic_stiffness() {
     // The tyre by itself: its force at a height that is led, and what a small step of the height adds. From these alone
     // the mass's motion is integrated by another scheme (Newmark, the mean acceleration, implicit in today's force) and
     // compared.
@@ -56,13 +56,13 @@ fn free_vibration_is_that_of_the_mass_on_the_tyres_own_dynamic_stiffness() {
         let time_step = plan.time_step;
         let ramp = (0.4 / time_step).round() as u64;
         let steps = ramp + (0.4 / time_step).round() as u64;
-        let led = |step: u64, more: f64| AxleHeight::Fixed {
+        let guided = |step: u64, more: f64| AxleHeight::Fixed {
             indentation: indentation * (step as f64 / ramp as f64).min(1.0) + more,
             ramp: 0.0,
         };
-        let held = roll(&loaded, steps, &mut |step, _| led(step, 0.0));
+        let held = roll(&loaded, steps, &mut |step, _| guided(step, 0.0));
         let small = 2e-5;
-        let pushed = roll(&loaded, steps, &mut |step, _| led(step, if step >= ramp { small } else { 0.0 }));
+        let pushed = roll(&loaded, steps, &mut |step, _| guided(step, if step >= ramp { small } else { 0.0 }));
         let response: Vec<f64> = (ramp..steps).map(|l| (pushed[l as usize] - held[l as usize]) / small).collect();
         // 15 N more than the tyre carries where it is set free.
         let load = held[ramp as usize] + 15.0;
@@ -203,9 +203,9 @@ fn a_wheel_on_cobbles_leaves_the_road_and_lands() {
         results.assert_sound("cobbles");
         let (force, height, time) = (results.array("total_force.npy"), heights(&results), results.array("time.npy"));
         let begin = force.len() / 4;
-        let flies = |step: usize| force[step] < f64::MIN_POSITIVE;
-        let air = (begin..force.len()).filter(|&step| flies(step)).count();
-        let landings = (begin..force.len()).filter(|&step| flies(step - 1) && !flies(step)).count();
+        let is_airborne = |step: usize| force[step] < f64::MIN_POSITIVE;
+        let air = (begin..force.len()).filter(|&step| is_airborne(step)).count();
+        let landings = (begin..force.len()).filter(|&step| is_airborne(step - 1) && !is_airborne(step)).count();
         let (low, high) = height.iter().fold((f64::MAX, f64::MIN), |(a, b), &z| (a.min(z), b.max(z)));
         let found = results.report.summary.outcome.load.unwrap();
         println!(
@@ -262,7 +262,7 @@ fn a_swing_decays_alike_by_rules_of_one_stage_and_of_two() {
 }
 
 #[test]
-fn a_mass_that_the_time_step_cannot_follow_is_refused_and_a_little_more_is_stepped() {
+fn a_mass_too_light_for_the_time_step_is_refused() {
     let of = |mass: f64| {
         let axle = format!("{{ load = 3000.0, mass = {mass:?}, tolerance = 0.5 }}");
         try_run(&scene(&scene_text(96, "kind = \"made\"", &rolling(0.3, 0.4, &axle), "history = \"modal\"", "")))

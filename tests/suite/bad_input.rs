@@ -191,9 +191,9 @@ fn profiles_without_numbers() {
     assert_refused(folder.path(), USAGE, &["road.file", "road.csv", "line 7", "\"rough\" is not a number", &line]);
     // Without a scene there is no place in one.
     let output = tyrewave(folder.path(), &["road", "road.csv", "--distance-unit", "mm", "--height-unit", "mm"]);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(USAGE), "{told}");
-    assert!(told.contains("line 7") && told.contains("road.csv") && !told.contains("80kmh"), "{told}");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(USAGE), "{message}");
+    assert!(message.contains("line 7") && message.contains("road.csv") && !message.contains("80kmh"), "{message}");
 }
 
 #[test]
@@ -345,7 +345,7 @@ fn ctrl_c_keeps_what_there_is_as_partial() {
 }
 
 #[test]
-fn a_second_run_replaces_the_results_and_a_foreign_folder_is_left_alone() {
+fn a_second_run_replaces_results_but_no_foreign_folder() {
     let folder = folder_with(&good());
     let run = || tyrewave(folder.path(), &["run", "scene.toml", "--out", "out"]);
     assert!(run().status.success());

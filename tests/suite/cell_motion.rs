@@ -112,7 +112,7 @@ fn one_row_of_cells_moves_the_tyre_as_a_slice_does() {
 }
 
 #[test]
-fn the_same_bytes_on_one_and_two_threads_and_nothing_where_nothing_is_wanted() {
+fn vibration_of_cells_has_the_same_bytes_on_two_threads() {
     let keys = vibration("points = [0.05]\nelements = [40]\nsegment = 0.2\nmap = true");
     let text = cells(64, 4, ROUGH, 0.5, "time_rule = \"sdirk2\"", &keys);
     let on = |threads: usize, text: &str| {

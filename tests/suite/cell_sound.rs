@@ -53,21 +53,21 @@ fn bumpy(folder: &std::path::Path, name: &str, columns: &[usize]) -> String {
 }
 
 #[test]
-fn bumps_on_one_side_are_heard_differently_from_both_and_mirrored_ones_mirrored() {
+fn bumps_on_one_side_sound_different_at_both_sides() {
     let folder = tempfile::tempdir().unwrap();
-    let heard = |name: &str, columns: &[usize], way: &str| {
+    let of_bumps = |name: &str, columns: &[usize], way: &str| {
         let road = bumpy(folder.path(), name, columns);
         levels(&run(&cells(ACROSS, &road, 0.8, &format!("{BOTH_SIDES}{way}"))))
     };
     for way in [DRAFT, LOW] {
-        let (one, other) = (heard("one.npy", &[3], way), heard("other.npy", &[0], way));
+        let (one, other) = (of_bumps("one.npy", &[3], way), of_bumps("other.npy", &[0], way));
         println!("bumps on one side {one:.2?} dB, on the other {other:.2?} dB");
         // Left and right change places; single precision and the search's tolerance are between them.
         for (one, mirrored) in one.iter().zip(other.iter().rev()) {
             assert!((one - mirrored).abs() < 0.01, "{one} and {mirrored} dB");
         }
         assert!((one[0] - one[1]).abs() > 0.1, "{one:?}: odd waves are not heard");
-        let even = heard("even.npy", &[0, 3], way);
+        let even = of_bumps("even.npy", &[0, 3], way);
         assert!((even[0] - even[1]).abs() < 0.01, "{even:?}: bumps on both sides");
     }
 }
@@ -88,7 +88,7 @@ fn one_row_of_cells_sounds_as_a_slice_does() {
 }
 
 #[test]
-fn the_same_bytes_on_one_and_two_threads_and_nothing_without_a_receiver() {
+fn sound_of_cells_has_the_same_bytes_on_two_threads() {
     let made = "kind = \"made\"\nseed = 4";
     let text = cells(ACROSS, made, 0.6, &format!("{BOTH_SIDES}{DRAFT}"));
     let on = |threads: usize, text: &str| {

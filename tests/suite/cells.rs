@@ -114,7 +114,7 @@ fn poles_are_the_finite_double_sums() {
 }
 
 #[test]
-fn a_smooth_road_gives_a_steady_force_and_one_row_the_slices_own() {
+fn a_smooth_road_gives_a_steady_force() {
     let smooth = cells(96, 1, "kind = \"smooth\"", INDENTED, "pole_tolerance = 1e-6");
     let one = run(&smooth);
     one.assert_sound("one row");
@@ -217,7 +217,7 @@ fn plans_refuse_what_cells_cannot_do_and_nothing_else() {
         let loaded = scene(text);
         Plan::of(&loaded).unwrap().check(&loaded).map_err(|error| error.render(false))
     };
-    // Sums over the stages of a step are kept as matrices.
+    // Sums over the stages of a step are stored as matrices.
     let direct = "history = \"direct\"\nmemory = 0.02\ntime_rule = \"sdirk2\"";
     check(&cells(64, 4, MADE, INDENTED, direct)).unwrap();
     let many = check(&cells(64, 10_000, MADE, INDENTED, "memory_limit = 0.1")).unwrap_err();
@@ -252,16 +252,16 @@ fn patch_on_a_half_space(n: usize, elements: usize) -> (f64, [f64; 2]) {
     let mut forces = vec![0.0; n * n];
     let begin = Instant::now();
     let residuals = search.solve(&required, &mut forces);
-    let own = begin.elapsed().as_secs_f64();
+    let of_cells = begin.elapsed().as_secs_f64();
     assert!(residuals.penetration <= 1e-8 && residuals.complementarity <= 1e-8 && search.counts().fallbacks == 0);
     // The plane at height 0: what is above it is pressed in.
     let peak = required.iter().copied().fold(f64::MIN, f64::max);
     let map = HeightMap { heights: required, extent: Extent { nx: n, ny: n }, dx, dy };
     let begin = Instant::now();
-    let other = indent(&map, MODULUS, IndentationControl::Penetration(peak), IndentationLimits::default()).unwrap();
-    let times = [own, begin.elapsed().as_secs_f64()];
+    let indented = indent(&map, MODULUS, IndentationControl::Penetration(peak), IndentationLimits::default()).unwrap();
+    let times = [of_cells, begin.elapsed().as_secs_f64()];
     let largest = forces.iter().copied().fold(0.0, f64::max);
-    let differences = forces.iter().zip(&other.pressure).map(|(force, p)| (force - p * dx * dy).abs() / largest);
+    let differences = forces.iter().zip(&indented.pressure).map(|(force, p)| (force - p * dx * dy).abs() / largest);
     (differences.fold(0.0, f64::max), times)
 }
 
@@ -274,7 +274,7 @@ fn cells_on_a_half_space_press_as_indent_says() {
 #[test]
 #[ignore = "measures"]
 fn a_patch_of_512_by_512_cells_beside_indent() {
-    let (difference, [own, other]) = patch_on_a_half_space(512, 4096);
-    println!("cells {own:.2} s, indent {other:.2} s, difference {difference:.1e}");
+    let (difference, [of_cells, of_indent]) = patch_on_a_half_space(512, 4096);
+    println!("cells {of_cells:.2} s, indent {of_indent:.2} s, difference {difference:.1e}");
     assert!(difference < 1e-6, "{difference:e}");
 }

@@ -31,7 +31,7 @@ fn again(results: &Results) -> u64 {
 
 /// A stone that is higher than the tyre is pressed in touches far ahead of the patch on a smooth road.
 #[test]
-fn a_single_high_stone_ahead_of_the_patch_touches_cells_as_early_as_slices() {
+fn a_stone_ahead_touches_cells_as_early_as_slices() {
     let folder = tempfile::tempdir().unwrap();
     let element = CIRCUMFERENCE / ELEMENTS as f64;
     let place = (1.9 / element).round() * element;

@@ -162,7 +162,7 @@ fn static_uniform_load_compresses_foundation_and_layers() {
 }
 
 #[test]
-fn cutting_a_layer_in_two_changes_nothing_and_the_matrix_is_reciprocal() {
+fn cutting_a_layer_in_two_changes_nothing() {
     let tyre = tread_of(0.49);
     let mut cut = tyre.clone();
     let tread = cut.layers.pop().unwrap();
@@ -228,7 +228,7 @@ fn bad_case_files_are_refused() {
 }
 
 #[test]
-fn a_wave_that_would_take_for_ever_through_the_layers_is_refused() {
+fn a_wave_of_too_many_steps_through_the_layers_is_refused() {
     let with = |n: &str, s: &str, modulus: &str| {
         let text = format!(
             r#"{{"tyres": [{{"name": "t", "curved": true, "circumference": 1.95, "width": 0.2, "foundation":

@@ -147,11 +147,11 @@ fn residuals(results: &Results, case: &Case, tyre: &Tyre, heights: &dyn Fn(i64) 
             // A slice that yields by c feels y - G0 F + c F; the rest of y moves stones and rubber alike.
             let compliance = case.law.compliance(element);
             let rest = compliance.map_or(0.0, |compliance| displacement - compliance * force);
-            let felt = penetration - rest;
-            let required = if felt <= 0.0 {
+            let local_penetration = penetration - rest;
+            let required = if local_penetration <= 0.0 {
                 penetration
             } else {
-                rest + slice.iter().map(|z| (felt - (peak - z)).max(0.0)).sum::<f64>() / slice.len() as f64
+                rest + slice.iter().map(|z| (local_penetration - (peak - z)).max(0.0)).sum::<f64>() / slice.len() as f64
             };
             worst[0] = worst[0].max(-force);
             worst[1] = worst[1].max(required - displacement);

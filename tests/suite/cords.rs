@@ -130,7 +130,7 @@ fn compliance_at_rest_equals_the_twenty_digit_values() {
 }
 
 #[test]
-fn unknown_fields_of_a_tyre_are_refused_and_resolved_is_not_read() {
+fn unknown_fields_of_a_tyre_are_refused() {
     let tyre = |more: Value| {
         let mut tyre = json!({
             "name": "a", "curved": true, "circumference": 2.0, "width": 0.2, "resolved": { "growth": "?" },
@@ -178,7 +178,7 @@ fn waves_prepared_once_equal_the_reference_path() {
 }
 
 #[test]
-fn an_orthotropic_layer_of_isotropic_moduli_and_cords_of_nothing_are_the_isotropic_layer() {
+fn isotropic_moduli_and_empty_cords_are_the_isotropic_layer() {
     let mut stack = cord_tyre();
     for layer in &mut stack.layers {
         layer.cords.clear();
@@ -359,8 +359,8 @@ fn elasticity(layer: &Layer, s: Complex64) -> [[Complex64; 6]; 6] {
         c[place][place] = factor * modulus;
     }
     for cords in &layer.cords {
-        let own = rubber(cords.stiffness.unwrap(), cords.loss_factor, 0.0, 1.0);
-        let stiffness = material::modulus(&own, s);
+        let cord = rubber(cords.stiffness.unwrap(), cords.loss_factor, 0.0, 1.0);
+        let stiffness = material::modulus(&cord, s);
         let (cosine, sine) = (cords.angle_deg.to_radians().cos(), cords.angle_deg.to_radians().sin());
         // Half of them at the angle, half at its negative: their terms odd in the sine cancel.
         for direction in [[cosine * cosine, sine * sine, cosine * sine], [cosine * cosine, sine * sine, -cosine * sine]]

@@ -219,11 +219,11 @@ fn curved_compliance_equals_that_of_polynomials_in_each_layer() {
         for s in [at_frequency(30.0), at_frequency(230.0), at_frequency(1500.0), Complex64::new(3000.0, 8000.0)] {
             let (surface, bottom) = by_collocation(&tyre, n, m, s, 18);
             let (again, _) = by_collocation(&tyre, n, m, s, 24);
-            let own = difference(&surface, &again);
+            let uncertainty = difference(&surface, &again);
             for (step, worst) in [(STEP, &mut production), (FINE_STEP, &mut fine)] {
                 let (c, d) = tyre.compliance(n, m, s, step);
                 let error = difference(&c, &surface).max(difference(&d, &bottom));
-                *worst = worst.max(error - own);
+                *worst = worst.max(error - uncertainty);
             }
         }
     }
@@ -263,7 +263,7 @@ fn a_tyre_of_many_radii_is_flat_to_the_first_order() {
 }
 
 #[test]
-fn the_carcass_under_a_riding_tread_is_the_flat_one_for_many_radii() {
+fn the_carcass_under_a_riding_tread_tends_to_the_flat_one() {
     let mut tyre = car();
     let (radius, stretched) = (tyre.radius, 10_000);
     tyre.radius *= f64::from(stretched);
@@ -307,7 +307,7 @@ fn a_curved_tyre_is_passive_and_reciprocal_on_the_hard_grid() {
 }
 
 #[test]
-fn cases_of_curved_tyres_are_answered_and_a_speed_of_a_case_is_refused() {
+fn cases_of_curved_tyres_are_evaluated_without_speed() {
     let file = |cases: &str| {
         let layers = r#"{"thickness": 0.006, "modulus": 5e8, "loss_factor": 0.08, "poisson": 0.3, "density": 1300,
             "tension": [4.3e4, 2e4]}, {"thickness": 0.013, "modulus": 6.8e6, "loss_factor": 0.25, "poisson": 0.49,
@@ -437,8 +437,8 @@ fn the_default_tyre_has_a_car_tyres_modes() {
         let lowest = found.iter().find(of).unwrap().frequency();
         assert!((lowest - frequency).abs() < 10.0, "n {n}: {lowest} Hz, {frequency} Hz wanted");
     }
-    let breathes = |mode: &&Mode| mode.n == 0 && mode.motion == Motion::Radial && mode.frequency() > 400.0;
-    let breathing = found.iter().filter(breathes).max_by(|one, other| one.peak.total_cmp(&other.peak)).unwrap();
+    let is_breathing = |mode: &&Mode| mode.n == 0 && mode.motion == Motion::Radial && mode.frequency() > 400.0;
+    let breathing = found.iter().filter(is_breathing).max_by(|one, other| one.peak.total_cmp(&other.peak)).unwrap();
     assert!((470.0..518.0).contains(&breathing.frequency()), "{breathing:?}");
     assert!(found.iter().any(|mode| mode.n == 1 && (mode.frequency() - 234.0).abs() < 2.0), "no mode of the air");
 }
@@ -472,7 +472,7 @@ fn the_tyre_on_springs_has_a_car_tyres_modes() {
 
 /// Tails of guided sides and of curved layers against sums without a tail.
 #[test]
-fn sums_of_guided_and_curved_tyres_agree_with_those_without_a_tail() {
+fn sums_of_guided_and_curved_tyres_need_no_tail() {
     // Sums without a tail ask so many waves for the impedance of sidewalls that they take minutes.
     let curved = Scene::from_str(&on_springs(DEFAULT), "springs").unwrap().scene.tyre;
     let flat = Tyre { curvature: false, inflation: None, cavity: None, ..curved.clone() };
@@ -498,7 +498,7 @@ fn sums_of_guided_and_curved_tyres_agree_with_those_without_a_tail() {
 /// waves of half the length one by one is what they are compared with. The default tyre's tread is the softer one, and
 /// its waves are as short at lower frequencies.
 #[test]
-fn short_waves_of_a_curved_tyre_do_not_depend_on_where_they_are_taken_as_flat() {
+fn short_waves_do_not_depend_on_where_they_become_flat() {
     let all = [0.0, 300.0, 1000.0, 3000.0, 4500.0, 6000.0, 8000.0, 10_000.0, 14_000.0, 20_000.0];
     short_waves_are_flat_anywhere(&on_springs(DEFAULT), &all);
     short_waves_are_flat_anywhere(DEFAULT, &[0.0, 1000.0, 10_000.0]);

@@ -40,7 +40,7 @@ fn number(row: &csv::StringRecord, column: usize) -> f64 {
 }
 
 #[test]
-fn rows_are_the_lines_through_the_levels_that_the_runs_have_written() {
+fn rows_are_the_lines_through_the_written_levels() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("scene.toml"), scene(BESIDE)).unwrap();
@@ -117,7 +117,7 @@ fn rows_are_the_lines_through_the_levels_that_the_runs_have_written() {
 }
 
 #[test]
-fn sweeps_without_a_line_over_the_speed_are_answered_with_what_is_right() {
+fn sweeps_without_a_line_over_speed_are_refused_with_help() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("heard.toml"), scene(BESIDE)).unwrap();

@@ -16,11 +16,11 @@ use crate::common::{names, read_array, read_summary, skipped, tyrewave};
 static RESULTS: LazyLock<TempDir> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.7\naxle = { load = 3000.0, tolerance = 0.5 }";
-    let heard = "[outputs.vibration]\nmap = true\n[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\n\
+    let receiver = "[outputs.vibration]\nmap = true\n[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\n\
                  fmax = 500.0\n[outputs]\nplots = false";
     let cells = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\nplots = false\ncells_every = 0.005";
     let short = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.05\naxle = { indentation = 0.01, ramp = 0.03 }";
-    for (name, rolling, terms, more) in [("slices", rolling, "4", heard), ("cells", short, "9", cells)] {
+    for (name, rolling, terms, more) in [("slices", rolling, "4", receiver), ("cells", short, "9", cells)] {
         let text = scene_text(64, "kind = \"made\"\nseed = 4", rolling, "pole_tolerance = 1e-3", more);
         let text = edit(&text, &[("numerics.lateral_terms", terms)]);
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
@@ -105,7 +105,7 @@ print(found["cells"].shape[0], found["cells_time"].size, loadmat(sys.argv[2])["t
 }
 
 #[test]
-fn universal_files_have_fields_of_fixed_width_and_are_read_by_pyuff() {
+fn universal_files_have_fixed_fields_that_pyuff_reads() {
     let place = tempfile::tempdir().unwrap();
     let file = exported("slices", "uff58", place.path(), &[]);
     let text = fs::read_to_string(&file).unwrap();

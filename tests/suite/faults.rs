@@ -22,7 +22,6 @@ fn scene() -> String {
     scene_text(64, "kind = \"smooth\"", rolling, "memory = 0.1", "")
 }
 
-/// A folder with the scene in it.
 fn folder_with(scene: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
@@ -50,13 +49,13 @@ fn messages_that_cannot_be_written_lose_no_run() {
             skipped("no /dev/full");
             continue;
         }
-        let said = |line: &str| match to {
+        let run = |line: &str| match to {
             // The reader is gone before the program says a word.
             "| closed" => shell(folder.path(), &pipe(&format!("sleep 0.2; \"$1\" {line}"))),
             _ => shell(folder.path(), &format!("\"$1\" {line} {to}")),
         };
         for (line, code) in [("run scene.toml --out out", 1), ("run wrong.toml", USAGE), ("walk", USAGE)] {
-            let output = said(line);
+            let output = run(line);
             assert_eq!(output.status.code(), Some(code), "{to} {line}: {}", message(&output));
         }
         assert_eq!(read_summary(&folder.path().join("out"))["complete"], true, "{to}");
@@ -153,7 +152,7 @@ fn the_environment_starts_no_thousands_of_threads() {
 }
 
 #[test]
-fn a_limit_on_files_is_met_like_a_full_disk_and_the_run_goes_on() {
+fn a_limit_on_files_is_treated_as_a_full_disk() {
     let long = edit(&scene(), &[("rolling.duration", "6.0")]) + "[outputs]\ncheckpoint_interval = 0.001\n";
     let folder = folder_with(&long);
     let place = folder.path();
@@ -170,7 +169,7 @@ fn a_limit_on_files_is_met_like_a_full_disk_and_the_run_goes_on() {
 }
 
 #[test]
-fn a_run_killed_while_its_results_took_their_name_is_put_in_order() {
+fn a_run_killed_while_it_was_renamed_is_repaired() {
     let folder = folder_with(&scene());
     let place = folder.path();
     let run = |out: &str| {

@@ -18,7 +18,7 @@ fn done(output: Output) -> String {
 }
 
 #[test]
-fn init_writes_a_scene_that_check_accepts_and_overwrites_nothing() {
+fn init_writes_a_valid_scene_and_overwrites_nothing() {
     let folder = tempfile::tempdir().unwrap();
     assert!(done(tyrewave(folder.path(), &["init", "trial"])).contains("tyrewave check trial/scene.toml"));
     assert_eq!(names(&folder.path().join("trial")), ["scene.schema.json", "scene.toml", "tyre.toml"]);

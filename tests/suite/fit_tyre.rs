@@ -10,8 +10,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 use tyrewave::internals::{
-    Estimate, FIT_TYRE_BOUND as BOUND, Fit, FitTyreError, MeasuredPoint as Point, Parameter, Uncertainty,
-    driving_point, fit_tyre as fit, plate_tyre, replaced,
+    Estimate, FIT_TYRE_BOUND as BOUND, FitTyreError, MeasuredPoint, Parameter, TyreFit, Uncertainty, driving_point,
+    fit_tyre as fit, plate_tyre, replaced,
 };
 use tyrewave::scene::{PLATE, Scene, Tyre};
 
@@ -36,7 +36,7 @@ fn usual() -> Vec<Parameter> {
 
 /// Mobilities at frequencies from 50 to `highest` Hz, evenly spaced on a logarithmic axis, disturbed by as much as
 /// their uncertainties.
-fn measured(tyre: &Tyre, patches: &[f64], (count, highest): (u32, f64), seed: u64) -> Vec<Point> {
+fn measured(tyre: &Tyre, patches: &[f64], (count, highest): (u32, f64), seed: u64) -> Vec<MeasuredPoint> {
     let frequency = |k: u32| 50.0 * (highest / 50.0).powf(f64::from(k) / f64::from(count - 1));
     let frequencies: Vec<f64> = (0..count).map(frequency).collect();
     let mobility = driving_point(tyre, patches, &frequencies);
@@ -49,7 +49,7 @@ fn measured(tyre: &Tyre, patches: &[f64], (count, highest): (u32, f64), seed: u6
             let (sine, cosine) = (TAU * chance.random::<f64>()).sin_cos();
             let level = UNCERTAINTY.level * radius * sine / 20.0 * LN_10;
             let phase = (UNCERTAINTY.phase * radius * cosine).to_radians();
-            points.push(Point { frequency, patch, mobility: value * Complex64::new(level, phase).exp() });
+            points.push(MeasuredPoint { frequency, patch, mobility: value * Complex64::new(level, phase).exp() });
         }
     }
     points
@@ -65,12 +65,12 @@ fn start(tyre: &Tyre, parameters: &[Parameter], seed: u64) -> Tyre {
     start
 }
 
-fn fitted(start: &Tyre, free: &[Parameter], points: &[Point]) -> Fit {
+fn fitted(start: &Tyre, free: &[Parameter], points: &[MeasuredPoint]) -> TyreFit {
     fit(start, free, points, UNCERTAINTY, &AtomicBool::new(false), &mut |_, _| ()).unwrap()
 }
 
 /// Distance from the truth of each free parameter, in its standard deviations.
-fn errors(fit: &Fit, truth: &Tyre) -> Vec<f64> {
+fn errors(fit: &TyreFit, truth: &Tyre) -> Vec<f64> {
     let error =
         |estimate: &Estimate| (estimate.value / estimate.parameter.value(truth).unwrap()).ln() / estimate.deviation;
     fit.estimates.iter().map(error).collect()
@@ -89,14 +89,14 @@ fn heading(parameters: &[Parameter]) -> String {
 }
 
 /// A short measurement: two patches at a dozen frequencies.
-fn short(tyre: &Tyre) -> Vec<Point> {
+fn short(tyre: &Tyre) -> Vec<MeasuredPoint> {
     measured(tyre, &PATCHES[..2], (14, 1000.0), 1)
 }
 
 const FEW: [Parameter; 3] = [Parameter::TreadModulus, Parameter::TensionAlong, Parameter::FoundationNormal];
 
 #[test]
-fn a_tyre_is_found_again_from_a_wrong_start_with_any_number_of_threads() {
+fn a_tyre_is_found_from_a_wrong_start_on_any_threads() {
     let truth = truth();
     let points = short(&truth);
     let mut start = truth.clone();
@@ -125,7 +125,7 @@ fn a_tyre_is_found_again_from_a_wrong_start_with_any_number_of_threads() {
 }
 
 #[test]
-fn a_parameter_out_of_reach_ends_at_its_bound_and_one_that_nothing_tells_is_not_told() {
+fn parameters_end_at_bounds_or_are_not_determined() {
     let truth = truth();
     let points = short(&truth);
     let mut start = truth.clone();
@@ -134,8 +134,9 @@ fn a_parameter_out_of_reach_ends_at_its_bound_and_one_that_nothing_tells_is_not_
     assert!(found.estimates[0].at_bound && found.chi_squared[1] > 2.0, "{:?}", found.estimates);
     // At 20 kHz nothing of the foundation is felt.
     let high = driving_point(&truth, &PATCHES[..1], &[2e4, 2.1e4]);
-    let at = |(&frequency, row): (&f64, &Vec<Complex64>)| Point { frequency, patch: PATCHES[0], mobility: row[0] };
-    let points: Vec<Point> = high.frequencies.iter().zip(&high.values).map(at).collect();
+    let at =
+        |(&frequency, row): (&f64, &Vec<Complex64>)| MeasuredPoint { frequency, patch: PATCHES[0], mobility: row[0] };
+    let points: Vec<MeasuredPoint> = high.frequencies.iter().zip(&high.values).map(at).collect();
     let found = fitted(&truth, &[Parameter::FoundationNormal], &points);
     assert!(found.estimates[0].deviation > BOUND.ln(), "{:?}", found.estimates);
 }
@@ -144,7 +145,7 @@ fn a_parameter_out_of_reach_ends_at_its_bound_and_one_that_nothing_tells_is_not_
 fn too_few_values_and_an_interruption_are_errors() {
     let (truth, free) = (truth(), usual());
     let points = short(&truth);
-    let fit = |points: &[Point], stop: bool| {
+    let fit = |points: &[MeasuredPoint], stop: bool| {
         fit(&truth, &free, points, UNCERTAINTY, &AtomicBool::new(stop), &mut |_, _| ()).map(|_| ()).unwrap_err()
     };
     assert_eq!(fit(&points[..4], false), FitTyreError::TooFew { values: 4, unknowns: 8 });
@@ -160,8 +161,8 @@ fn folder(csv: &str) -> TempDir {
 }
 
 /// The measured values as the program reads them.
-fn to_csv(points: &[Point]) -> String {
-    let row = |Point { frequency, patch, mobility }: &Point| {
+fn to_csv(points: &[MeasuredPoint]) -> String {
+    let row = |MeasuredPoint { frequency, patch, mobility }: &MeasuredPoint| {
         let (level, phase) = (20.0 * mobility.norm().log10(), mobility.arg().to_degrees());
         format!("{frequency},{patch},{level},{phase}\n")
     };
@@ -172,7 +173,7 @@ const COMMAND: [&str; 5] = ["fit-tyre", "measured.csv", "scene.toml", "--out", "
 const FIXED: &str = "--fix=tread-loss,belt-modulus,belt-loss,tension-across,foundation-normal,foundation-tangential";
 
 #[test]
-fn the_program_leaves_a_tyre_for_scenes_with_tables_and_pictures() {
+fn the_program_writes_a_tyre_with_tables_and_pictures() {
     let mut stiffer = truth();
     *Parameter::TreadModulus.place(&mut stiffer).unwrap() *= 1.3;
     let folder = folder(&to_csv(&short(&stiffer)));
@@ -264,8 +265,8 @@ fn a_wrong_patch_and_a_wrong_tread_move_the_parameters() {
         *parameter.place(&mut tyre).unwrap() *= 1.05;
         tyre
     };
-    let wider = |point: &Point| Point { patch: 1.05 * point.patch, ..*point };
-    let wide: Vec<Point> = points.iter().map(wider).collect();
+    let wider = |point: &MeasuredPoint| MeasuredPoint { patch: 1.05 * point.patch, ..*point };
+    let wide: Vec<MeasuredPoint> = points.iter().map(wider).collect();
     println!("change of the parameters in %, bounds and chi^2/N\n{}", heading(&free));
     let mut moved = Vec::new();
     for (name, start, points) in [

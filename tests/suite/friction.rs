@@ -201,8 +201,8 @@ impl Apart {
                 [0, 1].map(|c| (1.5 * u[c] - 2.0 * one[c] + 0.5 * two[c]) / time_step + creep[place][c])
             };
             let mut forces = vec![[0.0_f64; 3]; cells.len()];
-            let own = self.block(0, [0, 1], [0, 1]);
-            let rate = time_step / 1.5 / own[0][0].max(own[1][1]);
+            let diagonal = self.block(0, [0, 1], [0, 1]);
+            let rate = time_step / 1.5 / diagonal[0][0].max(diagonal[1][1]);
             // Cell after cell until nothing changes.
             for _ in 0..4000 {
                 let (mut change, mut largest) = (0.0_f64, 1e-300_f64);
@@ -213,7 +213,7 @@ impl Apart {
                     }
                     let rise = radius - (radius * radius - x(i) * x(i)).sqrt();
                     let before = forces[place];
-                    let z = (before[2] - (u[place][2] - (INDENTATION - rise)) / own[2][2]).max(0.0);
+                    let z = (before[2] - (u[place][2] - (INDENTATION - rise)) / diagonal[2][2]).max(0.0);
                     let v = velocity(place, &u[place]);
                     let trial = [0, 1].map(|c| before[c] - rate * v[c]);
                     let (bound, size) = (mu * z, trial[0].hypot(trial[1]));
@@ -238,7 +238,7 @@ impl Apart {
                 let ([fx, fy, fz], [i, j]) = (forces[place], cells[place]);
                 let v = velocity(place, &u[place]);
                 let of_cell = [fz, fx, fy, x(i) * fy - y(j) * fx, -fx * v[0] - fy * v[1]];
-                total.iter_mut().zip(of_cell).for_each(|(total, own)| *total += own);
+                total.iter_mut().zip(of_cell).for_each(|(total, value)| *total += value);
             }
             all.push(total);
             displaced.push(cells.iter().copied().zip(u).collect());
@@ -255,7 +255,7 @@ fn difference(a: &[[f64; 5]], b: &[[f64; 5]], which: usize) -> f64 {
 }
 
 #[test]
-fn forces_with_friction_are_those_of_a_calculation_written_apart() {
+fn forces_with_friction_are_those_of_a_separate_calculation() {
     let loaded = scene(&finite(&with_creep(), SMOOTH));
     let found = totals(&loaded);
     let tyre = &loaded.scene.tyre;
@@ -367,18 +367,18 @@ pub(super) fn gone_on_from_state(loaded: &LoadedScene) -> Vec<TangentialPart> {
     let mut other = begin();
     state.restore(march_mut(&mut other)).unwrap();
     let step = |_| {
-        let [own, restored] = [&mut whole, &mut other].map(|run| {
+        let [original, restored] = [&mut whole, &mut other].map(|run| {
             let total = run.step().unwrap().unwrap().total_force;
             (total.to_bits(), march(run).footprint().tangential().cloned().unwrap())
         });
-        assert_eq!(own, restored);
-        own.1
+        assert_eq!(original, restored);
+        original.1
     };
     (0..20).map(step).collect()
 }
 
 #[test]
-fn a_march_with_friction_goes_on_from_its_state() {
+fn a_march_with_friction_continues_from_its_state() {
     let falling = "[friction]\nlaw = \"falling\"\nmu_slow = 1.1\nmu_fast = 0.6\nspeed_scale = 0.3\n\
                    memory_length = 1e-4\nspeed_floor = 1e-3\n[friction.creep]\nlongitudinal = 0.05\n\
                    [adhesion]\nstress = 2e4\nrange = 2e-5";
@@ -407,8 +407,8 @@ fn presets_take_friction() {
     let more = "[contact]\nzone = \"cells\"\n[friction]\nmu = 0.9";
     let preset = "preset = \"draft\"\nfmax = 500.0";
     let text = scene_text(64, "kind = \"made\"\nseed = 3", rolling, preset, more);
-    let kept: Vec<&str> = text.lines().filter(|line| !line.starts_with("elements")).collect();
-    let text = kept.join("\n");
+    let others: Vec<&str> = text.lines().filter(|line| !line.starts_with("elements")).collect();
+    let text = others.join("\n");
     let plan = Plan::of(&scene(&text)).unwrap();
     let choice = |key: &str| choices(&plan).iter().find(|choice| choice.key == key).map(|choice| choice.value.clone());
     assert_eq!(choice("numerics.time_rule").as_deref(), Some("bdf2"));
@@ -435,8 +435,8 @@ fn rolled(road: &str, mu: f64, [longitudinal, lateral]: [f64; 2], steps: usize) 
     while let Some(step) = run.step().unwrap() {
         let part = march(&run).footprint().tangential().unwrap();
         least = least.min(part.slip_power);
-        let own = [step.total_force, part.total[0], part.total[1]];
-        sums.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+        let forces = [step.total_force, part.total[0], part.total[1]];
+        sums.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);
         count += 1.0;
     }
     assert!(count >= steps as f64);
@@ -526,7 +526,7 @@ fn period_of_stick_slip(time_step: f64) -> [f64; 2] {
     let periods: Vec<f64> = passages.windows(2).map(|pair| (pair[1] - pair[0]) * time_step).collect();
     let count = periods.len() as f64;
     let period = periods.iter().sum::<f64>() / count;
-    let variance = periods.iter().map(|own| (own - period).powi(2)).sum::<f64>() / (count - 1.0);
+    let variance = periods.iter().map(|one| (one - period).powi(2)).sum::<f64>() / (count - 1.0);
     [period, (variance / count).sqrt()]
 }
 

@@ -30,7 +30,7 @@ struct Powers {
     waves: f64,
 }
 
-/// Finds what the waves of a tyre dissipate under forces of one revolution that goes on for ever, by step, element,
+/// Finds what the waves of a tyre dissipate under forces of one revolution that repeats for ever, by step, element,
 /// cell and component: the sum of Re conj(F) s C(s) F over waves and frequencies.
 fn dissipated(tyre: &tyrewave::scene::Tyre, time_step: f64, forces: &[Vec<[f64; COMPONENTS]>]) -> f64 {
     let grid = CellGrid::new(tyre, ELEMENTS, ACROSS);

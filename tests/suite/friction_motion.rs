@@ -19,7 +19,7 @@ fn velocities(text: &str) -> Vec<f64> {
 }
 
 #[test]
-fn vibration_takes_tangential_forces_in_and_without_them_is_that_of_cells() {
+fn vibration_includes_tangential_forces() {
     let of = |friction: &str| velocities(&finite(&format!("{friction}\n{HEARD}"), MADE));
     let (without, none, with) = (of(""), of("[friction]\nmu = 0.0"), of(BRAKED));
     assert_eq!(without, none);
@@ -38,7 +38,7 @@ fn threads_change_no_bit_of_velocities_under_friction() {
 }
 
 #[test]
-fn a_wheel_that_rolls_freely_is_dragged_by_what_tyre_and_slip_dissipate() {
+fn a_free_wheel_is_dragged_by_the_power_dissipated() {
     // Forces are those of steps' ends, work is that of differences over steps: both meet as steps get shorter.
     let missed = [1, 4].map(|substeps| {
         let time_step = 1.95 / 64.0 / (80.0 / 3.6) / f64::from(substeps);
@@ -65,7 +65,7 @@ fn a_wheel_that_rolls_freely_is_dragged_by_what_tyre_and_slip_dissipate() {
 }
 
 #[test]
-fn a_wheel_that_rolls_freely_goes_on_from_its_state() {
+fn a_wheel_that_rolls_freely_continues_from_its_state() {
     let parts = gone_on_from_state(&scene(&finite(FREE, MADE)));
     let creeps: Vec<f64> = parts.iter().map(|part| part.creep).collect();
     let is_moving = creeps.windows(2).all(|pair| pair[0].to_bits() != pair[1].to_bits());

@@ -106,7 +106,7 @@ fn a_strip_punch_has_the_closed_forms_pressure() {
 /// Westergaard (J. Appl. Mech. 6 (1939) 49-53; Johnson 1985, section 13.2): a wavy surface of amplitude D and
 /// wavelength l under the mean pressure m touches over the width 2a of each wave, m = M sin^2(pi a/l), M = pi E* D/l,
 /// and fully from m = M on. His surface is endless. Here 31 waves on a strip: under the middle one the mean pressure
-/// varies by some 1/31^2 only, so that its own mean pressure and width must satisfy his formula, up to full contact.
+/// varies by some 1/31^2 only, so that its mean pressure and width must satisfy his formula, up to full contact.
 #[test]
 fn the_middle_of_many_waves_follows_westergaard_to_full_contact() {
     let (waves, per_wave) = (31usize, 48usize);

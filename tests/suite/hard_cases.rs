@@ -54,7 +54,7 @@ fn precursor(law: Law, n: usize, rule: TimeRule) -> f64 {
 }
 
 #[test]
-fn hard_case_3_weights_at_negative_lags_vanish_for_causal_laws_only() {
+fn hard_case_3_weights_vanish_at_negative_lags_if_causal() {
     for n in [0, 3, 20, 64] {
         for law in [Law::PowerLaw, Law::Prony] {
             for rule in [TimeRule::Bdf1, TimeRule::Bdf2] {
@@ -132,7 +132,7 @@ fn hard_case_5_one_element_in_contact_and_everything_in_contact() {
     let found = points(&results);
     assert!(found[found.len() / 2..].iter().all(|&points| points == 1), "{found:?}");
 
-    // A cup of the tyre's own radius under it, 50 mm too high: the whole window is in contact. 16 steps per element: it
+    // A cup of the tyre's radius under it, 50 mm too high: the whole window is in contact. 16 steps per element: it
     // hardly moves.
     let n = 64;
     let (element, radius) = (CIRCUMFERENCE / n as f64, CIRCUMFERENCE / (2.0 * PI));
@@ -215,11 +215,11 @@ fn hard_case_5_lift_off_and_landing() {
     let results = over(n, OVER, |row| if (n * 2..n * 3).contains(&row) { -0.04 } else { 0.0 });
     results.assert_sound("lift-off");
     let points = points(&results);
-    let landed = points.iter().rposition(|&points| points == 0).unwrap();
-    let lifted = points.iter().skip(60).position(|&points| points == 0).unwrap() + 60;
-    assert!(landed > lifted + 40, "in the air from step {lifted} to {landed}");
+    let landing = points.iter().rposition(|&points| points == 0).unwrap();
+    let lift_off = points.iter().skip(60).position(|&points| points == 0).unwrap() + 60;
+    assert!(landing > lift_off + 40, "in the air from step {lift_off} to {landing}");
     let force = results.array("total_force.npy");
-    let air = &force[lifted + 5..landed - 5];
+    let air = &force[lift_off + 5..landing - 5];
     assert!(air.iter().all(|&force| force < f64::MIN_POSITIVE), "forces in the air");
     let smooth = over(n, OVER, |_| 0.0).array("total_force.npy");
     let last = force.len() - 1;
@@ -256,7 +256,7 @@ fn hard_case_6_from_walking_pace_to_beyond_the_critical_speed() {
 }
 
 #[test]
-fn hard_case_6_unbounded_motion_above_the_critical_speed_is_named() {
+fn hard_case_6_motion_above_the_critical_speed_is_named() {
     // Far above it the force on the travelling contact feeds the waves: the motion grows, at much the same rate for
     // every time rule and resolution. While it is small the conditions hold; what it becomes is no result and must not
     // look like one.

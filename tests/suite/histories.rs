@@ -40,7 +40,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[test]
-fn poles_give_the_forces_of_the_convolution_for_every_rule_and_with_substeps() {
+fn poles_give_the_forces_of_the_convolution_for_every_rule() {
     let folder = tempfile::tempdir().unwrap();
     for (rule, substeps) in [(TimeRule::Bdf1, 1), (TimeRule::Bdf2, 1), (TimeRule::Bdf2, 2)] {
         let of = |history, tolerance| {
@@ -62,7 +62,7 @@ fn poles_give_the_forces_of_the_convolution_for_every_rule_and_with_substeps() {
 }
 
 #[test]
-fn forces_by_poles_have_the_same_bits_on_one_thread_and_on_three() {
+fn forces_by_poles_have_the_same_bits_on_three_threads() {
     let of = |threads| {
         let folder = tempfile::tempdir().unwrap();
         let change = |scene: &mut Scene| {
@@ -114,7 +114,7 @@ fn accuracy_against_time_of_both_histories() {
 
 #[test]
 #[ignore = "direct sums over 1.5 s at N = 1024: a few minutes"]
-fn poles_give_the_forces_of_the_convolution_on_a_measured_road_at_full_length() {
+fn poles_give_the_forces_of_the_convolution_at_full_length() {
     let path = reference(CHIP_SEAL);
     let folder = tempfile::tempdir().unwrap();
     let road = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"\nseed = 1", path.display());

@@ -53,7 +53,7 @@ fn refused(folder: &Path, arguments: &[&str], words: &[&str]) -> String {
 }
 
 #[test]
-fn a_profile_whose_unit_is_a_million_times_too_small_is_refused_before_it_fills_the_memory() {
+fn a_profile_of_far_too_small_a_unit_is_refused() {
     let rows = (0..4000).fold("x,z\n".to_owned(), |mut text, row| {
         writeln!(text, "{},{}", 5e-4 * f64::from(row), 0.1 * f64::from(row % 7)).unwrap();
         text
@@ -107,7 +107,7 @@ fn sums_that_would_not_end_are_refused_before_they_begin() {
 }
 
 #[test]
-fn a_scene_with_thousands_of_unknown_keys_is_told_thirty_two_of_them() {
+fn thirty_two_of_thousands_of_unknown_keys_are_reported() {
     let many = (0..16_000).fold(with_road("kind = \"smooth\""), |mut text, number| {
         writeln!(text, "key{number} = {number}").unwrap();
         text
@@ -163,7 +163,7 @@ fn pipes_devices_and_folders_are_no_input() {
 }
 
 #[test]
-fn a_bad_tyre_file_is_not_told_in_full() {
+fn a_bad_tyre_file_is_not_shown_in_full() {
     let smooth = with_road("kind = \"smooth\"");
     let scene = format!("tyre = \"t.toml\"\n{}", without(&smooth, &["tyre"]));
     let folder = folder_with(&scene);
@@ -178,7 +178,7 @@ fn a_bad_tyre_file_is_not_told_in_full() {
 }
 
 #[test]
-fn a_scene_opens_files_of_its_own_folder_only_unless_it_is_let() {
+fn a_scene_opens_files_of_its_folder_only_unless_allowed() {
     let smooth = with_road("kind = \"smooth\"");
     let tyre = "circumference = 1.95\n";
     let above = tempfile::tempdir().unwrap();

@@ -56,7 +56,7 @@ fn all_poles_are_stable(model: &RationalModel) -> bool {
 }
 
 #[test]
-fn error_on_fresh_points_of_the_axis_the_real_axis_and_between_is_what_was_asked_for() {
+fn error_on_fresh_points_is_within_the_tolerance() {
     let tyre = wide_tyre();
     let options = options(&tyre, 64, 1e-6, 20e3);
     let model = fit(&tyre, &options).unwrap();
@@ -144,7 +144,7 @@ fn a_tight_tolerance_is_reached_over_the_whole_band() {
 }
 
 #[test]
-fn hard_tyres_reach_the_tolerance_or_are_refused_with_the_reason() {
+fn hard_tyres_reach_the_tolerance_or_are_refused() {
     let base = wide_tyre();
     let changed = |change: &dyn Fn(&mut Tyre)| {
         let mut tyre = base.clone();
@@ -221,7 +221,7 @@ fn the_same_bits_for_any_number_of_threads() {
 }
 
 #[test]
-fn a_fit_that_is_stopped_says_so_before_it_begins_and_on_its_way() {
+fn a_fit_stops_before_it_begins_and_on_its_way() {
     let tyre = wide_tyre();
     let stop = AtomicBool::new(true);
     assert_eq!(fit_unless_stopped(&tyre, &options(&tyre, 8, 1e-3, 2e3), &stop), Err(FitError::Stopped));
@@ -241,7 +241,7 @@ fn a_fit_that_is_stopped_says_so_before_it_begins_and_on_its_way() {
 }
 
 #[test]
-fn elements_of_half_a_millimetre_take_few_poles_none_of_them_far_away() {
+fn elements_of_half_a_millimetre_take_few_near_poles() {
     // The wavenumbers of 4096 elements round the default tyre, 16 of them: at the highest ones the tread is a
     // half-space at rest, and poles to spare used to run away beyond the band until they overflowed, or until 150 of
     // them were in use.
@@ -256,7 +256,7 @@ fn elements_of_half_a_millimetre_take_few_poles_none_of_them_far_away() {
 }
 
 #[test]
-fn cold_and_warm_are_the_same_and_whatever_is_wrong_with_an_entry_it_is_rebuilt_with_a_warning() {
+fn a_bad_cache_entry_is_rebuilt_with_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::at(folder.path().join("models"), u64::MAX);
     let tyre = wide_tyre();
@@ -335,7 +335,7 @@ fn everything_that_a_model_depends_on_changes_its_key() {
 }
 
 #[test]
-fn writers_and_readers_at_once_see_whole_entries_only_and_the_size_stays_bounded() {
+fn concurrent_writers_and_readers_see_whole_entries() {
     let folder = tempfile::tempdir().unwrap();
     let cache = Cache::at(folder.path().to_path_buf(), u64::MAX);
     let tyre = wide_tyre();

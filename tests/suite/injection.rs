@@ -160,9 +160,9 @@ impl Trials {
         if met {
             self.injected += 1;
             if let Err(wrong) = self.judge(&place, &output, always.is_some()) {
-                let said = String::from_utf8_lossy(&output.stderr).into_owned();
+                let printed = String::from_utf8_lossy(&output.stderr).into_owned();
                 let without = always.unwrap_or_default();
-                self.wrong.push(format!("{} {without} {calls}:{fault}:when={when}: {wrong}; {said}", arguments[0]));
+                self.wrong.push(format!("{} {without} {calls}:{fault}:when={when}: {wrong}; {printed}", arguments[0]));
             }
         }
         met
@@ -193,9 +193,9 @@ impl Trials {
             (Some(0..=3 | 127), _) | (_, Some(KILLED)) => return Err("neither older nor new results".to_owned()),
             (code, signal) => return Err(format!("ended with {code:?}, {signal:?}")),
         }
-        let mut left = names(place);
-        left.retain(|name| name != "cache");
-        if code == Some(0) && is_whole && left == ["out", "scene.toml"] {
+        let mut remaining = names(place);
+        remaining.retain(|name| name != "cache");
+        if code == Some(0) && is_whole && remaining == ["out", "scene.toml"] {
             return Ok(());
         }
         let mut again = program(place, &RESUME);

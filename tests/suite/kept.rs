@@ -20,7 +20,6 @@ const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite/kept.txt");
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.0\n\
                        axle = { load = 3000.0, mass = 300.0, stiffness = 2e4, damping = 1.5e3, tolerance = 0.9 }";
 const NUMERICS: &str = "history = \"modal\"\npole_tolerance = 1e-3";
-/// All outputs of slices.
 const SLICES: &str = "[outputs.vibration]\nbelt = true\nmap = true\npoints = [0.1]\n\
                       [[receiver]]\nstandard = \"coast-by\"\npassage = 20.0\n\
                       [[receiver]]\nstandard = \"cpx\"\n\
@@ -158,7 +157,7 @@ fn names_that_scripts_read_are_kept() {
         fs::write(FILE, &text).unwrap();
         return;
     }
-    let kept: BTreeSet<String> = KEPT.lines().map(str::to_owned).collect();
-    let (gone, new): (Vec<_>, Vec<_>) = (kept.difference(&found).collect(), found.difference(&kept).collect());
+    let known: BTreeSet<String> = KEPT.lines().map(str::to_owned).collect();
+    let (gone, new): (Vec<_>, Vec<_>) = (known.difference(&found).collect(), found.difference(&known).collect());
     assert!(gone.is_empty() && new.is_empty(), "gone: {gone:#?}\nnew, to be added to kept.txt: {new:#?}");
 }

@@ -167,18 +167,19 @@ fn answers_to_forty_plausible_mistakes() {
     let before = names(place);
     for (what, arguments, words) in COMMANDS {
         let output = tyrewave(place, arguments);
-        let said = [&output.stdout, &output.stderr].map(|said| String::from_utf8_lossy(said).into_owned()).concat();
+        let printed =
+            [&output.stdout, &output.stderr].map(|printed| String::from_utf8_lossy(printed).into_owned()).concat();
         for word in words {
-            assert!(said.contains(word), "{what}: no \"{word}\" in\n{said}");
+            assert!(printed.contains(word), "{what}: no \"{word}\" in\n{printed}");
         }
-        assert!(!said.contains("panicked"), "{what}: {said}");
-        assert_eq!(output.status.success(), said.contains("warning: "), "{what}: {said}");
+        assert!(!printed.contains("panicked"), "{what}: {printed}");
+        assert_eq!(output.status.success(), printed.contains("warning: "), "{what}: {printed}");
         assert_eq!(names(place), before, "{what}");
     }
 }
 
 #[test]
-fn twenty_plausible_mistakes_are_answered_before_anything_is_run() {
+fn twenty_plausible_mistakes_are_answered_before_a_run() {
     let mut answers = String::new();
     let scenes = [("no mistake", "", "")].iter().chain(&MISTAKES);
     for (number, (what, meant, written)) in scenes.enumerate() {
@@ -189,17 +190,17 @@ fn twenty_plausible_mistakes_are_answered_before_anything_is_run() {
         assert_eq!(names(place), before, "{what}");
         let (reported, error) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         let warnings = reported.lines().filter(|line| line.contains("warning: ")).map(|line| format!("{line}\n"));
-        let said = format!("{}{error}", warnings.collect::<String>());
+        let printed = format!("{}{error}", warnings.collect::<String>());
         assert_eq!(output.status.success(), error.is_empty(), "{what}: {error}");
-        let said = [place.to_owned(), place.canonicalize().unwrap()]
+        let printed = [place.to_owned(), place.canonicalize().unwrap()]
             .iter()
-            .fold(said, |said, place| said.replace(&format!("{}/", place.display()), ""));
+            .fold(printed, |printed, place| printed.replace(&format!("{}/", place.display()), ""));
         if number == 0 {
-            assert_eq!(said, "", "{what}");
+            assert_eq!(printed, "", "{what}");
             continue;
         }
         let written = written.replace('\n', "\n   ");
-        write!(answers, "{number}. {what}:\n\n   {written}\n\n{}\n", said.trim_end()).unwrap();
+        write!(answers, "{number}. {what}:\n\n   {written}\n\n{}\n", printed.trim_end()).unwrap();
         answers.push('\n');
     }
     if std::env::var_os("TYREWAVE_MISTAKES").is_some() {

@@ -41,7 +41,7 @@ fn rows(path: &Path) -> Vec<csv::StringRecord> {
 }
 
 #[test]
-fn the_page_of_a_sweep_has_its_levels_third_octaves_sounds_and_tables() {
+fn the_page_of_a_sweep_has_levels_sounds_and_tables() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("scene.toml"), small(64, HEARD)).unwrap();
@@ -60,7 +60,7 @@ fn the_page_of_a_sweep_has_its_levels_third_octaves_sounds_and_tables() {
         let number = |column: usize| row[column].parse::<f64>().unwrap();
         let [mean, interval] = [number(4), number(5)];
         let reported = format!("{}: {} \u{b1} {}", &row[1], four_digits(mean), four_digits(interval));
-        // Pictures hold levels over common bands against each other, tables have each over its own.
+        // Pictures hold levels over common bands against each other, tables have each over all of its bands.
         assert!(!same_bands || text.contains(&format!("\n{reported}</title>")), "{reported}");
         let cell = |least: &str| text.contains(&format!("<td class=\"number\">{least}{mean:.2} +- {interval:.2}"));
         assert!(cell("") || cell("at least "), "{mean}");
@@ -98,7 +98,7 @@ fn the_page_of_a_sweep_has_its_levels_third_octaves_sounds_and_tables() {
 }
 
 #[test]
-fn a_sweep_of_another_key_without_receivers_is_drawn_against_that_key() {
+fn a_sweep_of_another_key_is_drawn_against_that_key() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("scene.toml"), small(64, "")).unwrap();
@@ -114,7 +114,7 @@ fn a_sweep_of_another_key_without_receivers_is_drawn_against_that_key() {
 }
 
 #[test]
-fn a_tyre_its_radiation_and_a_study_have_pages_of_their_pictures_and_tables() {
+fn a_tyre_its_radiation_and_a_study_have_pages() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("scene.toml"), small(32, "")).unwrap();

@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use serde_json::Value;
 use tyrewave::Plan;
 use tyrewave::internals::{
-    PerformanceRecord as Record, Workload, differences, instruction_set, measure_performance as measure,
+    PerformanceRecord, Workload, differences, instruction_set, measure_performance as measure,
     performance_value as value, read_accepted,
 };
 use tyrewave::run::Simulation;
@@ -22,12 +22,12 @@ fn folder() -> &'static Path {
 }
 
 /// The committed records, that of this processor's instructions first: rounding may differ in the others.
-fn committed() -> Vec<Record> {
+fn committed() -> Vec<PerformanceRecord> {
     let records = folder().join("profiles/record");
     let mut sets = vec![instruction_set(), "x86-64-v3", "x86-64-v4"];
     sets.dedup();
-    let places = sets.into_iter().map(|set| Record::place(&records, set)).filter(|path| path.exists());
-    places.map(|path| Record::read(&path).unwrap()).collect()
+    let places = sets.into_iter().map(|set| PerformanceRecord::place(&records, set)).filter(|path| path.exists());
+    places.map(|path| PerformanceRecord::read(&path).unwrap()).collect()
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn compared(first: &Path, second: &Path, place: &Path) -> (i32, Value, String) {
 #[test]
 fn comparisons_end_with_the_right_exit_code() {
     let place = tempfile::tempdir().unwrap();
-    let record = Record::place(&folder().join("profiles/record"), instruction_set());
+    let record = PerformanceRecord::place(&folder().join("profiles/record"), instruction_set());
     let run = |arguments: &[&str]| {
         let output = Command::new(program())
             .args(["profile", "compare", "--quiet"])
@@ -136,7 +136,7 @@ fn comparisons_end_with_the_right_exit_code() {
     let (code, text) = run(&["--workload", "influence"]);
     assert_eq!(code, 0, "{text}");
     // More work than recorded, and a wrong result.
-    let mut other = Record::read(&record).unwrap();
+    let mut other = PerformanceRecord::read(&record).unwrap();
     let influence = other.workloads.get_mut("influence").unwrap();
     *influence.counters.get_mut("compliance_evaluations").unwrap() -= 1;
     let path = place.path().join("other.json");
@@ -152,7 +152,7 @@ fn comparisons_end_with_the_right_exit_code() {
     let itself = itself.to_str().unwrap();
     let (code, text) = run(&[itself, itself, "--workload", "influence", "--budget", "1"]);
     assert!(code == 5 && text.contains("times undecided") && text.contains(" pairs of runs"), "{text}");
-    // A scene of one's own: between programs alone.
+    // A user's scene: between programs alone.
     let scene = place.path().join("mine.toml");
     let text = fs::read_to_string(folder().join("scenes/plate.toml")).unwrap();
     let short = [

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use serde_json::Value;
 use tyrewave::Plan;
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::internals::{Unit, decisions, edit, scene, scene_text, without};
+use tyrewave::internals::{WorkUnit, decisions, edit, scene, scene_text, without};
 use tyrewave::run::Simulation;
 use tyrewave::scene::{DEFAULT, LoadedScene, PLATE};
 
@@ -71,7 +71,7 @@ fn what_is_off_has_no_work_in_the_plan() {
         let plan = Plan::new(&loaded.scene);
         let has = |stage| plan.amounts().work.iter().any(|amount| amount.stage == stage);
         assert_eq!(has(Stage::Vibration), name.contains("vibration"), "{name}");
-        let fits = plan.amounts().work.iter().any(|amount| amount.unit == Unit::Fit);
+        let fits = plan.amounts().work.iter().any(|amount| amount.unit == WorkUnit::Fit);
         assert_eq!(fits, name != "direct", "{name}: only the direct sum does without a fit");
         let factors = plan.amounts().memory.iter().any(|(what, _)| *what == "factors");
         assert_eq!(factors, name != "uncoupled", "{name}");
@@ -278,7 +278,7 @@ fn ten_scenes_take_what_their_plans_say_on_one_and_two_threads() {
 }
 
 #[test]
-fn effects_are_compared_in_tables_and_pictures_and_those_a_scene_cannot_have_are_named() {
+fn effects_are_compared_in_tables_and_pictures() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("small.toml");
     let of = |road: &str| {

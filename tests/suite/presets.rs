@@ -26,7 +26,7 @@ fn measured(loaded: &LoadedScene, highest: f64, reference: Option<(usize, usize)
 }
 
 #[test]
-fn presets_of_a_small_tyre_are_ordered_and_keep_their_errors_at_low_frequencies() {
+fn presets_of_a_small_tyre_keep_their_errors() {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.3\naxle = { load = 1000 }";
     let text = with_all_terms(&scene_text(160, "kind = \"made\"\nseed = 2", rolling, "history = \"modal\"", ""));
     let text = edit(&text, &[("tyre.circumference", "0.65")]);
@@ -40,7 +40,7 @@ fn presets_of_a_small_tyre_are_ordered_and_keep_their_errors_at_low_frequencies(
 /// Roads and speeds that the table was not derived from: a measured road, coarse chippings, a power law.
 #[test]
 #[ignore = "minutes: three roads up to 1 kHz and to 2 kHz with a fine reference"]
-fn presets_keep_their_errors_on_roads_and_at_speeds_that_they_were_not_derived_from() {
+fn presets_keep_their_errors_on_other_roads_and_speeds() {
     let wavelengths = "wavelengths = [0.0794, 0.0631, 0.0501, 0.0398, 0.0316, 0.0251, 0.02, 0.0158, 0.0126, 0.01, \
         0.00794, 0.00631, 0.00501, 0.00398]";
     let levels = "levels = [47, 49, 51, 53, 54, 55, 54.5, 53, 51, 48, 45, 42, 39, 34]";

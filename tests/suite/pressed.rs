@@ -19,7 +19,7 @@ const NUMERICS: &str = "history = \"modal\"\npole_tolerance = 1e-3\ntime_rule = 
 const PRESSED: &str = "[contact]\nslices = \"pressed\"\ncells_across = 12\ncells_along = 2";
 
 #[test]
-fn a_run_over_a_pressed_road_has_the_same_bytes_on_any_number_of_threads() {
+fn a_pressed_road_has_the_same_bytes_on_any_threads() {
     let text = scene_text(128, MADE, ROLLING, NUMERICS, PRESSED);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -60,7 +60,7 @@ fn mistakes_about_pressed_slices_are_answered_with_their_keys() {
 }
 
 #[test]
-fn measured_roads_have_cells_of_two_millimetres_by_the_local_law_unless_asked_otherwise() {
+fn measured_roads_have_cells_of_two_millimetres_by_default() {
     let seal = reference(CHIP_SEAL).display().to_string();
     let road = format!("kind = \"profile\"\nfile = '{seal}'\nlateral = \"isotropic\"");
     let of = |contact: &str| {

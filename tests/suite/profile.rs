@@ -33,7 +33,7 @@ fn interval(event: &Value) -> (u64, f64, f64) {
 }
 
 #[test]
-fn a_profiled_run_has_the_same_bytes_and_files_that_agree_with_its_table() {
+fn a_profiled_run_has_the_same_bytes_and_consistent_files() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("scene.toml"), text()).unwrap();
@@ -57,8 +57,8 @@ fn a_profiled_run_has_the_same_bytes_and_files_that_agree_with_its_table() {
         assert_eq!(shares, [json!(0.0625), json!(1.0)]);
         check_trace(&fs::read_to_string(place.join("trace.json")).unwrap(), cost);
         check_stacks(&fs::read_to_string(place.join("stacks.txt")).unwrap(), cost);
-        let left: Vec<_> = fs::read_dir(place).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-        assert!(left.iter().all(|name| !name.to_string_lossy().ends_with(".tmp")), "{left:?}");
+        let names: Vec<_> = fs::read_dir(place).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        assert!(names.iter().all(|name| !name.to_string_lossy().ends_with(".tmp")), "{names:?}");
     }
 }
 
@@ -106,7 +106,7 @@ fn check_trace(text: &str, cost: &Value) {
     for stage in Stage::ALL.into_iter().filter(|&stage| seconds(cost, stage) > 0.0) {
         stages += 1;
         let (table, events) = (seconds(cost, stage), total(stage.title()));
-        // Writing goes on within other stages, whose events hold it.
+        // Writing continues within other stages, whose events hold it.
         let within = if stage == Stage::Response { seconds(cost, Stage::Output) } else { 0.0 };
         assert!(events >= table - 1e-5 && events <= table + within + 1e-5, "{stage:?}: {table} s, {events} s traced");
     }
@@ -142,8 +142,8 @@ fn a_file_that_cannot_be_written_is_refused_before_the_run() {
             assert!(message.contains(wrong), "{message}");
         }
     }
-    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert_eq!(left, ["scene.toml"]);
+    let remaining: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(remaining, ["scene.toml"]);
 }
 
 /// Steps that are measured together: a whole period of what is timed.
@@ -203,8 +203,8 @@ fn overhead() {
                 }
             }
             let step = median(times[0].clone());
-            for ((name, _, bound), own) in WAYS.into_iter().zip(&times) {
-                let more = median(own.iter().zip(&times[0]).map(|(time, base)| time - base).collect());
+            for ((name, _, bound), of_way) in WAYS.into_iter().zip(&times) {
+                let more = median(of_way.iter().zip(&times[0]).map(|(time, base)| time - base).collect());
                 println!(
                     "N = {elements}, {name}: {:+.0} ns, {:+.2} % of a step's {:.1} us",
                     1e9 * more,

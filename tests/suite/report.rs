@@ -30,8 +30,8 @@ fn run_both() -> (TempDir, [PathBuf; 2]) {
         let numerics = "history = \"modal\"\npole_tolerance = 1e-3";
         scene_text(64, "kind = \"made\"\nseed = 4", &rolling, numerics, &more)
     };
-    let heard = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 500.0";
-    let folders = [("slow", 60.0, heard), ("fast", 80.0, "")].map(|(name, speed, more)| {
+    let receiver = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 500.0";
+    let folders = [("slow", 60.0, receiver), ("fast", 80.0, "")].map(|(name, speed, more)| {
         fs::write(folder.path().join(format!("{name}.toml")), text(speed, more)).unwrap();
         let scene = format!("{name}.toml");
         let output = tyrewave(folder.path(), &["run", &scene, "--out", name, "--report", "-q"]);
@@ -125,7 +125,7 @@ addEventListener("load", () => {
 </script>"#;
 
 #[test]
-fn a_page_has_all_of_a_run_needs_no_network_and_is_drawn_by_a_browser() {
+fn a_page_is_complete_and_drawn_without_a_network() {
     let (folder, folders) = results();
     let text = fs::read_to_string(folder.path().join("slow.html")).unwrap();
     for section in ["Plan", "Road", "Contact", "Force spectrum", "Vibration", "Sound", "Cost", "To run it again"] {
@@ -181,7 +181,7 @@ fn corners(svg: &str, colour: &str) -> Vec<usize> {
 }
 
 #[test]
-fn levels_that_a_run_does_not_vouch_for_are_grey_beside_those_of_another_run() {
+fn levels_that_are_not_valid_are_grey_beside_another_run() {
     let (_, folders) = results();
     let all = open(folders);
     let both = page(&all).unwrap();
@@ -200,7 +200,7 @@ fn levels_that_a_run_does_not_vouch_for_are_grey_beside_those_of_another_run() {
         assert!(found[0] == 2 * valid && found[1..].iter().all(|&corners| corners == 2), "{found:?}");
     }
     assert_eq!(corners(levels, "#BEBEBE"), [2 * force[0].len(), 2 * force[1].len()]);
-    // A point a band where both vouch for it.
+    // A point for each band that is valid in both.
     let difference = picture("Contact force level, difference from slow");
     assert_eq!(corners(difference, "#D55E00"), [slow.min(fast), 2], "the second run keeps its colour");
     assert!(corners(difference, "#0072B2").is_empty());
@@ -248,7 +248,7 @@ fn names_in_a_results_folder_lead_to_nothing_outside_of_it() {
             vec!["export", name, "--format", "uff58"],
         ]
     };
-    let told = |command: &[&str], output: &Output| -> String {
+    let problem = |command: &[&str], output: &Output| -> String {
         let all = [&output.stdout[..], &output.stderr].concat();
         let text = String::from_utf8_lossy(&all).into_owned();
         assert!(!text.contains("secret,words") && !text.contains("<svg >"), "{command:?}: {text}");
@@ -258,7 +258,7 @@ fn names_in_a_results_folder_lead_to_nothing_outside_of_it() {
         copied(slow, &place.path().join(name), change);
         for command in of(name) {
             let output = tyrewave(place.path(), &command);
-            let text = told(&command, &output);
+            let text = problem(&command, &output);
             assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
             assert!(
                 text.contains(&format!("{name}/summary.json")) || text.contains("secret.csv"),
@@ -272,7 +272,7 @@ fn names_in_a_results_folder_lead_to_nothing_outside_of_it() {
     copied(slow, &place.path().join("road"), road);
     for command in of("road") {
         let output = tyrewave(place.path(), &command);
-        let text = told(&command, &output);
+        let text = problem(&command, &output);
         assert!(output.status.success(), "{command:?}: {text}");
     }
     let text = fs::read_to_string(place.path().join("road.html")).unwrap();
@@ -286,7 +286,7 @@ fn names_in_a_results_folder_lead_to_nothing_outside_of_it() {
         std::os::unix::fs::symlink("../secret.csv", linked.join(name)).unwrap();
         for command in of("linked") {
             let output = tyrewave(place.path(), &command);
-            let text = told(&command, &output);
+            let text = problem(&command, &output);
             assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
             assert!(text.contains(&format!("linked/{name}")) && text.contains("link"), "{command:?}: {text}");
         }
@@ -315,7 +315,7 @@ fn a_measured_road_is_shown_by_the_run_that_knows_its_file() {
 }
 
 #[test]
-fn what_was_chosen_stands_beside_the_plan_and_only_what_is_to_be_acted_on_among_warnings() {
+fn chosen_settings_stand_beside_the_plan_not_among_warnings() {
     let (_, folders) = results();
     let of = |notes: &[&str], warnings: &[&str]| {
         let mut stored = Stored::open(&folders[1]).unwrap();
@@ -353,7 +353,7 @@ fn results_are_compared_with_the_first_and_with_themselves() {
 }
 
 #[test]
-fn what_is_no_result_is_refused_with_its_file_and_nothing_is_written() {
+fn foreign_files_are_refused_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
     let made = |name: &str, summary: &str| {
         fs::create_dir(folder.path().join(name)).unwrap();

@@ -1,4 +1,4 @@
-//! Runs that are stopped and go on: the same bytes as without the stop, whatever stopped them.
+//! Runs that are stopped and continue: the same bytes as without the stop, whatever stopped them.
 #![cfg(unix)]
 
 use std::fs;
@@ -122,7 +122,7 @@ fn killed_at_random(scene: &str, metres: f64, kills: usize, seed: u64) {
             unfinished(place, "cut").map(fs::remove_dir_all).transpose().unwrap();
         }
         resumed += usize::from(resumable);
-        // The scene's file is needed to begin, not to go on.
+        // The scene's file is needed to begin, not to continue.
         let arguments: &[&str] = if resumable { &["resume", "cut"] } else { &["run", "scene.toml", "--out", "cut"] };
         let threads = ["1", "2"][attempt % 2];
         let mut run = command(place, arguments).args(["--threads", threads]).spawn().unwrap();
@@ -157,44 +157,44 @@ fn killed_at_random(scene: &str, metres: f64, kills: usize, seed: u64) {
 }
 
 #[test]
-fn killed_at_random_moments_the_modal_history_ends_in_the_same_bytes() {
+fn a_killed_run_with_modal_history_ends_in_the_same_bytes() {
     killed_at_random(&scene_of("modal", &road("refuse"), 20.0, 0.004), 21.0 * SPEED, 5, 1);
 }
 
 #[test]
-fn killed_at_random_moments_the_direct_history_ends_in_the_same_bytes() {
+fn a_killed_run_with_direct_history_ends_in_the_same_bytes() {
     killed_at_random(&scene_of("direct", &road("mirror"), 12.0, 0.004), 30.0, 5, 2);
 }
 
 #[test]
-fn the_papers_coupling_goes_on_in_the_same_bytes() {
+fn the_papers_coupling_continues_in_the_same_bytes() {
     let scene = scene_of("modal", &road("refuse"), 20.0, 0.004) + "[contact]\nslice_coupling = \"explicit\"\n";
     killed_at_random(&scene, 21.0 * SPEED, 3, 4);
 }
 
 #[test]
-fn an_axle_with_a_mass_goes_on_in_the_same_bytes() {
+fn an_axle_with_a_mass_continues_in_the_same_bytes() {
     let axle = "tolerance = 0.05\nmass = 30.0\nstiffness = 2e4\ndamping = 800.0";
     let scene = add(&scene_of("modal", &road("refuse"), 20.0, 0.004), "rolling.axle", axle);
     killed_at_random(&scene, 21.0 * SPEED, 3, 5);
 }
 
 #[test]
-fn cells_go_on_in_the_same_bytes() {
+fn cells_continue_in_the_same_bytes() {
     let scene = scene_of("modal", &road("repeat"), 2.0, 0.02) + "cells_every = 0.01\n";
     let scene = edit(&scene, &[("numerics.lateral_terms", "12")]);
     killed_at_random(&(scene + "[contact]\nzone = \"cells\"\ncells_across = 4\n"), 21.0, 3, 6);
 }
 
 #[test]
-fn a_road_that_repeats_and_a_fixed_axle_go_on_in_the_same_bytes() {
+fn a_repeated_road_and_a_fixed_axle_continue_in_the_same_bytes() {
     let scene = scene_of("modal", &road("repeat"), 20.0, 0.004);
     let scene = edit(&scene, &[("rolling.axle", "{ indentation = 0.012, ramp = 0.05 }")]);
     killed_at_random(&scene, 21.0, 3, 3);
 }
 
 #[test]
-fn vibration_goes_on_in_the_same_bytes() {
+fn vibration_continues_in_the_same_bytes() {
     for (rule, kills) in [("bdf2", 3), ("sdirk2", 2)] {
         let scene = scene_of("modal", &road("refuse"), 20.0, 0.004);
         let scene = add(&scene, "numerics", &format!("time_rule = \"{rule}\""));
@@ -205,7 +205,7 @@ fn vibration_goes_on_in_the_same_bytes() {
 }
 
 #[test]
-fn vibration_and_sound_of_cells_go_on_in_the_same_bytes() {
+fn vibration_and_sound_of_cells_continue_in_the_same_bytes() {
     let scene = scene_of("modal", &road("repeat"), 2.0, 0.02);
     let scene = edit(&scene, &[("numerics.lateral_terms", "12")]);
     let keys = "segment = 0.2\npoints = [0.1]\nelements = [5]\nmap = true";
@@ -215,7 +215,7 @@ fn vibration_and_sound_of_cells_go_on_in_the_same_bytes() {
 }
 
 #[test]
-fn sidewalls_that_are_heard_go_on_in_the_same_bytes() {
+fn radiating_sidewalls_continue_in_the_same_bytes() {
     let scene = edit(&scene_of("modal", &road("repeat"), 12.0, 0.004), &[("numerics.elements", "128")]);
     let mut scene: toml::Table = scene.parse().unwrap();
     let tyre = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tyres/car.toml");
@@ -225,7 +225,7 @@ fn sidewalls_that_are_heard_go_on_in_the_same_bytes() {
 }
 
 #[test]
-fn a_made_road_goes_on_in_the_same_bytes() {
+fn a_made_road_continues_in_the_same_bytes() {
     // Coarse, so that it is quickly made.
     let road = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.1, 0.08]\nlevels = [46.0, 46.0]";
     killed_at_random(&scene_of("direct", road, 4.0, 0.002), 1.0, 2, 4);
@@ -244,7 +244,7 @@ fn stopped_by(name: &str, scene: &str) -> (TempDir, Output) {
 }
 
 #[test]
-fn interrupted_and_terminated_runs_go_on_in_the_same_bytes() {
+fn interrupted_and_terminated_runs_continue_in_the_same_bytes() {
     let scene = scene_of("modal", &road("mirror"), 60.0, 0.0);
     let cut = [("-INT", "1"), ("-TERM", "2")].map(|(name, threads)| {
         // No checkpoint but the one at the interruption.
@@ -264,13 +264,13 @@ fn interrupted_and_terminated_runs_go_on_in_the_same_bytes() {
         let resumed = tyrewave(place, &["resume", "cut", "--threads", threads]);
         assert!(resumed.status.success(), "{}", message(&resumed));
         assert_same(&whole, &place.join("cut"));
-        let left = if whole.starts_with(place) { &["cut", "road.npy", "whole"][..] } else { &["cut", "road.npy"] };
-        assert_eq!(names(place), left);
+        let remaining = if whole.starts_with(place) { &["cut", "road.npy", "whole"][..] } else { &["cut", "road.npy"] };
+        assert_eq!(names(place), remaining);
     }
 }
 
 #[test]
-fn a_checkpoint_that_is_damaged_foreign_or_of_another_version_is_refused() {
+fn damaged_foreign_and_older_checkpoints_are_refused() {
     let scene = scene_of("direct", &road("mirror"), 2000.0, 0.0);
     let (folder, _) = stopped_by("-INT", &scene);
     let place = folder.path();
@@ -306,10 +306,10 @@ fn a_checkpoint_that_is_damaged_foreign_or_of_another_version_is_refused() {
     refused(&["has written it", env!("CARGO_PKG_VERSION")]);
     // Of another scene: one layer a little thicker.
     fs::write(&file, &good).unwrap();
-    let kept = fs::read_to_string(partial.join("scene.toml")).unwrap();
-    fs::write(partial.join("scene.toml"), kept.replacen("thickness = 0.013", "thickness = 0.012", 1)).unwrap();
+    let saved = fs::read_to_string(partial.join("scene.toml")).unwrap();
+    fs::write(partial.join("scene.toml"), saved.replacen("thickness = 0.013", "thickness = 0.012", 1)).unwrap();
     refused(&["another scene"]);
-    fs::write(partial.join("scene.toml"), &kept).unwrap();
+    fs::write(partial.join("scene.toml"), &saved).unwrap();
     // An array that has lost rows which the checkpoint counts, one with a flipped byte, and one of another shape.
     let array = partial.join("patch_force.npy");
     let rows = fs::read(&array).unwrap();
@@ -341,7 +341,7 @@ fn a_checkpoint_that_is_damaged_foreign_or_of_another_version_is_refused() {
 }
 
 #[test]
-fn a_changed_input_file_is_refused_and_a_running_run_is_left_alone() {
+fn a_changed_input_file_and_a_running_run_are_refused() {
     let scene = scene_of("direct", &road("repeat"), 20_000.0, 0.01) + TREAD_MAP;
     let folder = folder_with(&scene, 12.0);
     let place = folder.path();
@@ -368,7 +368,7 @@ fn a_changed_input_file_is_refused_and_a_running_run_is_left_alone() {
 }
 
 #[test]
-fn a_full_disk_keeps_the_last_checkpoint_and_the_run_goes_on_where_there_is_room() {
+fn a_run_on_a_full_disk_continues_when_there_is_space() {
     // A disk with room for half the arrays in a separate mount namespace: some seconds of rolling, then no room; then
     // the folder is moved to where there is some.
     let folder = folder_with(&scene_of("modal", &road("mirror"), 30.0, 0.004), 30.0);

@@ -142,7 +142,7 @@ fn a_million_steps_on_a_smooth_road_neither_drift_nor_grow() {
 
 #[test]
 #[ignore = "60 s of dense asphalt at N = 512: some minutes"]
-fn sixty_seconds_at_130_on_a_rough_road_complete_in_bounded_memory() {
+fn sixty_seconds_at_130_complete_in_bounded_memory() {
     let rolling = "speed_kmh = 130.0\nwarm_up = 0.5\nduration = 60.0\naxle = { load = 3400.0 }";
     let text = with_all_terms(&scene_text(512, "kind = \"made\"\nseed = 1", rolling, "history = \"modal\"", ""));
     let watched = Watched::of(&text);

@@ -50,14 +50,14 @@ fn compliance_of_turning_tyres_equals_the_twenty_digit_values() {
     for (index, case) in cases.iter().enumerate() {
         let (c, d) = (matrix(&case["C"]), matrix(&case["D"]));
         let name = case["tyre"].as_str().unwrap();
-        let (_, stack) = tyres.iter().find(|(own, _)| own == name).unwrap();
+        let (_, stack) = tyres.iter().find(|(other, _)| other == name).unwrap();
         let (n, m) = (case["n"].as_i64().unwrap(), case["m"].as_u64().unwrap() as usize);
         let s = complex(&case["s"]);
-        let own = &ours["cases"][index];
+        let computed = &ours["cases"][index];
         let cylinder = Cylinder::of(stack.clone(), LARGEST_S, TOLERANCE);
         let (wave, at) = (cylinder.wave(n.abs(), m), cylinder.at(s));
         let ways = [
-            (matrix(&own["C"]), matrix(&own["D"])),
+            (matrix(&computed["C"]), matrix(&computed["D"])),
             stack.compliance(n, m, s, STEP),
             if n < 0 { wave.full_backwards(&at) } else { wave.full(&at) },
         ];
@@ -94,13 +94,13 @@ fn growth_and_hoop_stress_are_those_of_the_reference() {
 /// A tyre of the reference, turning.
 fn turning(name: &str) -> CurvedStack {
     let tyres = cases::curved_tyres(&references().to_string()).unwrap();
-    tyres.into_iter().find(|(own, _)| own == name).unwrap().1
+    tyres.into_iter().find(|(other, _)| other == name).unwrap().1
 }
 
 const TURNING: [&str; 3] = ["isotropic, 250 km/h", "cord belt, 250 km/h", "engineering constants, 250 km/h"];
 
 #[test]
-fn prepared_waves_of_both_directions_equal_steps_through_the_layers() {
+fn prepared_waves_equal_steps_through_the_layers() {
     for name in TURNING {
         let stack = turning(name);
         let cylinder = Cylinder::of(stack.clone(), LARGEST_S, 1e-6);
@@ -208,7 +208,7 @@ fn turning_tyres_are_passive_below_their_limit_and_not_beyond() {
 /// nearly cancel, where Om has the right sign; its moduli are those at that frequency. Compliances over that at rest, s
 /// = 0.
 #[test]
-fn a_pattern_frozen_to_the_ground_hardly_feels_the_rotation_but_that_of_the_wrong_sign() {
+fn a_pattern_frozen_to_the_ground_hardly_feels_rotation() {
     let mut stack = turning("cord belt, 250 km/h");
     (stack.sidewall_mass, stack.cavity) = (0.0, None);
     let resting = CurvedStack { rotation: Rotation::default(), ..stack.clone() };
@@ -216,11 +216,11 @@ fn a_pattern_frozen_to_the_ground_hardly_feels_the_rotation_but_that_of_the_wron
     let mut reversed = stack.clone();
     reversed.rotation.angular_velocity *= -1.0;
     let of = |stack: &CurvedStack, n, s| stack.compliance(n, 0, s, STEP).0[2][2].norm();
-    for (n, own, turned) in [(2, 0.815, 9.42), (5, 0.929, 1.33)] {
+    for (n, right, turned) in [(2, 0.815, 9.42), (5, 0.929, 1.33)] {
         let s = Complex64::new(0.0, n as f64 * stack.rotation.angular_velocity);
         let found = [&stack, &reversed].map(|stack| of(stack, n, s) / of(&resting, n, Complex64::ZERO));
         println!("n {n}: {found:?}");
-        assert!((found[0] - own).abs() < 1e-3 && (found[1] / turned - 1.0).abs() < 4e-3, "n {n}: {found:?}");
+        assert!((found[0] - right).abs() < 1e-3 && (found[1] / turned - 1.0).abs() < 4e-3, "n {n}: {found:?}");
     }
 }
 
@@ -233,8 +233,8 @@ fn at_rest_nothing_changes() {
     let s = Complex64::new(300.0, 2500.0);
     let resting = stack.compliance(7, 2, s, STEP);
     let from = stack.inner_radius();
-    let own = stack.layers[0].tension.map(|tension| tension / stack.layers[0].thickness);
-    assert_eq!(stack.rotation.prestress(&stack.layers[0], from).map(f64::to_bits), own.map(f64::to_bits));
+    let of_layer = stack.layers[0].tension.map(|tension| tension / stack.layers[0].thickness);
+    assert_eq!(stack.rotation.prestress(&stack.layers[0], from).map(f64::to_bits), of_layer.map(f64::to_bits));
     stack.rotation = stack.turning(0.0);
     assert_eq!(stack.compliance(7, 2, s, STEP), resting);
     let mut turning = tyre;
@@ -246,7 +246,7 @@ fn at_rest_nothing_changes() {
 }
 
 #[test]
-fn a_speed_that_is_no_number_or_negative_or_of_a_flat_tyre_is_refused() {
+fn bad_speeds_and_speeds_of_a_flat_tyre_are_refused() {
     let refused = |change: &dyn Fn(&mut Value)| {
         let mut document = references();
         document["cases"].as_array_mut().unwrap().truncate(1);
@@ -404,7 +404,7 @@ fn a_thin_layer_is_the_rotating_ring_on_all_four_branches() {
 /// w = 2 n Om/(n^2 + 1) +- sqrt(w_0^2 + Om^2 n^2 (n^2 - 1)^2/(n^2 + 1)^2) of a ring that does not stretch, with the
 /// tension of its rotation; w_0 at rest.
 #[test]
-fn waves_of_a_ring_that_hardly_stretches_split_as_its_rotation_has_it() {
+fn waves_of_a_nearly_inextensional_ring_split_by_rotation() {
     let mut errors = Vec::new();
     for membrane in [1e9, 1e11] {
         let ring = Ring { membrane, ..Ring { sidewall_mass: 0.0, ..ring(69.4) } };

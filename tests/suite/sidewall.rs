@@ -134,7 +134,7 @@ fn files_of_cases_with_wrong_sidewalls_are_refused() {
         change(&mut wall);
         json!({ "sidewalls": [wall], "cases": [{ "sidewall": "a", "n": 3, "s": [0.0, 600.0] }] })
     };
-    let said = |document: Value| match cases::evaluate(&document.to_string()) {
+    let refusal = |document: Value| match cases::evaluate(&document.to_string()) {
         Ok(answer) => panic!("{answer}"),
         Err(error) => error.to_string(),
     };
@@ -148,20 +148,20 @@ fn files_of_cases_with_wrong_sidewalls_are_refused() {
         ("omega", json!(3e3), "no steady shape"),
         ("size", json!(1.0), "unknown field"),
     ] {
-        let message = said(wall(&|wall| wall[key] = value.clone()));
+        let message = refusal(wall(&|wall| wall[key] = value.clone()));
         assert!(message.contains(part), "{key}: {message}");
     }
     let case = |case: Value| {
         let mut document = wall(&|_| {});
         document["cases"][0] = case;
-        said(document)
+        refusal(document)
     };
     assert!(case(json!({ "sidewall": "b", "n": 3, "s": [0.0, 1.0] })).contains("names the sidewall 'b'"));
     assert!(case(json!({ "sidewall": "a", "s": [0.0, 1.0] })).contains("has n"));
     assert!(case(json!({ "n": 3, "s": [0.0, 1.0] })).contains("either a tyre or a sidewall"));
     assert!(case(json!({ "sidewall": "a", "n": 3, "s": [-1.0, 1.0] })).contains("Re s >= 0"));
     assert!(case(json!({ "sidewall": "a", "n": 900_000_000, "s": [0.0, 1.0] })).contains("too short"));
-    assert!(said(json!({ "cases": [] })).contains("not a file of compliance cases"));
+    assert!(refusal(json!({ "cases": [] })).contains("not a file of compliance cases"));
 }
 
 /// K_ww of a flat arc at n = 0 by its four exponential solutions.
@@ -214,7 +214,7 @@ fn at_n_0_a_flat_arc_has_its_closed_form() {
 }
 
 #[test]
-fn at_rest_a_flat_arc_has_the_stiffness_of_an_arc_that_keeps_its_length() {
+fn at_rest_a_flat_arc_is_inextensible() {
     let (radius, angle) = (0.05, 1.1);
     let arc = Arc { radius, angle, edge_radius: FLAT, ..arc() };
     let found = Sidewall::new(arc.clone()).reference(0, Complex64::ZERO);
@@ -248,7 +248,7 @@ fn held_arcs_ring_at_their_frequencies() {
 }
 
 #[test]
-fn a_fast_moved_edge_feels_a_mass_and_a_damper_that_its_angle_sets() {
+fn a_fast_edge_feels_a_mass_and_a_damper_of_its_angle() {
     let arc = Arc { edge_radius: FLAT, ..lossy() };
     let (sine, cosine) = arc.angle.sin_cos();
     let across = 1.0 / (2.0 * arc.angle).tanh();
@@ -315,7 +315,7 @@ fn least_of(arc: &Arc, around: &[i64]) -> (f64, i64, Complex64) {
 }
 
 #[test]
-fn sidewalls_take_power_on_a_hard_grid_and_without_hoop_stiffness_give_it() {
+fn sidewalls_absorb_power_unless_without_hoop_stiffness() {
     let around = [0, 1, 2, 3, 6, 10, 18, 30, 60, 100, 200, 300, 400];
     let rest = least_of(&lossy(), &around);
     println!("least power of a sidewall at 715 points: {:.1e}", rest.0);

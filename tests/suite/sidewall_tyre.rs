@@ -66,7 +66,7 @@ fn waves_on_sidewalls_prepared_once_equal_the_reference_path() {
 }
 
 #[test]
-fn a_tyre_on_sidewalls_is_passive_and_turned_round_its_transpose() {
+fn a_tyre_on_sidewalls_is_passive_and_reversed_its_transpose() {
     for speed in [0.0, SPEED] {
         let (stack, other) = (CurvedStack::new(&tyre(speed)), CurvedStack::new(&tyre(-speed)));
         for (n, m, s) in points() {
@@ -86,7 +86,7 @@ fn a_tyre_on_sidewalls_is_passive_and_turned_round_its_transpose() {
 }
 
 #[test]
-fn at_rest_and_n_0_sidewalls_are_a_foundation_of_their_stiffness() {
+fn at_rest_n_0_sidewalls_are_a_foundation_of_their_stiffness() {
     let tyre = tyre(0.0);
     let stack = CurvedStack::new(&tyre);
     let edge = stack.sidewall.as_ref().unwrap().reference(0, Complex64::ZERO);
@@ -109,7 +109,7 @@ fn at_rest_and_n_0_sidewalls_are_a_foundation_of_their_stiffness() {
 }
 
 #[test]
-fn a_tyre_that_turns_grows_by_its_layers_load_and_by_what_the_sidewalls_pull_less() {
+fn a_turning_tyre_grows_by_layers_and_sidewalls() {
     let tyre = tyre(SPEED);
     let stack = CurvedStack::new(&tyre);
     let [resting, turning] = [0.0, tyre.angular_velocity].map(|angular_velocity| {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use tyrewave::internals::{SliceErrors, Table, checked, reported_slice_errors, scene, scene_text, slice_errors};
+use tyrewave::internals::{SliceErrors, StoredTable, checked, reported_slice_errors, scene, scene_text, slice_errors};
 use tyrewave::response::{BandLevel, ThirdOctaveBand};
 use tyrewave::scene::{DEFAULT, Scene, Setting};
 
@@ -16,14 +16,14 @@ const HEARD: &str = "[outputs.vibration]\nbelt = false\nsegment = 0.4\n[[receive
 
 /// Errors by slices and validity of the bands in a table, by its first signal.
 fn bands(results: &Results, file: &str) -> Vec<(f64, Option<f64>, bool)> {
-    let table = Table::parse(&fs::read_to_string(results.path(file)).unwrap()).unwrap();
+    let table = StoredTable::parse(&fs::read_to_string(results.path(file)).unwrap()).unwrap();
     let [nominal, error, valid] = ["nominal_hz", "slice_error_db", "valid"].map(|name| table.numbers(name).unwrap());
     let known = |error: f64| (!error.is_nan()).then_some(error);
     (0..nominal.len()).map(|row| (nominal[row], known(error[row]), valid[row] > 0.0)).collect()
 }
 
 #[test]
-fn every_band_by_slices_tells_its_error_and_is_valid_up_to_the_largest_one_that_is_borne() {
+fn bands_by_slices_state_errors_and_are_valid_up_to_a_limit() {
     let of = |more: &str| run(&scene_text(256, SEAL, ROLLING, NUMERICS, &format!("[contact]\n{more}\n{HEARD}")));
     let usual = of("");
     let errors: SliceErrors = serde_json::from_value(usual.summary()["contact"]["slices"].clone()).unwrap();
@@ -72,13 +72,13 @@ fn cells_and_laws_that_were_not_measured_state_no_error() {
 fn plan_and_run_say_where_slices_end_and_that_a_wish_is_missed() {
     let text = scene_text(64, SEAL, ROLLING, "preset = \"draft\"\nfmax = 1000.0", "").replace("elements = 64\n", "");
     let folder = folder_with(&text);
-    let said = |arguments: &[&str]| {
+    let printed = |arguments: &[&str]| {
         let answer = tyrewave(folder.path(), arguments);
         format!("{}{}", String::from_utf8_lossy(&answer.stdout), String::from_utf8_lossy(&answer.stderr))
     };
     for arguments in [&["plan", "scene.toml"][..], &["run", "scene.toml", "--set", "rolling.duration=0.3"]] {
-        let said = said(arguments);
-        let words = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        let printed = printed(arguments);
+        let words = printed.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(words.contains("numerics.fmax = 1000 Hz is not reached"), "{words}");
         assert!(words.contains("contact.zone = \"cells\""), "{words}");
     }
@@ -88,7 +88,7 @@ fn plan_and_run_say_where_slices_end_and_that_a_wish_is_missed() {
 /// one, of bands from 100 Hz to `highest` \[dB\]. Elements of slices and of cells, and the time after 0.2 s \[s\].
 fn excess(road: &str, speed: f64, law: &str, elements: [usize; 2], duration: f64, highest: ThirdOctaveBand) -> f64 {
     let run = |elements: usize, more: &[&str]| -> (Vec<BandLevel>, Option<SliceErrors>) {
-        let own = [
+        let of_run = [
             format!("road={{ {road} }}"),
             format!("rolling.speed_kmh={speed:?}"),
             format!("rolling.duration={duration:?}"),
@@ -96,7 +96,7 @@ fn excess(road: &str, speed: f64, law: &str, elements: [usize; 2], duration: f64
         ];
         let fixed =
             ["rolling.warm_up=0.2", "outputs.plots=false", "outputs.arrays=false", "numerics.pole_tolerance=1e-4"];
-        let all = own.iter().map(String::as_str).chain(fixed).chain(more.iter().copied());
+        let all = of_run.iter().map(String::as_str).chain(fixed).chain(more.iter().copied());
         let settings: Vec<Setting> = all.map(|text| Setting::parse(text).unwrap()).collect();
         let results = try_run(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap();
         (results.force_levels(), reported_slice_errors(&results.report.summary.contact).cloned())
@@ -116,7 +116,7 @@ fn excess(road: &str, speed: f64, law: &str, elements: [usize; 2], duration: f64
 
 /// Cells of 3.8 mm are fine enough for texture waves of 76 mm: 400 Hz at this speed.
 #[test]
-fn slices_keep_their_stated_error_on_a_seed_that_was_not_used_to_set_it() {
+fn slices_keep_their_stated_error_on_another_seed() {
     let road = "kind = \"made\", texture = \"sma-8\", seed = 23";
     let found = excess(road, 110.0, "winkler", [512, 512], 0.8, ThirdOctaveBand(-4));
     assert!(found <= 1.0, "{found}");
@@ -124,7 +124,7 @@ fn slices_keep_their_stated_error_on_a_seed_that_was_not_used_to_set_it() {
 
 #[test]
 #[ignore = "four runs over cells of 1 mm, four over slices"]
-fn slices_keep_their_stated_errors_on_roads_and_seeds_that_were_not_used_to_set_them() {
+fn slices_keep_their_stated_errors_on_other_roads_and_seeds() {
     for (texture, seed, speed, law) in [
         ("dac-11", 21, 110.0, "winkler"),
         ("iso-10844", 4, 80.0, "winkler"),

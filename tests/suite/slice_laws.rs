@@ -108,7 +108,7 @@ fn a_repeated_road_has_its_slices_made_once() {
     let folder = tempfile::tempdir().unwrap();
     let elements = 64;
     let dx = 1.95 / f64::from(elements);
-    // A grid at the run's own elements: 20 rows, passed over many times.
+    // A grid at the run's elements: 20 rows, passed over many times.
     let heights: Vec<f64> = (0..20 * 6).map(|i| 5e-4 * f64::from((i * 7 % 11) as u8)).collect();
     let file = folder.path().join("grid.npy");
     write_grid(&file, 6, &heights);

@@ -89,7 +89,7 @@ fn standing_waves(tyre: &Tyre, elements: usize, speed: f64, indentation: f64) ->
 }
 
 #[test]
-fn rolling_that_has_settled_is_that_of_waves_that_stand_in_the_patch() {
+fn settled_rolling_is_that_of_standing_waves_in_the_patch() {
     let curved = with_road(DEFAULT, "kind = \"smooth\"");
     let plate = with_road(PLATE, "kind = \"smooth\"");
     for (text, indentation) in [(&curved, 0.017), (&plate, 0.0145)] {

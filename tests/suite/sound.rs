@@ -1,4 +1,5 @@
-//! Sound of short runs: levels and files, the same bytes whatever was kept and on how many threads, a pass-by measured.
+//! Sound of short runs: levels and files, the same bytes whatever was cached and on how many threads, a pass-by
+//! measured.
 
 use std::f64::consts::TAU;
 use std::fs;
@@ -76,7 +77,7 @@ fn washboard_of(folder: &Path, wavelength: f64) -> String {
 }
 
 #[test]
-fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say() {
+fn four_tyres_far_away_are_6_db_louder_than_one() {
     let way = "[radiation]\nfmax = 300.0\nquality = \"draft\"";
     let beside = |name: &str, keys: &str| format!("[[receiver]]\nname = \"{name}\"\nstandard = \"coast-by\"\n{keys}\n");
     let vehicle = "vehicle = { wheelbase = 2.5, track = 1.5 }";
@@ -125,14 +126,14 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
 }
 
 #[test]
-fn draft_quality_pass_by_and_vehicle_hear_the_air_of_the_road() {
+fn draft_pass_by_and_vehicle_hear_the_air_of_the_road() {
     // A washboard of 40 mm, a tone of 556 Hz, that the tread takes on and that stands on the road.
     let receivers = "[[receiver]]\nname = \"near\"\nstandard = \"cpx\"\n\
                      [[receiver]]\nname = \"one\"\nstandard = \"coast-by\"\n\
                      [[receiver]]\nname = \"four\"\nstandard = \"coast-by\"\nvehicle = {}\n";
     let folder = tempfile::tempdir().unwrap();
     let road = washboard_of(folder.path(), 0.04);
-    let heard = |name: &str, air: &str| {
+    let levels = |name: &str, air: &str| {
         let way = format!("[radiation]\nfmax = 700.0\nquality = \"draft\"\naudio = false\n{air}");
         let text = scene_text(256, &road, &rolling(3.0), MODAL, &format!("{receivers}{way}"));
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
@@ -143,8 +144,8 @@ fn draft_quality_pass_by_and_vehicle_hear_the_air_of_the_road() {
             .map(number)
     };
     // The air stands on the road unless the scene says otherwise.
-    let road = heard("road", "");
-    let [axle, with_tread] = [heard("axle", "air = \"axle\""), heard("with-tread", "air = \"with-tread\"")];
+    let road = levels("road", "");
+    let [axle, with_tread] = [levels("axle", "air = \"axle\""), levels("with-tread", "air = \"with-tread\"")];
     println!("axle {axle:.2?}, road {road:.2?}, with-tread {with_tread:.2?} dB");
     for ((axle, road), with_tread) in axle.into_iter().zip(road).zip(with_tread) {
         assert!(axle - road > 2.0 && (road - with_tread).abs() < 0.5, "{axle}, {road}, {with_tread} dB");
@@ -190,14 +191,14 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
 }
 
 #[test]
-fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
+fn a_draft_solves_nothing_and_states_its_error() {
     let way = "[radiation]\nfmax = 300.0\nquality = \"draft\"";
     let numerics = format!("{MODAL}\ntime_rule = \"bdf2\"");
     let receiver = "[[receiver]]\nstandard = \"cpx\"\n";
     let text = scene_text(64, "kind = \"made\"\nseed = 4", &rolling(0.9), &numerics, receiver);
     let folder = tempfile::tempdir().unwrap();
     for (name, way) in [("draft", way), ("full", LOW)] {
-        // So many elements that the run vouches for bands that the draft is stated for.
+        // So many elements that the run has valid bands for which the draft's error is stated.
         let bearing = "[contact]\nlargest_slice_error = \"60 dB\"";
         let text = edit(&format!("{text}\n{way}\n{bearing}\n"), &[("numerics.elements", "256")]);
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
@@ -214,15 +215,15 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     let table = fs::read_to_string(folder.path().join("draft/sound.csv")).unwrap();
     assert!(table.lines().next().unwrap().ends_with("valid,error_db,slice_error_db"), "{table}");
     fs::write(folder.path().join("coarse.toml"), format!("{text}\n{way}\n")).unwrap();
-    let reported = program(folder.path(), &["effects", "coarse.toml", "--out", "worth", "--duration", "0.9"]);
+    let reported = program(folder.path(), &["effects", "coarse.toml", "--out", "effects", "--duration", "0.9"]);
     let reported = String::from_utf8_lossy(&reported.stdout).into_owned();
     for row in ["+ radiation", "- radiation", "silent", "air with the axle", "air with the tread"] {
         assert!(reported.contains(row), "{row} is missing\n{reported}");
     }
-    let worth = fs::read_to_string(folder.path().join("worth/effects.csv")).unwrap();
+    let table = fs::read_to_string(folder.path().join("effects/effects.csv")).unwrap();
     assert!(
-        worth.lines().next().unwrap().ends_with("level_db_a_cpx,level_error_db_cpx,highest_hz_cpx,lower_bound_cpx"),
-        "{worth}"
+        table.lines().next().unwrap().ends_with("level_db_a_cpx,level_error_db_cpx,highest_hz_cpx,lower_bound_cpx"),
+        "{table}"
     );
 }
 
@@ -261,7 +262,7 @@ fn pressures(path: &Path) -> Vec<f64> {
 }
 
 #[test]
-fn levels_and_sound_file_agree_in_every_valid_band_whatever_the_highest_frequency() {
+fn levels_and_sound_file_agree_in_every_valid_band() {
     let receiver = "[[receiver]]\nname = \"near\"\nposition = [0.2, 0.4, 0.1]\n[radiation]\nquality = \"draft\"";
     let text = scene_text(256, "kind = \"made\"\nseed = 4", &rolling(6.0), MODAL, &format!("{receiver}\nfmax = 800.0"));
     let folder = tempfile::tempdir().unwrap();
@@ -269,11 +270,11 @@ fn levels_and_sound_file_agree_in_every_valid_band_whatever_the_highest_frequenc
         fs::write(folder.path().join("scene.toml"), edit(&text, &[("radiation.fmax", fmax)])).unwrap();
         program(folder.path(), &["run", "scene.toml", "--out", fmax]);
         let run = folder.path().join(fmax);
-        let (bands, heard) = (bands(&run), pressures(&run.join("sound_near.wav")));
+        let (bands, pressure) = (bands(&run), pressures(&run.join("sound_near.wav")));
         for (nominal, level, valid, error) in &bands {
             assert!(error.is_empty(), "{nominal} Hz: {error} dB, but no preset states that of the forces");
             let band = tyrewave::response::ThirdOctaveBand::containing(*nominal).unwrap();
-            let found = level_between(&heard, band.lower_edge()..band.upper_edge());
+            let found = level_between(&pressure, band.lower_edge()..band.upper_edge());
             if *valid {
                 assert!((found - level).abs() < 0.3, "fmax {fmax}, {nominal} Hz: {level} dB, file {found} dB");
             } else if band.lower_edge() > 1.2 * fmax.parse::<f64>().unwrap() {
@@ -298,7 +299,7 @@ fn levels_and_sound_file_agree_in_every_valid_band_whatever_the_highest_frequenc
 }
 
 #[test]
-fn an_error_that_no_preset_states_is_not_known_in_words_table_and_summary() {
+fn an_error_that_no_preset_states_is_not_known() {
     let folder = tempfile::tempdir().unwrap();
     let receiver = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 400.0\naudio = false";
     let text = scene_text(512, &washboard(folder.path()), &rolling(1.2), MODAL, receiver);
@@ -321,7 +322,7 @@ fn an_error_that_no_preset_states_is_not_known_in_words_table_and_summary() {
     let error = receiver["level_a_error"].as_f64().unwrap();
     assert!((error - 4.51).abs() < 0.005 && words.contains(&format!(" +- {error:.1} dB(A)")), "{words} {receiver}");
     assert!(!errors.is_empty() && errors.iter().all(|error| *error > 2.0), "{errors:?}");
-    // Elements of the scene's own that are longer than the preset's.
+    // Elements set in the scene that are longer than the preset's.
     let (words, receiver, errors) = reported("coarse", &[&preset[..], &["numerics.elements=256"]].concat());
     assert!(words.contains("numerics.elements is coarser than that of the preset"), "{words}");
     assert!(receiver["level_a_error"].is_null() && errors.is_empty(), "{receiver} {errors:?}");
@@ -393,7 +394,7 @@ fn peak_frequency(signal: &[f64], expected: f64) -> f64 {
 }
 
 #[test]
-fn a_run_that_is_too_short_says_so_and_one_without_receivers_has_no_sound() {
+fn too_short_a_run_is_reported_and_no_receiver_no_sound() {
     let receiver = format!("[[receiver]]\nposition = [0.0, 3.0, 1.2]\n{LOW}");
     let text = scene_text(64, "kind = \"smooth\"", &rolling(0.1), MODAL, &receiver);
     let short = run(&text);
@@ -406,7 +407,7 @@ fn a_run_that_is_too_short_says_so_and_one_without_receivers_has_no_sound() {
 
 /// AASHTO T 360: two probes at the edges of the patch, beside a microphone in the middle of the first.
 #[test]
-fn on_board_intensity_is_that_of_two_probes_at_the_edges_of_the_patch() {
+fn on_board_intensity_is_that_of_two_probes_at_the_patch() {
     let folder = tempfile::tempdir().unwrap();
     let receivers = "[[receiver]]\nstandard = \"obsi\"\n[[receiver]]\nstandard = \"cpx\"";
     let way = "[radiation]\nfmax = 800.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\naudio = false\n\
@@ -440,7 +441,7 @@ fn on_board_intensity_is_that_of_two_probes_at_the_edges_of_the_patch() {
 }
 
 #[test]
-fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the_tread_alone() {
+fn moving_sidewalls_sound_the_same_on_any_threads() {
     let tyre = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tyres/car.toml");
     let folder = tempfile::tempdir().unwrap();
     let text = format!(
@@ -471,9 +472,9 @@ fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the
         assert!(cold == warm && cold != silent, "{file}");
     }
     // Sidewalls move against the belt: the lowest bands, of a whole belt that moves, lose 1.7 to 2.0 dB by them.
-    let [heard, tread] = ["cold", "off"].map(|run| bands(&folder.path().join(run)));
-    let changes = heard.iter().zip(&tread).filter(|(heard, _)| (63.0..=80.0).contains(&heard.0));
-    let changes: Vec<f64> = changes.map(|(heard, tread)| heard.1 - tread.1).collect();
+    let [all, tread] = ["cold", "off"].map(|run| bands(&folder.path().join(run)));
+    let changes = all.iter().zip(&tread).filter(|(all, _)| (63.0..=80.0).contains(&all.0));
+    let changes: Vec<f64> = changes.map(|(all, tread)| all.1 - tread.1).collect();
     assert!(changes.len() == 4 && changes.iter().all(|change| (-2.5..-1.2).contains(change)), "{changes:?}");
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
-use tyrewave::internals::{Study, StudyOptions, StudyPoint as Point, Sweep, front, study};
+use tyrewave::internals::{Study, StudyOptions, StudyPoint, Sweep, front, study};
 use tyrewave::internals::{scene, scene_text};
 use tyrewave::run::{Job, Progress, RunError, Unwatched};
 use tyrewave::scene::{DEFAULT, History, LoadedScene};
@@ -19,7 +19,6 @@ fn small(history: &str) -> LoadedScene {
     scene(&scene_text(32, MADE, ROLLING, history, ""))
 }
 
-/// Options for a small scene.
 fn options(loaded: &LoadedScene, sweep: Sweep, elements: usize) -> StudyOptions {
     let defaults = StudyOptions::new(&loaded.scene, sweep);
     StudyOptions { highest: 125.0, elements: Some(elements), substeps: Some(4), ..defaults }
@@ -31,7 +30,7 @@ fn studied(loaded: &LoadedScene) -> Study {
 }
 
 #[test]
-fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
+fn errors_fall_with_refinement_and_work_is_exact() {
     let loaded = small("history = \"modal\"");
     let found = studied(&loaded);
     assert!(found.reference.difference.worst == 0.0 && found.reference.difference.force == 0.0);
@@ -47,9 +46,9 @@ fn errors_fall_with_refinement_work_is_exact_and_the_front_is_one() {
     assert!(found.complete && found.uncertainty.worst > 0.0, "{:?}", found.uncertainty);
 
     // The front: rising work, falling error, nothing beats it, and nothing that is not on it is unbeaten.
-    let on: Vec<(f64, f64)> = found.front.iter().map(Point::coordinates).collect();
+    let on: Vec<(f64, f64)> = found.front.iter().map(StudyPoint::coordinates).collect();
     assert!(on.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 > pair[1].1), "{on:?}");
-    let all: Vec<(f64, f64)> = found.points().map(Point::coordinates).collect();
+    let all: Vec<(f64, f64)> = found.points().map(StudyPoint::coordinates).collect();
     let expected: Vec<(f64, f64)> = front(&all).into_iter().map(|index| all[index]).collect();
     assert_eq!(on, expected);
 
@@ -80,7 +79,7 @@ impl Progress for Shares<'_> {
 }
 
 #[test]
-fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
+fn a_stopped_outline_returns_what_was_rolled() {
     let loaded = small("history = \"modal\"");
     let options = options(&loaded, Sweep::Outline, 64);
     let until = |last: &str| {
@@ -115,7 +114,7 @@ fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
     assert_eq!(stopped.reference.cost.multiply_adds.to_bits(), whole.reference.cost.multiply_adds.to_bits());
     assert_eq!(stopped.uncertainty, whole.uncertainty);
     let (nothing, _) = until("reference");
-    assert!(matches!(nothing, Err(RunError::Interrupted { kept: None })), "{nothing:?}");
+    assert!(matches!(nothing, Err(RunError::Interrupted { partial: None })), "{nothing:?}");
 }
 
 #[test]
@@ -123,14 +122,14 @@ fn a_direct_history_is_compared_with_a_modal_reference() {
     let loaded = small("history = \"direct\"\nmemory = 0.3\ntime_rule = \"bdf2\"");
     let options = options(&loaded, Sweep::Outline, 64);
     let found = study(&loaded, &options, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
-    let own = &found.named[0];
-    assert_eq!((own.label.as_str(), own.settings.numerics.history), ("the scene", History::Direct));
-    assert!(own.cost.fit.is_none() && found.reference.settings.numerics.history == History::Modal);
+    let of_scene = &found.named[0];
+    assert_eq!((of_scene.label.as_str(), of_scene.settings.numerics.history), ("the scene", History::Direct));
+    assert!(of_scene.cost.fit.is_none() && found.reference.settings.numerics.history == History::Modal);
 }
 
 #[test]
 #[cfg(target_os = "linux")]
-fn an_interrupted_command_says_what_is_kept_and_where() {
+fn an_interrupted_command_names_its_partial_results() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     std::fs::write(place.join("scene.toml"), scene_text(32, MADE, ROLLING, "history = \"modal\"", "")).unwrap();
@@ -148,13 +147,13 @@ fn an_interrupted_command_says_what_is_kept_and_where() {
         reported
     };
     // It listens for the signal, and fits.
-    let listens = |id: u32| {
+    let is_listening = |id: u32| {
         let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
         let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
         caught.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask & 2 != 0)
     };
     std::fs::write(place.join("large.toml"), DEFAULT).unwrap();
-    let reported = interrupted(&["run", "large.toml", "--out", "run"], &listens);
+    let reported = interrupted(&["run", "large.toml", "--out", "run"], &is_listening);
     assert!(reported.contains("interrupted; no results are kept") && !place.join("run.partial").exists(), "{reported}");
 
     // Those of the scene, of the reference and of the next run are there: the reference was rolled.

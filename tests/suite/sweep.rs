@@ -136,7 +136,7 @@ fn a_variant_whose_input_file_has_changed_is_run_again() {
 }
 
 #[test]
-fn a_load_that_was_missed_is_marked_told_once_and_an_error_however_often() {
+fn a_missed_load_is_marked_and_reported_once() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("scene.toml"), within(0.3, 1e-9)).unwrap();
@@ -152,7 +152,7 @@ fn a_load_that_was_missed_is_marked_told_once_and_an_error_however_often() {
 }
 
 #[test]
-fn notes_that_all_variants_share_are_said_once_and_choices_are_no_warnings() {
+fn notes_that_all_variants_share_are_reported_once() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     let chosen = add(&scene(0.3), "numerics", "preset = \"draft\"\nfmax = 150.0");
@@ -177,7 +177,7 @@ fn notes_that_all_variants_share_are_said_once_and_choices_are_no_warnings() {
 
 #[test]
 #[cfg(unix)]
-fn a_killed_sweep_goes_on_from_its_checkpoints() {
+fn a_killed_sweep_continues_from_its_checkpoints() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("scene.toml"), scene(40.0)).unwrap();
@@ -207,8 +207,8 @@ fn a_killed_sweep_goes_on_from_its_checkpoints() {
             "{name}"
         );
     }
-    let left: Vec<_> = fs::read_dir(place.join("cut")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert!(left.iter().all(|name| !name.to_string_lossy().contains("partial")), "{left:?}");
+    let names: Vec<_> = fs::read_dir(place.join("cut")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert!(names.iter().all(|name| !name.to_string_lossy().contains("partial")), "{names:?}");
 }
 
 #[test]
@@ -302,7 +302,7 @@ fn settings_are_varied_and_seeds_averaged_with_their_confidence() {
 }
 
 #[test]
-fn a_latin_hypercube_is_run_and_its_speeds_and_loads_are_those_of_its_points() {
+fn a_latin_hypercube_is_run_at_its_points() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     fs::write(place.join("scene.toml"), within(0.4, 0.5)).unwrap();

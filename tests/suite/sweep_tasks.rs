@@ -143,7 +143,7 @@ fn what_makes_no_sense_is_answered() {
 }
 
 #[test]
-fn damaged_and_foreign_folders_are_refused_and_mended_by_writing_again() {
+fn damaged_and_foreign_folders_are_refused() {
     let folder = written(ROAD, 0.1);
     let place = folder.path();
     ["0", "1", "2"].iter().for_each(|number| assert_done(&task(place, number)));
@@ -236,7 +236,7 @@ fn a_task_that_fails_leaves_the_others_and_its_reason() {
 }
 
 #[test]
-fn results_are_kept_where_that_is_asked_for() {
+fn results_are_retained_where_that_is_asked_for() {
     let folder = written(ROAD, 0.1);
     let place = folder.path();
     assert_done(&tyrewave(place, &["sweep", "--task", "t", "1", "--keep-results"]));
@@ -247,7 +247,7 @@ fn results_are_kept_where_that_is_asked_for() {
 
 #[test]
 #[cfg(unix)]
-fn a_killed_task_goes_on_to_the_same_bytes() {
+fn a_killed_task_continues_to_the_same_bytes() {
     let folder = folder_with(&scene(ROAD, 60.0));
     let place = folder.path();
     let one = ["sweep", "scene.toml", "--speed", "80"];
@@ -305,6 +305,6 @@ fn many_workers_and_collectors_at_once_lose_nothing() {
         assert_done(&child.wait_with_output().unwrap());
     }
     assert!(fs::read(place.join("plain/sweep.csv")).unwrap() == fs::read(place.join("t/sweep.csv")).unwrap());
-    let left = names(&place.join("t/shard-0000"));
-    assert_eq!(left, ["outcomes", "tasks"]);
+    let remaining = names(&place.join("t/shard-0000"));
+    assert_eq!(remaining, ["outcomes", "tasks"]);
 }

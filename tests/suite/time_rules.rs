@@ -60,7 +60,7 @@ fn smooth_road(
 }
 
 /// std/mean of the last third.
-fn unrest(force: &[f64]) -> f64 {
+fn relative_variation(force: &[f64]) -> f64 {
     let (mean, deviation) = mean_and_deviation(&force[force.len() * 2 / 3..]);
     deviation / mean
 }
@@ -71,7 +71,7 @@ fn time_step(elements: usize, speed_kmh: f64, substeps: usize) -> f64 {
 }
 
 #[test]
-fn rules_are_steady_on_a_smooth_road_and_agree_about_the_mean_force() {
+fn rules_are_steady_on_a_smooth_road_with_one_mean_force() {
     let model = model(256, 80.0 / 3.6, 1e-6);
     let mut means = Vec::new();
     for rule in TimeRule::ALL {
@@ -82,9 +82,9 @@ fn rules_are_steady_on_a_smooth_road_and_agree_about_the_mean_force() {
         println!(
             "{rule:?}: mean {:.2} N, std/mean {:.1e}",
             mean_and_deviation(&force[force.len() * 2 / 3..]).0,
-            unrest(&force)
+            relative_variation(&force)
         );
-        assert!(unrest(&force) < 1e-4, "{rule:?}: {:e}", unrest(&force));
+        assert!(relative_variation(&force) < 1e-4, "{rule:?}: {:e}", relative_variation(&force));
         means.push(mean_and_deviation(&force[force.len() * 2 / 3..]).0);
     }
     // Converged in the time step: 2769.2 N. First order differs most.
@@ -103,7 +103,7 @@ fn direct_sums_refuse_rules_of_several_stages() {
 }
 
 /// Response at element 0 to a force on it, summed over the wavenumbers.
-fn own(model: &RationalModel, s: Complex64) -> Complex64 {
+fn driving_point(model: &RationalModel, s: Complex64) -> Complex64 {
     let last = model.largest_wavenumber();
     let weight = |n: usize| if n == 0 || n == last { 1.0 } else { 2.0 };
     (0..=last).map(|n| weight(n) * model.evaluate(n, s, Field::Surface).unwrap()).sum()
@@ -149,7 +149,7 @@ fn runge_kutta_recursion_is_the_quadrature_with_matrix_weights() {
             let delta = m.inverse();
             let rates = rule.rates(zeta);
             let mu = rates.all();
-            let h: Vec<Complex64> = mu.iter().map(|rate| own(&model, rate / time_step)).collect();
+            let h: Vec<Complex64> = mu.iter().map(|rate| driving_point(&model, rate / time_step)).collect();
             let first = (h[1] - h[0]) / (mu[1] - mu[0]);
             let shifted = |rate: Complex64| {
                 Matrix::from_fn(s, |i, j| delta.0[i][j] - if i == j { rate } else { Complex64::ZERO })
@@ -193,7 +193,6 @@ fn runge_kutta_recursion_is_the_quadrature_with_matrix_weights() {
     }
 }
 
-/// A small complex matrix.
 struct Matrix([[Complex64; 3]; 3]);
 
 impl Matrix {
@@ -288,7 +287,7 @@ fn every_rule_has_its_order_for_a_smooth_force_on_the_tyre() {
 }
 
 #[test]
-fn hard_cases_6_speeds_and_steps_with_the_runge_kutta_rules_and_modes() {
+fn hard_cases_6_speeds_and_steps_with_runge_kutta_rules() {
     for rule in ["bdf2", "sdirk2", "sdirk3"] {
         for (elements, substeps, speed, duration) in [
             (64, 1, 1.0, 6.0),

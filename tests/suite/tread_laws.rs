@@ -32,7 +32,7 @@ fn differences(levels: &[Vec<BandLevel>], law: usize) -> Vec<f64> {
 }
 
 #[test]
-fn all_laws_carry_alike_where_nothing_but_the_static_stiffness_counts() {
+fn all_laws_carry_alike_where_static_stiffness_counts() {
     // 1 m/h: a step takes 37 s, the material's slowest motion (1 Hz) has long ended.
     for modulus in ["8.0e6", "2.0e6"] {
         let mean = |contact: &str| {
@@ -56,7 +56,7 @@ fn all_laws_carry_alike_where_nothing_but_the_static_stiffness_counts() {
 }
 
 #[test]
-fn at_equal_stiffness_the_laws_differ_most_where_the_tread_moves_by_itself() {
+fn laws_differ_most_where_the_tread_moves_by_itself() {
     let of = |law: &str, contact: &str| {
         let text = edit(PLATE, &[("numerics.elements", "256"), ("rolling.duration", "2.0")]);
         let results = run(&of_law(&text, law, contact));

@@ -45,14 +45,14 @@ fn a_pattern_costs_at_most_a_third_more_than_a_slick() {
         [history + search, search, time]
     };
     let slick = cost("slick", "");
-    let mut dearest: f64 = 0.0;
+    let mut most_expensive: f64 = 0.0;
     for (name, more) in [("summer", ""), ("winter", ""), ("winter", "[effects]\ntread_pattern = \"off\"")] {
-        let own = cost(name, more);
-        let [all, search, time] = [0, 1, 2].map(|of| own[of] / slick[of]);
-        dearest = dearest.max(all);
+        let of_pattern = cost(name, more);
+        let [all, search, time] = [0, 1, 2].map(|of| of_pattern[of] / slick[of]);
+        most_expensive = most_expensive.max(all);
         println!("    {all:.2} of the slick's step, {search:.2} of its search, {time:.2} of its time");
     }
-    assert!(dearest < 1.3, "{dearest}");
+    assert!(most_expensive < 1.3, "{most_expensive}");
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn pictures_of_patterns() {
 
 #[test]
 #[ignore = "minutes"]
-fn spectra_of_equal_sequenced_and_random_pitches_on_a_smooth_road() {
+fn spectra_of_equal_sequenced_and_random_pitches() {
     let lateral =
         "laterals = [{ from = -0.0545, to = 0.0, width = 0.00385, depth = 0.007, angle = 0.0, offset = 0.5625 }]";
     let lengths = "lengths = [0.02625, 0.030, 0.03375]";

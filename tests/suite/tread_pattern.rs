@@ -5,7 +5,7 @@ use rustfft::num_complex::Complex64;
 use tyrewave::Plan;
 use tyrewave::internals::{
     BlockTerm, Blocks, CellGrid, CellInfluence, CellSearch, CellSums, CellTruncation, InstantCells, NO_BLOCK,
-    TreadBlock as Block, edit, scene, scene_text,
+    TreadBlock, edit, scene, scene_text,
 };
 use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Scene};
@@ -133,12 +133,12 @@ fn threads_change_no_bit_and_files_say_what_the_pattern_is() {
 }
 
 #[test]
-fn equal_pitches_are_heard_at_their_orders_and_the_orders_have_all_of_the_sound() {
-    let heard = "[[receiver]]\nname = \"beside it\"\nposition = [0.3, 0.6, 0.2]\n\
+fn equal_pitches_sound_at_their_orders_alone() {
+    let receiver = "[[receiver]]\nname = \"beside it\"\nposition = [0.3, 0.6, 0.2]\n\
                  [[receiver]]\nname = \"ahead\"\nposition = [1.0, 0.3, 0.2]\n\
                  [radiation]\nfmax = 500.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\n\
                  audio = false\n";
-    let text = rolled(16.0, SMOOTH, "slices = \"winkler\"\ncells_across = 4", &laterals(32, MIDDLE, heard));
+    let text = rolled(16.0, SMOOTH, "slices = \"winkler\"\ncells_across = 4", &laterals(32, MIDDLE, receiver));
     let results = run(&text);
     let orders = std::fs::read_to_string(results.path("orders.csv")).unwrap();
     let header = "order,frequency_hz,force_n,repeated_force_n,pressure_pa_beside-it,pressure_pa_ahead";
@@ -310,7 +310,7 @@ fn blocks(elements: usize, across: usize) -> Blocks {
     let add = |blocks: &mut Blocks, parts: &[Vec<usize>], length: usize, is_ring: bool| {
         let first = blocks.cells.len() as u32;
         let compliance = 5e-10 * (1.0 + f64::from(first % 3));
-        blocks.blocks.push(Block { first, parts: parts.len() as u32, length: length as u32, is_ring, compliance });
+        blocks.blocks.push(TreadBlock { first, parts: parts.len() as u32, length: length as u32, is_ring, compliance });
         for cells in parts {
             cells.iter().for_each(|&cell| blocks.of_cell[cell] = blocks.cells.len() as u32);
             blocks.cells.push(cells.len() as u32);
@@ -331,7 +331,7 @@ fn blocks(elements: usize, across: usize) -> Blocks {
 }
 
 #[test]
-fn products_with_blocks_are_those_with_their_entries_and_symmetric() {
+fn products_with_blocks_are_symmetric_sums_of_entries() {
     let (columns, across, face) = (30, 9, 2.7e-5);
     let term = BlockTerm::new(&blocks(256, across), face, across, columns * across);
     let mut cells = InstantCells::new(influence(columns, across)).with_blocks(Some(term));
@@ -359,7 +359,7 @@ fn products_with_blocks_are_those_with_their_entries_and_symmetric() {
 #[test]
 fn a_rib_yields_like_the_mean_of_its_blocks_wherever_they_begin() {
     let (elements, across, columns, face, compliance, length) = (96, 2, 24, 2.7e-5, 6e-10, 7);
-    let rib = Block { first: 0, parts: elements as u32, length: length as u32, is_ring: true, compliance };
+    let rib = TreadBlock { first: 0, parts: elements as u32, length: length as u32, is_ring: true, compliance };
     let of_cell = (0..elements * across).map(|cell| (cell / across) as u32).collect();
     let ring = Blocks { of_cell, cells: vec![across as u32; elements], blocks: vec![rib] };
     let term = |blocks: &Blocks| Some(BlockTerm::new(blocks, face, across, columns * across));
@@ -445,7 +445,7 @@ fn blocks_soften_the_tyre_by_a_little() {
 }
 
 #[test]
-fn example_tyres_have_the_patterns_that_they_tell() {
+fn example_tyres_have_the_patterns_that_they_state() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tyres");
     let mut shares = Vec::new();
     for name in ["slick", "summer", "winter"] {

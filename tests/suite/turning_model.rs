@@ -29,7 +29,7 @@ fn fitted(tyre: &Tyre, tolerance: f64) -> RationalModel {
 }
 
 #[test]
-fn both_directions_are_within_the_tolerance_where_no_fit_saw_them_and_make_no_energy() {
+fn both_directions_keep_the_tolerance_and_are_passive() {
     let springs = on_springs(DEFAULT);
     for (scene, speed, tolerance) in [(&*springs, 80.0, 1e-5), (&*springs, 250.0, 1e-4), (DEFAULT, 80.0, 1e-5)] {
         let tyre = turned(scene, speed);
@@ -79,7 +79,7 @@ fn both_directions_are_within_the_tolerance_where_no_fit_saw_them_and_make_no_en
 }
 
 #[test]
-fn the_resonances_of_either_direction_are_the_poles_of_the_compliance() {
+fn resonances_of_either_direction_are_poles_of_the_compliance() {
     let tyre = turning(250.0);
     let model = fitted(&tyre, 1e-5);
     // An inextensional ring's with the resonances of the tyre at rest, with the rotation and against it \[Hz\].
@@ -103,7 +103,7 @@ fn the_resonances_of_either_direction_are_the_poles_of_the_compliance() {
 }
 
 #[test]
-fn a_turning_model_has_the_same_bits_for_any_number_of_threads_and_a_key_of_its_own() {
+fn a_turning_model_has_a_separate_key_and_the_same_bits() {
     let tyre = turning(80.0);
     let on =
         |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| fitted(&tyre, 1e-4));
@@ -129,7 +129,7 @@ fn a_turning_model_has_the_same_bits_for_any_number_of_threads_and_a_key_of_its_
 }
 
 #[test]
-fn a_tyre_that_turns_outruns_the_waves_of_the_belt_later_than_one_that_stands() {
+fn a_turning_tyre_outruns_the_belts_waves_later() {
     // A belt wave of 59 m/s at rest; with rotation no pattern that stands beside the axle meets one below 108 m/s.
     let resting = slowest_wave_below(&turning(0.0), 108.0).unwrap();
     assert!((resting.speed - 59.0).abs() < 1.0, "{resting:?}");

@@ -3,7 +3,7 @@
 use std::fs;
 
 use serde_json::Value;
-use tyrewave::internals::{Motion, Standing, StaticTyre, modes, plate_tyre, radial_compliance, scene, scene_text};
+use tyrewave::internals::{LoadedTyre, Motion, StaticTyre, modes, plate_tyre, radial_compliance, scene, scene_text};
 use tyrewave::tyre::{Field, InfluenceSum};
 
 use crate::common::{names, run, tyrewave};
@@ -35,7 +35,7 @@ fn modes_of_the_plate_tyre_lie_at_its_resonances() {
 }
 
 #[test]
-fn the_file_of_a_tyre_is_checked_and_described_and_no_scene_to_be_run() {
+fn a_tyre_file_is_checked_and_described_but_not_run() {
     let folder = crate::common::folder_with(&small_scene());
     fs::write(folder.path().join("plate.toml"), toml::to_string(&plate_tyre()).unwrap()).unwrap();
     let text = |output: &[u8]| String::from_utf8_lossy(output).into_owned();
@@ -57,7 +57,7 @@ fn the_file_of_a_tyre_is_checked_and_described_and_no_scene_to_be_run() {
         text(&described.stderr)
     );
     assert!(folder.path().join("results/plate-tyre/tyre.json").is_file());
-    // A mistake in it is told with its place there.
+    // A mistake in it is reported with its place there.
     let wrong = toml::to_string(&plate_tyre()).unwrap().replacen("width =", "widht =", 1);
     fs::write(folder.path().join("plate.toml"), wrong).unwrap();
     let message = text(&tyrewave(folder.path(), &["check", "plate.toml"]).stderr);
@@ -71,9 +71,9 @@ fn small_scene() -> String {
 }
 
 #[test]
-fn a_load_deflects_as_the_contact_at_rest_says_and_more_the_heavier_it_is() {
+fn a_load_deflects_the_tyre_as_the_contact_at_rest() {
     let scene = scene(&small_scene()).scene;
-    let standing = Standing::new(&scene);
+    let standing = LoadedTyre::new(&scene);
     let row = InfluenceSum::new(&scene.tyre, &scene.numerics, 1e5).static_row(Field::Surface);
     let other = StaticTyre { influence: &row, circumference: scene.tyre.circumference };
     for load in [500.0, 3433.5, 6000.0] {
@@ -94,7 +94,7 @@ fn a_load_deflects_as_the_contact_at_rest_says_and_more_the_heavier_it_is() {
 }
 
 #[test]
-fn the_command_tells_modes_loads_and_mobility() {
+fn the_command_shows_modes_loads_and_mobility() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), small_scene()).unwrap();
     let options = ["tyre", "scene.toml", "--waves", "2", "--patch", "50", "--points", "20", "--out", "tyre"];

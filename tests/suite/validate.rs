@@ -26,7 +26,7 @@ fn small(axle: &str) -> String {
 }
 
 #[test]
-fn a_scene_is_held_against_published_values_at_the_speeds_and_roads_asked_for() {
+fn a_scene_is_compared_at_the_wanted_speeds_and_roads() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("small.toml"), small("{ load = 3000.0, tolerance = 0.5 }")).unwrap();
     let arguments = ["validate", "small.toml", "--speeds", "80", "--roads", "dac-11,sma-8", "--out", "out", "--json"];
@@ -54,7 +54,7 @@ fn a_scene_is_held_against_published_values_at_the_speeds_and_roads_asked_for() 
 }
 
 #[test]
-fn speeds_without_published_values_and_axles_without_a_load_are_refused() {
+fn unpublished_speeds_and_axles_without_load_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("held.toml"), small("{ indentation = 0.01, ramp = 0.1 }")).unwrap();
     let refused = |arguments: &[&str]| {

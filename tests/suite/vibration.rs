@@ -280,16 +280,16 @@ fn a_run_in_memory_has_the_velocities_of_one_in_a_folder() {
     let mut in_memory = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
     assert_eq!(in_memory.vibration(), None, "no segment is complete");
     while in_memory.step().unwrap().is_some() {}
-    let heard = in_memory.vibration().unwrap();
+    let vibration = in_memory.vibration().unwrap();
     let results = run(&text);
     let table = fs::read_to_string(results.path("vibration.csv")).unwrap();
     let plan = checked(&loaded).unwrap();
     let slices = slice_errors(&plan);
     let errors = LevelErrors::new(None, true, slices, SliceErrors::force);
-    assert_eq!(vibration_levels_csv(&heard.spectra, 20.0, &errors), table);
+    assert_eq!(vibration_levels_csv(&vibration.spectra, 20.0, &errors), table);
     // Both numbers read from text: the reader may be a unit in the last place off.
     let reported: serde_json::Value =
-        serde_json::from_str(&serde_json::to_string(vibration_summary(&heard)).unwrap()).unwrap();
+        serde_json::from_str(&serde_json::to_string(vibration_summary(&vibration)).unwrap()).unwrap();
     assert_eq!(reported, results.summary()["vibration"]);
 }
 
@@ -470,8 +470,8 @@ fn rates(tracks: &[Vec<f64>], rule: TimeRule, step: f64) -> Vec<Vec<f64>> {
     let length = (2 * steps).next_power_of_two();
     let (forward, inverse) = (transforms::real_forward(length), transforms::real_inverse(length));
     let fall = (FALL / step) as usize;
-    let left = |l: usize| (steps - l).min(fall) as f64 / fall as f64;
-    let window: Vec<f64> = (0..steps).map(|l| 0.5 * (1.0 - (PI * left(l)).cos())).collect();
+    let into_taper = |l: usize| (steps - l).min(fall) as f64 / fall as f64;
+    let window: Vec<f64> = (0..steps).map(|l| 0.5 * (1.0 - (PI * into_taper(l)).cos())).collect();
     let mut bins = forward.make_output_vec();
     let frequency = |k: usize| 2.0 * PI * k as f64 / (length as f64 * step);
     let symbol = |k: usize| TransferKind::Rule.symbol(rule, frequency(k), step) / length as f64;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
 use crate::cli::error::CliError;
-use crate::results::table::Part;
+use crate::results::table::ReportPart;
 use crate::run::{Job, Unwatched};
 use crate::scene::Scene;
 use crate::test_models::{scene, scene_text};
@@ -37,7 +37,7 @@ fn assert_finite(value: &Value, path: &str) {
 }
 
 #[test]
-fn every_figure_and_statement_is_there_with_a_verdict_and_finite_numbers() {
+fn every_figure_and_statement_has_a_verdict_and_finite_numbers() {
     let scene = small();
     let subjects = recompute(&scene, HIGHEST, Job::new(&AtomicBool::new(false), &mut Unwatched)).unwrap();
     let statements: Vec<&Statement> = subjects.iter().flat_map(|subject| &subject.statements).collect();
@@ -70,7 +70,7 @@ fn every_figure_and_statement_is_there_with_a_verdict_and_finite_numbers() {
     let drawn: BTreeSet<&str> = subjects.iter().filter(|of| !of.pictures.is_empty()).map(|of| of.heading).collect();
     assert_eq!(drawn, ["Figure 2", "Figure 3", "Figure 4", "Figure 5", "Figure 6"].into());
     let report = report(&statements, &scene);
-    let Part::Table(table) = &report.parts()[0] else { panic!("{report}") };
+    let ReportPart::Table(table) = &report.parts()[0] else { panic!("{report}") };
     assert_eq!(table.rows().len(), statements.len());
     let page = page(&subjects, &report);
     let drawn = subjects.iter().map(|subject| subject.pictures.len()).sum::<usize>();

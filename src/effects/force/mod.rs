@@ -138,7 +138,6 @@ pub(crate) struct ForceObserver {
 struct Drawn {
     /// Time of each step \[s\].
     time: Vec<f64>,
-    /// Element number of the first column.
     first_element: Vec<i64>,
     /// Forces, step by step \[N\].
     force: Vec<f64>,

@@ -5,8 +5,8 @@ use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::plan::decisions::taken_pattern;
 use crate::plan::sound::SOUND_SEGMENT;
-use crate::plan::{Amounts, Expected, Place, Plan, Unit};
-use crate::radiation::{Body, SetUpCost};
+use crate::plan::{Amounts, Expected, Plan, WorkPlace, WorkUnit};
+use crate::radiation::{RadiatingBody, SetUpCost};
 use crate::response::pressure::open_patch::OpenPatch;
 use crate::response::pressure::{PressureStream, PressureTransfers, TransferPath};
 use crate::response::vibration::SegmentLayout;
@@ -14,7 +14,7 @@ use crate::response::{Orders, SpectrumAccumulator, SqueezedVolumes};
 use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 use crate::tyre::poles::expected_fit;
 
-/// Memory of the sound's transfers over that of their numbers: the rest is kept by the allocator from the files or
+/// Memory of the sound's transfers over that of their numbers: the rest is retained by the allocator from the files or
 /// equations that they came from (measured).
 const TRANSFER_RESERVE: f64 = 1.3;
 /// Time of a wave's response to all components of force over that to normal ones.
@@ -36,7 +36,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let (cells, lateral) = (TransferPath::GRID.around, path.lateral);
     let waves = SurfaceWaves::expected_evaluations(cells / 2, lateral, 0.5 / plan.time_step);
     let evaluation = if plan.decisions.tyre.curvature { expected_fit::CURVED_EVALUATION } else { 1.0 };
-    amounts.add(Stage::Radiation, Unit::Evaluation, evaluation * waves, Place::BeforeOnAll);
+    amounts.add(Stage::Radiation, WorkUnit::Evaluation, evaluation * waves, WorkPlace::BeforeOnAll);
     amounts.count(Counter::ComplianceEvaluations, waves);
     let tyre = &plan.decisions.tyre;
     amounts.cache_bytes +=
@@ -50,7 +50,12 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         let tangential = TractionWaves::bytes(cells / 2, lateral, 0.5 / plan.time_step, turns);
         amounts.hold("answers to tangential forces", tangential);
         let ways = if turns { 2.0 } else { 1.0 };
-        amounts.add(Stage::Radiation, Unit::Evaluation, ways * TRACTION_WAVE * evaluation * waves, Place::BeforeOnAll);
+        amounts.add(
+            Stage::Radiation,
+            WorkUnit::Evaluation,
+            ways * TRACTION_WAVE * evaluation * waves,
+            WorkPlace::BeforeOnAll,
+        );
     }
     let layout = SegmentLayout { columns: columns as usize, ..path.layout };
     let mut streams = vec![PlannedStream::new(path, layout, path.integrals())];
@@ -67,20 +72,20 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     }
     let samples = PressureStream::samples(&layout, steps) as usize;
     let [stored, read] = sound.recorded_samples(samples, plan.speed);
-    amounts.add(Stage::Response, Unit::PassedSample, read, Place::BeforeOnAll);
+    amounts.add(Stage::Response, WorkUnit::PassedSample, read, WorkPlace::BeforeOnAll);
     amounts.hold("pressures to listen to", 4.0 * stored);
     add_streams(amounts, plan, &streams);
 }
 
 /// Adds the boundary elements of a body that are not stored from earlier runs, and the fields under an open patch.
-fn add_set_up(amounts: &mut Amounts, plan: &Plan, path: &TransferPath, body: &Body) {
+fn add_set_up(amounts: &mut Amounts, plan: &Plan, path: &TransferPath, body: &RadiatingBody) {
     let (stage, memory_limit) = (Stage::Radiation, plan.scene.numerics.memory_bytes());
     if let Some(SetUpCost { frequencies, cost, bytes_stored }) =
         path.expected(body, memory_limit, &plan.stored_frequencies)
     {
-        amounts.add(stage, Unit::RadiationOperation, cost.factor_operations, Place::BeforeOnAll);
+        amounts.add(stage, WorkUnit::RadiationOperation, cost.factor_operations, WorkPlace::BeforeOnAll);
         let kernels = cost.far_evaluations + cost.near_evaluations;
-        amounts.add(stage, Unit::RadiationKernel, kernels, Place::BeforeOnAll);
+        amounts.add(stage, WorkUnit::RadiationKernel, kernels, WorkPlace::BeforeOnAll);
         amounts.count(Counter::RadiationKernels, kernels);
         amounts.count(Counter::RadiationSolves, frequencies as f64);
         amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(cost.bytes as f64);
@@ -93,7 +98,7 @@ fn add_set_up(amounts: &mut Amounts, plan: &Plan, path: &TransferPath, body: &Bo
     }
     if let Some(open) = OpenPatch::of(path, body, &[]) {
         let [multiply_adds, bytes] = open.expected(path);
-        amounts.add(stage, Unit::RadiationOperation, 8.0 * multiply_adds, Place::BeforeOnAll);
+        amounts.add(stage, WorkUnit::RadiationOperation, 8.0 * multiply_adds, WorkPlace::BeforeOnAll);
         amounts.hold("field under the patch", bytes);
     }
 }
@@ -130,9 +135,9 @@ impl PlannedStream {
         let [of_pass, of_blocks] = [multiply_adds(0), multiply_adds(blocks as usize)]
             .map(|[shared, each]| shared * batches + each * *points as f64);
         let products = of_blocks + (passes as f64 - 1.0) * of_pass;
-        amounts.add(Stage::Sound, Unit::TransferMultiplyAdd, products, Place::MarchOnAll);
+        amounts.add(Stage::Sound, WorkUnit::TransferMultiplyAdd, products, WorkPlace::MarchOnAll);
         let transforms = 0.5 * (layout.places() + points) as f64 * transform_multiply_adds(layout.length());
-        amounts.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks as f64 * transforms, Place::MarchOnAll);
+        amounts.add(Stage::Sound, WorkUnit::SoundMultiplyAdd, blocks as f64 * transforms, WorkPlace::MarchOnAll);
     }
 }
 
@@ -141,9 +146,9 @@ fn add_streams(amounts: &mut Amounts, plan: &Plan, streams: &[PlannedStream]) {
     let Some(PlannedStream { layout, .. }) = streams.first() else { return };
     let steps = plan.steps - plan.warm_up_steps;
     let bytes = |waiting: usize| streams.iter().map(|stream| stream.bytes(waiting)).sum::<f64>();
-    let left = plan.scene.numerics.memory_bytes() as f64 - amounts.step_memory_on(1) - bytes(0);
-    let room = left / (IN_CHECKPOINT * (bytes(1) - bytes(0)));
-    let waiting = PressureStream::most_waiting(layout, steps, room);
+    let memory = plan.scene.numerics.memory_bytes() as f64 - amounts.step_memory_on(1) - bytes(0);
+    let blocks_in_memory = memory / (IN_CHECKPOINT * (bytes(1) - bytes(0)));
+    let waiting = PressureStream::most_waiting(layout, steps, blocks_in_memory);
     let blocks = PressureStream::blocks(layout, steps);
     let passes = blocks.div_ceil(waiting as u64);
     streams.iter().for_each(|stream| stream.add_work(amounts, blocks, passes));

@@ -3,16 +3,16 @@
 use super::squeeze::found_blocks;
 use crate::contact::cells::gaps::PLACES;
 use crate::numeric::SplitRule;
-use crate::plan::decisions::{Decided, Decisions, Row, given};
+use crate::plan::decisions::{Decided, DecisionRow, Decisions, given};
 use crate::plan::sound::channels;
 use crate::radiation::draft::{DraftError, DraftErrors};
 use crate::response::pressure::open_patch::waves_for;
 use crate::scene::{AirMotion, PatchAir, Pitches, Radiation, RadiationQuality, Scene, Switch};
 
 /// Rows of the radiation, of the sidewalls, of the air under the patch, and of the squeeze of blocks.
-pub(super) static ROWS: [Row; 4] = [RADIATION, SIDES, PATCH, SQUEEZE];
+pub(super) static ROWS: [DecisionRow; 4] = [RADIATION, SIDES, PATCH, SQUEEZE];
 
-const RADIATION: Row = Row {
+const RADIATION: DecisionRow = DecisionRow {
     title: "radiation",
     short: "radiation",
     decide: |scene, _| decide(scene),
@@ -55,7 +55,7 @@ fn decide(scene: &Scene) -> Decided {
     Decided { on: true, form, reason }
 }
 
-const SIDES: Row = Row {
+const SIDES: DecisionRow = DecisionRow {
     title: "sound of the sidewalls",
     short: "sides",
     decide: |scene, _| decide_sides(scene),
@@ -88,7 +88,7 @@ fn decide_sides(scene: &Scene) -> Decided {
     Decided { on: true, form, reason: reason.to_owned() }
 }
 
-const PATCH: Row = Row {
+const PATCH: DecisionRow = DecisionRow {
     title: "air under the patch",
     short: "air",
     decide: |scene, decisions| decide_patch(scene, decisions),
@@ -138,7 +138,7 @@ fn decide_patch(scene: &Scene, decisions: &Decisions) -> Decided {
     Decided { on: true, form, reason: given.unwrap_or_else(|| format!("air_pumping.patch = \"{patch}\"")) }
 }
 
-const SQUEEZE: Row = Row {
+const SQUEEZE: DecisionRow = DecisionRow {
     title: "squeeze of blocks",
     short: "squeeze",
     decide: decide_squeeze,

@@ -3,7 +3,7 @@
 use crate::plan::Plan;
 use crate::plan::sound::Sound;
 use crate::radiation::air::{HEAT_RATIO, STANDARD_PRESSURE};
-use crate::radiation::gap::patch::Channel;
+use crate::radiation::gap::patch::GapChannel;
 use crate::radiation::gap::resonance::Resonance;
 use crate::response::pressure::open_patch::{GrooveFields, OpenPatch, root_mean};
 use crate::results::table::{csv, optional, row};
@@ -52,7 +52,7 @@ impl GrooveFields {
             let largest = optional(pressures.get(groove).map(|middle| middle.largest));
             for receiver in &sound.receivers {
                 for (frequency, middle) in self.frequencies.iter().zip(&self.middle[receiver.points.start]) {
-                    let Channel { position, width, depth } = channel;
+                    let GapChannel { position, width, depth } = channel;
                     let level = middle[groove];
                     rows.push(row([
                         &groove,
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn pressures_above_a_hundredth_of_the_airs_are_counted_and_warned_of() {
+    fn pressures_above_one_percent_of_the_airs_are_warned_of() {
         let mut middle = MiddlePressure::default();
         middle.take(&[0.0, -1400.0, 1400.0]);
         assert_eq!(middle.warning(1), None);

@@ -24,10 +24,10 @@ use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
 use crate::counters::{Counter, Job, Meter, Stage, Work};
-use crate::plan::decisions::{Row, taken_pattern};
+use crate::plan::decisions::{DecisionRow, taken_pattern};
 use crate::plan::receivers::PlannedReceiver;
 use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT, Sound};
-use crate::plan::{Amounts, Choice, Decisions, Plan};
+use crate::plan::{Amounts, Decisions, Plan, PlannedSetting};
 use crate::radiation::RadiationError;
 use crate::response::pressure::open_patch::{GrooveFields, waves_for};
 use crate::response::pressure::set_up::{FoundTransfers, SetUp};
@@ -52,7 +52,7 @@ impl Effect for SoundEffect {
         "sound"
     }
 
-    fn rows(&self) -> &'static [Row] {
+    fn rows(&self) -> &'static [DecisionRow] {
         &decision::ROWS
     }
 
@@ -64,10 +64,10 @@ impl Effect for SoundEffect {
         Ok(())
     }
 
-    fn choice(&self, plan: &Plan) -> Option<Choice> {
+    fn choice(&self, plan: &Plan) -> Option<PlannedSetting> {
         let path = plan.sound().filter(|_| plan.decisions.zone == Zone::Cells)?.path;
         let reason = format!("even waves across; with the odd ones between them {} radiate", path.lateral);
-        Some(Choice { key: "radiation.lateral_waves", value: path.radiation.lateral_waves.to_string(), reason })
+        Some(PlannedSetting { key: "radiation.lateral_waves", value: path.radiation.lateral_waves.to_string(), reason })
     }
 
     fn notes(&self, plan: &Plan) -> Vec<String> {
@@ -93,9 +93,9 @@ impl Effect for SoundEffect {
             quantity: SOUND_LEVEL,
             column: SOUND_COLUMN,
             errors: |stored| {
-                let own = stored.summary.sound.as_ref().and_then(|sound| sound.error.of_bands());
+                let numerical = stored.summary.sound.as_ref().and_then(|sound| sound.error.of_bands());
                 let (by_slices, slices) = (stored.plan.by_slices(), stored.summary.contact.slices.as_ref());
-                LevelErrors::new(own, by_slices, slices, SliceErrors::sound)
+                LevelErrors::new(numerical, by_slices, slices, SliceErrors::sound)
             },
         }]
     }
@@ -216,9 +216,9 @@ impl Summed<'_> {
         self.pressures.of(receiver, |block| sum.extend_from_slice(block));
         let mut from = 0;
         squeezed.of(receiver, |block| {
-            let own = &mut sum[from..from + block.len()];
-            own.iter_mut().zip(block).for_each(|(sum, more)| *sum += more);
-            take(own);
+            let covered = &mut sum[from..from + block.len()];
+            covered.iter_mut().zip(block).for_each(|(sum, more)| *sum += more);
+            take(covered);
             from += block.len();
         });
     }
@@ -419,9 +419,9 @@ impl EffectObserver for SoundObserver {
         state.all([&mut self.signals, &mut self.orders, &mut self.middle_pressures])
     }
 
-    fn blocks_left(&self, within: u64) -> (u64, Option<Stage>) {
-        let (left, is_near) = self.stream.blocks_left(within as usize);
-        (left, is_near.then_some(Stage::Sound))
+    fn remaining_blocks(&self, within: u64) -> (u64, Option<Stage>) {
+        let (remaining, is_near) = self.stream.remaining_blocks(within as usize);
+        (remaining, is_near.then_some(Stage::Sound))
     }
 
     fn report(&self, end: &End<'_>, found: &mut Found) {

@@ -29,8 +29,8 @@ fn played_full_scale<'a>(all: impl Iterator<Item = &'a AudioSummary>) -> f64 {
 }
 
 /// Blocks of the sound. A receiver has one full scale in all runs of the page, and the players state their gain over
-/// the calibrated files: differences in loudness between runs are kept. Each receiver has its own scale, since levels
-/// beside the road are far below those close to the tyre.
+/// the calibrated files: differences in loudness between runs are audible. Each receiver has a separate scale, since
+/// levels beside the road are far below those close to the tyre.
 pub(super) fn blocks(stored: &Stored, all: &[Stored]) -> Result<Vec<Block>, ReportError> {
     let Some(sound) = &stored.summary.sound else { return Ok(Vec::new()) };
     let levels_at = sound.receivers.iter().map(|receiver| [receiver.name.clone(), receiver.text()]);
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sounds_of_a_receiver_are_played_at_one_scale_that_brings_the_loudest_to_3_db_below_full_scale() {
+    fn sounds_of_a_receiver_are_played_at_one_scale() {
         let audio = |full_scale, peak| AudioSummary {
             file: String::new(),
             full_scale,

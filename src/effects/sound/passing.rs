@@ -54,7 +54,7 @@ struct Tyre {
 pub(super) struct RecordedPassage {
     /// By passage, A-weighted levels F \[dB\] at the samples of a line; minus infinity at samples outside the passage.
     pub(super) levels: Vec<Vec<f64>>,
-    /// Pressure of the first passage \[Pa\]: all tyres if each has its own stretch of the run, else the first one
+    /// Pressure of the first passage \[Pa\]: all tyres if each has another stretch of the run, else the first one
     /// alone, since the same noise from several places would sound like an echo.
     pub(super) sound: Vec<f64>,
     /// Number of tyres in it.
@@ -157,7 +157,7 @@ impl Passing {
             let read = |stretch: usize| {
                 let pressures = band_pass(&line.pressures(stretch, signals)?, FILE_RATE, &self.band);
                 let levels = self.levels(&pressures)?;
-                // In the first passage a tyre has the stretch of its own number.
+                // In the first passage a tyre has the stretch of its number.
                 let tyre = self.tyres[..sounding].get(stretch).filter(|tyre| tyre.line == number);
                 Some((levels, tyre.map(|tyre| (tyre, pressures))))
             };

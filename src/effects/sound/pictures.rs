@@ -82,11 +82,11 @@ pub(super) fn draw_pass_by(
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
     let title = format!("Passing {}: {}", receiver.name, loaded.title());
-    let who = if receiver.vehicle().is_some() { "Middle of the vehicle" } else { "Tyre" };
+    let subject = if receiver.vehicle().is_some() { "Middle of the vehicle" } else { "Tyre" };
     let points: Vec<(f64, f64)> = rows.iter().map(|[_, place, level]| (-place, *level)).collect();
     let plot = LinePlot {
         title: &title,
-        x: Axis::linear_around(format!("{who} ahead of the microphone [m]"), points.iter().map(|point| point.0)),
+        x: Axis::linear_around(format!("{subject} ahead of the microphone [m]"), points.iter().map(|point| point.0)),
         y: Axis::linear_around("A-weighted level, F [dB(A)]", points.iter().map(|point| point.1)),
         series: vec![Series { name: "", points }],
     };

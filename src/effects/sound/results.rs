@@ -199,7 +199,6 @@ impl SoundObserver {
         self.level_errors(error.of_bands()).overall(error.level_a, &levels.a_weighted)
     }
 
-    /// Errors of levels with this numerical error.
     fn level_errors(&self, numerical: Option<(f64, f64)>) -> LevelErrors {
         LevelErrors::new(numerical, self.by_slices, self.slice_errors.as_ref(), SliceErrors::sound)
     }
@@ -320,8 +319,8 @@ fn write_pass_by(
             [middle.time(sample), middle.place(sample), mean]
         })
         .collect();
-    let who = if receiver.vehicle().is_some() { "vehicle" } else { "tyre" };
-    let place = format!("{who}_ahead_of_microphone_m");
+    let subject = if receiver.vehicle().is_some() { "vehicle" } else { "tyre" };
+    let place = format!("{subject}_ahead_of_microphone_m");
     let rows = reported.iter().map(|&[time, place, level]| [time, -place, level]);
     let text = csv(["time_s", &place, "level_db_a_fast"], rows);
     let file = format!("pass_by_{}.csv", receiver.file);

@@ -37,7 +37,7 @@ pub(super) fn layout(sound: &SegmentLayout, squeeze: &Squeeze, margin: usize) ->
     SegmentLayout {
         columns: sound.columns + 2 * margin,
         first_position: sound.first_position - margin as f64 * element,
-        across: Across::Resolved { components: squeeze.across, kept: 0 },
+        across: Across::Resolved { components: squeeze.across, values: 0 },
         ..*sound
     }
 }

@@ -1,20 +1,23 @@
 //! Pattern of the tread: its map, its pitches' spectrum, and the contact force by order of the revolution.
 
-mod orders;
-
 use super::effect::{Begin, Effect};
 use super::error::RunError;
-use super::observer::{EffectObserver, End, Found, Observer, Step};
+use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
 use super::section::{ReportError, Section, pictures};
 use super::stored::Stored;
 use crate::counters::{Job, Meter};
 use crate::plan::decisions::{taken_pattern, takes_depths, tread_map};
 use crate::plan::{Amounts, Decisions, Plan};
-use crate::response::Orders;
+use crate::response::{Order, Orders};
 use crate::results::files::ResultFiles;
+use crate::results::plots::{Axis, LinePlot, Series};
+use crate::results::table::csv;
 use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::scene::{BlockModel, LoadedScene, Scene, SceneError, Switch, Zone};
 use crate::storage::state::{Evolving, StateError, StateStream};
+
+/// Range of levels that is drawn, below the highest \[dB\].
+const DEPTH: f64 = 80.0;
 
 pub(crate) struct TreadPatternEffect;
 
@@ -104,7 +107,7 @@ impl EffectObserver for PatternObserver {
         files.write_text("pattern.csv", &pattern_csv(&map, *speed))?;
         let by_order = self.orders.found(speed / scene.tyre.circumference);
         if let Some(by_order) = &by_order {
-            files.write_text("orders.csv", &orders::to_csv(by_order, &found.pressures_by_order))?;
+            files.write_text("orders.csv", &orders_csv(by_order, &found.pressures_by_order))?;
         }
         if !scene.outputs.plots {
             return Ok(());
@@ -115,8 +118,40 @@ impl EffectObserver for PatternObserver {
             files.write_text("pitch_spectrum.svg", &pitch_spectrum(train, *speed, &title))?;
         }
         if let Some(by_order) = &by_order {
-            files.write_text("orders.svg", &orders::picture(by_order, &title))?;
+            files.write_text("orders.svg", &orders_picture(by_order, &title))?;
         }
         Ok(())
     }
+}
+
+/// Table with a row for each order: the force, and the pressures at some receivers.
+fn orders_csv(orders: &[Order], receivers: &[ReceiverOrders]) -> String {
+    let pressures = receivers.iter().map(|of| format!("pressure_pa_{}", of.receiver));
+    let header = ["order", "frequency_hz", "force_n", "repeated_force_n"].map(str::to_owned);
+    let header: Vec<String> = header.into_iter().chain(pressures).collect();
+    let line = |of: &Order| {
+        let pressures = receivers.iter().map(|receiver| receiver.pressures.get(of.order).copied().unwrap_or_default());
+        [of.order as f64, of.frequency, of.all, of.repeated].into_iter().chain(pressures).collect::<Vec<f64>>()
+    };
+    csv(header.iter().map(String::as_str), orders.iter().map(line))
+}
+
+/// Picture of the forces over the order.
+fn orders_picture(orders: &[Order], title: &str) -> String {
+    // Orders above a kilohertz or two are in the table alone.
+    let shown = &orders[1..orders.len().min(1 + orders.len() / 2)];
+    let level = |force: f64| 20.0 * force.max(f64::MIN_POSITIVE).log10();
+    let highest = shown.iter().map(|of| level(of.all)).fold(-DEPTH, f64::max);
+    let lowest = highest - DEPTH;
+    let series = |name, value: fn(&Order) -> f64| Series {
+        name,
+        points: shown.iter().map(|of| (of.order as f64, level(value(of)).max(lowest))).collect(),
+    };
+    LinePlot {
+        title,
+        x: Axis::linear("Order of the revolution", 0.0..shown.len() as f64),
+        y: Axis::linear("Contact force [dB re 1 N]", lowest..highest + 5.0),
+        series: vec![series("all", |of| of.all), series("repeated", |of| of.repeated)],
+    }
+    .to_svg()
 }

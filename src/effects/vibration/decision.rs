@@ -1,12 +1,12 @@
 //! Rows of the plan on the velocities of belt and tread.
 
-use crate::plan::decisions::{Decided, Row, given};
+use crate::plan::decisions::{Decided, DecisionRow, given};
 use crate::scene::{Effects, Scene, Switch, Vibration};
 
 /// A velocity's row, with its settings among the effects and the outputs.
 macro_rules! row {
     ($title:literal, $short:literal, $effect:ident, $output:ident) => {
-        Row {
+        DecisionRow {
             title: $title,
             short: $short,
             decide: |scene, _| velocity(scene, scene.effects.$effect, stringify!($effect), |wanted| wanted.$output),
@@ -20,7 +20,7 @@ macro_rules! row {
 }
 
 /// Rows of tread, belt and tangential motion.
-pub(super) static ROWS: [Row; 3] = [
+pub(super) static ROWS: [DecisionRow; 3] = [
     row!("tread vibration", "vibration", tread_vibration, tread),
     row!("belt vibration", "belt", belt_vibration, belt),
     row!("tangential motion", "tangential", tangential_motion, tangential),

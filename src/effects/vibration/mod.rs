@@ -1,6 +1,6 @@
 //! Vibration of a run: taken step by step, written at the end by `results`.
 //!
-//! Without a request in the plan there is no observer, no table, and no model is kept.
+//! Without a request in the plan there is no observer, no table, and no model is stored.
 
 mod answer;
 mod decision;
@@ -15,8 +15,8 @@ use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures_of};
 use super::stored::Stored;
 use crate::counters::{Counter, Job, Meter, Stage, Work};
-use crate::plan::decisions::Row;
-use crate::plan::{Amounts, Choice, Plan, bytes};
+use crate::plan::decisions::DecisionRow;
+use crate::plan::{Amounts, Plan, PlannedSetting, bytes};
 use crate::response::vibration::{
     ElementVelocities, ResolvedQuantities, ResolvedVelocity, SegmentLayout, TransferKind, VelocityTable,
     VibrationAccumulator, VibrationField, point_bytes,
@@ -52,7 +52,7 @@ impl Effect for VibrationEffect {
         &CHANNELS
     }
 
-    fn rows(&self) -> &'static [Row] {
+    fn rows(&self) -> &'static [DecisionRow] {
         &decision::ROWS
     }
 
@@ -64,7 +64,7 @@ impl Effect for VibrationEffect {
         planned::check_elements(loaded, scene)
     }
 
-    fn choice(&self, plan: &Plan) -> Option<Choice> {
+    fn choice(&self, plan: &Plan) -> Option<PlannedSetting> {
         plan.waves_in_mean()
     }
 
@@ -111,7 +111,6 @@ pub struct VibrationObserver {
     fields: Vec<VibrationField>,
     /// Highest frequency up to which levels are valid \[Hz\].
     valid_to: f64,
-    /// Errors of the levels.
     errors: LevelErrors,
     /// Number of steps after the warm-up.
     steps: u64,
@@ -197,8 +196,8 @@ impl VibrationObserver {
         let tables_known = known.is_some();
         let (accumulator, tables) = match known {
             None => (VibrationAccumulator::new(layout), None),
-            Some((velocities, kept)) => {
-                (VibrationAccumulator::resolved(layout, ResolvedQuantities::Velocities(velocities)), Some(kept))
+            Some((velocities, tables)) => {
+                (VibrationAccumulator::resolved(layout, ResolvedQuantities::Velocities(velocities)), Some(tables))
             }
         };
         let (valid_to, errors) = (contact.force_valid_to(), level_errors(plan, contact.slice_errors.as_ref()));
@@ -222,21 +221,21 @@ impl VibrationObserver {
     /// the window's first column at the first step.
     fn add_points(&mut self, first_element: i64, known: Option<Vec<VelocityTable>>) {
         let layout = *self.accumulator.layout();
-        let mut kept = Vec::new();
+        let mut retained = Vec::new();
         let Self { accumulator, tyre, wanted, fields, .. } = self;
         let mut take = |table: VelocityTable| {
             accumulator.add_points(&table, &wanted.points);
             if !wanted.elements.is_empty() {
-                kept.push(table);
+                retained.push(table);
             }
         };
         match known {
             Some(known) => known.into_iter().for_each(take),
             None => tables(&layout, tyre, fields, &mut take),
         }
-        if !kept.is_empty() {
+        if !retained.is_empty() {
             let elements = self.wanted.elements.clone();
-            self.accumulator.set_elements(ElementVelocities::new(&layout, first_element, kept, elements));
+            self.accumulator.set_elements(ElementVelocities::new(&layout, first_element, retained, elements));
         }
     }
 
@@ -302,21 +301,21 @@ fn tables(layout: &SegmentLayout, tyre: &TyreAnswer, fields: &[VibrationField], 
     fields.iter().filter_map(table).for_each(take);
 }
 
-/// Transfers of forces on cells, and their tables if they are kept.
+/// Transfers of forces on cells, and their tables if they are retained.
 fn known(
     layout: &SegmentLayout,
     tyre: &TyreAnswer,
     fields: &[VibrationField],
     keep: bool,
 ) -> (Vec<ResolvedVelocity>, Vec<VelocityTable>) {
-    let (mut velocities, mut kept) = (Vec::new(), Vec::new());
+    let (mut velocities, mut retained) = (Vec::new(), Vec::new());
     tables(layout, tyre, fields, &mut |table| {
         velocities.push(ResolvedVelocity::of(&table, layout));
         if keep {
-            kept.push(table);
+            retained.push(table);
         }
     });
-    (velocities, kept)
+    (velocities, retained)
 }
 
 /// Counts the cost of a segment; `transforms` and `multiply_adds` are those of its elements.

@@ -3,8 +3,8 @@
 use super::decision::wanted;
 use crate::counters::{Counter, Stage};
 use crate::plan::amounts::wavenumbers;
-use crate::plan::settle::Choice;
-use crate::plan::{Amounts, Place, Plan, Unit};
+use crate::plan::settle::PlannedSetting;
+use crate::plan::{Amounts, Plan, WorkPlace, WorkUnit};
 use crate::response::vibration::{
     Across, ElementVelocities, ResolvedPower, ResolvedVelocity, SegmentLayout, VelocityTable, VibrationAccumulator,
     point_bytes,
@@ -45,7 +45,6 @@ pub struct CellSegments {
 }
 
 impl Vibration {
-    /// Number of fields.
     fn fields(&self) -> usize {
         [self.tread, self.belt, self.tangential].map(usize::from).iter().sum()
     }
@@ -72,7 +71,7 @@ impl Plan {
         let tolerance = vibration.lateral_tolerance.unwrap_or(Vibration::LATERAL_TOLERANCE);
         let in_mean = grid.numbers_in_mean(tolerance, last);
         let carried = last + 1 - grid.waves().first_lateral_number();
-        let resolved = |components: usize, kept: usize| Across::Resolved { components, kept };
+        let resolved = |components: usize, values: usize| Across::Resolved { components, values };
         let forces = if self.scene.has_tractions() { 3 } else { 1 };
         let velocities = SegmentLayout { across: resolved(forces * in_mean.len(), vibration.fields()), ..even };
         let revolutions = revolutions.min(POWER_REVOLUTIONS);
@@ -81,10 +80,10 @@ impl Plan {
     }
 
     /// Number of lateral waves that contribute to the velocities for forces on cells, as a choice.
-    pub(super) fn waves_in_mean(&self) -> Option<Choice> {
+    pub(super) fn waves_in_mean(&self) -> Option<PlannedSetting> {
         let vibration = self.vibration().filter(|_| self.decisions.zone == Zone::Cells)?;
         let cells = self.vibration_segments(&vibration, 1)?.cells?;
-        Some(Choice {
+        Some(PlannedSetting {
             key: "outputs.vibration.lateral_tolerance",
             value: short(vibration.lateral_tolerance.unwrap_or(Vibration::LATERAL_TOLERANCE)),
             reason: format!(
@@ -131,16 +130,16 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let layout = segments.velocities;
     let steps = (plan.steps - plan.warm_up_steps) as f64;
     let count = |layout: &SegmentLayout| (2.0 * steps / layout.length() as f64 - 1.0).max(1.0).floor();
-    let unit = Unit::VibrationMultiplyAdd;
+    let unit = WorkUnit::VibrationMultiplyAdd;
     let wanted = vibration.fields();
     let mut multiply_adds = layout.multiply_adds();
     if !vibration.elements.is_empty() {
         multiply_adds += ElementVelocities::multiply_adds(&layout, wanted * vibration.elements.len());
     }
-    amounts.add(Stage::Vibration, unit, count(&layout) * multiply_adds, Place::March);
+    amounts.add(Stage::Vibration, unit, count(&layout) * multiply_adds, WorkPlace::March);
     if let Some(cells) = segments.cells.as_ref().filter(|_| !plan.scene.has_tractions()) {
         let multiply_adds = count(&cells.power) * cells.power.multiply_adds();
-        amounts.add(Stage::Vibration, unit, multiply_adds, Place::March);
+        amounts.add(Stage::Vibration, unit, multiply_adds, WorkPlace::March);
     }
     let fields = wanted as f64;
     // Each field once for the spectra, once more for the points and for the exact transfer; a pair of poles counts as
@@ -159,14 +158,14 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         Some(cells) => add_models(amounts, plan, cells.in_mean.len()),
     };
     let bins = (layout.stages() * layout.bins()) as f64;
-    amounts.add(Stage::Vibration, Unit::VibrationPole, times * poles * bins, Place::Before);
+    amounts.add(Stage::Vibration, WorkUnit::VibrationPole, times * poles * bins, WorkPlace::Before);
     if vibration.tangential {
-        amounts.add(Stage::Influence, Unit::TangentialPole, poles, Place::BeforeOnAll);
+        amounts.add(Stage::Influence, WorkUnit::TangentialPole, poles, WorkPlace::BeforeOnAll);
     }
     if scene.outputs.plots {
         // A map has a thousand times as much to draw as a spectrum.
         let maps = if vibration.map { 2.0 * fields * MAP_PLOTS } else { 0.0 };
-        amounts.add(Stage::Response, Unit::Plot, 1.0 + maps, Place::Before);
+        amounts.add(Stage::Response, WorkUnit::Plot, 1.0 + maps, WorkPlace::Before);
     }
     let evaluations = times * wavenumbers(scene) * bins * layout.components() as f64;
     amounts.count(Counter::VibrationEvaluations, evaluations);
@@ -178,7 +177,12 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     } else if let Some(CellSegments { power, .. }) = &segments.cells {
         let [waves, ..] = plan.expected_waves(amounts.expected.columns);
         let of_stages = (power.stages() * power.stages() * power.bins()) as f64;
-        amounts.add(Stage::Vibration, Unit::VibrationPole, parts * 0.5 * amounts.poles * of_stages, Place::Before);
+        amounts.add(
+            Stage::Vibration,
+            WorkUnit::VibrationPole,
+            parts * 0.5 * amounts.poles * of_stages,
+            WorkPlace::Before,
+        );
         amounts.count(Counter::VibrationEvaluations, parts * waves * of_stages);
         // Tables exist one after the other, unless places need them all.
         let double = if at_places { fields } else { 1.0 } * VelocityTable::bytes(&layout, turns);
@@ -194,7 +198,7 @@ fn add_models(amounts: &mut Amounts, plan: &Plan, numbers: usize) -> f64 {
     let waves = wavenumbers(&plan.scene) * numbers as f64;
     let terms = lateral_terms(plan.scene.numerics.wavenumber_aliases) as f64 / lateral_terms(Some(1)) as f64;
     let growth = expected_fit::growth(plan.fit.tolerance, &plan.decisions.tyre);
-    amounts.add(Stage::Fit, Unit::Fit, WAVE_FIT * growth * terms * waves / 257.0, Place::BeforeOnAll);
+    amounts.add(Stage::Fit, WorkUnit::Fit, WAVE_FIT * growth * terms * waves / 257.0, WorkPlace::BeforeOnAll);
     amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(expected_fit::BYTES);
     let poles = plan.expected_poles_of_wave() * waves;
     amounts.hold("models of the lateral numbers", 24.0 * poles);

@@ -9,7 +9,7 @@ use crate::response::vibration::{
 };
 use crate::response::{BandLevel, LateralForces, LevelErrors, PowerSpectrum};
 use crate::results::files::ResultFiles;
-use crate::results::npy::{Row, array_file};
+use crate::results::npy::{ArrayRow, array_file};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::vibration::{
@@ -208,14 +208,14 @@ impl VibrationObserver {
             ];
             for (_, frame, map, rotation) in frames.into_iter().filter(|(wanted, ..)| *wanted) {
                 let name = format!("vibration_map_{}_{frame}", field.field.name());
-                write_rows(folder, &format!("{name}.npy"), &map.density, Row::Columns(map.wavenumbers), meter)?;
+                write_rows(folder, &format!("{name}.npy"), &map.density, ArrayRow::Columns(map.wavenumbers), meter)?;
                 if !axes_written {
                     let rows = map.density.len() / map.wavenumbers;
                     let frequencies: Vec<f64> = (0..rows).map(|row| (row as f64 + 0.5) * map.row_width).collect();
                     let half = (map.wavenumbers / 2) as f64;
                     let wavenumbers: Vec<f64> = (0..map.wavenumbers).map(|index| index as f64 - half).collect();
-                    write_rows(folder, "vibration_map_frequency.npy", &frequencies, Row::Scalar, meter)?;
-                    write_rows(folder, "vibration_map_wavenumber.npy", &wavenumbers, Row::Scalar, meter)?;
+                    write_rows(folder, "vibration_map_frequency.npy", &frequencies, ArrayRow::Scalar, meter)?;
+                    write_rows(folder, "vibration_map_wavenumber.npy", &wavenumbers, ArrayRow::Scalar, meter)?;
                     axes_written = true;
                 }
                 if loaded.scene.outputs.plots {
@@ -302,7 +302,7 @@ fn write_rows(
     folder: &dyn ResultFiles,
     name: &str,
     values: &[f64],
-    row: Row,
+    row: ArrayRow,
     meter: &mut Meter,
 ) -> Result<(), RunError> {
     let file = array_file(values, row);

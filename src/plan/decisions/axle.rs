@@ -1,6 +1,6 @@
 //! Motion of the axle.
 
-use super::row::{Decided, Row};
+use super::row::{Decided, DecisionRow};
 use super::values::Decisions;
 use crate::scene::{Axle, Scene};
 
@@ -8,7 +8,7 @@ use crate::scene::{Axle, Scene};
 /// whose axle is switched to motion.
 pub(crate) const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
 
-pub(super) const AXLE: Row = Row {
+pub(super) const AXLE: DecisionRow = DecisionRow {
     title: "axle motion",
     short: "axle",
     decide,

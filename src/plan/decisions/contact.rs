@@ -1,13 +1,13 @@
 //! Zone of the contact, texture, and coupling of points in contact.
 
-use super::row::{Decided, Row, given};
+use super::row::{Decided, DecisionRow, given};
 use super::tread_pattern::taken_pattern;
 use super::values::Decisions;
 use crate::road::Lattice;
 use crate::scene::{PatchAir, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};
 use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
 
-pub(super) const ZONE: Row = Row {
+pub(super) const ZONE: DecisionRow = DecisionRow {
     title: "contact in three dimensions",
     short: "cells",
     decide: zone,
@@ -34,7 +34,7 @@ pub(super) const ZONE: Row = Row {
     of_cells: true,
 };
 
-pub(super) const TEXTURE: Row = Row {
+pub(super) const TEXTURE: DecisionRow = DecisionRow {
     title: "texture across the width",
     short: "texture",
     decide: texture,
@@ -47,7 +47,7 @@ pub(super) const TEXTURE: Row = Row {
     of_cells: false,
 };
 
-pub(super) const SLICE_COUPLING: Row = Row {
+pub(super) const SLICE_COUPLING: DecisionRow = DecisionRow {
     title: "slice coupling",
     short: "slices",
     decide: slice_coupling,
@@ -61,7 +61,7 @@ pub(super) const SLICE_COUPLING: Row = Row {
     of_cells: false,
 };
 
-pub(super) const TREAD_COUPLING: Row = Row {
+pub(super) const TREAD_COUPLING: DecisionRow = DecisionRow {
     title: "tread coupling",
     short: "tread",
     decide: tread_coupling,

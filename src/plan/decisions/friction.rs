@@ -1,10 +1,10 @@
 //! Friction: whether tangential forces act, and by which law.
 
-use super::row::{Decided, Row, given};
+use super::row::{Decided, DecisionRow, given};
 use super::values::Decisions;
 use crate::scene::{Coefficient, FallingFriction, LongitudinalCreep, Scene, Switch};
 
-pub(super) const FRICTION: Row = Row {
+pub(super) const FRICTION: DecisionRow = DecisionRow {
     title: "friction",
     short: "friction",
     decide: friction,

@@ -13,28 +13,28 @@ mod values;
 
 use crate::scene::{History, Road, Scene, Zone};
 pub(crate) use contact::{cells_across, square_cells};
-pub(crate) use row::{Decided, Row, given};
+pub(crate) use row::{Decided, DecisionRow, given};
 pub(crate) use tread_pattern::{taken_pattern, takes_depths, tread_blocks, tread_map};
 pub(crate) use values::Decision;
 pub use values::Decisions;
 
 /// Choices of the physics, in the order of the computation.
-pub(crate) static PHYSICS: [Row; 7] = [
+pub(crate) static PHYSICS: [DecisionRow; 7] = [
     rotation::ROTATION,
     contact::ZONE,
     contact::TEXTURE,
     contact::SLICE_COUPLING,
     contact::TREAD_COUPLING,
     axle::AXLE,
-    Row { title: "memory of the tyre", short: "memory", decide: history, switch: None, of_cells: false },
+    DecisionRow { title: "memory of the tyre", short: "memory", decide: history, switch: None, of_cells: false },
 ];
 
 /// Choices of the physics that are listed after the effects.
-pub(crate) static LATE: [Row; 3] = [friction::FRICTION, tread_pattern::TREAD_PATTERN, tread_pattern::BLOCKS];
+pub(crate) static LATE: [DecisionRow; 3] = [friction::FRICTION, tread_pattern::TREAD_PATTERN, tread_pattern::BLOCKS];
 
 impl Decisions {
     /// Decides on a scene row by row; `takes_models`: an effect uses the models of the tyre.
-    pub(crate) fn by<'a>(rows: impl Iterator<Item = &'a Row>, scene: &Scene, takes_models: bool) -> Self {
+    pub(crate) fn by<'a>(rows: impl Iterator<Item = &'a DecisionRow>, scene: &Scene, takes_models: bool) -> Self {
         let single = matches!(scene.road, Road::Smooth) || scene.contact.zone == Zone::Cells;
         let mut decisions = Self {
             zone: scene.contact.zone,
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_curved_tyre_turns_against_the_count_of_its_elements_unless_it_is_held() {
+    fn a_curved_tyre_turns_against_its_elements_unless_held() {
         let flat = of(|_| ());
         assert!(!flat.rows[0].on && flat.rows[0].reason.contains("flat plate"), "{}", flat.rows[0].reason);
         let text = on_springs(DEFAULT);

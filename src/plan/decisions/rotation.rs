@@ -1,11 +1,11 @@
 //! Rotation of the tyre.
 
-use super::row::{Decided, Row, given};
+use super::row::{Decided, DecisionRow, given};
 use super::values::Decisions;
 use crate::scene::{Axle, Scene, Switch};
 use crate::tyre::layers::curved::growth;
 
-pub(super) const ROTATION: Row = Row {
+pub(super) const ROTATION: DecisionRow = DecisionRow {
     title: "rotation of the tyre",
     short: "rotation",
     decide,

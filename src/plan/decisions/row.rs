@@ -4,7 +4,7 @@ use super::values::Decisions;
 use crate::scene::{Scene, Switch};
 
 /// One effect, or one choice of the physics.
-pub struct Row {
+pub struct DecisionRow {
     /// Name of the effect, in words.
     pub title: &'static str,
     /// Name of the effect, in a single word.

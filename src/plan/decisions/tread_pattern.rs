@@ -1,13 +1,13 @@
 //! Pattern of the tread, and its blocks.
 
-use super::row::{Decided, Row, given};
+use super::row::{Decided, DecisionRow, given};
 use super::values::Decisions;
 use crate::scene::{BlockModel, Scene, Slices, Switch, TreadPattern, Zone};
 use crate::tyre::tread_pattern::PatternFault;
 use crate::tyre::tread_pattern::blocks::Blocks;
 use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
 
-pub(super) const TREAD_PATTERN: Row = Row {
+pub(super) const TREAD_PATTERN: DecisionRow = DecisionRow {
     title: "tread pattern",
     short: "pattern",
     decide: pattern,
@@ -22,7 +22,7 @@ pub(super) const TREAD_PATTERN: Row = Row {
     of_cells: true,
 };
 
-pub(super) const BLOCKS: Row = Row {
+pub(super) const BLOCKS: DecisionRow = DecisionRow {
     title: "tread blocks",
     short: "blocks",
     decide: blocks,

@@ -75,16 +75,16 @@ impl Banded {
             let longest = self.ends[column].max(self.ends[pivot.0]);
             self.ends.swap(column, pivot.0);
             let end = self.ends[column];
-            let own = self.place(column, column);
-            let (upper, lower) = self.entries.split_at_mut(own + longest - column + 1);
-            let own = &mut upper[own..];
+            let diagonal = self.place(column, column);
+            let (upper, lower) = self.entries.split_at_mut(diagonal + longest - column + 1);
+            let pivot_row = &mut upper[diagonal..];
             // `lower` begins behind the entries of `upper`.
             let begin = column * width + band + longest - column + 1;
             let below = |row: usize| row * width + column + band - row - begin;
             if pivot.0 != column {
-                own.swap_with_slice(&mut lower[below(pivot.0)..][..longest - column + 1]);
+                pivot_row.swap_with_slice(&mut lower[below(pivot.0)..][..longest - column + 1]);
             }
-            let inverse = own[0].inv();
+            let inverse = pivot_row[0].inv();
             for number in column + 1..=last {
                 let row = &mut lower[below(number)..][..end - column + 1];
                 if row[0] == Complex64::ZERO {
@@ -93,7 +93,7 @@ impl Banded {
                 self.ends[number] = self.ends[number].max(end);
                 let factor = row[0] * inverse;
                 row[0] = factor;
-                for (entry, above) in row[1..].iter_mut().zip(&own[1..]) {
+                for (entry, above) in row[1..].iter_mut().zip(&pivot_row[1..]) {
                     entry.re -= factor.re * above.re - factor.im * above.im;
                     entry.im -= factor.re * above.im + factor.im * above.re;
                 }
@@ -119,25 +119,25 @@ impl Banded {
         // 1. Forwards through the lower factor, with the exchanges.
         for column in 0..self.size {
             let (above, below) = parts.split_at_mut((column + 1) * width);
-            let own = &mut above[column * width..];
+            let pivot_row = &mut above[column * width..];
             let pivot = self.pivots[column];
             if pivot != column {
-                own.swap_with_slice(&mut below[(pivot - column - 1) * width..][..width]);
+                pivot_row.swap_with_slice(&mut below[(pivot - column - 1) * width..][..width]);
             }
             let last = (column + self.band).min(self.size - 1);
             for (row, into) in (column + 1..=last).zip(below.chunks_exact_mut(width)) {
-                take(into, own, self.entries[self.place(row, column)]);
+                take(into, pivot_row, self.entries[self.place(row, column)]);
             }
         }
         // 2. Backwards through the upper factor.
         for row in (0..self.size).rev() {
             let (above, below) = parts.split_at_mut((row + 1) * width);
-            let own = &mut above[row * width..];
+            let solution = &mut above[row * width..];
             for (column, from) in (row + 1..=self.ends[row]).zip(below.chunks_exact(width)) {
-                take(own, from, self.entries[self.place(row, column)]);
+                take(solution, from, self.entries[self.place(row, column)]);
             }
             let inverse = self.entries[self.place(row, row)].inv();
-            let (re, im) = own.split_at_mut(count);
+            let (re, im) = solution.split_at_mut(count);
             for (re, im) in re.iter_mut().zip(im) {
                 (*re, *im) = (*re * inverse.re - *im * inverse.im, *re * inverse.im + *im * inverse.re);
             }

@@ -12,7 +12,6 @@
 
 use num_complex::Complex64;
 
-/// Air in a gap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GapAir {
     /// Speed of sound \[m/s\].
@@ -59,7 +58,7 @@ mod tests {
     use crate::radiation::gap::tests::AIR;
 
     #[test]
-    fn narrow_gaps_flow_by_poiseuille_and_compress_isothermally_and_wide_ones_have_no_losses() {
+    fn narrow_gaps_are_viscous_and_isothermal_wide_ones_lossless() {
         let angular = std::f64::consts::TAU * 1000.0;
         for height in [1e-7, 1e-6, 5e-6] {
             let poiseuille = Complex64::I * angular * height * height / (12.0 * AIR.viscosity);

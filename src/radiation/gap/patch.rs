@@ -17,11 +17,11 @@
 use num_complex::Complex64;
 
 use super::medium::GapAir;
-use super::sheet::{Drive, Edge, Edges, FactoredSheet, Sheet};
+use super::sheet::{Edge, Edges, FactoredSheet, Sheet, SheetDrive};
 use crate::numeric::{double, lagrange};
-use crate::radiation::body::Body;
+use crate::radiation::body::RadiatingBody;
 use crate::radiation::error::RadiationError;
-use crate::radiation::transfer::{Transfer, TransferGrid, across_points, half_tread};
+use crate::radiation::transfer::{SurfaceTransfer, TransferGrid, across_points, half_tread};
 
 /// Reach of the sheet beyond the patch, before and behind it \[m\]: there the gap of a car tyre is an eighth of the
 /// wavelength at 2.5 kHz.
@@ -37,7 +37,7 @@ const SIDE_CORRECTION: f64 = 0.85;
 
 /// Channel through the patch: a circumferential groove.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Channel {
+pub struct GapChannel {
     /// Distance of its middle from mid-width, positive to the left \[m\].
     pub position: f64,
     /// Width \[m\].
@@ -81,9 +81,9 @@ pub(crate) struct FactoredPatch<'a> {
 impl PatchSheet {
     /// Sheet of a tyre that stands on the road, for transfers on a grid; `None` for other bodies.
     pub(crate) fn new(
-        body: &Body,
+        body: &RadiatingBody,
         grid: TransferGrid,
-        channels: &[Channel],
+        channels: &[GapChannel],
         rough: Option<&RoughGap<'_>>,
     ) -> Option<Self> {
         let (radius, half_patch, half_width) = (body.radius(), body.half_patch(), half_tread(body));
@@ -114,7 +114,7 @@ impl PatchSheet {
         };
         let depth = |ends: &[f64]| {
             let middle = 0.5 * (ends[0] + ends[1]);
-            let holds = |channel: &&Channel| (middle - channel.position).abs() < 0.5 * channel.width;
+            let holds = |channel: &&GapChannel| (middle - channel.position).abs() < 0.5 * channel.width;
             channels.iter().filter(holds).map(|channel| channel.depth).fold(0.0, f64::max)
         };
         let depths: Vec<f64> = y.windows(2).map(depth).collect();
@@ -178,7 +178,7 @@ impl PatchSheet {
     }
 
     /// Drive of the edges by a transfer of the sealed body.
-    pub(crate) fn drive(&self, transfer: &Transfer) -> Drive {
+    pub(crate) fn drive(&self, transfer: &SurfaceTransfer) -> SheetDrive {
         let edges = self.edges(transfer.wavenumber);
         let radius_turn = |cell: i64| {
             // Middles of cells by the horizontal distance from the contact's centre.
@@ -206,7 +206,7 @@ impl PatchSheet {
             };
             (0..along).map(value).collect()
         };
-        Drive {
+        SheetDrive {
             edges: [
                 end(-cells, -cells - 1, &edges[0]),
                 end(cells - 1, cells, &edges[1]),
@@ -218,7 +218,7 @@ impl PatchSheet {
     }
 
     /// Rows of a transfer, with the weights by which their sum is G at a distance across.
-    fn weights(&self, transfer: &Transfer, y: f64) -> Vec<(usize, f64)> {
+    fn weights(&self, transfer: &SurfaceTransfer, y: f64) -> Vec<(usize, f64)> {
         let places: Vec<f64> = across_points(self.half_width, self.grid.across).iter().map(|[y, _]| *y).collect();
         let side = if transfer.sides == 2 && y < 0.0 { 1 } else { 0 };
         let row = |(row, weight)| (transfer.index(side, row, 0), weight);
@@ -226,20 +226,20 @@ impl PatchSheet {
     }
 
     /// G of a cell of the grid, counted from the contact's centre.
-    fn at(&self, transfer: &Transfer, cell: i64, weights: &[(usize, f64)]) -> Complex64 {
+    fn at(&self, transfer: &SurfaceTransfer, cell: i64, weights: &[(usize, f64)]) -> Complex64 {
         let cell = cell.rem_euclid(self.grid.around as i64) as usize;
         weights.iter().map(|&(row, weight)| double(transfer.values[row + cell]) * weight).sum()
     }
 
     /// G of a cell of the grid at the middles of the sheet's cells across.
-    fn across(&self, transfer: &Transfer, cell: i64) -> Vec<Complex64> {
+    fn across(&self, transfer: &SurfaceTransfer, cell: i64) -> Vec<Complex64> {
         let middle = |ends: &[f64]| self.weights(transfer, 0.5 * (ends[0] + ends[1]));
         self.sheet.y.windows(2).map(|ends| self.at(transfer, cell, &middle(ends))).collect()
     }
 
     /// G of the sealed body on the grid's cells, cell by cell across, as [`Self::on_grid`].
     #[cfg(test)]
-    pub(crate) fn outside(&self, transfer: &Transfer) -> Vec<Complex64> {
+    pub(crate) fn outside(&self, transfer: &SurfaceTransfer) -> Vec<Complex64> {
         let cells = self.cells as i64;
         (-cells..cells).flat_map(|cell| self.across(transfer, cell)).collect()
     }
@@ -281,8 +281,8 @@ impl PatchSheet {
 
 impl FactoredPatch<'_> {
     /// Field in the sheet for some transfers of the sealed body, each on the sheet's cells.
-    pub(crate) fn solve(&self, transfers: &[Transfer]) -> Vec<Vec<Complex64>> {
-        let drives: Vec<Drive> = transfers.iter().map(|transfer| self.patch.drive(transfer)).collect();
+    pub(crate) fn solve(&self, transfers: &[SurfaceTransfer]) -> Vec<Vec<Complex64>> {
+        let drives: Vec<SheetDrive> = transfers.iter().map(|transfer| self.patch.drive(transfer)).collect();
         debug_assert!(transfers.iter().all(|transfer| (transfer.wavenumber / self.wavenumber - 1.0).abs() < 1e-9));
         self.factored.solve(&drives)
     }
@@ -295,13 +295,13 @@ impl FactoredPatch<'_> {
         for cell in self.patch.middle_cells(y) {
             sources[cell] = Complex64::new(-0.5 / self.factored.area(cell), 0.0);
         }
-        self.factored.solve(&[Drive { sources, ..Drive::default() }]).remove(0)
+        self.factored.solve(&[SheetDrive { sources, ..SheetDrive::default() }]).remove(0)
     }
 
     /// Field of both ends driven by 1 \[1/m\] in phase, on the sheet's cells.
     pub(crate) fn between_equal_ends(&self) -> Vec<Complex64> {
         let ends = vec![Complex64::ONE; self.patch.sheet.cells()[1]];
-        let drive = Drive { edges: [ends.clone(), ends, Vec::new(), Vec::new()], sources: Vec::new() };
+        let drive = SheetDrive { edges: [ends.clone(), ends, Vec::new(), Vec::new()], sources: Vec::new() };
         self.factored.solve(&[drive]).remove(0)
     }
 }
@@ -317,10 +317,10 @@ const MEAN: [[f64; 2]; 3] =
     [[0.112_701_665_379_258_3, 5.0 / 18.0], [0.5, 8.0 / 18.0], [0.887_298_334_620_741_7, 5.0 / 18.0]];
 
 /// Ends of the cells across a tread, cut at the sides of the channels and at other places \[m\].
-fn across(half_width: f64, channels: &[Channel], other: &[f64]) -> Vec<f64> {
+fn across(half_width: f64, channels: &[GapChannel], other: &[f64]) -> Vec<f64> {
     let mut cuts = vec![-half_width, half_width];
     cuts.extend(other.iter().map(|y| y.clamp(-half_width, half_width)));
-    for Channel { position, width, .. } in channels {
+    for GapChannel { position, width, .. } in channels {
         cuts.extend([position - 0.5 * width, position + 0.5 * width].map(|y| y.clamp(-half_width, half_width)));
     }
     cuts.sort_by(f64::total_cmp);

@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_single_mode_is_found_between_frequencies_and_a_rise_is_none() {
+    fn a_mode_is_found_between_frequencies_and_a_rise_is_none() {
         let response = |f: f64| {
             let part = f / 1040.0;
             ((1.0 - part * part).powi(2) + (part / 12.0).powi(2)).sqrt().recip()

@@ -44,11 +44,11 @@ impl Edge {
     pub(crate) const OPEN: Self = Self { pressure: Complex64::ONE, slope: Complex64::ZERO, slope_by_height: 0.0 };
 }
 
-/// Edges of a sheet in the order of [`Drive::edges`]: x low, x high, y low, y high.
+/// Edges of a sheet in the order of [`SheetDrive::edges`]: x low, x high, y low, y high.
 pub(crate) type Edges = [Edge; 4];
 
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Drive {
+pub(crate) struct SheetDrive {
     /// Right sides r of the edges' conditions, by cell along the edge; an empty list is zeros.
     pub edges: [Vec<Complex64>; 4],
     /// Right sides q of the equation, by cell; an empty list is zeros \[Pa/m\].
@@ -63,7 +63,7 @@ pub(crate) struct FactoredSheet {
     numbers: Vec<Option<usize>>,
     open: usize,
     /// Per edge, by cell along it: the number of the open cell, and its flow h F_v dp/dn dl for r = 1, without the part
-    /// that follows the cell's own pressure.
+    /// that follows the cell's pressure.
     driven: [Vec<(usize, Complex64)>; 4],
     areas: Vec<f64>,
 }
@@ -198,9 +198,9 @@ impl Sheet {
         for (edge, (condition, driven)) in edges.iter().zip(&mut driven).enumerate() {
             let count = if edge < 2 { across } else { along };
             *driven = vec![(0, Complex64::ZERO); count];
-            for (place, cell, [drive, own]) in self.on_edge(air, angular, edge, condition) {
+            for (place, cell, [drive, feedback]) in self.on_edge(air, angular, edge, condition) {
                 let Some(number) = numbers[cell] else { continue };
-                factors.add(number, number, -own);
+                factors.add(number, number, -feedback);
                 driven[place] = (number, drive);
             }
         }
@@ -220,11 +220,11 @@ impl FactoredSheet {
     }
 
     /// Pressures of some drives: by drive, by cell; 0 where the gap is closed.
-    pub(crate) fn solve(&self, drives: &[Drive]) -> Vec<Vec<Complex64>> {
+    pub(crate) fn solve(&self, drives: &[SheetDrive]) -> Vec<Vec<Complex64>> {
         drives.chunks(TOGETHER).flat_map(|some| self.solve_together(some)).collect()
     }
 
-    fn solve_together(&self, drives: &[Drive]) -> Vec<Vec<Complex64>> {
+    fn solve_together(&self, drives: &[SheetDrive]) -> Vec<Vec<Complex64>> {
         let count = drives.len();
         let mut rights = vec![Complex64::ZERO; self.open * count];
         for (column, drive) in drives.iter().enumerate() {

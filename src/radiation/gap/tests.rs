@@ -6,10 +6,12 @@ use std::f64::consts::{PI, TAU};
 use num_complex::Complex64;
 
 use super::GapAir;
-use super::patch::{Channel, PatchSheet, RoughGap};
+use super::patch::{GapChannel, PatchSheet, RoughGap};
 use super::resonance::Resonance;
-use super::sheet::{Drive, Edge, Edges, Sheet};
-use crate::radiation::{Block, Body, Resolution, Transfer, TransferGrid, TransferProblem, Vector};
+use super::sheet::{Edge, Edges, Sheet, SheetDrive};
+use crate::radiation::{
+    MeshResolution, ParityBlock, RadiatingBody, SurfaceTransfer, TransferGrid, TransferProblem, Vector,
+};
 
 /// Air at 20 degrees.
 pub(crate) const AIR: GapAir = GapAir { sound_speed: 343.2, viscosity: 1.506e-5, prandtl: 0.709, heat_ratio: 1.4 };
@@ -37,7 +39,7 @@ fn resonance(sheet: &Sheet, edges: &Edges, expected: f64) -> f64 {
         let cell = 2 * sheet.heights.len() / 7;
         let mut sources = vec![Complex64::ZERO; sheet.heights.len()];
         sources[cell] = Complex64::ONE;
-        let drive = Drive { sources, ..Drive::default() };
+        let drive = SheetDrive { sources, ..SheetDrive::default() };
         let field = sheet.factorise(&PERFECT, TAU * frequency, edges).unwrap().solve(&[drive]);
         field[0][cell].re.recip()
     };
@@ -69,16 +71,16 @@ fn a_closed_gap_resonates_where_pipes_do_with_order_2() {
 }
 
 #[test]
-fn the_field_of_a_piston_and_its_weights_are_those_of_the_closed_form_with_losses() {
+fn the_field_of_a_piston_with_losses_is_the_closed_form() {
     let (height, angular) = (0.3e-3, TAU * 900.0);
     let k = angular / AIR.sound_speed * (AIR.compression(height, angular) / AIR.flow(height, angular)).sqrt();
     let sheet = duct(54, |_| height);
     let factored = sheet.factorise(&AIR, angular, &OPEN).unwrap();
     // h F_v (p'' + k^2 p) = q.
     let q = -Complex64::I * angular * DENSITY;
-    let piston = Drive { sources: vec![q; 54], ..Drive::default() };
+    let piston = SheetDrive { sources: vec![q; 54], ..SheetDrive::default() };
     let one = vec![Complex64::ONE];
-    let ends = Drive { edges: [one.clone(), one, Vec::new(), Vec::new()], ..Drive::default() };
+    let ends = SheetDrive { edges: [one.clone(), one, Vec::new(), Vec::new()], ..SheetDrive::default() };
     let fields = factored.solve(&[piston, ends]);
     let half = 0.5 * LENGTH;
     let still = q / (height * AIR.flow(height, angular) * k * k);
@@ -94,8 +96,8 @@ fn the_field_of_a_piston_and_its_weights_are_those_of_the_closed_form_with_losse
     // ends is minus the integral of q times the weights.
     let way = 0.5 * LENGTH / 54.0;
     let flow = -height * AIR.flow(height, angular) * (fields[0][0] + fields[0][53]) / way;
-    let weighed: Complex64 = fields[1].iter().map(|weight| weight * q * (LENGTH / 54.0)).sum();
-    assert!((flow / weighed - 1.0).norm() < 1e-10, "{flow} {weighed}");
+    let weighted: Complex64 = fields[1].iter().map(|weight| weight * q * (LENGTH / 54.0)).sum();
+    assert!((flow / weighted - 1.0).norm() < 1e-10, "{flow} {weighted}");
 }
 
 #[test]
@@ -115,17 +117,19 @@ fn stepped_ducts_resonate_within_half_a_percent() {
     }
 }
 
-fn tyre(patch: f64) -> Body {
-    Body::standing_tyre(1.95 / TAU, 0.176, 0.02, 0.5 * patch).unwrap()
+fn tyre(patch: f64) -> RadiatingBody {
+    RadiatingBody::standing_tyre(1.95 / TAU, 0.176, 0.02, 0.5 * patch).unwrap()
 }
 
 const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
 
 /// Two grooves that are not mirror images of each other.
-const CHANNELS: [Channel; 2] =
-    [Channel { position: -0.02, width: 0.012, depth: 0.008 }, Channel { position: 0.03, width: 0.006, depth: 0.005 }];
+const CHANNELS: [GapChannel; 2] = [
+    GapChannel { position: -0.02, width: 0.012, depth: 0.008 },
+    GapChannel { position: 0.03, width: 0.006, depth: 0.005 },
+];
 
-fn sheet_of(patch: f64, channels: &[Channel]) -> PatchSheet {
+fn sheet_of(patch: f64, channels: &[GapChannel]) -> PatchSheet {
     PatchSheet::new(&tyre(patch), GRID, channels, None).unwrap()
 }
 
@@ -140,12 +144,12 @@ fn source_and_receiver_in_the_gap_may_be_exchanged() {
         let (i, j) = (cell / across, cell % across);
         (patch.sheet.x[i + 1] - patch.sheet.x[i]) * (patch.sheet.y[j + 1] - patch.sheet.y[j])
     };
-    let drives: Vec<Drive> = places
+    let drives: Vec<SheetDrive> = places
         .iter()
         .map(|&cell| {
             let mut sources = vec![Complex64::ZERO; along * across];
             sources[cell] = Complex64::new(1.0 / area(cell), 0.0);
-            Drive { sources, ..Drive::default() }
+            SheetDrive { sources, ..SheetDrive::default() }
         })
         .collect();
     let wavenumber = TAU * frequency / AIR.sound_speed;
@@ -161,19 +165,19 @@ fn source_and_receiver_in_the_gap_may_be_exchanged() {
 }
 
 #[test]
-fn a_point_amid_a_groove_hears_a_source_as_the_source_would_hear_it() {
+fn points_in_a_groove_and_sources_are_reciprocal() {
     let patch = sheet_of(0.108, &CHANNELS);
     let factored = patch.factorise(&AIR, TAU * 1100.0 / AIR.sound_speed).unwrap();
     let [along, across] = patch.sheet.cells();
     let edges = patch.edges(TAU * 1100.0 / AIR.sound_speed);
     let plain = patch.sheet.factorise(&AIR, TAU * 1100.0, &edges).unwrap();
-    for Channel { position, .. } in CHANNELS {
+    for GapChannel { position, .. } in CHANNELS {
         let by_reciprocity = factored.sourced_in_middle(position);
         for cell in [3, along / 2 * across + across / 3, along * across - 5] {
             // A unit volume source: div(h F grad G) + ... = -1 over its cell.
             let mut sources = vec![Complex64::ZERO; along * across];
             sources[cell] = Complex64::new(-1.0 / plain.area(cell), 0.0);
-            let field = plain.solve(&[Drive { sources, ..Drive::default() }]).remove(0);
+            let field = plain.solve(&[SheetDrive { sources, ..SheetDrive::default() }]).remove(0);
             let there = patch.in_middle(&field, position);
             let expected = by_reciprocity[cell];
             assert!((there - expected).norm() <= 1e-9 * there.norm(), "{position} {cell}: {there} {expected}");
@@ -190,16 +194,16 @@ fn power_that_comes_in_goes_out_or_is_lost() {
     let (sheet, edges) = (&patch.sheet, patch.edges(wavenumber));
     let across = sheet.cells()[1];
     let driven = vec![Complex64::new(1.0, 0.3); across];
-    let drive = Drive { edges: [driven.clone(), Vec::new(), Vec::new(), Vec::new()], ..Drive::default() };
+    let drive = SheetDrive { edges: [driven.clone(), Vec::new(), Vec::new(), Vec::new()], ..SheetDrive::default() };
     let field = sheet.factorise(&AIR, angular, &edges).unwrap().solve(&[drive]).remove(0);
     // Volume velocity -h F_v grad p/(i w rho).
     let velocity = |flow: Complex64| -flow / (Complex64::I * angular * DENSITY);
     let (mut through, mut lost) = ([0.0; 4], [0.0; 2]);
     for (edge, condition) in edges.iter().enumerate() {
-        for (place, cell, [drive, own]) in sheet.on_edge(&AIR, angular, edge, condition) {
+        for (place, cell, [drive, feedback]) in sheet.on_edge(&AIR, angular, edge, condition) {
             let given = if edge == 0 { driven[place] } else { Complex64::ZERO };
             // The flow h F_v dp/dn dl, and the pressure on the edge, half a cell away.
-            let flow = drive * given - own * field[cell];
+            let flow = drive * given - feedback * field[cell];
             let (i, j) = (cell / across, cell % across);
             let [dx, dy] = [sheet.x[i + 1] - sheet.x[i], sheet.y[j + 1] - sheet.y[j]];
             let (way, length) = if edge < 2 { (dx, dy) } else { (dy, dx) };
@@ -228,7 +232,7 @@ fn power_that_comes_in_goes_out_or_is_lost() {
 
 /// Resonance in the middle of a groove that the field before and behind the tyre drives in phase.
 fn groove(patch: f64, width: f64, depth: f64) -> Resonance {
-    let channels = [Channel { position: 0.0, width, depth }];
+    let channels = [GapChannel { position: 0.0, width, depth }];
     let sheet = sheet_of(patch, &channels);
     let response = (0..41).map(|step| 700.0 + 20.0 * f64::from(step)).map(|frequency| {
         let wavenumber = TAU * frequency / AIR.sound_speed;
@@ -239,7 +243,7 @@ fn groove(patch: f64, width: f64, depth: f64) -> Resonance {
 }
 
 #[test]
-fn grooves_in_the_horn_resonate_as_in_three_dimensions_and_not_as_flanged_pipes() {
+fn grooves_in_the_horn_resonate_as_in_three_dimensions() {
     // Finite differences in time of the field in three dimensions: patch, width and depth \[m\], frequency \[Hz\].
     let known = [
         (0.108, 0.012, 0.008, 1048.0),
@@ -265,14 +269,14 @@ fn grooves_in_the_horn_resonate_as_in_three_dimensions_and_not_as_flanged_pipes(
 /// Far and near beside the tyre, and in the wheel's plane.
 const RECEIVERS: [Vector; 3] = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [2.0, 0.3, 0.2]];
 
-fn transfers(body: &Body, frequency: f64) -> Vec<Transfer> {
+fn transfers(body: &RadiatingBody, frequency: f64) -> Vec<SurfaceTransfer> {
     let problem = TransferProblem {
         body,
         receivers: &RECEIVERS,
         grid: GRID,
         flank: None,
-        resolution: Resolution::of(6.0),
-        blocks: &Block::ALL,
+        resolution: MeshResolution::of(6.0),
+        blocks: &ParityBlock::ALL,
         memory_limit: 1 << 31,
     };
     problem.solve(TAU * frequency / AIR.sound_speed).unwrap().0
@@ -301,7 +305,7 @@ fn off_boundary_elements(frequency: f64) -> f64 {
 }
 
 #[test]
-fn the_sheet_of_a_sealed_tyre_has_the_field_of_boundary_elements() {
+fn the_sheet_of_a_sealed_tyre_agrees_with_boundary_elements() {
     for frequency in [400.0, 1600.0] {
         let off = off_boundary_elements(frequency);
         println!("{frequency} Hz: {off:.3} dB");
@@ -310,12 +314,12 @@ fn the_sheet_of_a_sealed_tyre_has_the_field_of_boundary_elements() {
 }
 
 #[test]
-fn a_groove_of_no_depth_lets_nothing_through_and_leaves_the_field_beside_it() {
+fn a_groove_of_no_depth_changes_nothing() {
     let body = tyre(0.108);
     let frequency = 1000.0;
     let (transfers, wavenumber) = (transfers(&body, frequency), TAU * frequency / AIR.sound_speed);
     let solve = |depth: f64| {
-        let patch = sheet_of(0.108, &[Channel { position: 0.0, width: 0.012, depth }]);
+        let patch = sheet_of(0.108, &[GapChannel { position: 0.0, width: 0.012, depth }]);
         let fields = patch.factorise(&AIR, wavenumber).unwrap().solve(&transfers);
         (patch, fields)
     };
@@ -334,11 +338,11 @@ fn a_groove_of_no_depth_lets_nothing_through_and_leaves_the_field_beside_it() {
 }
 
 #[test]
-fn a_gap_that_is_told_cell_by_cell_is_the_one_of_its_channels_and_closed_pockets_are_silent() {
+fn a_gap_given_by_cells_is_that_of_its_channels() {
     let channel = CHANNELS[0];
     let known = sheet_of(LENGTH, &[channel]);
     let ends = known.sheet.y.clone();
-    let rough = |channels: &[Channel], height: &dyn Fn(f64, f64) -> Option<f64>| {
+    let rough = |channels: &[GapChannel], height: &dyn Fn(f64, f64) -> Option<f64>| {
         PatchSheet::new(&tyre(LENGTH), GRID, channels, Some(&RoughGap { ends: &ends, height })).unwrap()
     };
     assert_eq!(rough(&[channel], &|_, _| None), known);

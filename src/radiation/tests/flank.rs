@@ -10,7 +10,8 @@ use crate::radiation::chart::Chart;
 use crate::radiation::solve::Velocity;
 use crate::radiation::transfer::{across_points, half_tread};
 use crate::radiation::{
-    Block, Body, Drive, Flank, Problem, Resolution, Transfer, TransferGrid, TransferProblem, Vector,
+    Drive, Flank, MeshResolution, ParityBlock, RadiatingBody, RadiationProblem, SurfaceTransfer, TransferGrid,
+    TransferProblem, Vector,
 };
 
 const MEMORY: u64 = 1 << 31;
@@ -21,13 +22,13 @@ const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
 const RECEIVERS: [Vector; 3] = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [2.0, 0.4, 0.2]];
 
 /// R = 0.31 m, straight tread 0.136 m, shoulders of 20 mm, a patch of 0.108 m.
-fn tyre() -> Body {
-    Body::standing_tyre(0.31, 0.176, 0.02, 0.054).unwrap()
+fn tyre() -> RadiatingBody {
+    RadiatingBody::standing_tyre(0.31, 0.176, 0.02, 0.054).unwrap()
 }
 
 /// Worst relative error over some receivers of sums of G over tread and flank with a normal velocity by chart and
 /// position, against the boundary problem with that velocity.
-fn against_velocity(body: &Body, velocity: &Velocity<'_>, blocks: &[Block]) -> f64 {
+fn against_velocity(body: &RadiatingBody, velocity: &Velocity<'_>, blocks: &[ParityBlock]) -> f64 {
     // Down to the axle: the whole side.
     let flank = Flank::new(body, 1e-3).unwrap();
     let wavenumber = TAU * 400.0 / 343.0;
@@ -36,12 +37,12 @@ fn against_velocity(body: &Body, velocity: &Velocity<'_>, blocks: &[Block]) -> f
         receivers: &RECEIVERS,
         grid: GRID,
         flank: Some(flank.clone()),
-        resolution: Resolution::of(7.0),
+        resolution: MeshResolution::of(7.0),
         blocks,
         memory_limit: MEMORY,
     };
     let (transfers, _) = problem.solve(wavenumber).unwrap();
-    let direct = Problem::new(body, wavenumber, wavenumber, &problem.resolution, blocks, MEMORY).unwrap();
+    let direct = RadiationProblem::new(body, wavenumber, wavenumber, &problem.resolution, blocks, MEMORY).unwrap();
     let [tread, ..] = Chart::of_tyre(body).unwrap();
     let drives = [Drive::Velocity(velocity)];
     let fields = direct.solve(&drives).unwrap().field(&RECEIVERS, false).remove(0);
@@ -68,7 +69,7 @@ fn against_velocity(body: &Body, velocity: &Velocity<'_>, blocks: &[Block]) -> f
 }
 
 #[test]
-fn tread_and_flank_together_radiate_as_the_body_does_with_their_velocity() {
+fn tread_and_flank_together_radiate_as_the_whole_body() {
     let body = tyre();
     let middle = body.middle();
     // Breathing, and the whole body up.
@@ -82,9 +83,9 @@ fn tread_and_flank_together_radiate_as_the_body_does_with_their_velocity() {
         Complex64::from((z - middle) / x.hypot(z - middle) * normal.max(0.0).sqrt())
     };
     for (name, error, allowed) in [
-        ("breathing", against_velocity(&body, &breathing, &Block::EVEN_ACROSS), 0.01),
+        ("breathing", against_velocity(&body, &breathing, &ParityBlock::EVEN_ACROSS), 0.01),
         // The road cuts the shoulders between their two rings.
-        ("up", against_velocity(&body, &up, &Block::EVEN_ACROSS), 0.03),
+        ("up", against_velocity(&body, &up, &ParityBlock::EVEN_ACROSS), 0.03),
     ] {
         println!("{name}: {error:.1e}");
         assert!(error < allowed, "{name}: {error:.1e}");
@@ -103,8 +104,8 @@ fn error_of_other_motions() {
         Chart::Shoulder { .. } | Chart::Sidewall { .. } => Complex64::from(y.signum()),
         _ => Complex64::ZERO,
     };
-    println!("tread alone up: {:.1e}", against_velocity(&body, &tread, &Block::EVEN_ACROSS));
-    println!("sides against each other: {:.1e}", against_velocity(&body, &against, &Block::ALL));
+    println!("tread alone up: {:.1e}", against_velocity(&body, &tread, &ParityBlock::EVEN_ACROSS));
+    println!("sides against each other: {:.1e}", against_velocity(&body, &against, &ParityBlock::ALL));
 }
 
 /// Errors of G of some waves at places between the rings, by the polynomials through these, relative to its largest at
@@ -121,8 +122,8 @@ fn errors(frequency: f64, orders: &[usize]) -> Vec<f64> {
             receivers: &RECEIVERS,
             grid: GRID,
             flank: Some(flank.clone()),
-            resolution: Resolution::of(7.0),
-            blocks: &Block::EVEN_ACROSS,
+            resolution: MeshResolution::of(7.0),
+            blocks: &ParityBlock::EVEN_ACROSS,
             memory_limit: MEMORY,
         };
         problem.solve(TAU * frequency / 343.0).unwrap().0
@@ -131,7 +132,7 @@ fn errors(frequency: f64, orders: &[usize]) -> Vec<f64> {
     let mut found = Vec::new();
     for (known, between) in known.iter().zip(&between) {
         for &order in orders {
-            let wave = |transfer: &Transfer, ring: usize| -> Complex64 {
+            let wave = |transfer: &SurfaceTransfer, ring: usize| -> Complex64 {
                 let cell = |cell: usize| {
                     let turn = TAU * order as f64 * (cell as f64 + 0.5) / GRID.around as f64;
                     double(transfer.values[transfer.index(0, GRID.across + ring, cell)])

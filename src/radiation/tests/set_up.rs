@@ -5,24 +5,24 @@ use std::time::Instant;
 
 use crate::numeric::double;
 use crate::radiation::{
-    Block, Body, FrequencyRange, FrequencyReport, FrequencyTransfers, RadiationError, Resolution, TransferGrid,
-    TransferProblem, TransferSet, Vector, Watch, transfers,
+    FrequencyRange, FrequencyReport, FrequencyTransfers, FrequencyWatch, MeshResolution, ParityBlock, RadiatingBody,
+    RadiationError, TransferGrid, TransferProblem, TransferSet, Vector, transfers,
 };
 
 const RECEIVERS: [Vector; 1] = [[0.0, 7.5, 1.2]];
 
-fn tyre() -> Body {
-    Body::standing_tyre(0.31, 0.24, 0.02, 0.05).unwrap()
+fn tyre() -> RadiatingBody {
+    RadiatingBody::standing_tyre(0.31, 0.24, 0.02, 0.05).unwrap()
 }
 
-fn problem(body: &Body) -> TransferProblem<'_> {
+fn problem(body: &RadiatingBody) -> TransferProblem<'_> {
     TransferProblem {
         body,
         receivers: &RECEIVERS,
         grid: TransferGrid { around: 64, across: 2 },
         flank: None,
-        resolution: Resolution { order: 3, nodes_per_wavelength: 6.0, wedge: 1.5 },
-        blocks: &Block::EVEN_ACROSS,
+        resolution: MeshResolution { order: 3, nodes_per_wavelength: 6.0, wedge: 1.5 },
+        blocks: &ParityBlock::EVEN_ACROSS,
         memory_limit: 1 << 30,
     }
 }
@@ -38,15 +38,15 @@ fn set_up(
     most: usize,
 ) -> (Result<(TransferSet, FrequencyReport), RadiationError>, Vec<FrequencyTransfers>) {
     let body = tyre();
-    let mut kept = Vec::new();
+    let mut stored = Vec::new();
     let finished = AtomicUsize::new(0);
-    let mut watch = Watch {
+    let mut watch = FrequencyWatch {
         known: &mut |wanted| {
             let of = |entry: &&FrequencyTransfers| wanted.contains(&entry.frequency);
             known.iter().filter(of).cloned().collect()
         },
         sink: &mut |entry| {
-            kept.push(entry.clone());
+            stored.push(entry.clone());
             finished.fetch_add(1, Ordering::Relaxed);
             Ok(())
         },
@@ -54,15 +54,15 @@ fn set_up(
         interrupted: &|| finished.load(Ordering::Relaxed) >= most,
     };
     let result = transfers(&problem(&body), &range(), threads, &mut watch);
-    (result, kept)
+    (result, stored)
 }
 
 #[test]
-fn the_frequencies_chosen_keep_the_tolerance_and_the_same_bits_for_any_number_of_threads() {
-    let (one, kept) = set_up(1, Vec::new(), usize::MAX);
+fn chosen_frequencies_keep_the_tolerance_on_any_threads() {
+    let (one, stored) = set_up(1, Vec::new(), usize::MAX);
     let (set, report) = one.unwrap();
-    assert_eq!(report.count, kept.len());
-    assert_eq!(report.solved, kept.len());
+    assert_eq!(report.count, stored.len());
+    assert_eq!(report.solved, stored.len());
     assert!(report.largest_passed <= 0.3 && report.reciprocal_condition > 1e-6, "{report:?}");
     let (two, _) = set_up(2, Vec::new(), usize::MAX);
     assert_eq!(set.frequencies(), two.unwrap().0.frequencies());
@@ -80,11 +80,11 @@ fn the_frequencies_chosen_keep_the_tolerance_and_the_same_bits_for_any_number_of
 }
 
 #[test]
-fn a_set_up_that_was_stopped_goes_on_with_what_was_kept() {
-    let (stopped, kept) = set_up(1, Vec::new(), 3);
+fn a_stopped_set_up_continues_from_stored_frequencies() {
+    let (stopped, stored) = set_up(1, Vec::new(), 3);
     assert_eq!(stopped.err(), Some(RadiationError::Interrupted));
-    assert_eq!(kept.len(), 3);
-    let (result, rest) = set_up(1, kept, usize::MAX);
+    assert_eq!(stored.len(), 3);
+    let (result, rest) = set_up(1, stored, usize::MAX);
     let (set, report) = result.unwrap();
     assert_eq!(report.solved + 3, report.count);
     assert_eq!(rest.len(), report.solved);
@@ -101,13 +101,17 @@ fn time_of_a_whole_set_up() {
     let problem = TransferProblem {
         receivers: &receivers,
         grid: TransferGrid { around: 512, across: 4 },
-        resolution: Resolution::of(number("NODES", Resolution::NODES)),
+        resolution: MeshResolution::of(number("NODES", MeshResolution::NODES)),
         ..problem(&body)
     };
     let range = FrequencyRange::up_to(number("HIGHEST", 2500.0), number("TOLERANCE", 0.2), 343.0);
     let begin = Instant::now();
-    let mut watch =
-        Watch { known: &mut |_| Vec::new(), sink: &mut |_| Ok(()), progress: &mut |_| (), interrupted: &|| false };
+    let mut watch = FrequencyWatch {
+        known: &mut |_| Vec::new(),
+        sink: &mut |_| Ok(()),
+        progress: &mut |_| (),
+        interrupted: &|| false,
+    };
     let threads = number("THREADS", 2.0) as usize;
     let (set, report) = transfers(&problem, &range, threads, &mut watch).unwrap();
     let frequencies: Vec<f64> = set.frequencies().iter().map(|entry| entry.frequency).collect();

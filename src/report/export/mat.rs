@@ -8,7 +8,7 @@ use super::error::ExportError;
 use super::mat_file::{self, Value};
 use crate::effects::channel;
 use crate::effects::stored::Stored;
-use crate::results::read_table::Column;
+use crate::results::read_table::StoredColumn;
 use crate::sound::wav;
 
 /// Begin of every exported file, by which an earlier export is recognised.
@@ -38,8 +38,8 @@ pub(crate) fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
                 let mut fields = Vec::new();
                 for (column, cells) in table.columns {
                     let value = match cells {
-                        Column::Numbers(numbers) => Value::column(numbers),
-                        Column::Words(words) => Value::Cells(words.into_iter().map(Value::Text).collect()),
+                        StoredColumn::Numbers(numbers) => Value::column(numbers),
+                        StoredColumn::Words(words) => Value::Cells(words.into_iter().map(Value::Text).collect()),
                     };
                     fields.push((free(&fields, &column), value));
                 }

@@ -103,8 +103,8 @@ fn received(models: &[PressureModel; 3], green: &SurfaceGreen, force: impl Fn(us
 }
 
 #[test]
-fn a_texture_frozen_with_the_road_is_silent_where_tyre_and_road_touch() {
-    let resolved = Across::Resolved { components: COMPONENTS, kept: 0 };
+fn a_frozen_texture_is_silent_where_tyre_and_road_touch() {
+    let resolved = Across::Resolved { components: COMPONENTS, values: 0 };
     for across in [Across::Even, resolved] {
         for (rule, n) in [(TimeRule::Bdf2, 20), (TimeRule::Sdirk2, 60)] {
             let models = models(layout(across, rule));
@@ -147,9 +147,9 @@ fn a_static_flattening_is_silent_in_every_air() {
     let green = green_within(90.0, vec![50.0, 1500.0]);
     let patch = |column: usize| if column.abs_diff(ELEMENTS / 2) < 7 { 1.0 } else { 0.0 };
     let still = received(&models, &green, |_, column| patch(column));
-    let shaken = received(&models, &green, |step, column| patch(column) * (TAU * 20.0 * step as f64 / 256.0).cos());
-    for (still, shaken) in still.iter().zip(shaken) {
-        assert!(*still < 1e-9 * shaken && shaken > 0.0, "{still} {shaken}");
+    let vibrating = received(&models, &green, |step, column| patch(column) * (TAU * 20.0 * step as f64 / 256.0).cos());
+    for (still, vibrating) in still.iter().zip(vibrating) {
+        assert!(*still < 1e-9 * vibrating && vibrating > 0.0, "{still} {vibrating}");
     }
 }
 

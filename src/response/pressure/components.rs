@@ -2,10 +2,10 @@
 //!
 //! For each n the sum over m, over the weights of G that the air's motion requires and over the frequencies between
 //! which G is interpolated is one product of real matrices: G's integrals, receiver by receiver, with factors that the
-//! receivers share, bin by bin. G's integrals are kept for the few frequencies between which is interpolated, and
+//! receivers share, bin by bin. G's integrals are stored for the few frequencies between which is interpolated, and
 //! computed when the bins reach them.
 //!
-//! Rings of a flank that moves count as further shapes beside the tread's m. Each m has its own amplitude where forces
+//! Rings of a flank that moves count as further shapes beside the tread's m. Each m has an amplitude where forces
 //! are resolved across: there is no sum over m, and a product for each pair (n, m).
 
 use std::ops::Range;
@@ -49,7 +49,7 @@ pub(super) struct Found<'a> {
 }
 
 impl Components {
-    /// Room for `receivers` receivers whose G has the cells and frequencies of `green`.
+    /// Buffers for `receivers` receivers whose G has the cells and frequencies of `green`.
     pub(super) fn new(model: &PressureModel, green: &SurfaceGreen, receivers: usize) -> Self {
         let integrals = WaveIntegrals::new(green, model.waves.waves, &model.shapes(), model.weights());
         let most = integrals.most_under(&model.layout);
@@ -95,7 +95,7 @@ impl Components {
         found.par_chunks_mut(components * bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
             let n = row as i64 - *most as i64;
             let mean = model.mean_over_element(n);
-            let (mut factors, mut flows) = (vec![Complex64::ZERO; of_wave], model.room_for_flows());
+            let (mut factors, mut flows) = (vec![Complex64::ZERO; of_wave], model.flow_buffer());
             let mut columns = vec![0.0_f32; components * 2 * bins.len() * terms];
             for (index, (near, weights)) in bins.iter().enumerate() {
                 model.factors(begin + index, n, mean, strip, &mut flows, &mut factors);
@@ -134,8 +134,8 @@ impl Components {
         let count = integrals.count();
         let each = known.par_chunks_mut(count).zip(greens);
         each.for_each_init(
-            || integrals.room(),
-            |room, (integrals_of_one, green)| integrals.of(green, frequency, room, integrals_of_one),
+            || integrals.buffers(),
+            |buffers, (integrals_of_one, green)| integrals.of(green, frequency, buffers, integrals_of_one),
         );
         let (of_wave, width) = (integrals.of_wave(), 2 * *receivers);
         let skipped = integrals.most_around() - *most;

@@ -11,7 +11,7 @@ use super::surface::SurfaceGreen;
 use crate::numeric::{SplitRule, legendre};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::scene::{AirMotion, Scene, TimeRule, Tyre};
-use crate::tyre::influence::SurfaceWaves;
+use crate::tyre::influence::{SurfaceWaves, Waves};
 use crate::tyre::layers::curved::{CurvedStack, FINE_STEP};
 
 const AROUND: usize = 64;
@@ -67,7 +67,7 @@ fn green(tyre: &Tyre, frequency: f64, ring: impl Fn(usize, usize) -> f32) -> Sur
 }
 
 #[test]
-fn a_sound_field_that_is_the_same_all_over_hears_the_volume_that_tread_and_sidewalls_sweep() {
+fn a_uniform_field_hears_the_volume_tread_and_sidewalls_sweep() {
     let tyre = tyre();
     let model = model(&tyre, vec![0], Across::Even, AirMotion::Axle);
     for frequency in [40.0, 180.0] {
@@ -88,7 +88,7 @@ fn a_sound_field_that_is_the_same_all_over_hears_the_volume_that_tread_and_sidew
 }
 
 #[test]
-fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure_with_every_motion_of_the_air() {
+fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure() {
     let tyre = Tyre { angular_velocity: -71.6, ..tyre() };
     let field = |ring: usize, cell: usize| 1.0 + ((ring + 1) * cell % 7) as f32;
     for air in [AirMotion::Axle, AirMotion::WithTread, AirMotion::Road] {
@@ -99,13 +99,13 @@ fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure_with_every_motion_of_the
             assert!((sum - whole).norm() < 1e-5 * whole.norm(), "{air:?}: {sum} {whole}");
         }
         // Forces that are resolved across, with the shares of a strip, give the same sound.
-        let apart = model(&tyre, vec![0, 2], Across::Resolved { components: 2, kept: 0 }, air);
-        let waves = tyre_waves(&tyre);
+        let apart = model(&tyre, vec![0, 2], Across::Resolved { components: 2, values: 0 }, air);
+        let waves = Waves::new(&tyre);
         let (strip, shapes) = (apart.strip(), apart.shapes());
         assert_eq!((strip.len(), shapes.len()), (2, 2 * (1 + SplitRule::POINTS)));
-        let (mut flows, mut out) = (apart.room_for_flows(), vec![Complex64::ZERO; apart.integrals_of_wave()]);
+        let (mut flows, mut out) = (apart.flow_buffer(), vec![Complex64::ZERO; apart.integrals_of_wave()]);
         let (mut flows_of_strip, mut sums) =
-            (together.room_for_flows(), vec![Complex64::ZERO; together.integrals_of_wave()]);
+            (together.flow_buffer(), vec![Complex64::ZERO; together.integrals_of_wave()]);
         let weights = out.len() / shapes.len();
         for n in [-5, 0, 3] {
             apart.factors_at([150.0, 120.0], n, 1.0, &strip, &mut flows, &mut out);
@@ -118,8 +118,4 @@ fn parts_waves_and_cells_of_a_flank_sum_to_one_pressure_with_every_motion_of_the
             }
         }
     }
-}
-
-fn tyre_waves(tyre: &Tyre) -> crate::tyre::influence::Waves {
-    crate::tyre::influence::Waves::new(tyre)
 }

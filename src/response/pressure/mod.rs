@@ -43,8 +43,8 @@
 //! the material's rate, w - n Omega, whatever the air does. Each cell across meets the mean of G over its strip.
 //!
 //! Whole time steps are taken off the propagation delay r0/c from the contact to the receiver: a response then begins
-//! with its force, however far the receiver. The forces of a Runge-Kutta rule's stages act at their own times with
-//! their own weights, on the tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
+//! with its force, however far the receiver. The forces of a Runge-Kutta rule's stages act at their times with
+//! their weights, on the tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
 
 #[cfg(test)]
 mod air_tests;

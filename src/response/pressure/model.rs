@@ -166,13 +166,13 @@ impl PressureModel {
     }
 
     /// Buffer for the flows of all lateral waves; empty without a flank that moves.
-    pub(super) fn room_for_flows(&self) -> Vec<Complex64> {
+    pub(super) fn flow_buffer(&self) -> Vec<Complex64> {
         vec![Complex64::ZERO; self.driven() * self.rings()]
     }
 
     /// Factors from the integrals of G to the pressure at a bin, shape by shape, weight by weight, for unit amplitude
     /// of the forces' component n at each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`],
-    /// `flows` [`Self::room_for_flows`].
+    /// `flows` [`Self::flow_buffer`].
     pub(super) fn factors(
         &self,
         bin: usize,
@@ -258,14 +258,14 @@ impl PressureModel {
         }
         let Some(waves) = &self.tangential else { return };
         let (along, aside) = by_tangential.split_at_mut(lateral);
-        for (index, own) in by_normal.iter().enumerate() {
+        for (index, normal) in by_normal.iter().enumerate() {
             let answers = waves.at(n, seen, index);
             (along[index], aside[index]) = (answers[0], answers[1]);
             // The flows follow the surface's motion as they do under normal forces.
             for (force, answer) in answers.into_iter().enumerate() {
                 let out = &mut more_flows[(force * lateral + index) * pieces..][..pieces];
                 let known = &flows[index * pieces..][..pieces];
-                let ratio = if own.norm_sqr() > 0.0 { answer / own } else { Complex64::ZERO };
+                let ratio = if normal.norm_sqr() > 0.0 { answer / normal } else { Complex64::ZERO };
                 out.iter_mut().zip(known).for_each(|(out, flow)| *out = ratio * flow);
             }
         }

@@ -7,10 +7,10 @@ use super::surface::{SurfaceGreen, UnderPatch};
 use crate::contact::cells::gaps::GapMap;
 use crate::numeric::{double, in_parallel, lagrange, single};
 use crate::radiation::gap::GapAir;
-use crate::radiation::gap::patch::{Channel, PatchSheet, RoughGap};
+use crate::radiation::gap::patch::{GapChannel, PatchSheet, RoughGap};
 use crate::radiation::gap::resonance::Resonance;
 use crate::radiation::transfer::contact_distance;
-use crate::radiation::{Body, FrequencyTransfers, RadiationError, Transfer, TransferSet};
+use crate::radiation::{FrequencyTransfers, RadiatingBody, RadiationError, SurfaceTransfer, TransferSet};
 use num_complex::{Complex32, Complex64};
 
 /// Largest height of the gap at the sheet's ends, in wavelengths of the highest frequency.
@@ -25,14 +25,13 @@ const FOUND_WANTING: f64 = 1.3;
 /// Number of times that the peak of the fitted parabola is solved for.
 const REFINED: usize = 3;
 
-/// Open patch of a body.
 pub(crate) struct OpenPatch<'a> {
-    body: &'a Body,
+    body: &'a RadiatingBody,
     /// The sheet over grooves alone, or one for each place at which voids are known.
     sheets: Vec<PatchSheet>,
     /// True if voids of the road are open, too.
     has_voids: bool,
-    channels: &'a [Channel],
+    channels: &'a [GapChannel],
     air: GapAir,
     /// Largest error of the interpolation between frequencies \[dB\].
     tolerance: f64,
@@ -101,7 +100,7 @@ impl<'a> OpenPatch<'a> {
     }
 
     /// Patch of a body, with the gaps at places of the run where these are open; `None` where it is sealed.
-    pub(crate) fn of(path: &'a TransferPath, body: &'a Body, gaps: &[GapMap]) -> Option<Self> {
+    pub(crate) fn of(path: &'a TransferPath, body: &'a RadiatingBody, gaps: &[GapMap]) -> Option<Self> {
         if path.channels.is_empty() && path.places == 1 {
             return None;
         }
@@ -125,7 +124,7 @@ impl<'a> OpenPatch<'a> {
 
     /// Solves at a frequency for the responses in all grooves to fields that are equal before and behind the tyre, and
     /// for the fields of transfers.
-    fn solve(&self, frequency: f64, transfers: &[Transfer]) -> Result<Solved, RadiationError> {
+    fn solve(&self, frequency: f64, transfers: &[SurfaceTransfer]) -> Result<Solved, RadiationError> {
         let (mut responses, mut fields, mut of_middles) = (Vec::new(), Vec::new(), Vec::new());
         for sheet in &self.sheets {
             let factored = sheet.factorise(&self.air, self.wavenumber(frequency))?;
@@ -142,7 +141,7 @@ impl<'a> OpenPatch<'a> {
             }
             responses.push(response);
             let solved = factored.solve(transfers);
-            let of_point = |(field, transfer): (&Vec<Complex64>, &Transfer)| {
+            let of_point = |(field, transfer): (&Vec<Complex64>, &SurfaceTransfer)| {
                 let late = transfer.wavenumber * contact_distance(self.body, transfer.receiver);
                 let turn = Complex64::from_polar(1.0, late);
                 let squares = sheet.within(field).map(|(value, area)| [value.norm_sqr() * area, area]);
@@ -156,7 +155,7 @@ impl<'a> OpenPatch<'a> {
             fields.push(solved.iter().zip(transfers).map(of_point).collect());
             // Pressures in the middle of grooves are computed at the first place.
             if of_middles.is_empty() && !transfers.is_empty() {
-                let of_groove = |channel: &Channel| {
+                let of_groove = |channel: &GapChannel| {
                     sheet.on_grid(&factored.sourced_in_middle(channel.position)).into_iter().map(single).collect()
                 };
                 of_middles = self.channels.iter().map(of_groove).collect();
@@ -216,7 +215,7 @@ impl<'a> OpenPatch<'a> {
         }
         // 3. Fields at the frequencies added, of interpolated transfers.
         let between = in_parallel::map(&added, |&frequency| {
-            let transfers: Vec<Transfer> =
+            let transfers: Vec<SurfaceTransfer> =
                 (0..points).filter_map(|point| set.at(self.body, point, frequency)).collect();
             Ok((self.solve(frequency, &transfers)?, FrequencyTransfers { frequency, transfers }))
         });
@@ -305,12 +304,12 @@ impl<'a> OpenPatch<'a> {
         let first = under.next().unwrap_or_default();
         let sealed = if under.len() > 0 { greens.clone() } else { Vec::new() };
         // The pressures in grooves leave out sources beyond the sheet.
-        let silent = greens.first().filter(|_| !of_middles.is_empty()).map(|first| {
+        let without_sources = greens.first().filter(|_| !of_middles.is_empty()).map(|first| {
             let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
             SurfaceGreen { values, ..first.clone() }
         });
         greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
-        let of = |under| silent.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
+        let of = |under| without_sources.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
         greens.extend(of_middles.into_iter().filter_map(of));
         // Then those of the other places, point by point.
         for under in under {
@@ -329,13 +328,13 @@ pub(crate) fn root_mean<T>(places: &[T], of: impl Fn(&T) -> f64) -> f64 {
 
 /// Lateral waves that resolve the steps of a field between grooves: twice the strip's width over that of the narrowest
 /// rib or groove, or of a cell where voids are open on so many cells across.
-pub(crate) fn waves_for(channels: &[Channel], contact_width: f64, voids: Option<usize>) -> usize {
+pub(crate) fn waves_for(channels: &[GapChannel], contact_width: f64, voids: Option<usize>) -> usize {
     if let Some(cells) = voids {
         return 2 * cells;
     }
     let mut sides = vec![-0.5 * contact_width, 0.5 * contact_width];
     sides.extend(
-        channels.iter().flat_map(|Channel { position, width, .. }| [-0.5, 0.5].map(|half| position + half * width)),
+        channels.iter().flat_map(|GapChannel { position, width, .. }| [-0.5, 0.5].map(|half| position + half * width)),
     );
     sides.sort_by(f64::total_cmp);
     let widths = sides.windows(2).map(|ends| ends[1] - ends[0]).filter(|width| *width > 1e-9 * contact_width);
@@ -350,10 +349,10 @@ mod tests {
     use crate::scene::{DEFAULT, Scene, TimeRule};
 
     #[test]
-    fn frequencies_are_added_where_a_groove_resonates_until_cubics_meet_its_response() {
+    fn frequencies_are_added_round_resonances_of_grooves() {
         let Scene { tyre, radiation, .. } = Scene::from_str(DEFAULT, "default").unwrap().scene;
         let shoulder = radiation.shoulder;
-        let body = Body::standing_tyre(tyre.radius(), tyre.width + 2.0 * shoulder, shoulder, 0.054).unwrap();
+        let body = RadiatingBody::standing_tyre(tyre.radius(), tyre.width + 2.0 * shoulder, shoulder, 0.054).unwrap();
         let body = body.with_gap(radiation.acoustic_gap).unwrap();
         let path = TransferPath {
             radiation,
@@ -364,7 +363,7 @@ mod tests {
             lateral: 1,
             has_tractions: false,
             bead: None,
-            channels: vec![Channel { position: 0.0, width: 0.012, depth: 0.008 }],
+            channels: vec![GapChannel { position: 0.0, width: 0.012, depth: 0.008 }],
             places: 1,
         };
         let open = OpenPatch::of(&path, &body, &[]).unwrap();
@@ -376,7 +375,7 @@ mod tests {
             let wavenumber = open.wavenumber(frequency);
             let value = single(Complex64::from_polar(1.0, -wavenumber * late));
             let values = vec![value; grid.around * grid.across];
-            let transfers = vec![Transfer { receiver, wavenumber, grid, sides: 1, values }];
+            let transfers = vec![SurfaceTransfer { receiver, wavenumber, grid, sides: 1, values }];
             FrequencyTransfers { frequency, transfers }
         };
         let known: Vec<f64> = (0..8).map(|step| 700.0 + 100.0 * f64::from(step)).collect();
@@ -416,7 +415,7 @@ mod tests {
 
     #[test]
     fn waves_across_follow_the_narrowest_rib_or_groove() {
-        let channel = |position, width| Channel { position, width, depth: 0.008 };
+        let channel = |position, width| GapChannel { position, width, depth: 0.008 };
         assert_eq!(waves_for(&[channel(0.0, 0.01)], 0.11, None), 22);
         // The rib beside it has 5 mm.
         assert_eq!(waves_for(&[channel(0.045, 0.01)], 0.11, None), 44);

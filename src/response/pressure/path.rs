@@ -6,10 +6,11 @@ use std::sync::Arc;
 
 use super::model::PressureModel;
 use crate::numeric::SplitRule;
-use crate::radiation::gap::patch::Channel;
+use crate::radiation::gap::patch::GapChannel;
 use crate::radiation::transfer::contact_distance;
 use crate::radiation::{
-    Air, Block, Body, Cost, Flank, FrequencyRange, Resolution, SetUpCost, TransferGrid, TransferProblem, draft,
+    Air, Flank, FrequencyRange, MeshResolution, ParityBlock, RadiatingBody, RadiationCost, SetUpCost, TransferGrid,
+    TransferProblem, draft,
 };
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::scene::{Radiation, RadiationQuality, Tyre};
@@ -38,7 +39,7 @@ pub struct TransferPath {
     /// Radius of the bead \[m\], where the sidewalls radiate.
     pub bead: Option<f64>,
     /// Grooves with air through the patch; empty where it is sealed.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<GapChannel>,
     /// Number of places of the run whose voids between tread and road are open, or 1.
     pub places: usize,
 }
@@ -70,17 +71,17 @@ impl TransferPath {
     }
 
     /// Transfers from a body to all points, to be solved for.
-    pub(crate) fn problem<'a>(&'a self, body: &'a Body, memory_limit: u64) -> TransferProblem<'a> {
+    pub(crate) fn problem<'a>(&'a self, body: &'a RadiatingBody, memory_limit: u64) -> TransferProblem<'a> {
         TransferProblem {
             body,
             receivers: &self.positions,
             grid: Self::GRID,
             flank: self.flank(body),
-            resolution: Resolution::of(self.radiation.nodes_per_wavelength),
+            resolution: MeshResolution::of(self.radiation.nodes_per_wavelength),
             // Forces on cells are not even across.
             blocks: match self.layout.across {
-                Across::Even => &Block::EVEN_ACROSS,
-                Across::Resolved { .. } => &Block::ALL,
+                Across::Even => &ParityBlock::EVEN_ACROSS,
+                Across::Resolved { .. } => &ParityBlock::ALL,
             },
             memory_limit,
         }
@@ -88,7 +89,7 @@ impl TransferPath {
 
     /// Propagation delays from a body's contact to all points: the whole time steps, by which their pressures are
     /// early, and the rest \[s\].
-    pub(crate) fn delays(&self, body: &Body) -> (Vec<u64>, Vec<f64>) {
+    pub(crate) fn delays(&self, body: &RadiatingBody) -> (Vec<u64>, Vec<f64>) {
         let step = self.layout.time_step;
         let late = |&position: &[f64; 3]| contact_distance(body, position) / self.air.sound_speed;
         let split = |late: f64| ((late / step).floor() as u64, late - (late / step).floor() * step);
@@ -96,7 +97,7 @@ impl TransferPath {
     }
 
     /// Part of a body that radiates in addition to its tread.
-    pub(crate) fn flank(&self, body: &Body) -> Option<Flank> {
+    pub(crate) fn flank(&self, body: &RadiatingBody) -> Option<Flank> {
         Flank::new(body, self.bead?)
     }
 
@@ -135,20 +136,19 @@ impl TransferPath {
         }
     }
 
-    /// Range of frequencies of the transfers.
     pub(crate) fn range(&self) -> FrequencyRange {
         FrequencyRange::up_to(self.radiation.fmax, self.radiation.frequency_tolerance, self.air.sound_speed)
     }
 
     /// Expected cost of the transfers from a body whose frequencies are not all `stored` \[Hz\]; `None` for positions
     /// that the run will refuse.
-    pub(crate) fn expected(&self, body: &Body, memory_limit: u64, stored: &[f64]) -> Option<SetUpCost> {
+    pub(crate) fn expected(&self, body: &RadiatingBody, memory_limit: u64, stored: &[f64]) -> Option<SetUpCost> {
         let (problem, range) = (self.problem(body, memory_limit), self.range());
         if self.radiation.quality == RadiationQuality::Draft {
             let values = (self.points() * problem.values()) as u64;
             let frequencies = draft::frequencies(&range).len() as u64;
             let far_evaluations = DRAFT_KERNELS * (values * frequencies) as f64;
-            let cost = Cost { far_evaluations, ..Cost::default() };
+            let cost = RadiationCost { far_evaluations, ..RadiationCost::default() };
             return Some(SetUpCost { frequencies: 0, cost, bytes_stored: 8 * values * frequencies });
         }
         SetUpCost::expected(&problem, &range, stored).ok()

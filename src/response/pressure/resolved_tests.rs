@@ -11,7 +11,7 @@ use super::tests::{AROUND, across, green as even_green, moving_wave};
 use super::transfer::PressureTransfers;
 use crate::numeric::double;
 use crate::radiation::draft;
-use crate::radiation::{Block, Body, Resolution, TransferGrid, TransferProblem};
+use crate::radiation::{MeshResolution, ParityBlock, RadiatingBody, TransferGrid, TransferProblem};
 use crate::response::LateralForces;
 use crate::response::vibration::{Across, SegmentLayout, TransferKind};
 use crate::scene::{AirMotion, Sides, TimeRule, Tyre};
@@ -30,7 +30,7 @@ fn layout() -> SegmentLayout {
         substeps: 1,
         revolutions: 2,
         columns: COLUMNS,
-        across: Across::Resolved { components: COMPONENTS, kept: 0 },
+        across: Across::Resolved { components: COMPONENTS, values: 0 },
         rule: TimeRule::Bdf2,
         time_step: 0.09 / ELEMENTS as f64,
         phase: 0,
@@ -59,7 +59,7 @@ fn model(tyre: &Tyre, air: AirMotion) -> PressureModel {
 fn with_tangential(tyre: &Tyre, air: AirMotion) -> PressureModel {
     let model = model(tyre, air);
     let waves = TractionWaves::new(tyre, AROUND / 2, &model.waves.lateral, [3000.0, 1e-6]);
-    let across = Across::Resolved { components: 3 * COMPONENTS, kept: 0 };
+    let across = Across::Resolved { components: 3 * COMPONENTS, values: 0 };
     PressureModel { tangential: Some(Arc::new(waves)), layout: SegmentLayout { across, ..model.layout }, ..model }
 }
 
@@ -110,7 +110,7 @@ fn surface_green(half_width: f64, side: f64) -> SurfaceGreen {
 }
 
 #[test]
-fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() {
+fn a_force_on_a_cell_sounds_as_the_moving_tread() {
     for (sides, air) in [
         (Sides::Supported, AirMotion::Axle),
         (Sides::Guided, AirMotion::Axle),
@@ -200,19 +200,19 @@ fn a_tyre_heard_from_its_other_side_is_its_mirror() {
 fn both_sides_of_a_tread_are_heard_apart() {
     // The odd parts of a receiver to the left and one to the right are opposite; the even part is that of one side
     // alone.
-    let body = Body::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();
+    let body = RadiatingBody::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();
     let receivers = [[0.2, 1.0, 0.4], [0.2, -1.0, 0.4]];
     let problem = |blocks| TransferProblem {
         body: &body,
         receivers: &receivers,
         grid: TransferGrid { around: 128, across: 4 },
         flank: None,
-        resolution: Resolution::of(5.0),
+        resolution: MeshResolution::of(5.0),
         blocks,
         memory_limit: 1 << 30,
     };
     let wavenumber = TAU * 300.0 / 343.2;
-    let (even, both) = (problem(&Block::EVEN_ACROSS), problem(&Block::ALL));
+    let (even, both) = (problem(&ParityBlock::EVEN_ACROSS), problem(&ParityBlock::ALL));
     let full = |problem: &TransferProblem<'_>| problem.solve(wavenumber).unwrap().0;
     for transfers in [[full(&even), full(&both)], [&even, &both].map(|p| draft::transfers_at(p, wavenumber))] {
         let [even, both] = transfers.map(|transfers| {

@@ -12,7 +12,7 @@ use super::transfer::PressureTransfers;
 use crate::contact::cells::gaps::GapMap;
 use crate::counters::{Counter, Job, Stage, Work};
 use crate::radiation::stored::StoredTransfers;
-use crate::radiation::{Body, FrequencyReport, RadiationError, Watch, draft, transfers};
+use crate::radiation::{FrequencyReport, FrequencyWatch, RadiatingBody, RadiationError, draft, transfers};
 use crate::response::vibration::SegmentLayout;
 use crate::scene::{LoadedScene, RadiationQuality, SceneError, SetUpError, Tyre};
 use crate::storage::Cache;
@@ -21,12 +21,11 @@ use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 /// Relative tolerance of the waves' compliances.
 pub(crate) const WAVES: f64 = 1e-4;
 
-/// Input of a set-up.
 pub(crate) struct SetUp<'a> {
     /// Scene of the run.
     pub loaded: &'a LoadedScene,
     pub path: &'a TransferPath,
-    pub body: &'a Body,
+    pub body: &'a RadiatingBody,
     pub tyre: &'a Tyre,
     /// Gaps between tread and road at the places whose voids are open.
     pub gaps: &'a [GapMap],
@@ -99,18 +98,18 @@ impl SetUp<'_> {
         }
         let open = self.open_patch()?;
         let stored = StoredTransfers::open(&problem, &range, &path.receivers, &mut job.warnings);
-        let mut troubles = Vec::new();
-        let mut watch = Watch {
+        let mut warnings = Vec::new();
+        let mut watch = FrequencyWatch {
             known: &mut |wanted| stored.load(wanted, &mut job.warnings),
             sink: &mut |found| {
-                stored.store(found, &mut troubles);
+                stored.store(found, &mut warnings);
                 Ok(())
             },
             progress: &mut |so_far| job.progress.pieces(so_far.finished, so_far.open),
             interrupted: &|| job.stop.load(Ordering::Relaxed),
         };
         let found = transfers(&problem, &range, rayon::current_num_threads(), &mut watch);
-        job.warnings.extend(troubles);
+        job.warnings.extend(warnings);
         let (set, report) = found.map_err(|error| match error {
             RadiationError::Interrupted => {
                 job.progress.note("frequencies of the radiation that were solved are kept for the next run");

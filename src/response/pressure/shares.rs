@@ -50,9 +50,9 @@ impl PressureShares {
         let integrals = WaveIntegrals::new(green, model.waves.waves, &shapes, weights);
         let most = integrals.most_under(&model.layout) as i64;
         let strip = model.strip();
-        let (mut flows, around) = (model.room_for_flows(), green.around);
+        let (mut flows, around) = (model.flow_buffer(), green.around);
         let mut known = vec![Complex32::ZERO; integrals.count()];
-        integrals.of(green, index, &mut integrals.room(), &mut known);
+        integrals.of(green, index, &mut integrals.buffers(), &mut known);
         let mut factors = vec![Complex64::ZERO; integrals.of_wave()];
         // By shape, the sum over n of its waves, as coefficients of a transform round the tyre.
         // 1. Sum over wavenumbers, which also gives the sum over parts.

@@ -40,7 +40,7 @@ fn model(window: &Geometry, rule: TimeRule) -> PressureModel {
         substeps: window.substeps,
         revolutions: 2,
         columns: window.columns,
-        across: Across::Resolved { components: ACROSS, kept: 0 },
+        across: Across::Resolved { components: ACROSS, values: 0 },
         rule,
         time_step: REVOLUTION / (ELEMENTS * window.substeps) as f64,
         phase: window.substep(0),
@@ -133,7 +133,7 @@ fn mean(of: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn a_volume_on_a_cell_that_goes_by_sounds_as_its_change_in_time_at_its_place() {
+fn a_passing_volume_sounds_as_its_change_in_time() {
     // Ends of strips that do not coincide with those of cells.
     let half = 0.5 * plate_tyre().width;
     let (strips, of_strip) = ([-half, -0.041, -0.007, 0.012, 0.03, half], [0.0, 2.0, -1.0, 0.7, 0.3]);
@@ -191,7 +191,7 @@ fn a_volume_on_a_cell_that_goes_by_sounds_as_its_change_in_time_at_its_place() {
 }
 
 #[test]
-fn squeeze_is_silent_in_a_field_that_is_the_same_everywhere_and_not_in_another() {
+fn squeeze_is_silent_in_a_uniform_field_only() {
     // Blocks of three columns and two cells with voids between them, and a groove.
     let block = |i: usize, j: usize| if i % 4 < 3 && j < 2 { (i / 4) as u32 } else { NO_BLOCK };
     let of_cell = (0..ELEMENTS).flat_map(|i| (0..ACROSS).map(move |j| block(i, j))).collect();
@@ -208,8 +208,8 @@ fn squeeze_is_silent_in_a_field_that_is_the_same_everywhere_and_not_in_another()
                 let (column, j) = (cell / ACROSS, cell % ACROSS);
                 let place = (column as f64 + 0.5) / forces.columns as f64;
                 let rough = 1.0 + 0.3 * ((first + column as i64) as f64 * 2.1 + j as f64).sin();
-                let shaken = 1.0 + 0.5 * (0.3 * step as f64).cos();
-                50.0 * shaken * rough * (std::f64::consts::PI * place).sin().powi(2)
+                let factor = 1.0 + 0.5 * (0.3 * step as f64).cos();
+                50.0 * factor * rough * (std::f64::consts::PI * place).sin().powi(2)
             };
             volumes.of(step, &(0..forces.columns * ACROSS).map(force).collect::<Vec<f64>>()).to_vec()
         });

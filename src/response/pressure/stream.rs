@@ -1,6 +1,6 @@
 //! From the forces of each step to pressures over time: overlap-save with whole revolutions.
 //!
-//! A block holds the last K steps, and the next begins half a block later. Of the K pressures of a block half are kept,
+//! A block holds the last K steps, and the next begins half a block later. Of the K pressures of a block half are used,
 //! from three eighths of the block on: a response may last three eighths of a block, and, since transfers end at a
 //! highest frequency, may begin an eighth before its force.
 //!
@@ -33,11 +33,9 @@ pub(crate) struct PressureStream {
     backward: Arc<dyn ComplexToReal<f64>>,
     /// Forces of the block so far, step by step \[N\].
     forces: Vec<f64>,
-    /// Steps so far.
     steps: u64,
     /// Blocks that are still to be completed.
     ahead: u64,
-    /// Most blocks that wait.
     most_waiting: usize,
     /// Spectra of the complete blocks whose pressures are still to be computed.
     waiting: Vec<BlockSpectra>,
@@ -89,10 +87,10 @@ impl PressureStream {
         (batches, receivers.div_ceil(batches))
     }
 
-    /// Most blocks of `steps` steps that wait where there is room for `room` of them.
-    pub(crate) fn most_waiting(layout: &SegmentLayout, steps: u64, room: f64) -> usize {
+    /// Most blocks of `steps` steps that wait where the memory holds `in_memory` of them.
+    pub(crate) fn most_waiting(layout: &SegmentLayout, steps: u64, in_memory: f64) -> usize {
         let useful = MOST_WAITING.min(Self::blocks(layout, steps) as usize);
-        (room as usize).min(useful).max(1)
+        (in_memory as usize).min(useful).max(1)
     }
 
     /// Number of complete blocks in `steps` steps.
@@ -106,7 +104,6 @@ impl PressureStream {
         Self::blocks(layout, steps) * layout.hop() as u64
     }
 
-    /// Step of the first pressure.
     pub(crate) fn first_step(layout: &SegmentLayout) -> u64 {
         (layout.length() * 3 / 8) as u64
     }
@@ -157,14 +154,13 @@ impl PressureStream {
     }
 
     /// Number of blocks whose pressures are still to be computed, and whether some may be within so many steps.
-    pub(crate) fn blocks_left(&self, within: usize) -> (u64, bool) {
+    pub(crate) fn remaining_blocks(&self, within: usize) -> (u64, bool) {
         let (waiting, width) = (self.waiting.len(), self.layout().width());
         let ends = self.forces.len() / width + within >= self.layout().length();
         let is_last = self.ahead <= 1 || waiting + 1 >= self.most_waiting;
         (self.ahead + waiting as u64, self.ahead > 0 && ends && is_last)
     }
 
-    /// Steps so far.
     pub(crate) fn steps(&self) -> u64 {
         self.steps
     }
@@ -241,7 +237,6 @@ impl PressureStream {
         spectra
     }
 
-    /// Spectra of the blocks that wait.
     #[cfg(test)]
     pub(super) fn blocks_that_wait(&self) -> &[BlockSpectra] {
         &self.waiting

@@ -17,7 +17,7 @@ use rustfft::{Fft, FftPlanner};
 
 use crate::numeric::{double, lagrange, legendre, sinc, single};
 use crate::radiation::transfer::{across_points, contact_distance, half_tread};
-use crate::radiation::{Body, Transfer, TransferSet};
+use crate::radiation::{RadiatingBody, SurfaceTransfer, TransferSet};
 use crate::response::vibration::SegmentLayout;
 use crate::tyre::influence::Waves;
 
@@ -66,7 +66,7 @@ pub(super) enum Shape {
 impl SurfaceGreen {
     /// From the transfers of a body's tread to one receiver at rising frequencies \[Hz\], computed for one side or
     /// both.
-    pub(crate) fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
+    pub(crate) fn of(body: &RadiatingBody, known: impl IntoIterator<Item = (f64, SurfaceTransfer)>) -> Self {
         let half_width = half_tread(body);
         let (frequencies, across, values) = (Vec::new(), Vec::new(), Vec::new());
         let mut green = Self { frequencies, around: 0, across, half_width, rings: 0, values, under_patch: None };
@@ -93,7 +93,7 @@ impl SurfaceGreen {
     }
 
     /// From a set of transfers, for each of its receivers.
-    pub(crate) fn of_set(body: &Body, set: TransferSet) -> Vec<Self> {
+    pub(crate) fn of_set(body: &RadiatingBody, set: TransferSet) -> Vec<Self> {
         let mut by_receiver = Vec::new();
         for found in set.into_frequencies() {
             by_receiver.resize_with(found.transfers.len(), Vec::new);
@@ -196,7 +196,7 @@ impl WaveIntegrals {
     }
 
     /// Buffers for the work on a receiver: cells, scratch of their transform, and waves.
-    pub(super) fn room(&self) -> [Vec<Complex64>; 3] {
+    pub(super) fn buffers(&self) -> [Vec<Complex64>; 3] {
         let scratch = self.transform.get_inplace_scratch_len();
         [self.transform.len(), scratch, self.means.len()].map(|length| vec![Complex64::ZERO; length])
     }
@@ -272,7 +272,7 @@ fn strip_shares([right, left]: [f64; 2], ends: &[f64]) -> Vec<f64> {
 fn strip_means([right, left]: [f64; 2], points: &[f64], rings: usize) -> Vec<f64> {
     let odd = points.len() + rings;
     let mut sums = vec![0.0; odd + points.len()];
-    // Polynomials in |y|: each side of mid-width on its own.
+    // Polynomials in |y|: each side of mid-width separately.
     for [from, to] in [[right, left.min(0.0)], [right.max(0.0), left]] {
         if to <= from {
             continue;
@@ -343,7 +343,7 @@ mod tests {
         };
         let integrals = WaveIntegrals::new(&green, waves, &[Shape::Tread(0), Shape::Tread(2)], 1);
         let mut out = vec![Complex32::ZERO; integrals.count()];
-        integrals.of(&green, 0, &mut integrals.room(), &mut out);
+        integrals.of(&green, 0, &mut integrals.buffers(), &mut out);
         for (row, n) in (-(integrals.most_around() as i64)..).zip(out.chunks_exact(2)).map(|(n, row)| (row, n)) {
             let expected = if n == 5 { mean * mean * 0.5 * 2.0 * 0.2 } else { 0.0 };
             assert!((row[1] - expected as f32).norm() < 1e-6, "n = {n}: {}", row[1]);
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn integrals_with_the_angle_from_the_contact_are_those_over_the_cells_at_both_ends_too() {
+    fn integrals_over_the_angle_are_those_over_the_cells() {
         let (waves, around) = (Waves { circumference: 2.0, width: 0.2, sides: Sides::Guided }, 16);
         let values: Vec<Complex32> =
             (0..around).map(|cell| Complex32::new(1.0 + cell as f32 % 3.0, (cell as f32).sin())).collect();
@@ -369,7 +369,7 @@ mod tests {
         };
         let integrals = WaveIntegrals::new(&green, waves, &[Shape::Tread(0)], 2);
         let mut out = vec![Complex32::ZERO; integrals.count()];
-        integrals.of(&green, 0, &mut integrals.room(), &mut out);
+        integrals.of(&green, 0, &mut integrals.buffers(), &mut out);
         assert_eq!(out.len(), 2 * 15);
         let weights: [fn(f64) -> f64; 2] = [|_| 1.0, |angle| 1.0 - angle.cos()];
         for (n, found) in (-7..=7).zip(out.chunks_exact(2)) {
@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn strips_under_the_patch_stand_in_place_of_points_and_give_the_same_for_a_field_that_both_hold() {
+    fn strips_under_the_patch_integrate_as_points_do() {
         let waves = Waves { circumference: 2.0, width: 0.2, sides: Sides::Guided };
         let (around, cells, half_width) = (16, 3, 0.1);
         // 1 + 2 y + y^2 at three points of each half: its even and its odd part.

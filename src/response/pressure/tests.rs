@@ -177,8 +177,9 @@ fn integral_over_the_tread(tyre: &Tyre) {
                 waves.at(n, seen / TAU, &mut values);
                 let kx = waves.waves.kx(n);
                 let sinc = |x: f64| if x.abs() < 1e-9 { 1.0 } else { x.sin() / x };
-                let acts = Complex64::from_polar(weight, -wrapped * time);
-                let force = acts * Complex64::from_polar(1.0, -kx * x_c) * sinc(0.5 * kx * tyre.circumference / 32.0);
+                let stage_factor = Complex64::from_polar(weight, -wrapped * time);
+                let force =
+                    stage_factor * Complex64::from_polar(1.0, -kx * x_c) * sinc(0.5 * kx * tyre.circumference / 32.0);
                 for (&m, compliance) in lateral.iter().zip(&values) {
                     let ky = waves.waves.ky(m);
                     let strip = 2.0 / tyre.width * sinc(0.5 * ky * tyre.contact_width);
@@ -206,7 +207,7 @@ fn integral_over_the_tread(tyre: &Tyre) {
 }
 
 #[test]
-fn shares_of_waves_and_of_the_circumference_add_up_to_the_transfer_of_the_middle_place() {
+fn shares_of_waves_and_circumference_add_up_to_the_transfer() {
     let tyre = turning_tyre();
     let waves = Arc::new(SurfaceWaves::new(&tyre, AROUND / 2, 3, 3000.0, 1e-6));
     for (rule, air, bin) in [
@@ -343,14 +344,14 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
         let mut found = Vec::new();
         for step in 0..steps {
             let forces: Vec<f64> = (0..layout.width()).map(|place| force(step, place)).collect();
-            // Half-way the stream is stopped while a block waits, and another one goes on from its state.
+            // Half-way the stream is stopped while a block waits, and another one continues from its state.
             if step == length + 5 {
                 assert_eq!(stream.blocks_that_wait().len(), 1);
                 let state = SavedState::of(&mut stream).unwrap();
                 stream = PressureStream::new(transfers.clone(), steps as u64, usize::MAX);
                 state.restore(&mut stream).unwrap();
             }
-            let foreseen = stream.blocks_left(1).1;
+            let foreseen = stream.remaining_blocks(1).1;
             let is_due = stream.push(&forces) && stream.is_due();
             assert_eq!(foreseen, is_due, "{step}");
             if is_due {
@@ -388,11 +389,11 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
 }
 
 #[test]
-fn pressures_have_the_same_bits_however_many_blocks_wait_and_fewer_passes_make_them() {
+fn pressures_have_the_same_bits_however_many_blocks_wait() {
     let waves = Arc::new(SurfaceWaves::new(&plate_tyre(), AROUND / 2, 3, 3000.0, 1e-3));
     let components = waves.lateral.len();
     // Small and large products take different ways.
-    let resolved = Across::Resolved { components, kept: 0 };
+    let resolved = Across::Resolved { components, values: 0 };
     for (across, receivers) in [(Across::Even, 1), (resolved, 2), (resolved, 40)] {
         let layout = SegmentLayout { across, ..layout(TimeRule::Sdirk2, 1) };
         let delays = (0..receivers).map(|receiver| 1e-4 * receiver as f64).collect();
@@ -432,14 +433,14 @@ fn pressures_have_the_same_bits_however_many_blocks_wait_and_fewer_passes_make_t
 }
 
 #[test]
-fn what_waits_and_what_is_worked_on_is_bounded_whatever_the_receivers_and_the_steps() {
+fn memory_is_bounded_whatever_the_receivers_and_the_steps() {
     let layout = SegmentLayout { elements: 1024, revolutions: 6, columns: 142, ..layout(TimeRule::Sdirk2, 1) };
     let (bins, day) = (1318, 1_000_000_000);
     let most = PressureStream::most_waiting(&layout, day, f64::INFINITY);
     let bytes = |receivers, waiting| PressureStream::bytes(&layout, bins, waiting, receivers, [512, 6]);
     assert!(most <= 32);
-    for (room, steps, expected) in [(0.4, day, 1), (5.7, day, 5), (1e3, day, most), (1e3, 0, 1)] {
-        assert_eq!(PressureStream::most_waiting(&layout, steps, room), expected, "room for {room}");
+    for (in_memory, steps, expected) in [(0.4, day, 1), (5.7, day, 5), (1e3, day, most), (1e3, 0, 1)] {
+        assert_eq!(PressureStream::most_waiting(&layout, steps, in_memory), expected, "{in_memory} in memory");
     }
     for (receivers, batches) in [(1, 1), (131, 1), (284, 2), (10_000, 63)] {
         let (found, of_batch) = PressureStream::batches(receivers);

@@ -4,7 +4,7 @@
 //! are products of real matrices in single precision, whose rows are the receivers: over the integrals of a wavenumber
 //! and the frequencies between which G is interpolated, then over the wavenumbers to the blocks of forces. They are
 //! computed for the bins between two of G's frequencies at a time, and for many blocks at a time: the first product
-//! serves them all, so nothing of the size of places times bins is kept per receiver.
+//! serves them all, so nothing of the size of places times bins is stored per receiver.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -46,7 +46,7 @@ pub(crate) struct PressureSpectra {
 }
 
 /// Buffers for the work on a bin.
-struct Room {
+struct Buffers {
     folded: Folded,
     /// By block, n by n: the real parts of all blocks, then the imaginary ones.
     forces: Vec<f32>,
@@ -102,14 +102,14 @@ impl PressureTransfers {
         for group in alike.flat_map(|group| group.chunks(TOGETHER)) {
             let unit = components.at(model, greens, begin, group);
             let each = (begin..begin + group.len()).into_par_iter().map_init(
-                || Room::new(&window, greens.len(), count),
-                |room, bin| {
+                || Buffers::new(&window, greens.len(), count),
+                |buffers, bin| {
                     let forces = blocks.iter().map(|block| &block[bin * places..(bin + 1) * places]);
-                    window.components(model, bin, forces, &mut room.folded, &mut room.forces);
-                    room.multiply(&unit, bin - begin);
-                    room.late.clear();
-                    room.late.extend(model.late(receivers.clone(), bin).map(single));
-                    room.pressures(count)
+                    window.components(model, bin, forces, &mut buffers.folded, &mut buffers.forces);
+                    buffers.multiply(&unit, bin - begin);
+                    buffers.late.clear();
+                    buffers.late.extend(model.late(receivers.clone(), bin).map(single));
+                    buffers.pressures(count)
                 },
             );
             each.collect::<Vec<_>>().iter().for_each(|pressures| found.values.extend_from_slice(pressures));
@@ -119,10 +119,10 @@ impl PressureTransfers {
     }
 }
 
-impl Room {
+impl Buffers {
     fn new(window: &Window, receivers: usize, blocks: usize) -> Self {
         Self {
-            folded: window.room(blocks),
+            folded: window.buffers(blocks),
             forces: vec![0.0; window.waves() * 2 * blocks],
             products: vec![0.0; 4 * receivers * blocks],
             late: Vec::with_capacity(receivers),

@@ -67,7 +67,7 @@ impl Window {
         (2 * self.most + 1) * self.components
     }
 
-    pub(super) fn room(&self, blocks: usize) -> Folded {
+    pub(super) fn buffers(&self, blocks: usize) -> Folded {
         let width = 2 * blocks;
         Folded {
             sides: [(); 2].map(|()| vec![0.0; self.half * width]),
@@ -106,14 +106,14 @@ impl Window {
                 matmul(product, Accum::Replace, shape, side, 1.0_f32, Par::Seq);
             }
             // 3. Both signs of n, moved to the window's place and the stage's time.
-            let acts: Vec<Complex32> =
+            let factors: Vec<Complex32> =
                 (-(most as i64)..=most as i64).map(|n| self.act(model, bin, n, stage, substep)).collect();
             let [even, odd] = products.each_ref().map(|product| product.split_at(product.len() / 2));
             let outs = real.chunks_exact_mut(waves).zip(imaginary.chunks_exact_mut(waves));
             for (block, (real, imaginary)) in outs.enumerate() {
                 let [c_re, c_im, s_re, s_im] =
                     [even.0, even.1, odd.0, odd.1].map(|part| &part[block * (most + 1)..][..most + 1]);
-                for (index, act) in acts.iter().enumerate() {
+                for (index, factor) in factors.iter().enumerate() {
                     let n = index.abs_diff(most);
                     let sign = if index < most { -1.0 } else { 1.0 };
                     let sum = act * Complex32::new(c_re[n] + sign * s_im[n], c_im[n] - sign * s_re[n]);

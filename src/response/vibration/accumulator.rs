@@ -1,15 +1,15 @@
 //! Patch forces, taken step by step, to mean powers by bin and wavenumber: memory does not grow with the record.
 //!
-//! 1. Two hops of forces are kept as they come, by column of the window: relative to the axle the window stands still
-//!    but for its substeps. The stages of a Runge-Kutta rule are further columns.
+//! 1. Two hops of forces are buffered as they come, by column of the window: relative to the axle the window stands
+//!    still but for its substeps. The stages of a Runge-Kutta rule are further columns.
 //! 2. When a segment is complete, the mean pattern of the first segment is taken off (it stands relative to the axle:
 //!    4000 N at 0 Hz beside some newtons of vibration, which the side lobes of a window would leak into them), each
 //!    place is weighted and transformed over time.
 //! 3. `share` transforms each bin over the columns and adds |F_n(k)|^2, for several stages their products, see
 //!    `products`.
 //! 4. At the end the mean pattern of the whole record is known, m, and with d = m - m_0 the powers of the lowest bins
-//!    are brought from |X|^2 to |X - d W|^2: the sums of X that this takes are kept there by place. In the higher bins
-//!    the window's transform W has fallen by 1e-4 and d^2 |W|^2 is nothing.
+//!    are brought from |X|^2 to |X - d W|^2: the sums of X that this takes are stored there by place. In the higher
+//!    bins the window's transform W has fallen by 1e-4 and d^2 |W|^2 is nothing.
 //!
 //! Cost of a segment: q C real transforms of length K/q, K/2 complex ones of length N, and K N/2 squares; for s stages
 //! s times the transforms and s^2 times the squares and their memory.

@@ -2,11 +2,11 @@
 //!
 //! P_l = sum_e F_e v_e over the elements in contact. With backward differences v is the difference quotient of the rule
 //! itself, so that in the mean P = sum_n Re(s H_n(s)) |F_n|^2 holds exactly with the rule's s. A Runge-Kutta rule has
-//! its own quadrature, P_l = sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages,
+//! its quadrature, P_l = sum_i b_i sum_e F_(e,i) v_(e,i) over its stages, with the rates of the stages,
 //! v_i = (u_i - base_i)/(gamma dt), base_i made of the displacements at the step's beginning and of the stages before
 //! (`RungeKutta::bases`): the same holds exactly with the rule's matrices (`stage_transfer`).
 //!
-//! Limits of the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its own width, and the
+//! Limits of the agreement with the power dissipated: the segments' window blurs Re(s H_n) by its width, and the
 //! tyre stores what it has not yet dissipated when the record ends. The power is averaged with the square of the
 //! segments' window, so that the mean pattern, which has most of it, is balanced without any of that. Measured, N =
 //! 128, 2.5 s: smooth road 2e-7, rough road 2e-5 (`bdf2`), 5e-6 (`bdf1`). With `tread = "uncoupled"` the contact's

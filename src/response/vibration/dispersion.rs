@@ -9,10 +9,10 @@
 //!    n = 0 on by an even one.
 //! 2. Of each branch the part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
 //!
-//! With rotation, waves with the rotation and against it differ: each direction has its own branches, of the poles that
-//! have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)). The rotation Om shifts a wave of
-//! an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola extrapolates the frequency without that
-//! shift.
+//! With rotation, waves with the rotation and against it differ: each direction has separate branches, of the poles
+//! that have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)). The rotation Om shifts a
+//! wave of an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola extrapolates the frequency
+//! without that shift.
 //!
 //! The waves are those of the tyre itself. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the
 //! ridges of a run's map lie lower by that.
@@ -155,13 +155,13 @@ fn branches_towards(
             }
         }
         // 3. Branches without a wave end; waves without a branch begin one.
-        let mut kept = Vec::new();
+        let mut followed = Vec::new();
         for (branch, continued) in open.into_iter().zip(continued) {
-            if continued { kept.push(branch) } else { closed.push(branch) }
+            if continued { followed.push(branch) } else { closed.push(branch) }
         }
         let new = waves.iter().zip(used).filter(|(_, used)| !used);
-        kept.extend(new.map(|(&wave, _)| Followed { first: n, waves: vec![wave], turning }));
-        open = kept;
+        followed.extend(new.map(|(&wave, _)| Followed { first: n, waves: vec![wave], turning }));
+        open = followed;
     }
     let all = closed.into_iter().chain(open);
     let mut branches: Vec<_> =
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_belts_first_branch_begins_at_the_resonances_of_the_plate_tyre() {
+    fn the_belts_first_branch_begins_at_the_plates_resonances() {
         let tyre = Scene::from_str(PLATE, "default").unwrap().scene.tyre;
         let model = fit(&tyre, &FitOptions::new(&tyre, 64, 20.0).with_tolerance(1e-4)).unwrap();
         let branches = dispersion_branches(&model, 0.0, Field::Surface, 1500.0);

@@ -11,8 +11,8 @@
 //! 2. For every point and bin the sum over all e, and over the channels.
 //! 3. The mean pattern of the whole record is known at its end. The correction then depends only on the point's place
 //!    at the segment's begin, of which there are two, half a circumference apart where a segment is an odd number of
-//!    revolutions: two sums of v are kept for that, by bin, and |v|^2 becomes that of v less its mean-pattern share in
-//!    every bin.
+//!    revolutions: two sums of v are stored for that, by bin, and |v|^2 becomes that of v less its mean-pattern share
+//!    in every bin.
 //!
 //! The mean pattern itself passes all elements alike: its lines are those of the mean over the circumference.
 

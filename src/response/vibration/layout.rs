@@ -5,7 +5,7 @@
 //! forces are sampled at instants of the material, so the material frequency is the one within the Nyquist interval: w'
 //! = w - n Omega, aliased there by whole sampling rates where it lies outside.
 //!
-//! A Runge-Kutta rule has several instants in a step, each with its own forces. They all belong to the same elements,
+//! A Runge-Kutta rule has several instants in a step, each with separate forces. They all belong to the same elements,
 //! since the window moves on between steps only: the forces of one stage are a sequence over the steps as those of a
 //! multistep rule are, and the time in the step at which they act is a matter of the rule's transfer. So they are
 //! further columns, stage after stage. Forces of cells are resolved into the tyre's lateral waves, and those components
@@ -22,16 +22,16 @@ use crate::scene::TimeRule;
 /// How the forces of a column are resolved across the strip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Across {
-    /// One force, even over the width. Mean products of the stages' forces are kept, from which any velocity follows.
+    /// One force, even over the width. Mean products of the stages' forces are stored, from which any velocity follows.
     #[default]
     Even,
-    /// Lateral components. There would be too many products: the velocities or the power that they cause are kept
+    /// Lateral components. There would be too many products: the velocities or the power that they cause are stored
     /// instead.
     Resolved {
         /// Number of components of a force.
         components: usize,
-        /// Number of values that are kept for each wavenumber at a bin.
-        kept: usize,
+        /// Number of values that are stored for each wavenumber at a bin.
+        values: usize,
     },
 }
 
@@ -121,7 +121,7 @@ impl SegmentLayout {
         self.length() / 2 + 1
     }
 
-    /// Number of instants of a step, each with its own forces.
+    /// Number of instants of a step, each with separate forces.
     pub fn stages(&self) -> usize {
         self.rule.nodes().len()
     }
@@ -157,14 +157,14 @@ impl SegmentLayout {
         self.width() * self.substeps
     }
 
-    /// Number of values that are kept for each bin: for every wavenumber the mean products of the stages' forces, or
+    /// Number of values that are stored for each bin: for every wavenumber the mean products of the stages' forces, or
     /// the velocities or the power of resolved forces.
     pub fn row(&self) -> usize {
-        let kept = match self.across {
+        let values = match self.across {
             Across::Even => products::count(self.stages()),
-            Across::Resolved { kept, .. } => kept,
+            Across::Resolved { values, .. } => values,
         };
-        kept * self.wavenumbers()
+        values * self.wavenumbers()
     }
 
     /// Number of wavenumbers -N/2..=N/2. The two ends are the same sequence of elements; each counts half.
@@ -279,7 +279,7 @@ mod tests {
             [(16, 1, 1), (16, 1, 3), (16, 2, 1), (18, 2, 3), (16, 3, 2), (20, 4, 1), (18, 5, 1)]
         {
             let layout = layout(elements, substeps, revolutions);
-            let mut served: Vec<usize> = Vec::new();
+            let mut found: Vec<usize> = Vec::new();
             for base in 0..layout.base_bins() {
                 let bins: Vec<SharedBin> = layout.shared_bins(base).collect();
                 assert!(bins.len() <= layout.most_shared() && bins.is_sorted_by_key(|shared| shared.bin), "{bins:?}");
@@ -287,11 +287,11 @@ mod tests {
                     let period = layout.base_length();
                     let expected = if shared.conjugate { period - base } else { base };
                     assert_eq!(shared.bin % period, expected % period);
-                    served.push(shared.bin);
+                    found.push(shared.bin);
                 }
             }
-            served.sort_unstable();
-            assert!(served.into_iter().eq(0..layout.bins()), "q = {substeps}, r = {revolutions}");
+            found.sort_unstable();
+            assert!(found.into_iter().eq(0..layout.bins()), "q = {substeps}, r = {revolutions}");
         }
     }
 

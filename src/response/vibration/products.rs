@@ -1,7 +1,7 @@
 //! Mean products of the forces of a step's stages, and forms quadratic in these forces.
 //!
 //! A velocity is v = sum_i Y_i F_i over the stages i of a step, so |v|^2 needs the means of F_i conj F_j for all pairs
-//! of stages. They are kept as planes of real numbers: |F_i|^2 of every stage, then for every pair i < j the real and
+//! of stages. They are stored as planes of real numbers: |F_i|^2 of every stage, then for every pair i < j the real and
 //! the imaginary part of F_i conj F_j: one number for a rule of one stage, four for two stages, nine for three. A form
 //! that is quadratic in the forces, |v|^2 or a power, is a sum of these numbers times weights.
 

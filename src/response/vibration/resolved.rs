@@ -1,4 +1,4 @@
-//! Velocities and power of laterally resolved forces, kept instead of products of the forces.
+//! Velocities and power of laterally resolved forces, stored instead of products of the forces.
 //!
 //! The forces of a column are F_m = sum_j s_m(y_j) F_j, m by m. Waves of different m are different motions of the tyre,
 //! so that every observed quantity is a sum over m: the mean velocity across the strip a coherent one,
@@ -19,8 +19,8 @@
 //! products of all components would be as many as the square of their number. So the tyre's transfers must be known
 //! before the first segment: in single precision, which changes a level by 1e-6 dB.
 //!
-//! The power's waves are those that the run itself carries, each on its own ring ([`CarriedWaves`]): a ring that is a
-//! part of the tyre's length has every part-th n.
+//! The power's waves are those that the run itself carries, each on a separate ring ([`CarriedWaves`]): a ring that is
+//! a part of the tyre's length has every part-th n.
 
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -35,7 +35,7 @@ use crate::numeric::{double, single};
 use crate::tyre::influence::CellRow;
 use crate::tyre::poles::pole_model::PoleModel;
 
-/// Quantities that are kept for each wavenumber at a bin.
+/// Quantities that are stored for each wavenumber at a bin.
 pub enum ResolvedQuantities {
     /// |v_n|^2, field by field.
     Velocities(Vec<ResolvedVelocity>),
@@ -133,7 +133,8 @@ impl ResolvedPower {
             for CellRow { m, first, waves: of_row, .. } in rows {
                 let component = numbers.iter().position(|number| number == m);
                 for ((place, _), wave) in of_row.iter().enumerate().zip(known.by_ref()) {
-                    let modes = ScaledModes { modes: model.wave(wave), scale: 1.0, own: 0.0, odd_constant: 0.0 };
+                    let modes =
+                        ScaledModes { modes: model.wave(wave), scale: 1.0, added_compliance: 0.0, odd_constant: 0.0 };
                     let n = part * (first + place);
                     waves[n].extend(component.map(|component| (component, modes)));
                 }
@@ -198,8 +199,8 @@ impl ResolvedPower {
 }
 
 impl ResolvedQuantities {
-    /// Number of values that are kept for each wavenumber at a bin.
-    pub fn kept(&self) -> usize {
+    /// Number of values that are stored for each wavenumber at a bin.
+    pub fn count(&self) -> usize {
         match self {
             Self::Velocities(fields) => fields.len(),
             Self::Power(_) => 1,

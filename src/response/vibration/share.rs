@@ -27,7 +27,7 @@ pub(super) struct Share {
     pub(super) bases: Range<usize>,
     layout: SegmentLayout,
     transform: Arc<dyn Fft<f64>>,
-    /// Transfers of resolved forces; `None` where products of the forces are kept.
+    /// Transfers of resolved forces; `None` where products of the forces are stored.
     quantities: Option<Arc<ResolvedQuantities>>,
     /// Sums over the segments of the stages' products, |F_n|^2 for one stage, by base bin, shared bin and wavenumber:
     /// see [`products`]; for resolved forces the quantities of [`ResolvedQuantities`].
@@ -84,13 +84,13 @@ impl Share {
     pub(super) fn add(&mut self, spectra: impl Fn(usize, usize) -> Complex64 + Copy) {
         for base in self.bases.clone() {
             let first = self.first_row(base);
-            let kept = self.layout.row();
+            let width = self.layout.row();
             let mut powers = std::mem::take(&mut self.powers);
             let keeper = self.keeper();
             self.waves_at(
                 base,
                 |place| spectra(place, base),
-                |slot, bin, row| keeper.add(bin, row, &mut powers[(first + slot) * kept..][..kept]),
+                |slot, bin, row| keeper.add(bin, row, &mut powers[(first + slot) * width..][..width]),
             );
             self.powers = powers;
             for point in 0..self.point_powers.len() {
@@ -175,14 +175,14 @@ impl Share {
     }
 }
 
-/// Quantities kept of the forces' waves: mean products of the stages' forces, or the motion of resolved ones.
+/// Quantities stored of the forces' waves: mean products of the stages' forces, or the motion of resolved ones.
 pub(super) struct Keeper {
     layout: SegmentLayout,
     quantities: Option<Arc<ResolvedQuantities>>,
 }
 
 impl Keeper {
-    /// Adds the kept quantities of F_n at a bin, given by channel and wavenumber.
+    /// Adds the stored quantities of F_n at a bin, given by channel and wavenumber.
     pub(super) fn add(&self, bin: usize, row: &[Complex64], sums: &mut [f64]) {
         let (width, stages) = (self.layout.wavenumbers(), self.layout.stages());
         match &self.quantities {

@@ -91,7 +91,7 @@ pub fn field_spectra(
     let mut dissipation = Dissipation::default();
     let mut spectra = Vec::with_capacity(request.fields.len());
     for &field in request.fields {
-        let mut sums = FieldSpectra::silent(layout, field, request.maps);
+        let mut sums = FieldSpectra::zero(layout, field, request.maps);
         for first in (0..=layout.elements / 2).step_by(BLOCK) {
             let block = first..(first + BLOCK).min(layout.elements / 2 + 1);
             let forms = in_parallel::made(block.len(), |index| transfers.forms(response, first + index, field));
@@ -105,7 +105,7 @@ pub fn field_spectra(
 }
 
 impl FieldSpectra {
-    fn silent(layout: &SegmentLayout, field: VibrationField, maps: bool) -> Self {
+    fn zero(layout: &SegmentLayout, field: VibrationField, maps: bool) -> Self {
         let silence = || spectrum(layout, vec![0.0; layout.bins()]);
         let map = || WavenumberMap {
             wavenumbers: layout.wavenumbers(),
@@ -206,12 +206,12 @@ impl Dissipation {
     }
 }
 
-/// Spectra of fields whose velocities were kept of resolved forces, in their order.
+/// Spectra of fields whose velocities were stored for resolved forces, in their order.
 pub(crate) fn resolved_spectra(patch: &PatchSpectra, fields: &[VibrationField], maps: bool) -> Vec<FieldSpectra> {
     let layout = &patch.layout;
     let width = layout.wavenumbers();
     let of_field = |(place, &field): (usize, &VibrationField)| {
-        let mut sums = FieldSpectra::silent(layout, field, maps);
+        let mut sums = FieldSpectra::zero(layout, field, maps);
         for Line { bin, row, standing } in patch.lines() {
             for (index, square) in row[place * width..(place + 1) * width].iter().enumerate() {
                 let counts = layout.sides(bin) * layout.share(index);

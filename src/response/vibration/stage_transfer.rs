@@ -13,7 +13,7 @@
 //! 2. the velocity is i w U: the rate of the displacement, interpolated between the ends of the steps without
 //!    frequencies above half the sampling rate;
 //! 3. the rates of the stages are V_i = sum_j Y_ij F_j, Y = (D/dt) A^-1 (1 - zeta 1 e_s^T) + sum_r R_r (G + z zeta r
-//!    q^T/(1 - R zeta)), and the power that the forces put in is the rule's own quadrature, Re sum_i b_i conj F_i V_i,
+//!    q^T/(1 - R zeta)), and the power that the forces put in is the rule's quadrature, Re sum_i b_i conj F_i V_i,
 //!    in the frequency domain exactly as in the time domain ([`super::contact_power`]).
 //!
 //! Why i w U and not V: the stages' rates are accurate to first order, and their mean is the difference over a step,
@@ -51,11 +51,11 @@ struct Pole {
     numerators: [Complex64; MOST],
 }
 
-/// H_n as it is needed here: the modes, a factor of them, and a compliance `own` that is added \[m/N\].
+/// H_n as it is needed here: the modes, a factor of them, and a compliance that is added \[m/N\].
 pub(super) struct ScaledModes<'a> {
     pub(super) modes: Modes<'a>,
     pub(super) scale: f64,
-    pub(super) own: f64,
+    pub(super) added_compliance: f64,
     /// Constant of the odd part, which the modes do not hold \[m/N\].
     pub(super) odd_constant: f64,
 }
@@ -70,12 +70,12 @@ impl<'a> ScaledModes<'a> {
     pub(super) fn odd(&self) -> Option<ScaledModes<'a>> {
         let modes = self.modes;
         let odd = Modes { residues: modes.odd, odd: &[], constant: self.odd_constant, ..modes };
-        self.turns().then_some(ScaledModes { modes: odd, own: 0.0, odd_constant: 0.0, ..*self })
+        self.turns().then_some(ScaledModes { modes: odd, added_compliance: 0.0, odd_constant: 0.0, ..*self })
     }
 
     /// D \[m/N\].
     fn constant(&self) -> f64 {
-        self.scale * self.modes.constant + self.own
+        self.scale * self.modes.constant + self.added_compliance
     }
 }
 
@@ -131,11 +131,11 @@ impl StageTransfer {
         let rate = tyre.constant() / (self.method.gamma * self.time_step);
         for (slot, row) in out.chunks_exact_mut(bins).enumerate() {
             let (i, j) = (slot / stages, slot % stages);
-            let own = if i == j { 1.0 } else { 0.0 };
+            let diagonal = if i == j { 1.0 } else { 0.0 };
             let before = if j < i { bases[i][j + 1] } else { 0.0 };
             let begin = if j + 1 == stages { bases[i][0] } else { 0.0 };
             for (value, &zeta) in row.iter_mut().zip(&self.zetas) {
-                let difference = own - before - begin * zeta;
+                let difference = diagonal - before - begin * zeta;
                 *value = zeta * *value + at_once[slot] + weights[i] * rate * difference;
             }
         }
@@ -224,7 +224,7 @@ mod tests {
         let tyre = ScaledModes {
             modes: Modes { poles: &poles, residues: &residues, odd: &[], pairs: 1, constant: 2e-3 },
             scale: 0.8,
-            own: 5e-4,
+            added_compliance: 5e-4,
             odd_constant: 0.0,
         };
         let (dt, w) = (2e-4, 3100.0);
@@ -248,9 +248,9 @@ mod tests {
                     for (state, (pole, residue)) in states.iter_mut().zip(all) {
                         let mut derivatives = vec![Complex64::ZERO; stages];
                         for i in 0..stages {
-                            let own = if i == loaded { force } else { Complex64::ZERO };
+                            let input = if i == loaded { force } else { Complex64::ZERO };
                             let before: Complex64 = (0..i).map(|k| dt * a[i][k] * derivatives[k]).sum();
-                            derivatives[i] = (pole * (*state + before) + own) / (1.0 - a[i][i] * dt * pole);
+                            derivatives[i] = (pole * (*state + before) + input) / (1.0 - a[i][i] * dt * pole);
                             rates[i] += tyre.scale * residue * derivatives[i];
                         }
                         let change: Complex64 = (0..stages).map(|k| dt * a[stages - 1][k] * derivatives[k]).sum();
@@ -263,15 +263,15 @@ mod tests {
                 let at = |stage: usize| if stage == loaded { tyre.constant() } else { 0.0 };
                 displacement += at(stages - 1);
                 let begin = at(stages - 1) / turn;
-                let mut own = vec![Complex64::ZERO; stages];
+                let mut instant = vec![Complex64::ZERO; stages];
                 for i in 0..stages {
-                    let before: Complex64 = (0..i).map(|k| dt * a[i][k] * own[k]).sum();
-                    own[i] = (at(i) - begin - before) / (a[i][i] * dt);
+                    let before: Complex64 = (0..i).map(|k| dt * a[i][k] * instant[k]).sum();
+                    instant[i] = (at(i) - begin - before) / (a[i][i] * dt);
                 }
                 let expected = Complex64::new(0.0, w) * displacement;
                 assert!((velocities[loaded] - expected).norm() < 1e-11 * expected.norm(), "{rule:?}, {loaded}");
                 for i in 0..stages {
-                    let expected = method.weights()[i] * (rates[i] + own[i]);
+                    let expected = method.weights()[i] * (rates[i] + instant[i]);
                     let found = powers[i * stages + loaded];
                     assert!((found - expected).norm() < 1e-11 * expected.norm(), "{rule:?}: {found} {expected}");
                 }

@@ -3,7 +3,7 @@
 //!
 //! With x_c the position of column c, T_c(w) = sum_n exp(i kx_n (x - x_c)) Y_n(w - n Omega), n = -N/2...N/2 with half
 //! of either end: the interpolation between the elements that has no wave shorter than two of them. One transform of
-//! length N for every bin and substep; only as many values are kept as the window has columns.
+//! length N for every bin and substep; only as many values are stored as the window has columns.
 //!
 //! Beside the patch levels are those of the elements that pass to 0.04 dB (`bdf2`, N = 256, flat stones, segments of 1
 //! s). In its middle the road holds the tread: velocities are the residual of contributions that nearly cancel, some 26

@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_panel_has_its_points_and_curves_and_the_legend_its_names() {
+    fn every_panel_has_its_points_curves_and_legend() {
         let panel = |title: &str, curves: Vec<Vec<(f64, f64)>>| ComparisonPanel {
             y: Axis::linear(title, -1.0..1.0),
             points: vec![vec![(10.0, 0.5), (20.0, f64::NAN), (50.0, 7.0)], vec![(30.0, -0.5)]],

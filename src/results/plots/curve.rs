@@ -52,12 +52,12 @@ fn cut(points: &[Point]) -> Vec<Vec<Point>> {
 fn clipped(a: Point, b: Point) -> Option<(Point, Point)> {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    for (slope, room) in [(-dx, a.0), (dx, 1.0 - a.0), (-dy, a.1), (dy, 1.0 - a.1)] {
+    for (slope, distance) in [(-dx, a.0), (dx, 1.0 - a.0), (-dy, a.1), (dy, 1.0 - a.1)] {
         if slope < 0.0 {
-            enter = enter.max(room / slope);
+            enter = enter.max(distance / slope);
         } else if slope > 0.0 {
-            leave = leave.min(room / slope);
-        } else if room < 0.0 {
+            leave = leave.min(distance / slope);
+        } else if distance < 0.0 {
             return None;
         }
     }

@@ -11,7 +11,7 @@ use ndarray::{Array2, ArrayView2};
 use super::PlotError;
 use super::axis::{Axis, extent, four_digits};
 use super::colour::{NO_VALUE, WHITE, viridis};
-use super::layout::room_beside;
+use super::layout::width_beside;
 use super::sheet::{Frame, Sheet, WIDTH, title};
 
 /// Most cells along x that are drawn.
@@ -78,8 +78,8 @@ impl HeatMap<'_> {
         };
         let bar = Axis::linear(self.quantity, range);
         // The rooms beside the frame depend on its height, which is known with its width: estimated for the largest.
-        let right = |height: f64| BAR_GAP + BAR + room_beside(&bar, height);
-        let width = WIDTH - room_beside(&self.y, MOST_HEIGHT) - right(MOST_HEIGHT);
+        let right = |height: f64| BAR_GAP + BAR + width_beside(&bar, height);
+        let width = WIDTH - width_beside(&self.y, MOST_HEIGHT) - right(MOST_HEIGHT);
         let height = (width * self.aspect.unwrap_or(0.68)).clamp(LEAST_HEIGHT, MOST_HEIGHT);
         let mut sheet = Sheet::default();
         let axes = sheet.axes(self.title, [&self.x, &self.y], height, right(height));

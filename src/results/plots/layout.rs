@@ -57,7 +57,7 @@ impl Sheet {
     pub(super) fn axes<'a>(&mut self, title: &str, [x, y]: [&'a Axis; 2], height: f64, right: f64) -> Axes<'a> {
         let title = lines(title, WIDTH - 2.0 * EDGE, TITLE);
         self.texts(&title, (0.5 * WIDTH, self.bottom + 0.5 * EDGE), Anchor::Below, TITLE);
-        let (left, top) = (room_beside(y, height), self.bottom + EDGE + stacked(&title, TITLE));
+        let (left, top) = (width_beside(y, height), self.bottom + EDGE + stacked(&title, TITLE));
         let frame = Frame { left, top, width: WIDTH - right - left, height };
         let ([left, right], [low, high]) =
             ([0.0, 1.0].map(|part| frame.across(part)), [0.0, 1.0].map(|part| frame.up(part)));
@@ -171,8 +171,8 @@ fn title_beside(axis: &Axis, height: f64) -> Vec<String> {
     lines(axis.title(), height + 3.0 * EDGE, TEXT)
 }
 
-/// Room that an axis takes between a frame of a height and the sheet's edge.
-pub(super) fn room_beside(axis: &Axis, height: f64) -> f64 {
+/// Width that an axis takes between a frame of a height and the sheet's edge.
+pub(super) fn width_beside(axis: &Axis, height: f64) -> f64 {
     labels_beside(axis) + TICK + stacked(&title_beside(axis, height), TEXT) + 0.5 * EDGE
 }
 
@@ -211,14 +211,14 @@ mod tests {
     }
 
     #[test]
-    fn titles_labels_and_legend_stay_on_the_sheet_and_text_is_legible_on_a_telephone() {
+    fn text_stays_on_the_sheet_and_is_legible_on_a_telephone() {
         let long = "Contact force, third octaves: a tyre with a long name on a road with an even longer one";
         let x = Axis::of_words("numerics.preset", &["scenes/roads/smooth.toml", "standard", "reference"]);
         let y = Axis::linear("Growth of the force level [dB per decade of speed]", -0.001..0.002);
         let mut sheet = Sheet::default();
         let frame = sheet.axes(long, [&x, &y], 200.0, EDGE).frame;
         assert!(frame.top >= 2.0 * line_height(TITLE), "two lines of title");
-        assert!(frame.left >= room_beside(&y, 200.0) && frame.across(1.0) <= WIDTH);
+        assert!(frame.left >= width_beside(&y, 200.0) && frame.across(1.0) <= WIDTH);
         let below = sheet.bottom;
         assert!(below >= frame.up(0.0) + 3.0 * line_height(TICK_LABEL) + line_height(TEXT), "words in lines, title");
         sheet.legend(["one", "two", long, "", "three"].map(|name| (name, INK, Key::Line)));

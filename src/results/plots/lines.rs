@@ -27,7 +27,6 @@ pub(crate) struct Series<'a> {
     pub points: Vec<(f64, f64)>,
 }
 
-/// A line plot.
 #[derive(Clone, Debug)]
 pub(crate) struct LinePlot<'a> {
     /// Title of the picture.
@@ -173,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn the_note_of_what_leaves_at_a_corner_stays_off_the_labels_beside_the_frame() {
+    fn the_note_at_a_corner_stays_off_the_labels() {
         let plot = LinePlot {
             title: "t",
             x: Axis::linear("x", 0.0..1.0),

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn bands_that_are_not_vouched_for_are_grey_at_either_end_and_between() {
+    fn bands_that_are_not_valid_are_grey() {
         let mut one = levels(-4, &[40.0; 6]);
         let other = levels(-4, &[50.0; 6]);
         for band in [0, 3, 5] {

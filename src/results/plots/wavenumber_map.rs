@@ -75,7 +75,7 @@ impl WavenumberPlot<'_> {
             waves.zip(&branch.frequencies).map(|(n, frequency)| (n, frequency + n * self.rotation)).collect::<Vec<_>>()
         };
         let signs = |branch: &DispersionBranch| {
-            let shown = |direction| branch.direction.is_none_or(|own| own == direction);
+            let shown = |direction| branch.direction.is_none_or(|of_branch| of_branch == direction);
             let both = [(Direction::Forwards, 1.0), (Direction::Backwards, -1.0)];
             both.into_iter().filter(move |(direction, _)| shown(*direction)).map(|(_, sign)| sign).collect::<Vec<_>>()
         };

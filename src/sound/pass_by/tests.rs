@@ -115,7 +115,7 @@ fn without_amplification_the_level_falls_with_the_distance_run() {
 }
 
 #[test]
-fn sources_about_the_contact_patch_interfere_as_they_do_when_they_move() {
+fn sources_round_the_patch_interfere_as_moving_ones() {
     // Two monopoles and their images under the road: on either side of the tyre, and ahead and behind.
     let across = [[0.0, 0.1, 0.15], [0.0, -0.1, 0.05]];
     let along = [[0.1, 0.05, 0.05], [-0.1, -0.05, 0.05]];
@@ -189,7 +189,7 @@ fn nothing_jumps_from_one_receiver_to_the_next() {
 }
 
 #[test]
-fn one_point_at_a_time_is_the_same_as_all_at_once_and_needs_a_short_excerpt_only() {
+fn one_point_at_a_time_is_the_same_as_all_at_once() {
     let pass_by = PassBy::new(passage(81)).unwrap();
     let longest = (0..81).map(|receiver| pass_by.needed(receiver)).map(|needed| needed.end - needed.start).max();
     // At most five spacings of 0.25 m: at 30 m/s and 5.8 kHz 237 samples, 8 % more by Doppler, and the kernel's width.

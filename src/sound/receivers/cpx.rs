@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn close_proximity_microphones_are_at_45_degrees_from_where_the_sidewall_leaves_the_axle_plane() {
+    fn close_proximity_microphones_are_at_45_degrees() {
         let [front, rear] = close_proximity(0.2, Side::Left);
         assert_eq!((front, rear), ([0.2, 0.1 + 0.2, 0.1], [-0.2, 0.1 + 0.2, 0.1]));
         assert!((front[0].atan2(front[1] - 0.1).to_degrees() - 45.0).abs() < 1e-9);

@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_probes_point_away_from_the_tyre_at_both_edges_of_the_patch() {
+    fn the_probes_point_outwards_at_both_edges_of_the_patch() {
         let points = Obsi.points(&Beside { half_width: 0.1, patch_length: &|| 0.12 });
         assert_eq!((points[0][0], points[3][0]), (0.06, -0.06));
         let Finding::Intensity(Probes { pairs, spacing, .. }) = Obsi.finding() else { panic!("no intensity") };

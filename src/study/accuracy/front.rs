@@ -38,8 +38,8 @@ mod tests {
                 prop_assert!(points[pair[0]].0 < points[pair[1]].0 && points[pair[0]].1 > points[pair[1]].1);
             }
             for (index, point) in points.iter().enumerate() {
-                let beaten = on.iter().any(|&i| i != index && points[i].0 <= point.0 && points[i].1 <= point.1);
-                prop_assert!(beaten || on.contains(&index));
+                let is_dominated = on.iter().any(|&i| i != index && points[i].0 <= point.0 && points[i].1 <= point.1);
+                prop_assert!(is_dominated || on.contains(&index));
             }
         }
     }

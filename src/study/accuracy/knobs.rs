@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::road::Lattice;
 use crate::scene::{Numerics, Scene, Switch, TimeRule, Zone};
-use crate::study::accuracy::lab::Point;
+use crate::study::accuracy::runs::StudyPoint;
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::least_rate;
 
@@ -16,7 +16,7 @@ pub struct Knob {
     #[serde(skip)]
     pub steps: Vec<(String, Settings)>,
     /// The settings that were rolled.
-    pub points: Vec<Point>,
+    pub points: Vec<StudyPoint>,
     /// Why some of the settings could not be rolled.
     pub missing: Option<String>,
 }
@@ -82,17 +82,17 @@ const CURVES: Row = Row {
 /// The knobs that a scene can have, in the order of the tables; of an outline every second value.
 pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64, is_outline: bool) -> Vec<Knob> {
     // 1. The rows of the table that apply, each with its time rule.
-    let own = reference.numerics.time_rule;
-    let mut rows = vec![(ELEMENTS, own), (SUBSTEPS, own)];
-    let others = TimeRule::ALL.into_iter().filter(|&rule| rule != own);
+    let rule_of_reference = reference.numerics.time_rule;
+    let mut rows = vec![(ELEMENTS, rule_of_reference), (SUBSTEPS, rule_of_reference)];
+    let others = TimeRule::ALL.into_iter().filter(|&rule| rule != rule_of_reference);
     rows.extend(others.map(|rule| (Row { name: rule.name(), values: &[1.0, 2.0, 4.0], ..SUBSTEPS }, rule)));
-    rows.push((POLES, own));
+    rows.push((POLES, rule_of_reference));
     let has_cells = reference.contact.cells_across.is_some_and(|points| points > 1);
     if reference.contact.zone == Zone::Cells {
-        rows.push((CELLS, own));
+        rows.push((CELLS, rule_of_reference));
     } else if scene.road.varies_across() && scene.effects.texture != Switch::Off {
-        rows.extend(has_cells.then_some((CELLS_OF_SLICES, own)));
-        rows.push((CURVES, own));
+        rows.extend(has_cells.then_some((CELLS_OF_SLICES, rule_of_reference)));
+        rows.push((CURVES, rule_of_reference));
     }
     // 2. Their values, as far as they are coarser than the reference. A step too long for the highest bands gives no
     //    level there.
@@ -115,7 +115,6 @@ pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64, is_outlin
     rows.into_iter().map(knob).collect()
 }
 
-/// True if one of the settings is coarser than the reference's.
 fn is_coarser(settings: &Settings, reference: &Settings) -> bool {
     settings.numerics.elements < reference.numerics.elements
         || settings.numerics.substeps < reference.numerics.substeps

@@ -2,7 +2,7 @@
 //!
 //! 1. The axle is held at the height at which it carries its load; the reference is rolled, and the same half
 //!    as fine. For first order or better, their difference is a bound for the error of the reference.
-//! 2. The presets and the scene's own settings are rolled.
+//! 2. The presets and the scene's settings are rolled.
 //! 3. Every knob ([`knobs::knobs`]) is swept with the rest at the reference.
 //! 4. The Pareto front ([`front()`]) of all of them, by exact work.
 //!
@@ -11,17 +11,17 @@
 
 pub(crate) mod front;
 pub(crate) mod knobs;
-pub(crate) mod lab;
 pub(crate) mod options;
+pub(crate) mod runs;
 pub(crate) mod settings;
 
 use serde::Serialize;
 
 pub use front::front;
 pub(crate) use knobs::Knob;
-pub(crate) use lab::Cost;
-pub use lab::Point;
 pub use options::{StudyOptions, Sweep};
+pub(crate) use runs::StudyCost;
+pub use runs::StudyPoint;
 pub(crate) use settings::Settings;
 
 use crate::counters::Job;
@@ -29,9 +29,9 @@ use crate::plan::front::FrontRow;
 use crate::plan::{Plan, unit_record};
 use crate::run::RunError;
 use crate::scene::{LoadedScene, Numerics, Road, Scene, SceneError, Zone};
-use crate::study::trial::{Difference, SETTLING, Trials, least_rate};
+use crate::study::trial::{RunDifference, SETTLING, Trials, least_rate};
 use crate::tyre::poles::expected_fit;
-use lab::Lab;
+use runs::StudyRuns;
 
 /// Findings of a study.
 #[derive(Clone, Debug, Serialize)]
@@ -39,17 +39,17 @@ pub struct Study {
     /// Options of the study.
     pub options: StudyOptions,
     /// The converged run that all others are compared with.
-    pub reference: Point,
+    pub reference: StudyPoint,
     /// Difference of a reference half as fine, and so the uncertainty of the reference: smaller differences from it
     /// say nothing.
     #[serde(rename = "doubt")]
-    pub uncertainty: Difference,
+    pub uncertainty: RunDifference,
     /// The swept knobs, with their runs.
     pub knobs: Vec<Knob>,
-    /// The scene's own settings, and the presets.
-    pub named: Vec<Point>,
+    /// The scene's settings, and the presets.
+    pub named: Vec<StudyPoint>,
     /// The front by exact work, cheapest first: nothing with less work is closer to the reference.
-    pub front: Vec<Point>,
+    pub front: Vec<StudyPoint>,
     /// False if the user stopped the study: it holds the runs up to there.
     pub complete: bool,
     /// Number of runs; settings that several points have were rolled once.
@@ -73,10 +73,10 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
     let rows = FrontRow::all(scene.contact.zone).iter().filter(|_| has_presets);
     let mut named: Vec<(&str, Settings)> =
         rows.map(|row| (row.preset.name(), Settings::of_row(scene, row, highest))).collect();
-    let own = Settings::of(scene);
+    let of_scene = Settings::of(scene);
     // The reference is finer than the finest preset.
     let finest = named.iter().map(|(_, settings)| settings.numerics.elements).max().unwrap_or_default();
-    let finer = (5 * finest > 8 * own.numerics.elements).then_some(5 * finest / 4);
+    let finer = (5 * finest > 8 * of_scene.numerics.elements).then_some(5 * finest / 4);
     let reference = Settings::reference(scene, &StudyOptions { elements: options.elements.or(finer), ..*options });
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
@@ -85,8 +85,8 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
     let mut knobs = Vec::new();
     if sweep != Sweep::Presets {
         knobs = knobs::knobs(&shorter, &reference, highest, sweep == Sweep::Outline);
-        if own.rate(scene) >= least_rate(highest) {
-            named.insert(0, ("the scene", own));
+        if of_scene.rate(scene) >= least_rate(highest) {
+            named.insert(0, ("the scene", of_scene));
         }
     }
     let half = knobs::half(&reference, &shorter);
@@ -102,26 +102,26 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
     let mut trials = Trials::shared(seconds, job);
     trials.announce("the height of the axle", 0.0);
     let held = trials.held(scene, options.duration)?;
-    let mut lab = Lab { scene: held, highest, planned, trials: &mut trials, known: Vec::new() };
+    let mut runs = StudyRuns { scene: held, highest, planned, trials: &mut trials, known: Vec::new() };
     let mut study = Study {
         options: *options,
-        reference: lab.point("reference", &reference)?,
-        uncertainty: Difference::default(),
+        reference: runs.point("reference", &reference)?,
+        uncertainty: RunDifference::default(),
         knobs,
         named: Vec::new(),
         front: Vec::new(),
         complete: false,
         runs: 0,
     };
-    let carried_out = study.carry_out(&mut lab, &half, &named);
-    study.runs = lab.known.len();
+    let carried_out = study.carry_out(&mut runs, &half, &named);
+    study.runs = runs.known.len();
     match carried_out {
         Ok(()) => study.complete = true,
         Err(RunError::Interrupted { .. }) => {}
         Err(error) => return Err(error),
     }
     // 4. The front of all of them.
-    let coordinates: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
+    let coordinates: Vec<(f64, f64)> = study.points().map(StudyPoint::coordinates).collect();
     study.front = front(&coordinates).into_iter().filter_map(|index| study.points().nth(index).cloned()).collect();
     trials.finish();
     Ok(study)
@@ -129,18 +129,18 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
 
 impl Study {
     /// All points but the reference, each with its knob, if it has one.
-    pub(crate) fn groups(&self) -> impl Iterator<Item = (Option<&'static str>, &Point)> {
+    pub(crate) fn groups(&self) -> impl Iterator<Item = (Option<&'static str>, &StudyPoint)> {
         let knobs = self.knobs.iter().flat_map(|knob| knob.points.iter().map(move |point| (Some(knob.name), point)));
         self.named.iter().map(|point| (None, point)).chain(knobs)
     }
 
     /// All points, those of the knobs last.
-    pub fn points(&self) -> impl Iterator<Item = &Point> {
+    pub fn points(&self) -> impl Iterator<Item = &StudyPoint> {
         self.groups().map(|(_, point)| point)
     }
 
     /// The presets that were rolled, with their stated errors \[dB\].
-    pub fn presets(&self) -> impl Iterator<Item = (&Point, f64)> {
+    pub fn presets(&self) -> impl Iterator<Item = (&StudyPoint, f64)> {
         let rows = FrontRow::all(self.reference.settings.contact.zone).iter();
         rows.filter_map(move |row| {
             let point = self.named.iter().find(|point| point.label == row.preset.name())?;
@@ -151,18 +151,18 @@ impl Study {
     /// Rolls all runs, and keeps each result as soon as it is there.
     fn carry_out(
         &mut self,
-        lab: &mut Lab<'_, '_>,
+        runs: &mut StudyRuns<'_, '_>,
         half: &Settings,
         named: &[(&str, Settings)],
     ) -> Result<(), RunError> {
-        self.uncertainty = lab.point("half as fine", half)?.difference;
+        self.uncertainty = runs.point("half as fine", half)?.difference;
         for (label, settings) in named {
-            self.named.push(lab.point(label, settings)?);
+            self.named.push(runs.point(label, settings)?);
         }
         for knob in &mut self.knobs {
             for (label, settings) in &knob.steps {
-                match lab.point(&format!("{} {label}", knob.name), settings) {
-                    Ok(found) => knob.points.push(Point { label: label.clone(), ..found }),
+                match runs.point(&format!("{} {label}", knob.name), settings) {
+                    Ok(found) => knob.points.push(StudyPoint { label: label.clone(), ..found }),
                     // Such as a model that cannot be fitted: the other settings may still run.
                     Err(RunError::Scene(error)) => knob.missing = Some(format!("{label}: {}", error.problem())),
                     Err(error) => return Err(error),
@@ -182,14 +182,14 @@ fn forecast<'a>(
     let (costs, threads) = (unit_record::known(), rayon::current_num_threads());
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();
-    let own = Plan::new(&scene);
+    let resting = Plan::new(&scene);
     let (mut planned, mut fitted): (Vec<(Settings, f64)>, _) = (Vec::new(), Vec::new());
     for settings in all {
         if planned.iter().any(|(other, _)| other == settings) {
             continue;
         }
         let variant = LoadedScene::from_scene(&settings.on(&scene), "variant")?;
-        let mut plan = Plan::new(&variant.scene).standing_as(&own).with_cached_model();
+        let mut plan = Plan::new(&variant.scene).standing_as(&resting).with_cached_model();
         plan.check(&variant)?;
         let Numerics { elements, pole_tolerance, .. } = plan.scene.numerics;
         if fitted.contains(&plan.fit) {

@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn maxima_of_different_bands_and_of_few_bands_make_no_line_and_say_why() {
+    fn maxima_of_different_or_few_bands_make_no_line() {
         let with = |lasts: [i32; 3]| {
             let mut runs = runs(&[70.0, 80.0, 90.0], &[0.0; 3]);
             for (of, last) in runs.iter_mut().zip(lasts) {
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_lines_are_found_with_their_a_and_b_and_the_speeds_of_each() {
+    fn exact_lines_are_found_with_their_speeds() {
         let found = of(&runs(&[50.0, 70.0, 80.0, 90.0, 110.0], &[0.0; 5]));
         let model = |model| found.iter().filter(move |row| row.model == model).collect::<Vec<_>>();
         let nord = model(EmissionModel::Nord2000);

@@ -144,7 +144,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn an_octave_is_the_energy_of_its_three_third_octaves_and_valid_as_they_are() {
+    fn an_octave_is_the_energy_of_its_three_third_octaves() {
         let thirds = bands(&[(-1, 60.0), (0, 60.0), (1, 60.0), (2, 70.0), (3, 60.0), (4, 50.0), (5, 40.0)]);
         let found = octaves(&thirds);
         assert_eq!(found.iter().map(|of| (of.band.0, of.valid)).collect::<Vec<_>>(), [(0, true), (3, false)]);

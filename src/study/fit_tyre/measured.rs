@@ -22,7 +22,7 @@ const POLAR: [&str; 2] = ["level_db", "phase_deg"];
 
 /// One measured value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub struct MeasuredPoint {
     /// Frequency \[Hz\].
     pub frequency: f64,
     /// Side of the square patch \[m\].
@@ -136,7 +136,7 @@ pub(crate) fn sides(width: f64) -> String {
 ///
 /// # Errors
 /// [`MeasuredError`], with line and column.
-pub fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
+pub fn read(bytes: &[u8], width: f64) -> Result<Vec<MeasuredPoint>, MeasuredError> {
     let table = Table::of(bytes);
     let (mut columns, mut points) = (None, Vec::new());
     for record in table.records() {
@@ -192,7 +192,7 @@ impl Columns {
         table: &Table<'_>,
         record: &Record<'_>,
         width: f64,
-    ) -> Result<Point, MeasuredError> {
+    ) -> Result<MeasuredPoint, MeasuredError> {
         let (polar, line) = (*polar, record.line);
         let number = |Column { name, number }: Column, wanted: &str, fits: &dyn Fn(f64) -> bool| {
             let column = number + 1;
@@ -219,7 +219,7 @@ impl Columns {
         };
         // A number so small that its square underflows has no level either.
         if mobility.norm_sqr() > 0.0 && mobility.norm().is_finite() {
-            return Ok(Point { frequency, patch, mobility });
+            return Ok(MeasuredPoint { frequency, patch, mobility });
         }
         Err(MeasuredError::Zero { line, column: value[0].number + 1 })
     }
@@ -258,7 +258,7 @@ mod tests {
         let cartesian = "\u{feff}patch_m,frequency_hz,coherence,re,im\r\n# a comment\n0.05,100,1,0.3,-0.4\n\n";
         let polar = "Frequency_Hz; patch_m; level_db; phase_deg\n100; 0.05; -6.020599913; -53.13010235\n";
         let [a, b] = [cartesian, polar].map(|text| read(text.as_bytes(), 0.2).unwrap());
-        assert_eq!(a, [Point { frequency: 100.0, patch: 0.05, mobility: Complex64::new(0.3, -0.4) }]);
+        assert_eq!(a, [MeasuredPoint { frequency: 100.0, patch: 0.05, mobility: Complex64::new(0.3, -0.4) }]);
         assert!(a.len() == b.len() && (a[0].mobility - b[0].mobility).norm() < 1e-9, "{b:?}");
         let tabs = cartesian.replace(',', "\t");
         assert_eq!(read(tabs.as_bytes(), 0.2).unwrap(), a);
@@ -270,7 +270,7 @@ mod tests {
     fn a_pair_of_columns_for_each_patch_is_read() {
         let text = "frequency_hz,re_5mm,im_5mm,level_db_5mm,re_20mm,im_20mm,level_db_20mm\n100,0.3,-0.4,-6,1,2,7\n";
         let read = read(text.as_bytes(), 0.2).unwrap();
-        let point = |patch, re, im| Point { frequency: 100.0, patch, mobility: Complex64::new(re, im) };
+        let point = |patch, re, im| MeasuredPoint { frequency: 100.0, patch, mobility: Complex64::new(re, im) };
         assert_eq!(read, [point(0.005, 0.3, -0.4), point(0.02, 1.0, 2.0)]);
         let message = refused(&text.replace("20mm", "500mm"));
         assert!(message.contains("line 1, column 5 (patch_m): \"re_500mm\"") && message.contains("0.2 m"), "{message}");

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
 
-use super::measured::Point;
+use super::measured::MeasuredPoint;
 use crate::scene::Tyre;
 use crate::tyre::influence::mobility::driving_point;
 
@@ -24,15 +24,15 @@ pub struct Uncertainty {
 /// together.
 #[derive(Clone, Debug)]
 pub(super) struct Misfit<'a> {
-    points: &'a [Point],
+    points: &'a [MeasuredPoint],
     uncertainty: Uncertainty,
-    groups: Vec<Group>,
+    groups: Vec<PatchGroup>,
     /// Group, row (frequency) and column (patch) of each point.
     places: Vec<(usize, usize, usize)>,
 }
 
 #[derive(Clone, Debug)]
-struct Group {
+struct PatchGroup {
     patches: Vec<f64>,
     frequencies: Vec<f64>,
 }
@@ -51,20 +51,20 @@ fn place(values: &[f64], value: f64) -> usize {
 }
 
 impl<'a> Misfit<'a> {
-    pub(super) fn new(points: &'a [Point], uncertainty: Uncertainty) -> Self {
-        let mut groups: Vec<Group> = Vec::new();
+    pub(super) fn new(points: &'a [MeasuredPoint], uncertainty: Uncertainty) -> Self {
+        let mut groups: Vec<PatchGroup> = Vec::new();
         for patch in distinct(points.iter().map(|point| point.patch)) {
-            let own = points.iter().filter(|point| point.patch.total_cmp(&patch).is_eq());
-            let frequencies = distinct(own.map(|point| point.frequency));
+            let of_patch = points.iter().filter(|point| point.patch.total_cmp(&patch).is_eq());
+            let frequencies = distinct(of_patch.map(|point| point.frequency));
             match groups.iter_mut().find(|group| group.frequencies == frequencies) {
                 Some(group) => group.patches.push(patch),
-                None => groups.push(Group { patches: vec![patch], frequencies }),
+                None => groups.push(PatchGroup { patches: vec![patch], frequencies }),
             }
         }
-        let find = |point: &Point| {
-            let holds = |group: &Group| group.patches.iter().any(|patch| patch.total_cmp(&point.patch).is_eq());
+        let find = |point: &MeasuredPoint| {
+            let holds = |group: &PatchGroup| group.patches.iter().any(|patch| patch.total_cmp(&point.patch).is_eq());
             let number = groups.iter().position(holds).unwrap_or(0);
-            let Group { patches, frequencies } = &groups[number];
+            let PatchGroup { patches, frequencies } = &groups[number];
             (number, place(frequencies, point.frequency), place(patches, point.patch))
         };
         let places = points.iter().map(find).collect();
@@ -73,7 +73,7 @@ impl<'a> Misfit<'a> {
 
     /// Mobilities of a tyre at the measured points, in their order \[m/(N s)\].
     pub(super) fn mobilities(&self, tyre: &Tyre) -> Vec<Complex64> {
-        let computed = |group: &Group| driving_point(tyre, &group.patches, &group.frequencies).values;
+        let computed = |group: &PatchGroup| driving_point(tyre, &group.patches, &group.frequencies).values;
         let values: Vec<Vec<Vec<Complex64>>> = self.groups.iter().map(computed).collect();
         self.places.iter().map(|&(group, row, column)| values[group][row][column]).collect()
     }
@@ -104,9 +104,9 @@ mod tests {
     use crate::test_models::plate_tyre;
 
     #[test]
-    fn patches_with_the_same_frequencies_go_together_and_values_come_back_in_their_order() {
+    fn patches_of_equal_frequencies_are_grouped() {
         let tyre = plate_tyre();
-        let at = |frequency, patch| Point { frequency, patch, mobility: Complex64::new(1.0, 0.0) };
+        let at = |frequency, patch| MeasuredPoint { frequency, patch, mobility: Complex64::new(1.0, 0.0) };
         let points = [at(90.0, 0.05), at(70.0, 0.02), at(70.0, 0.05), at(90.0, 0.02), at(80.0, 0.03), at(70.0, 0.02)];
         let misfit = Misfit::new(&points, Uncertainty { level: 1.0, phase: 1.0 });
         assert_eq!(misfit.groups.iter().map(|group| group.patches.len()).collect::<Vec<_>>(), [2, 1]);
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn nothing_is_summed_once_the_end_is_asked_for() {
-        let points = [Point { frequency: 90.0, patch: 0.05, mobility: Complex64::new(1.0, 0.0) }];
+        let points = [MeasuredPoint { frequency: 90.0, patch: 0.05, mobility: Complex64::new(1.0, 0.0) }];
         let misfit = Misfit::new(&points, Uncertainty { level: 1.0, phase: 1.0 });
         let [going_on, asked] =
             [false, true].map(|stop| misfit.residuals_unless(&AtomicBool::new(stop), &plate_tyre()));
@@ -128,8 +128,8 @@ mod tests {
     }
 
     #[test]
-    fn residuals_are_in_decibels_and_degrees_and_go_the_shorter_way_round() {
-        let point = |degrees: f64| Point {
+    fn residuals_are_in_decibels_and_the_smaller_angle() {
+        let point = |degrees: f64| MeasuredPoint {
             frequency: 100.0,
             patch: 0.05,
             mobility: Complex64::from_polar(2.0, degrees.to_radians()),

@@ -33,7 +33,7 @@ use thiserror::Error;
 use crate::numeric::bounded_least_squares::{Limits, jacobian, minimise, squares};
 use crate::numeric::in_parallel;
 use crate::scene::Tyre;
-use measured::Point;
+use measured::MeasuredPoint;
 use misfit::Misfit;
 use parameters::Space;
 use passivity::{NoMobility, judge};
@@ -103,7 +103,7 @@ pub struct Estimate {
 
 /// A fitted tyre.
 #[derive(Clone, Debug)]
-pub struct Fit {
+pub struct TyreFit {
     /// Tyre with the fitted values.
     pub tyre: Tyre,
     /// The free parameters, in the order given.
@@ -130,11 +130,11 @@ pub struct Fit {
 pub fn fit(
     start: &Tyre,
     free: &[Parameter],
-    points: &[Point],
+    points: &[MeasuredPoint],
     uncertainty: Uncertainty,
     stop: &AtomicBool,
     watch: &mut dyn FnMut(u64, &str),
-) -> Result<Fit, FitTyreError> {
+) -> Result<TyreFit, FitTyreError> {
     // 1. Refuse what cannot be fitted: too few values, a start without finite mobility, values that are no mobility.
     if 2 * points.len() <= free.len() {
         return Err(FitTyreError::TooFew { values: points.len(), unknowns: free.len() });
@@ -181,7 +181,7 @@ pub fn fit(
         }
     };
     let correlation = |i: usize, j: usize| covariance[(i, j)] / (deviations[i] * deviations[j]);
-    Ok(Fit {
+    Ok(TyreFit {
         estimates: free.iter().enumerate().map(estimate).collect(),
         correlations: (0..free.len()).map(|i| (0..free.len()).map(|j| correlation(i, j)).collect()).collect(),
         condition,
@@ -205,12 +205,12 @@ fn going_on(stop: &AtomicBool) -> ControlFlow<()> {
 /// Start of the descent on all frequencies. The origin if there are too few low frequencies.
 fn low_point(
     space: &Space<'_>,
-    points: &[Point],
+    points: &[MeasuredPoint],
     uncertainty: Uncertainty,
     stop: &AtomicBool,
     watch: &mut dyn FnMut(u64, &str),
 ) -> Result<Vec<f64>, FitTyreError> {
-    let low: Vec<Point> = points.iter().filter(|point| point.frequency <= LOW).copied().collect();
+    let low: Vec<MeasuredPoint> = points.iter().filter(|point| point.frequency <= LOW).copied().collect();
     let unknowns = space.free.len();
     let varied: Vec<usize> =
         (0..unknowns).filter(|&index| Parameter::OF_LOW_MODES.contains(&space.free[index])).collect();

@@ -10,7 +10,7 @@ use std::fmt;
 use num_complex::Complex64;
 use thiserror::Error;
 
-use super::measured::Point;
+use super::measured::MeasuredPoint;
 use super::misfit::{DECIBELS, Uncertainty};
 use crate::scene::short;
 
@@ -78,7 +78,7 @@ impl fmt::Display for Instead {
 
 impl Instead {
     /// The mobility that a value would be, if it were this quantity.
-    fn mobility(self, point: &Point) -> Complex64 {
+    fn mobility(self, point: &MeasuredPoint) -> Complex64 {
         let (value, i_omega) = (point.mobility, Complex64::new(0.0, TAU * point.frequency));
         match self {
             Self::Accelerance => value / i_omega,
@@ -95,10 +95,14 @@ impl Instead {
 ///
 /// # Errors
 /// [`NoMobility`].
-pub(super) fn judge(points: &[Point], uncertainty: Uncertainty, computed: &[Complex64]) -> Result<(), NoMobility> {
+pub(super) fn judge(
+    points: &[MeasuredPoint],
+    uncertainty: Uncertainty,
+    computed: &[Complex64],
+) -> Result<(), NoMobility> {
     let limit = 90.0 + BEYOND * uncertainty.phase;
     let is_outside = |value: Complex64| value.arg().to_degrees().abs() > limit;
-    let outside: Vec<&Point> = points.iter().filter(|point| is_outside(point.mobility)).collect();
+    let outside: Vec<&MeasuredPoint> = points.iter().filter(|point| is_outside(point.mobility)).collect();
     let is_passive = |instead: Instead| {
         ONE_IN * points.iter().filter(|point| is_outside(instead.mobility(point))).count() <= points.len()
     };
@@ -145,7 +149,7 @@ pub(super) fn judge(points: &[Point], uncertainty: Uncertainty, computed: &[Comp
         return Err(NoMobility { evidence, instead: instead.unwrap_or(Instead::OtherUnits) });
     }
     // 3. Levels agree, phases do not: another time factor, or radians.
-    let is_small = |point: &Point| point.mobility.arg().to_degrees().abs() <= PI;
+    let is_small = |point: &MeasuredPoint| point.mobility.arg().to_degrees().abs() <= PI;
     let turned = match distances(Instead::OtherTimeFactor)[1] {
         conjugate if given_phase > TURNED && conjugate < 0.5 * given_phase => Some(Instead::OtherTimeFactor),
         _ if points.iter().all(is_small) && distances(Instead::Radians)[1] < 0.5 * given_phase => {
@@ -175,28 +179,30 @@ mod tests {
     use super::*;
 
     /// Points of a damped oscillator: phases from 14 over 40 to -40 degrees.
-    fn tyre() -> Vec<Point> {
+    fn tyre() -> Vec<MeasuredPoint> {
         let mobility = |frequency: f64| {
             let i_omega = Complex64::new(0.0, TAU * frequency);
             (i_omega * 2e-6 + 0.002) / (1.0 + 2e-4 * i_omega + 1e-8 * i_omega * i_omega)
         };
-        let at = |frequency| Point { frequency, patch: 0.02, mobility: mobility(frequency) };
+        let at = |frequency| MeasuredPoint { frequency, patch: 0.02, mobility: mobility(frequency) };
         (0..40).map(|step| at(50.0 * 1.11_f64.powi(step))).collect()
     }
 
     /// Verdict on changed values, for a starting tyre whose mobility is 1.5 times the measured one.
-    fn reported(points: &[Point], change: impl Fn(Complex64, f64) -> Complex64) -> Option<Instead> {
+    fn reported(points: &[MeasuredPoint], change: impl Fn(Complex64, f64) -> Complex64) -> Option<Instead> {
         let computed: Vec<Complex64> = points.iter().map(|point| 1.5 * point.mobility).collect();
         reported_of(points, &computed, change)
     }
 
     fn reported_of(
-        points: &[Point],
+        points: &[MeasuredPoint],
         computed: &[Complex64],
         change: impl Fn(Complex64, f64) -> Complex64,
     ) -> Option<Instead> {
-        let changed: Vec<Point> =
-            points.iter().map(|point| Point { mobility: change(point.mobility, point.frequency), ..*point }).collect();
+        let changed: Vec<MeasuredPoint> = points
+            .iter()
+            .map(|point| MeasuredPoint { mobility: change(point.mobility, point.frequency), ..*point })
+            .collect();
         judge(&changed, Uncertainty { level: 0.5, phase: 3.0 }, computed).err().map(|refused| refused.instead)
     }
 
@@ -252,17 +258,19 @@ mod tests {
     }
 
     #[test]
-    fn a_receptance_below_the_resonance_is_told_by_its_level_alone() {
-        let low: Vec<Point> = tyre().into_iter().filter(|point| point.frequency < 1000.0).collect();
+    fn a_receptance_below_resonance_is_known_by_its_level() {
+        let low: Vec<MeasuredPoint> = tyre().into_iter().filter(|point| point.frequency < 1000.0).collect();
         let receptance = |value: Complex64, frequency: f64| value / Complex64::new(0.0, TAU * frequency);
         assert!(low.iter().all(|point| receptance(point.mobility, point.frequency).re > 0.0));
         assert_eq!(reported(&low, receptance), Some(Instead::Receptance));
     }
 
     #[test]
-    fn another_time_factor_and_radians_are_told_by_the_phases_of_the_starting_tyre() {
-        let stiff: Vec<Point> =
-            tyre().into_iter().map(|point| Point { mobility: Complex64::from_polar(0.01, 1.0), ..point }).collect();
+    fn time_factor_and_radians_are_recognised_by_phases() {
+        let stiff: Vec<MeasuredPoint> = tyre()
+            .into_iter()
+            .map(|point| MeasuredPoint { mobility: Complex64::from_polar(0.01, 1.0), ..point })
+            .collect();
         assert_eq!(reported(&stiff, |value, _| value.conj()), Some(Instead::OtherTimeFactor));
         let radians = |value: Complex64, _| Complex64::from_polar(value.norm(), value.arg().to_radians());
         assert_eq!(reported(&stiff, radians), Some(Instead::Radians));

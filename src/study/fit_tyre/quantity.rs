@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_told_or_contradicts_itself_is_refused() {
+    fn missing_or_contradictory_quantities_are_refused() {
         let units = |length| Some(FileUnits { length, force: 1.0 });
         let general = AxisRecord { data_type: 1, exponents: [1, 0], label: "NONE".to_owned() };
         let cubed = AxisRecord { data_type: 1, exponents: [3, 0], label: "m".to_owned() };

@@ -7,7 +7,7 @@
 use num_complex::Complex64;
 use thiserror::Error;
 
-use super::measured::{MOST_VALUES, Point};
+use super::measured::{MOST_VALUES, MeasuredPoint};
 use super::quantity::{AxisRecord, FileUnits, Quantity};
 
 /// Records before the values of dataset 58.
@@ -15,7 +15,6 @@ const RECORDS: usize = 11;
 /// Directions by number: 1 to 3 translations, 4 to 6 rotations.
 const DIRECTIONS: [&str; 7] = ["none", "X", "Y", "Z", "X (rotation)", "Y (rotation)", "Z (rotation)"];
 
-/// Faults of a universal file.
 #[derive(Debug, Error)]
 pub(crate) enum UniversalFileError {
     /// A function that cannot be read.
@@ -41,7 +40,7 @@ pub(crate) enum UniversalFileError {
 #[derive(Debug)]
 pub(crate) struct UniversalFile {
     /// Measured values, converted to mobilities.
-    pub points: Vec<Point>,
+    pub points: Vec<MeasuredPoint>,
     /// Notes on what was taken, converted and left out, a line each.
     pub notes: Vec<String>,
 }
@@ -306,7 +305,12 @@ impl Response {
     }
 
     /// Adds the values within a range of frequencies as mobilities, and describes what was done.
-    fn add_to(&self, points: &mut Vec<Point>, patch: f64, [lowest, highest]: [f64; 2]) -> Result<String, String> {
+    fn add_to(
+        &self,
+        points: &mut Vec<MeasuredPoint>,
+        patch: f64,
+        [lowest, highest]: [f64; 2],
+    ) -> Result<String, String> {
         let turned = self.directions[0].signum() * self.directions[1].signum() < 0;
         let before = points.len();
         for &(frequency, value) in &self.samples {
@@ -321,7 +325,7 @@ impl Response {
             if points.len() == MOST_VALUES {
                 return Err(format!("more than {MOST_VALUES} values; narrow the range (--lowest, --highest)"));
             }
-            points.push(Point { frequency, patch, mobility });
+            points.push(MeasuredPoint { frequency, patch, mobility });
         }
         let name = self.quantity.name();
         let conversion = if name == "mobility" { "" } else { ", converted to mobility" };

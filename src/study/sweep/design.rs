@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_latin_hypercube_takes_every_part_of_every_factor_once_and_repeats_seeds() {
+    fn a_latin_hypercube_takes_every_part_of_every_factor_once() {
         let factors = factors(&["a.b=10.0..20", "a.c=1..5", "road.seed=1..2"]);
         let design = Design::LatinHypercube { points: 10, seed: 7 };
         let points = design.points(&factors).unwrap();

@@ -1,7 +1,7 @@
 //! One full scale for all audio files of a sweep, so that the louder of two variants sounds louder.
 //!
 //! Each run chooses a full scale that its loudest file fits into. Once all are there, the largest of these is given to
-//! every file and to its summary. A file states its own full scale, so a sweep that is stopped in between leaves no
+//! every file and to its summary. A file states its full scale, so a sweep that is stopped in between leaves no
 //! wrong file, and completes the rest the next time. Where a scene gives
 //! `radiation.full_scale` all have it already.
 

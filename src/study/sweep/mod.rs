@@ -2,10 +2,10 @@
 //!
 //! 1. [`factor`] and [`mod@design`]: what is varied, and which of its values are tried together;
 //! 2. [`mod@variants`]: the scenes, checked before anything runs;
-//! 3. [`mod@run`]: what is finished is left alone, what was interrupted goes on, the rest is run, several at a time;
+//! 3. [`mod@run`]: what is finished is left alone, what was interrupted continues, the rest is run, several at a time;
 //! 4. [`table`]: levels side by side, and how they grow with the speed; [`repeated`]: means over seeds, with their
-//!    confidence, and pictures of what they depend on; [`friction_curves`]: tangential forces; [`record`] and
-//!    [`stored`]: what finds the variants again;
+//!    confidence, and pictures of what they depend on; [`friction_curves`]: tangential forces; [`record`]: what
+//!    finds the variants again;
 //! 5. [`tasks`]: the same as tasks in a folder, for batch systems.
 
 pub(crate) mod design;
@@ -15,7 +15,6 @@ pub(crate) mod full_scale;
 pub(crate) mod record;
 pub(crate) mod repeated;
 pub(crate) mod run;
-pub(crate) mod stored;
 pub(crate) mod table;
 pub(crate) mod tasks;
 pub(crate) mod variants;
@@ -23,8 +22,8 @@ pub(crate) mod variants;
 pub(crate) use design::Design;
 pub(crate) use factor::{Factor, Range};
 pub(crate) use full_scale::share_full_scale;
+pub(crate) use record::StoredSweep;
 pub(crate) use repeated::RepeatedTable;
-pub(crate) use run::{Done, Outcome, sweep};
-pub(crate) use stored::StoredSweep;
+pub(crate) use run::{Done, VariantOutcome, sweep};
 pub(crate) use table::blocks;
 pub(crate) use variants::{Axes, LOAD_KEY, Label, SPEED_KEY, SweepError, Variant, variants};

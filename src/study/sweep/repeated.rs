@@ -227,13 +227,13 @@ impl RepeatedTable {
 
     /// Table of a sweep's variants and results.
     pub(crate) fn of(runs: &[(Label, Option<Done>)]) -> Self {
-        let kept = |label: &Label| label.choices.iter().filter(|choice| !choice.repeats).cloned().collect::<Vec<_>>();
-        let first = runs.first().map_or_else(Vec::new, |(label, _)| kept(label));
+        let varied = |label: &Label| label.choices.iter().filter(|choice| !choice.repeats).cloned().collect::<Vec<_>>();
+        let first = runs.first().map_or_else(Vec::new, |(label, _)| varied(label));
         let factors = first.into_iter().map(|choice| choice.factor).collect();
         let mut order: BTreeMap<Vec<String>, usize> = BTreeMap::new();
         let mut found: Vec<Values> = Vec::new();
         for (label, done) in runs {
-            let values: Vec<String> = kept(label).into_iter().map(|choice| choice.value).collect();
+            let values: Vec<String> = varied(label).into_iter().map(|choice| choice.value).collect();
             let row = *order.entry(values.clone()).or_insert_with(|| {
                 found.push((values, 0, BTreeMap::new()));
                 found.len() - 1
@@ -411,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn means_are_over_the_bands_that_all_seeds_vouch_for_and_pictures_over_those_of_all_runs() {
+    fn means_are_over_the_bands_valid_for_all_seeds() {
         let mut runs = at_receivers(1);
         let (_, done) = &mut runs[0];
         done.as_mut().unwrap().sound[1].1 = sum(-11, 56.0);
@@ -435,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn means_of_lower_bounds_are_lower_bounds_and_have_the_largest_error_that_is_known_of_every_run() {
+    fn means_of_lower_bounds_are_lower_bounds() {
         let with = |errors: [Option<f64>; 2]| {
             let mut runs = at_receivers(1);
             runs.truncate(2);
@@ -485,7 +485,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_over_the_speed_are_a_line_for_each_load_and_receiver_or_points_where_they_are_too_many() {
+    fn levels_over_speed_are_lines_or_points_if_too_many() {
         let curves = |runs: &[_]| RepeatedTable::of(runs).curves("t");
         let [both] = &curves(&at_receivers(2))[..] else { panic!("one picture") };
         // 30 + 25 + (1 + 2)/2; half the interval is 12.706 sqrt(0.5)/sqrt(2).

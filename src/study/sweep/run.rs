@@ -18,7 +18,7 @@ use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::inputs::{Input, Inputs};
 use crate::results::pass_by::PassBySummary;
-use crate::results::read_table::Table;
+use crate::results::read_table::StoredTable;
 use crate::results::sound::{RatedLevel, ReceiverSummary, SOUND_COLUMN, SOUND_FILE};
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{FrictionSummary, LoadResult, RollingResistance, SUMMARY_FILE};
@@ -34,7 +34,7 @@ use crate::study::trial::UNIT;
 
 /// End of a variant.
 #[derive(Debug)]
-pub(crate) enum Outcome {
+pub(crate) enum VariantOutcome {
     /// Its results are there, from now or from before.
     Done(Done),
     /// The user stopped it, or stopped the sweep before it began.
@@ -72,7 +72,7 @@ pub(crate) struct Done {
     pub unread: Vec<String>,
 }
 
-impl Outcome {
+impl VariantOutcome {
     /// Results, if the variant is done.
     pub(crate) fn done(&self) -> Option<&Done> {
         match self {
@@ -141,7 +141,7 @@ impl Done {
 }
 
 /// Progress of all variants together.
-struct Watch<'a> {
+struct SweepProgress<'a> {
     progress: &'a mut (dyn Progress + Send),
     /// Simulated time of all variants so far \[s\].
     rolled: f64,
@@ -153,8 +153,8 @@ struct Watch<'a> {
 fn shared_notes<'a>(mut plans: impl Iterator<Item = &'a Plan>) -> Vec<String> {
     let mut shared: Vec<String> = plans.next().map_or(Vec::new(), |plan| plan.notes().collect());
     for plan in plans {
-        let own: Vec<String> = plan.notes().collect();
-        shared.retain(|note| own.contains(note));
+        let notes: Vec<String> = plan.notes().collect();
+        shared.retain(|note| notes.contains(note));
     }
     shared
 }
@@ -167,10 +167,10 @@ pub(crate) fn sweep(
     threads: usize,
     stop: &AtomicBool,
     progress: &mut (dyn Progress + Send),
-) -> Vec<Outcome> {
-    // 1. What an earlier sweep has finished is kept.
+) -> Vec<VariantOutcome> {
+    // 1. What an earlier sweep has finished is not run again.
     let mut known = Inputs::default();
-    let outcomes: Vec<Mutex<Option<Outcome>>> =
+    let outcomes: Vec<Mutex<Option<VariantOutcome>>> =
         variants.iter().map(|variant| Mutex::new(finished(variant, target, &mut known))).collect();
     let pending: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
     // 2. Fit the models that several variants share.
@@ -181,7 +181,7 @@ pub(crate) fn sweep(
     shared.iter().for_each(|note| progress.note(note));
     let time: f64 = plans().map(|plan| plan.steps as f64 * plan.time_step).sum();
     progress.march(0, (time / UNIT) as u64, UNIT);
-    let watch = Mutex::new(Watch { progress, rolled: 0.0, shared });
+    let watch = Mutex::new(SweepProgress { progress, rolled: 0.0, shared });
 
     // 3. Run the rest. The boundary elements of a body are solved once, by the first variant that needs them.
     let sounds = pending.iter().any(|&index| !variants[index].plan.scene.receivers.is_empty());
@@ -193,7 +193,7 @@ pub(crate) fn sweep(
         while let Some(&index) = pending.get(next.fetch_add(1, Ordering::Relaxed)) {
             let variant = &variants[index];
             let one = || carry_out(variant, target, share.max(1), stop, &watch);
-            // Without a pool of its own it runs on the caller's: slower for the others, with the same results.
+            // Without a pool for it, it runs on the caller's: slower for the others, with the same results.
             let outcome = pool.as_ref().map_or_else(one, |pool| pool.install(one));
             *lock(&outcomes[index]) = Some(outcome);
         }
@@ -205,7 +205,8 @@ pub(crate) fn sweep(
         }
     });
     lock(&watch).progress.finish();
-    let ended = |outcome: Mutex<Option<Outcome>>| outcome.into_inner().ok().flatten().unwrap_or(Outcome::Stopped);
+    let ended =
+        |outcome: Mutex<Option<VariantOutcome>>| outcome.into_inner().ok().flatten().unwrap_or(VariantOutcome::Stopped);
     outcomes.into_iter().map(ended).collect()
 }
 
@@ -230,7 +231,7 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
 }
 
 /// Outcome of a variant that an earlier sweep has finished: with the same scene, version and inputs.
-fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<Outcome> {
+fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<VariantOutcome> {
     let folder = target.join(&variant.label.name);
     // Errors of this are reported when the variant is run.
     let _ = ResultsFolder::put_in_order(&folder);
@@ -246,13 +247,13 @@ fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<Outc
     if let Some(impossible) = impossible(&variant.plan.scene, &summary) {
         return Some(impossible);
     }
-    Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &read_receiver_levels(&folder), &summary)))
+    Some(VariantOutcome::Done(Done::new(true, read_levels(&folder)?, &read_receiver_levels(&folder), &summary)))
 }
 
 /// Failure of a finished run whose energies cannot be; `None` if they can.
-fn impossible(scene: &Scene, summary: &serde_json::Value) -> Option<Outcome> {
+fn impossible(scene: &Scene, summary: &serde_json::Value) -> Option<VariantOutcome> {
     let outcome = serde_json::from_value(summary["outcome"].clone()).ok()?;
-    impossible_energy(scene, &outcome).map(|why| Outcome::Failed(RunError::Impossible(why)))
+    impossible_energy(scene, &outcome).map(|why| VariantOutcome::Failed(RunError::Impossible(why)))
 }
 
 fn read_levels(folder: &Path) -> Option<Vec<BandLevel>> {
@@ -262,7 +263,7 @@ fn read_levels(folder: &Path) -> Option<Vec<BandLevel>> {
 /// A-weighted levels at a folder's receivers; empty without.
 fn read_receiver_levels(folder: &Path) -> NamedLevels {
     let text = input::read_text(&folder.join(SOUND_FILE), TABLE_BYTES).ok();
-    let table = text.and_then(|text| Table::parse(&text).ok());
+    let table = text.and_then(|text| StoredTable::parse(&text).ok());
     table.and_then(|table| levels(&table, SOUND_COLUMN)).unwrap_or_default()
 }
 
@@ -271,9 +272,15 @@ fn read_summary(folder: &Path) -> Option<serde_json::Value> {
 }
 
 /// Continues a variant from its checkpoint, or runs it from the beginning.
-fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool, watch: &Mutex<Watch<'_>>) -> Outcome {
+fn carry_out(
+    variant: &Variant,
+    target: &Path,
+    threads: usize,
+    stop: &AtomicBool,
+    watch: &Mutex<SweepProgress<'_>>,
+) -> VariantOutcome {
     if stop.load(Ordering::Relaxed) {
-        return Outcome::Stopped;
+        return VariantOutcome::Stopped;
     }
     let target = target.join(&variant.label.name);
     let mut progress = VariantProgress { name: &variant.label.name, watch, done: 0, time_step: 0.0, has_blocks: false };
@@ -283,15 +290,15 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
         run::run(&variant.loaded, &RunOptions { target, threads }, Job::new(stop, &mut progress))
     };
     match report {
-        Ok(RunReport { impossible: Some(why), .. }) => Outcome::Failed(RunError::Impossible(why)),
+        Ok(RunReport { impossible: Some(why), .. }) => VariantOutcome::Failed(RunError::Impossible(why)),
         // Results as written, so that a later sweep that finds them reports the same.
         Ok(RunReport { folder, .. }) => {
             let levels = read_levels(&folder).unwrap_or_default();
             let summary = read_summary(&folder).unwrap_or_default();
-            Outcome::Done(Done::new(false, levels, &read_receiver_levels(&folder), &summary))
+            VariantOutcome::Done(Done::new(false, levels, &read_receiver_levels(&folder), &summary))
         }
-        Err(RunError::Interrupted { .. }) => Outcome::Stopped,
-        Err(error) => Outcome::Failed(error),
+        Err(RunError::Interrupted { .. }) => VariantOutcome::Stopped,
+        Err(error) => VariantOutcome::Failed(error),
     }
 }
 
@@ -311,10 +318,10 @@ fn resumable(variant: &Variant, target: &Path, progress: &mut dyn Progress) -> b
 /// Adds the simulated time of one variant to that of all.
 struct VariantProgress<'a, 'b> {
     name: &'a str,
-    watch: &'a Mutex<Watch<'b>>,
+    watch: &'a Mutex<SweepProgress<'b>>,
     done: u64,
     time_step: f64,
-    /// True if blocks of steps stop its march for long: those of later variants are not known, so one is always left.
+    /// True if blocks of steps stop its march for long: those of later variants are not known, so one always remains.
     has_blocks: bool,
 }
 
@@ -326,20 +333,20 @@ impl Progress for VariantProgress<'_, '_> {
         self.step(done);
     }
 
-    fn blocks(&mut self, left: u64, stage: Option<Stage>) {
-        self.has_blocks |= left > 0;
+    fn blocks(&mut self, remaining: u64, stage: Option<Stage>) {
+        self.has_blocks |= remaining > 0;
         lock(self.watch).progress.blocks(self.has_blocks.into(), stage);
     }
 
     fn step(&mut self, done: u64) {
-        let Watch { progress, rolled, .. } = &mut *lock(self.watch);
+        let SweepProgress { progress, rolled, .. } = &mut *lock(self.watch);
         *rolled += done.saturating_sub(self.done) as f64 * self.time_step;
         progress.step((*rolled / UNIT) as u64);
         self.done = done;
     }
 
     fn note(&mut self, text: &str) {
-        let Watch { progress, shared, .. } = &mut *lock(self.watch);
+        let SweepProgress { progress, shared, .. } = &mut *lock(self.watch);
         if !shared.iter().any(|said| said == text) {
             progress.note(&format!("{}: {text}", self.name));
         }
@@ -361,7 +368,7 @@ mod tests {
     use crate::scene::DEFAULT;
 
     #[test]
-    fn a_run_whose_energy_cannot_be_has_failed_by_name_and_one_of_an_earlier_sweep_likewise() {
+    fn a_run_of_impossible_energy_has_failed() {
         let scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         let of = |coefficient: f64| {
             let resistance =
@@ -375,12 +382,12 @@ mod tests {
             impossible(&scene, &json!({ "outcome": summary }))
         };
         assert!(of(0.012).is_none());
-        let Some(Outcome::Failed(error)) = of(-480.0) else { panic!("no failure") };
+        let Some(VariantOutcome::Failed(error)) = of(-480.0) else { panic!("no failure") };
         assert!(error.to_string().contains("gives back"), "{error}");
     }
 
     #[test]
-    fn a_receiver_that_cannot_be_read_is_told_and_takes_no_other_with_it() {
+    fn an_unreadable_receiver_is_reported_alone() {
         let receiver =
             |name: &str, level_a: Option<f64>| json!({ "name": name, "points": 1, "level": 70.0, "level_a": level_a });
         let receivers = [receiver("beside", Some(60.5)), receiver("cpx", None)];

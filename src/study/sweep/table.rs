@@ -113,8 +113,8 @@ impl SweepBlock {
             pairs.filter_map(|(&speed, done)| Some((speed, done.level_at(receiver)?))).unzip();
         let line =
             |levels: &[f64]| SpeedCoefficient::fit(speeds.iter().copied().zip(levels.iter().copied()), REFERENCE_SPEED);
-        let own: Vec<f64> = levels.iter().map(|level| level.level).collect();
-        line(&own).ok_or_else(String::new)?;
+        let of_all_bands: Vec<f64> = levels.iter().map(|level| level.level).collect();
+        line(&of_all_bands).ok_or_else(String::new)?;
         let compared = Compared::for_growth(&levels)?;
         Ok((line(&compared.levels).ok_or_else(String::new)?, compared))
     }
@@ -430,7 +430,7 @@ mod tests {
     }
 
     #[test]
-    fn a_growth_from_a_level_that_is_not_vouched_for_is_in_brackets_and_grey() {
+    fn a_growth_from_an_invalid_level_is_in_grey_brackets() {
         let SweepBlock { group, speeds, mut found, .. } = block();
         found[1].levels[0].valid = false;
         let block = SweepBlock::new(&group, speeds, found);

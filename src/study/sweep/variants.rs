@@ -14,7 +14,6 @@ use crate::study::sweep::factor::is_seed;
 
 /// Key of the speed, over which levels grow.
 pub(crate) const SPEED_KEY: &str = "rolling.speed_kmh";
-/// Key of the load.
 pub(crate) const LOAD_KEY: &str = "rolling.axle.load";
 /// Names of factors that are no single key, or have a separate column.
 pub(super) const ROAD: &str = "road";
@@ -126,7 +125,7 @@ pub(crate) enum SweepError {
 /// All combinations: roads outermost, then loads, then the points of a design, speeds innermost. A road is a file:
 /// - `.toml`: the keys of a scene's `[road]`, paths relative to the file;
 /// - `.crg`: OpenCRG; `.npy`: a height map, for a scene whose road is one (its spacings are taken); anything else: a
-///   profile (`.dat`, `.csv`). If the scene's own road is of the same kind its other keys stay.
+///   profile (`.dat`, `.csv`). If the scene's road is of the same kind its other keys stay.
 ///
 /// # Errors
 /// [`SweepError`] with the first variant that is not a valid scene.
@@ -186,8 +185,8 @@ impl Combination<'_> {
         for setting in self.point.iter().filter(varied_speed) {
             let (key, value) = (setting.key(), setting.value());
             let short = key.rsplit('.').next().unwrap_or(key);
-            let namesakes = self.point.iter().filter(|other| other.key().rsplit('.').next() == Some(short)).count();
-            add(key, value.to_owned(), format!("{}={value}", if namesakes > 1 { key } else { short }));
+            let of_same_name = self.point.iter().filter(|other| other.key().rsplit('.').next() == Some(short)).count();
+            add(key, value.to_owned(), format!("{}={value}", if of_same_name > 1 { key } else { short }));
         }
         if self.speed.is_some() || self.point.iter().any(|setting| setting.key() == SPEED_KEY) {
             add(SPEED, speed.to_string(), format!("{speed} km/h"));
@@ -264,7 +263,7 @@ fn road(scene: &Table, path: &Path) -> Result<(String, Table), SweepError> {
     }
     let name = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let own = scene.get("road").and_then(Value::as_table).cloned().unwrap_or_default();
+    let of_scene = scene.get("road").and_then(Value::as_table).cloned().unwrap_or_default();
     let text = |path: &Path| match path.to_str() {
         Some(text) => Ok(Value::String(text.to_owned())),
         None => Err(failed("its name is not UTF-8".into())),
@@ -283,7 +282,7 @@ fn road(scene: &Table, path: &Path) -> Result<(String, Table), SweepError> {
         "npy" | "xyz" | "asc" => "grid",
         _ => "profile",
     };
-    let same = own.get("kind").and_then(Value::as_str) == Some(kind);
+    let same = of_scene.get("kind").and_then(Value::as_str) == Some(kind);
     if ending == "npy" && !same {
         return Err(failed(
             "a height map needs its spacings: name a scene whose [road] has kind = \"grid\", file, dx and dy; for \
@@ -291,7 +290,7 @@ fn road(scene: &Table, path: &Path) -> Result<(String, Table), SweepError> {
                 .into(),
         ));
     }
-    let mut table = if same { own } else { Table::from_iter([("kind".to_owned(), Value::String(kind.into()))]) };
+    let mut table = if same { of_scene } else { Table::from_iter([("kind".to_owned(), Value::String(kind.into()))]) };
     table.insert("file".into(), text(&absolute)?);
     Ok((name, table))
 }
@@ -351,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_are_put_into_scenes_and_named_and_their_mistakes_told() {
+    fn settings_of_variants_are_named_and_mistakes_reported() {
         let point = |texts: &[&str]| texts.iter().map(|text| Setting::parse(text).unwrap()).collect::<Vec<_>>();
         let axes = Axes {
             speeds: vec![50.0, 80.0],

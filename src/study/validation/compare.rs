@@ -2,8 +2,8 @@
 
 use super::measure::{Measured, StandingTyre, ValidationRun};
 use super::missing::{Compared, Lacks};
-use super::published::{BANDS, Kind, PUBLISHED_SPEEDS, Published, ROAD, bands, decades, energy_sum};
-use super::row::{Group, Row};
+use super::published::{BANDS, PUBLISHED_SPEEDS, Published, ROAD, RangeOrigin, bands, decades, energy_sum};
+use super::row::{Group, ValidationRow};
 use crate::numeric::straight_line::StraightLine;
 use crate::response::ThirdOctaveBand;
 use crate::scene::NamedTexture;
@@ -17,7 +17,7 @@ const OCTAVES: [(&str, std::ops::RangeInclusive<i32>); 5] =
 
 /// Compares everything measured with everything published, in the order of the table; targets of a fit come last, in a
 /// separate group. Rows of speeds and roads that were not rolled have no value.
-pub fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
+pub fn rows(measured: &Measured, published: &Published) -> Vec<ValidationRow> {
     let table = Table { measured, published, lacks: measured.lacks };
     let mut rows = table.tyre();
     for (speed, group) in [Group::Shape50, Group::Shape80, Group::Shape110].into_iter().enumerate() {
@@ -27,7 +27,7 @@ pub fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
     rows.extend(table.levels());
     rows.extend(table.roads());
     rows.extend(table.resistance());
-    for row in rows.iter_mut().filter(|row| row.kind == Kind::Target) {
+    for row in rows.iter_mut().filter(|row| row.kind == RangeOrigin::Target) {
         row.group = Group::Targets;
     }
     rows.sort_by_key(|row| row.group);
@@ -49,9 +49,16 @@ impl Table<'_> {
     }
 
     /// Row of a single quantity; empty for a name without one.
-    fn single(&self, group: Group, of: Compared, name: &str, frequency: Option<f64>, value: Option<f64>) -> Vec<Row> {
+    fn single(
+        &self,
+        group: Group,
+        of: Compared,
+        name: &str,
+        frequency: Option<f64>,
+        value: Option<f64>,
+    ) -> Vec<ValidationRow> {
         let Some(quantity) = self.published.quantity(name) else { return Vec::new() };
-        let row = Row {
+        let row = ValidationRow {
             group,
             title: quantity.title.clone(),
             unit: quantity.unit.clone(),
@@ -67,12 +74,12 @@ impl Table<'_> {
         vec![self.explained(row, of, frequency)]
     }
 
-    fn explained(&self, mut row: Row, of: Compared, frequency: Option<f64>) -> Row {
+    fn explained(&self, mut row: ValidationRow, of: Compared, frequency: Option<f64>) -> ValidationRow {
         row.could_explain = self.lacks.reasons(of, frequency, row.outside().unwrap_or_default());
         row
     }
 
-    fn tyre(&self) -> Vec<Row> {
+    fn tyre(&self) -> Vec<ValidationRow> {
         let StandingTyre { stiffness, patches, modes, breathing, cavity } = &self.measured.tyre;
         let mut values = vec![("stiffness".to_owned(), stiffness.map(|stiffness| 1e-3 * stiffness))];
         let patches = ["patch_300", "patch_350", "patch_400"].into_iter().zip(patches);
@@ -83,7 +90,7 @@ impl Table<'_> {
         values.into_iter().flat_map(row).collect()
     }
 
-    fn shape(&self, speed: usize, group: Group) -> Vec<Row> {
+    fn shape(&self, speed: usize, group: Group) -> Vec<ValidationRow> {
         let run = self.run(ROAD, speed);
         let sum = run.and_then(|run| energy_of(run, BANDS));
         let row = |band: ThirdOctaveBand| {
@@ -95,7 +102,7 @@ impl Table<'_> {
         bands().map(row).collect()
     }
 
-    fn growth(&self) -> Vec<Row> {
+    fn growth(&self) -> Vec<ValidationRow> {
         let ends = self.run(ROAD, 0).zip(self.run(ROAD, 2));
         let row = |band: ThirdOctaveBand| {
             let levels = ends.and_then(|(slow, fast)| slow.coast_by_band(band).zip(fast.coast_by_band(band)));
@@ -106,10 +113,10 @@ impl Table<'_> {
         bands().map(row).collect()
     }
 
-    fn band_row(&self, group: Group, band: ThirdOctaveBand, computed: Option<f64>, range: [f64; 2]) -> Row {
+    fn band_row(&self, group: Group, band: ThirdOctaveBand, computed: Option<f64>, range: [f64; 2]) -> ValidationRow {
         let widening = if group == Group::Growth { &self.published.growth } else { &self.published.shape };
         let sources: Vec<&str> = self.published.sets.iter().map(|set| set.source.as_str()).collect();
-        Row {
+        ValidationRow {
             group,
             title: format!("{} Hz", band.nominal_frequency()),
             unit: widening.unit.clone(),
@@ -119,12 +126,12 @@ impl Table<'_> {
             sets: self.published.sets.len(),
             spread: format!("+-{} {}: {}", widening.spread, widening.unit, widening.reason),
             source: sources.join("; "),
-            kind: Kind::Measured,
+            kind: RangeOrigin::Measured,
             could_explain: Vec::new(),
         }
     }
 
-    fn levels(&self) -> Vec<Row> {
+    fn levels(&self) -> Vec<ValidationRow> {
         let mut rows = Vec::new();
         let runs = [0, 1, 2].map(|speed| self.run(ROAD, speed));
         let level = |speed: usize| runs[speed].and_then(|run| run.coast_by.as_ref());
@@ -133,7 +140,9 @@ impl Table<'_> {
             let is_lower_bound = total.is_some_and(TotalLevel::is_lower_bound);
             let found = self.single(Group::Levels, Compared::Level, name, None, total.map(|total| total.level));
             rows.extend(
-                found.into_iter().map(|row| self.explained(Row { is_lower_bound, ..row }, Compared::Level, None)),
+                found
+                    .into_iter()
+                    .map(|row| self.explained(ValidationRow { is_lower_bound, ..row }, Compared::Level, None)),
             );
         }
         let growth = level(0).zip(level(2)).and_then(|(slow, fast)| {
@@ -158,13 +167,13 @@ impl Table<'_> {
             let found = self.single(Group::Levels, Compared::Receivers, "cpx_less_coast_by", None, less);
             rows.extend(found.into_iter().map(|row| {
                 let title = format!("{}, {} km/h", row.title, PUBLISHED_SPEEDS[speed]);
-                Row { title, ..row }
+                ValidationRow { title, ..row }
             }));
         }
         rows
     }
 
-    fn roads(&self) -> Vec<Row> {
+    fn roads(&self) -> Vec<ValidationRow> {
         let [fine, dense] = [NamedTexture::StoneMastic8, ROAD].map(|texture| self.run(texture, 1));
         let less = fine.zip(dense);
         let less = less.and_then(|(fine, dense)| self::less(fine.coast_by.as_ref()?, dense.coast_by.as_ref()?));
@@ -182,7 +191,7 @@ impl Table<'_> {
         rows
     }
 
-    fn resistance(&self) -> Vec<Row> {
+    fn resistance(&self) -> Vec<ValidationRow> {
         let of = |texture| self.run(texture, 1).and_then(|run| run.rolling_resistance);
         let per_load = |resistance: f64| 1e3 * resistance / self.measured.load;
         let smooth = of(NamedTexture::Iso10844).map(per_load);
@@ -246,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_of_few_bands_are_bounds_and_their_differences_are_not_known() {
+    fn levels_of_few_bands_are_bounds_without_differences() {
         let published = Published::embedded();
         let mut few = measured();
         few.runs[2].coast_by = Some(total(-6, 11.5).at_most(11.5));
@@ -257,7 +266,7 @@ mod tests {
         };
         assert!(unknown("growth of coast-by, L_AFmax, 50 to 110 km/h"));
         assert!(unknown("cpx less coast-by, L_AFmax, 110 km/h"));
-        let bounds: Vec<&Row> = rows.iter().filter(|row| row.is_lower_bound).collect();
+        let bounds: Vec<&ValidationRow> = rows.iter().filter(|row| row.is_lower_bound).collect();
         assert!(bounds.len() == 1 && bounds[0].verdict() == Verdict::Unknown, "{bounds:?}");
     }
 
@@ -278,7 +287,7 @@ mod tests {
         Measured { tyre, runs, load: 2000.0, lacks: Lacks { sidewalls: true, cells: true } }
     }
 
-    fn value(rows: &[Row], title: &str) -> f64 {
+    fn value(rows: &[ValidationRow], title: &str) -> f64 {
         rows.iter().find(|row| row.title == title).and_then(|row| row.computed).unwrap_or(f64::NAN)
     }
 
@@ -297,16 +306,16 @@ mod tests {
         let growth: Vec<f64> =
             rows.iter().filter(|row| row.group == Group::Growth).filter_map(|row| row.computed).collect();
         assert!(growth.len() == 11 && growth.iter().all(|growth| (growth - 30.0).abs() < 1e-9), "{growth:?}");
-        let shape: Vec<&Row> = rows.iter().filter(|row| row.group == Group::Shape80).collect();
+        let shape: Vec<&ValidationRow> = rows.iter().filter(|row| row.group == Group::Shape80).collect();
         assert!(energy_sum(shape.iter().filter_map(|row| row.computed)).abs() < 1e-9);
         assert!(matches!(shape[0].verdict(), Verdict::Above(by) if by > 10.0));
         assert!(matches!(shape[10].verdict(), Verdict::Below(_)) && !shape[10].could_explain.is_empty());
     }
 
     #[test]
-    fn targets_that_the_tyre_was_fitted_to_are_called_so_and_not_counted_among_validation() {
+    fn targets_of_the_fit_are_not_counted_as_validation() {
         let rows = rows(&measured(), &Published::embedded());
-        assert!(rows.iter().all(|row| (row.kind == Kind::Target) == (row.group == Group::Targets)));
+        assert!(rows.iter().all(|row| (row.kind == RangeOrigin::Target) == (row.group == Group::Targets)));
         assert!(rows.is_sorted_by_key(|row| row.group), "groups stand together");
         let found = summaries(&rows);
         let [tyre, targets] = [Group::Tyre, Group::Targets].map(|group| found.iter().find(|of| of.group == group));
@@ -314,12 +323,12 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_the_runs_do_not_give_is_unknown_and_no_row_is_lost() {
+    fn a_value_that_the_runs_lack_is_an_unknown_row() {
         let published = Published::embedded();
         let mut nothing = measured();
         nothing.runs.clear();
         let (all, none) = (rows(&measured(), &published), rows(&nothing, &published));
-        let titles = |rows: &[Row]| rows.iter().map(|row| row.title.clone()).collect::<Vec<_>>();
+        let titles = |rows: &[ValidationRow]| rows.iter().map(|row| row.title.clone()).collect::<Vec<_>>();
         assert_eq!(titles(&all), titles(&none));
         let known = none
             .iter()

@@ -14,7 +14,7 @@ use crate::results::pass_by::PassBySummary;
 use crate::run::RunError;
 use crate::scene::{DEFAULT, GRAVITY, LoadedScene, NamedTexture, Scene, SceneError, Setting};
 use crate::sound::TotalLevel;
-use crate::study::loads::Standing;
+use crate::study::loads::LoadedTyre;
 use crate::study::sweep::{Axes, SweepError, variants};
 use crate::study::trial::{Trial, Trials};
 use crate::tyre::modes::{Mode, ModesError, Motion, modes};
@@ -156,10 +156,6 @@ pub(crate) fn base_scene(settings: &[Setting]) -> Result<LoadedScene, SceneError
     Scene::from_str_with(&text, "default", settings)
 }
 
-fn setting(text: &str) -> Vec<Setting> {
-    Setting::parse(text).into_iter().collect()
-}
-
 /// Measures a scene: the standing tyre, then runs on the roads at the speeds that a row needs, each over 165 m after
 /// the warm-up, with a coast-by microphone and one close to the tyre. Everything of the scene counts except road,
 /// receivers, speed and duration.
@@ -206,13 +202,13 @@ fn on_road(texture: NamedTexture, duration: f64) -> Vec<Setting> {
         "receiver=[{ standard = \"coast-by\" }, { standard = \"cpx\" }]".to_owned(),
         format!("rolling.duration={duration:?}"),
     ];
-    texts.iter().flat_map(|text| setting(text)).collect()
+    texts.iter().flat_map(|text| Setting::parse(text)).collect()
 }
 
 fn standing(scene: &Scene) -> Result<StandingTyre, ValidationError> {
     let mut fine = scene.clone();
     fine.numerics.elements = STANDING_ELEMENTS;
-    let tyre = Standing::new(&fine);
+    let tyre = LoadedTyre::new(&fine);
     let [light, middle, heavy] = LOADS;
     let under = |load: f64| tyre.under(load).map_err(RunError::from);
     let at = under(middle)?;
@@ -225,8 +221,8 @@ fn standing(scene: &Scene) -> Result<StandingTyre, ValidationError> {
         Some(frequencies.fold(f64::INFINITY, f64::min)).filter(|frequency| frequency.is_finite())
     };
     // Sidewalls have weaker modes below the belt's.
-    let breathes = |mode: &&Mode| mode.n == 0 && mode.motion == Motion::Radial;
-    let breathing = found.confirmed.iter().filter(breathes).max_by(|one, other| one.peak.total_cmp(&other.peak));
+    let is_breathing = |mode: &&Mode| mode.n == 0 && mode.motion == Motion::Radial;
+    let breathing = found.confirmed.iter().filter(is_breathing).max_by(|one, other| one.peak.total_cmp(&other.peak));
     let air = scene.tyre.cavity.is_some();
     Ok(StandingTyre {
         stiffness: Some(at.force / at.indentation),
@@ -242,7 +238,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_differ_in_road_and_duration_alone_and_are_long_enough_for_a_passage() {
+    fn runs_differ_in_road_and_duration_alone() {
         let base = base_scene(&[]).unwrap();
         let default = Scene::from_str(DEFAULT, "default").unwrap().scene;
         let mut numerics_apart = base.scene.clone();

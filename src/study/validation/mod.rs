@@ -3,8 +3,8 @@
 //! 1. [`Published`] holds the values, embedded with source, number of sets and spread; ranges follow from them alone.
 //! 2. [`measure()`] rolls the scene's tyre on the named roads at some speeds, by [`Trials`](super::trial::Trials), and
 //!    looks at it standing: [`Measured`].
-//! 3. [`rows`] compares the two, without rolling anything: a [`Row`] has the computed value, the range, how far outside
-//!    it is, and the [`Missing`] physics that could explain it.
+//! 3. [`rows`] compares the two, without rolling anything: a [`ValidationRow`] has the computed value, the range, how
+//!    far outside it is, and the [`Missing`] physics that could explain it.
 
 mod compare;
 mod measure;
@@ -19,4 +19,4 @@ pub use missing::Lacks;
 pub(crate) use missing::Missing;
 pub(crate) use published::PUBLISHED_SPEEDS;
 pub use published::Published;
-pub(crate) use row::{Group, Row, Summary, Verdict, summaries};
+pub(crate) use row::{Group, GroupSummary, ValidationRow, Verdict, summaries};

@@ -36,7 +36,7 @@ pub(super) fn is_compared(texture: NamedTexture, speed: f64) -> bool {
 /// Origin of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum RangeOrigin {
     /// From measurements.
     Measured,
     /// Target of a fit: shows whether the tyre still is what it was fitted to.
@@ -57,7 +57,7 @@ pub(crate) struct Quantity {
     /// Number of sets.
     pub sets: usize,
     /// Measured, or a target of a fit.
-    pub kind: Kind,
+    pub kind: RangeOrigin,
     /// Spread in words.
     pub spread: String,
     /// Source.
@@ -155,7 +155,6 @@ impl Published {
         Self { sets, shape, growth, quantities }
     }
 
-    /// Quantity of a name.
     pub(crate) fn quantity(&self, name: &str) -> Option<&Quantity> {
         self.quantities.get(name)
     }

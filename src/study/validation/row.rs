@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::missing::Missing;
-use super::published::Kind;
+use super::published::RangeOrigin;
 use crate::counters::catalogue::catalogue;
 
 catalogue! {
@@ -34,7 +34,7 @@ catalogue! {
 
 /// A value compared with its range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub struct ValidationRow {
     /// Part of the table.
     pub group: Group,
     /// Name of the quantity.
@@ -54,7 +54,7 @@ pub struct Row {
     /// Source of the range.
     pub source: String,
     /// Measured, or a target of a fit.
-    pub kind: Kind,
+    pub kind: RangeOrigin,
     /// Physics that the model lacks, and other reasons, that could explain a value outside.
     pub could_explain: Vec<Missing>,
 }
@@ -73,7 +73,7 @@ pub(crate) enum Verdict {
     Unknown,
 }
 
-impl Row {
+impl ValidationRow {
     /// Judges the value; one on the edge is inside.
     pub(crate) fn verdict(&self) -> Verdict {
         let [lowest, highest] = self.range;
@@ -104,7 +104,7 @@ impl Row {
 
 /// Rows of a group together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Summary {
+pub(crate) struct GroupSummary {
     /// Part of the table.
     pub group: Group,
     /// Number of all rows.
@@ -119,17 +119,17 @@ pub(crate) struct Summary {
     pub worst: Option<usize>,
 }
 
-/// Summaries of all groups that have rows.
-pub(crate) fn summaries(rows: &[Row]) -> Vec<Summary> {
+pub(crate) fn summaries(rows: &[ValidationRow]) -> Vec<GroupSummary> {
     let of = |group: Group| {
-        let own: Vec<(usize, &Row)> = rows.iter().enumerate().filter(|(_, row)| row.group == group).collect();
-        let relative = |row: &Row| row.outside().map_or(0.0, |by| by.abs() / (row.range[1] - row.range[0]));
-        let worst = own.iter().filter(|(_, row)| relative(row) > 0.0);
+        let of_group: Vec<(usize, &ValidationRow)> =
+            rows.iter().enumerate().filter(|(_, row)| row.group == group).collect();
+        let relative = |row: &ValidationRow| row.outside().map_or(0.0, |by| by.abs() / (row.range[1] - row.range[0]));
+        let worst = of_group.iter().filter(|(_, row)| relative(row) > 0.0);
         let worst = worst.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1))).map(|(place, _)| *place);
-        let known = own.iter().filter(|(_, row)| row.verdict() != Verdict::Unknown).count();
-        let bounds = own.iter().filter(|(_, row)| row.is_bound()).count();
-        let inside = own.iter().filter(|(_, row)| row.verdict() == Verdict::Inside).count();
-        (!own.is_empty()).then_some(Summary { group, rows: own.len(), known, bounds, inside, worst })
+        let known = of_group.iter().filter(|(_, row)| row.verdict() != Verdict::Unknown).count();
+        let bounds = of_group.iter().filter(|(_, row)| row.is_bound()).count();
+        let inside = of_group.iter().filter(|(_, row)| row.verdict() == Verdict::Inside).count();
+        (!of_group.is_empty()).then_some(GroupSummary { group, rows: of_group.len(), known, bounds, inside, worst })
     };
     Group::ALL.into_iter().filter_map(of).collect()
 }
@@ -138,8 +138,8 @@ pub(crate) fn summaries(rows: &[Row]) -> Vec<Summary> {
 mod tests {
     use super::*;
 
-    fn row(computed: Option<f64>) -> Row {
-        Row {
+    fn row(computed: Option<f64>) -> ValidationRow {
+        ValidationRow {
             group: Group::Levels,
             title: "level".to_owned(),
             unit: "dB".to_owned(),
@@ -149,7 +149,7 @@ mod tests {
             sets: 2,
             spread: String::new(),
             source: String::new(),
-            kind: Kind::Measured,
+            kind: RangeOrigin::Measured,
             could_explain: Vec::new(),
         }
     }
@@ -162,15 +162,19 @@ mod tests {
         assert_eq!((outside(None), outside(Some(f64::NAN))), (None, None));
         assert_eq!(row(Some(f64::NAN)).verdict(), Verdict::Unknown);
         // A lower bound may lie anywhere above.
-        let bound = |value| Row { is_lower_bound: true, ..row(Some(value)) }.verdict();
+        let bound = |value| ValidationRow { is_lower_bound: true, ..row(Some(value)) }.verdict();
         assert_eq!([bound(-3.5), bound(0.0), bound(5.0)], [Verdict::Unknown, Verdict::Unknown, Verdict::Above(2.0)]);
     }
 
     #[test]
     fn a_group_is_summed_up_with_its_worst_row() {
-        let mut rows: Vec<Row> = [Some(0.0), Some(4.0), None, Some(-7.0)].map(row).into();
-        rows.push(Row { group: Group::Tyre, ..row(Some(0.0)) });
-        rows.extend([0.0, 9.0].map(|value| Row { is_lower_bound: true, group: Group::Roads, ..row(Some(value)) }));
+        let mut rows: Vec<ValidationRow> = [Some(0.0), Some(4.0), None, Some(-7.0)].map(row).into();
+        rows.push(ValidationRow { group: Group::Tyre, ..row(Some(0.0)) });
+        rows.extend([0.0, 9.0].map(|value| ValidationRow {
+            is_lower_bound: true,
+            group: Group::Roads,
+            ..row(Some(value))
+        }));
         let [tyre, levels, roads] = &summaries(&rows)[..] else { panic!("three groups") };
         assert_eq!((roads.rows, roads.known, roads.bounds, roads.inside), (2, 1, 1, 0));
         assert_eq!((tyre.group, tyre.rows, tyre.inside, tyre.worst), (Group::Tyre, 1, 1, None));

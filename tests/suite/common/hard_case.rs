@@ -41,8 +41,8 @@ pub(crate) fn measured(what: impl Display, bound: impl Display, measured: impl D
     let _one = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let old = fs::read_to_string(TABLE).unwrap_or_default();
     let start = format!("| {number} | `{test}` | {what} |");
-    let kept = old.lines().skip(HEAD.lines().count()).filter(|row| !row.starts_with(&start)).map(str::to_owned);
-    let mut rows: Vec<String> = kept.chain([format!("{start} {bound} | {measured} |")]).collect();
+    let others = old.lines().skip(HEAD.lines().count()).filter(|row| !row.starts_with(&start)).map(str::to_owned);
+    let mut rows: Vec<String> = others.chain([format!("{start} {bound} | {measured} |")]).collect();
     rows.sort();
     fs::write(TABLE, HEAD.to_owned() + &rows.join("\n") + "\n").unwrap();
 }

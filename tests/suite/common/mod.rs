@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
 use tempfile::TempDir;
-use tyrewave::internals::{NpyWriter, Row, read_force_levels, scene};
+use tyrewave::internals::{ArrayRow, NpyWriter, read_force_levels, scene};
 use tyrewave::response::BandLevel;
 use tyrewave::run;
 use tyrewave::run::{Job, RunError, RunOptions, RunReport, Unwatched};
@@ -123,7 +123,7 @@ pub(super) fn program() -> PathBuf {
     program
 }
 
-/// The program with its arguments in a folder; what it says is kept.
+/// The program with its arguments in a folder; what it says is captured.
 pub(super) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(program());
     command.args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -152,7 +152,7 @@ pub(super) fn names(folder: &Path) -> Vec<String> {
 
 /// Writes a height map, row by row.
 pub(super) fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
-    let mut writer = NpyWriter::<f64>::create(path, Row::Columns(columns)).unwrap();
+    let mut writer = NpyWriter::<f64>::create(path, ArrayRow::Columns(columns)).unwrap();
     for row in heights.chunks_exact(columns) {
         writer.push(row).unwrap();
     }
@@ -169,7 +169,6 @@ pub(super) fn write_tread_map(path: &Path, depth: f64) {
     write_grid(path, 4, &depths);
 }
 
-/// Mean and standard deviation.
 pub(super) fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64;

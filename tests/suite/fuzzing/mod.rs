@@ -164,7 +164,7 @@ fn mobilities(_folder: &Path, bytes: &[u8]) {
 fn sealed(folder: &Path, bytes: &[u8]) {
     let cache = Cache::at(folder.to_owned(), u64::MAX);
     fs::write(cache.path::<RationalModel>(&corpus::KEY), bytes).unwrap();
-    assert!(!matches!(cache.load::<RationalModel>(&corpus::KEY), Ok(Some(Ok(_)))), "no such model was kept");
+    assert!(!matches!(cache.load::<RationalModel>(&corpus::KEY), Ok(Some(Ok(_)))), "no such model was stored");
     let _ = tyrewave::internals::read_checkpoint(folder);
 }
 

@@ -37,7 +37,7 @@ fn level(module: &str) -> Option<usize> {
 }
 
 #[test]
-fn every_module_of_the_library_has_a_level_and_is_documented_in_that_order() {
+fn every_module_is_documented_in_the_order_of_levels() {
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
     let modules: Vec<&str> = text
         .lines()
@@ -63,14 +63,15 @@ fn no_module_uses_one_that_comes_later() {
     let uses = Uses::new(&sources);
     let (mut inspected, mut found) = (0, BTreeSet::new());
     for source in &sources {
-        let Some((module, own)) = source.module.first().and_then(|module| Some((module, level(module)?))) else {
+        let Some((module, level_of_module)) = source.module.first().and_then(|module| Some((module, level(module)?)))
+        else {
             continue;
         };
         for (source, of_tests) in [(source, None), (&source.of_tests(), Some("test_models"))] {
             for path in uses.used(source) {
                 inspected += 1;
                 let other = path.first().unwrap();
-                let is_later = other != module && level(other).is_some_and(|level| level >= own);
+                let is_later = other != module && level(other).is_some_and(|level| level >= level_of_module);
                 if is_later && of_tests != Some(other) {
                     found.insert(format!("{} uses {}", source.file, path.join("::")));
                 }
@@ -85,9 +86,14 @@ fn no_module_uses_one_that_comes_later() {
 fn plans_and_pages_reach_effects_through_their_list_alone() {
     let sources = sources();
     let uses = Uses::new(&sources);
-    let rooms = sources.iter().filter(|source| source.file.starts_with("effects/") && source.file.ends_with("/mod.rs"));
-    let rooms: BTreeSet<&str> = rooms.filter_map(|source| source.module.get(1).map(String::as_str)).collect();
-    assert_eq!(rooms.len(), tyrewave::internals::number_of_effects(), "an effect is a folder and a line: {rooms:?}");
+    let folders =
+        sources.iter().filter(|source| source.file.starts_with("effects/") && source.file.ends_with("/mod.rs"));
+    let folders: BTreeSet<&str> = folders.filter_map(|source| source.module.get(1).map(String::as_str)).collect();
+    assert_eq!(
+        folders.len(),
+        tyrewave::internals::number_of_effects(),
+        "an effect is a folder and a line: {folders:?}"
+    );
     let (mut inspected, mut found) = (0, BTreeSet::new());
     for source in &sources {
         let Some("results" | "plan" | "planning" | "report") = source.module.first().map(String::as_str) else {
@@ -95,7 +101,7 @@ fn plans_and_pages_reach_effects_through_their_list_alone() {
         };
         for path in uses.used(source) {
             inspected += 1;
-            if path.len() > 1 && path[0] == "effects" && rooms.contains(path[1].as_str()) {
+            if path.len() > 1 && path[0] == "effects" && folders.contains(path[1].as_str()) {
                 found.insert(format!("{} uses {}", source.file, path.join("::")));
             }
         }
@@ -147,14 +153,14 @@ fn no_files_use_each_other_in_a_circle() {
 #[test]
 fn circles_are_found_through_faces_and_in_all_forms_of_paths() {
     let found = |b: &str, c: &str| {
-        let house = [
+        let files = [
             ("a/mod.rs", "mod b;\npub mod c;\nmod d;\npub use b::{B, more};\npub use d::*;\n"),
             ("a/b.rs", b),
             ("a/c.rs", c),
             ("a/d.rs", "pub struct D;\n#[cfg(test)]\nmod tests {\n    use crate::a::c::C;\n}\n"),
             ("e.rs", "use crate::a::{B, c::C};\n"),
         ];
-        let sources = house.map(|(file, text)| Source::new(file, text));
+        let sources = files.map(|(file, text)| Source::new(file, text));
         circles(&sources).into_iter().flatten().collect::<Vec<_>>().join(" ")
     };
     // A face hands on and is in no circle by that; nor is a test.

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 /// A path of names, as `crate::contact::Axle`, or a module from the root, as `contact`.
 pub(super) type Names = Vec<String>;
 
-/// All files with Rust below a folder.
 pub(super) fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -212,12 +211,12 @@ impl<'a> Uses<'a> {
 
     /// A path as it is from the root, if it is one of this project.
     fn absolute(&self, source: &Source, path: &[String]) -> Option<Names> {
-        let ups = path.iter().take_while(|name| *name == "super").count();
+        let supers = path.iter().take_while(|name| *name == "super").count();
         let first = path.first()?;
         let (base, rest) = match first.as_str() {
             "crate" => (&[][..], &path[1..]),
             "self" => (&source.module[..], &path[1..]),
-            "super" => (&source.module[..source.module.len().checked_sub(ups)?], &path[ups..]),
+            "super" => (&source.module[..source.module.len().checked_sub(supers)?], &path[supers..]),
             _ => (&source.module[..], path),
         };
         let found = [base, rest].concat();

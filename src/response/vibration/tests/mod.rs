@@ -107,7 +107,7 @@ fn windowed_segment(layout: &SegmentLayout, seed: u64) -> (Vec<f64>, Vec<f64>) {
         let (column, phase) = (place / layout.substeps, place % layout.substeps);
         let steps: Vec<usize> = (layout.first_step(phase)..layout.length()).step_by(layout.substeps).collect();
         let swing = |step: usize| 2.0 * layout.weight(step).powi(2) - 1.0;
-        // Repeated: the swing's own mean over a substep's steps is not exactly zero.
+        // Repeated: the swing's mean over a substep's steps is not exactly zero.
         for _ in 0..60 {
             let count = steps.len() as f64;
             let mean = steps.iter().map(|&step| forces[step * width + column]).sum::<f64>() / count;
@@ -288,10 +288,11 @@ fn all_elements_have_the_mean_over_the_circumference() {
 }
 
 /// Residues of another wavenumber for as many poles.
-fn swapped((other, own): (&Vec<Complex64>, &Vec<Complex64>)) -> Vec<Complex64> {
-    own.iter()
+fn swapped((other, residues): (&Vec<Complex64>, &Vec<Complex64>)) -> Vec<Complex64> {
+    residues
+        .iter()
         .zip(other.iter().cycle())
-        .map(|(own, other)| if own.im == 0.0 { other.re.into() } else { *other })
+        .map(|(residue, other)| if residue.im == 0.0 { other.re.into() } else { *other })
         .collect()
 }
 
@@ -319,7 +320,7 @@ fn mean_over_elements(layout: SegmentLayout, kind: TransferKind, first: i64, res
 }
 
 #[test]
-fn a_standing_force_is_still_beside_the_road_and_turns_with_the_tyre() {
+fn a_standing_force_turns_in_the_frame_of_the_tyre() {
     for response in [response(), turning_response()] {
         standing_force(&response);
     }
@@ -374,7 +375,7 @@ fn a_record_mirrored_in_space_and_time_has_the_same_waves() {
 }
 
 #[test]
-fn stopped_anywhere_it_goes_on_with_the_same_bits_on_any_number_of_threads() {
+fn a_stopped_accumulator_continues_with_the_same_bits() {
     for rule in [TimeRule::Bdf2, TimeRule::Sdirk2] {
         stopped_anywhere(SegmentLayout { rule, ..layout(ELEMENTS, 2, 1, 0) });
     }

@@ -55,9 +55,9 @@ fn answer(model: &RationalModel) -> TyreResponse<'_> {
     TyreResponse { model, scale: 1.0, spring: 0.0, tangential: None }
 }
 
-/// The layout with `components` lateral components and `kept` values per wavenumber.
-fn resolved(layout: SegmentLayout, components: usize, kept: usize) -> SegmentLayout {
-    SegmentLayout { across: Across::Resolved { components, kept }, ..layout }
+/// The layout with `components` lateral components and so many values per wavenumber.
+fn resolved(layout: SegmentLayout, components: usize, values: usize) -> SegmentLayout {
+    SegmentLayout { across: Across::Resolved { components, values }, ..layout }
 }
 
 /// Reorders the forces of each step from cell across by column to column by cell.
@@ -74,7 +74,7 @@ fn by_cell(layout: &SegmentLayout, forces: &[f64]) -> Vec<f64> {
 }
 
 #[test]
-fn velocities_and_power_are_the_double_sums_over_waves_written_out() {
+fn velocities_and_power_are_the_double_sums_over_waves() {
     let elements = 14;
     let (models, waves) = (models(elements, &IN_MEAN), carried(elements));
     double_sums(elements, &models, &waves);
@@ -140,15 +140,15 @@ fn double_sums(elements: usize, models: &[RationalModel], waves: &CarriedWaves) 
                         .iter()
                         .zip(models)
                         .map(|(&m, model)| {
-                            let own = of_wave(&model.modes(index, face).unwrap(), n, s);
-                            grid.mean_shape(m) * s * own * force(n, m, bin)
+                            let compliance = of_wave(&model.modes(index, face).unwrap(), n, s);
+                            grid.mean_shape(m) * s * compliance * force(n, m, bin)
                         })
                         .sum();
                     expected[signed.unsigned_abs() as usize] += scale * velocity.norm_sqr();
                 }
                 for (row, &m) in CARRIED.iter().enumerate() {
-                    let own = of_wave(&waves.model.wave(row * (elements / 2 + 1) + index), n, s);
-                    put_in += scale * (s * own).re * force(n, m, bin).norm_sqr();
+                    let compliance = of_wave(&waves.model.wave(row * (elements / 2 + 1) + index), n, s);
+                    put_in += scale * (s * compliance).re * force(n, m, bin).norm_sqr();
                 }
             }
         }
@@ -268,7 +268,7 @@ fn a_mean_pattern_adds_nothing_to_the_power_of_the_vibration() {
 }
 
 #[test]
-fn resolved_forces_go_on_with_the_same_bits_on_any_number_of_threads() {
+fn resolved_forces_continue_with_the_same_bits_on_any_threads() {
     let model = models(ELEMENTS, &IN_MEAN);
     let waves = carried(ELEMENTS);
     let even = SegmentLayout { rule: TimeRule::Sdirk2, ..layout(ELEMENTS, 2, 1, 0) };

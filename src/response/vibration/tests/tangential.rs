@@ -92,7 +92,7 @@ fn summed(
 }
 
 #[test]
-fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
+fn tangential_forces_move_the_tread_as_the_contact_steps() {
     let plate = Scene::from_str(PLATE, "plate").unwrap().scene.tyre;
     let default = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
     let guided = Tyre { sides: Sides::Guided, ..plate.clone() };
@@ -104,7 +104,7 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
         let layout = SegmentLayout {
             rule: TimeRule::Bdf2,
             time_step: 2e-4,
-            across: Across::Resolved { components: 3 * numbers.len(), kept: 1 },
+            across: Across::Resolved { components: 3 * numbers.len(), values: 1 },
             circumference: tyre.circumference,
             ..layout(16, 1, 4, 0)
         };

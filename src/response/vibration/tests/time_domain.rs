@@ -8,7 +8,7 @@ use crate::time_rule::RungeKutta;
 use crate::tyre::poles::{TangentialModel, tangential_model};
 
 /// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, and the
-/// mean power put in over it \[W\], by the run's own recursion.
+/// mean power put in over it \[W\], by the run's recursion.
 fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f64>>, f64) {
     let SegmentLayout { elements, rule, .. } = *layout;
     let length = layout.length();
@@ -262,7 +262,7 @@ pub(super) fn compare(
 pub(super) const CASES: [(usize, usize, usize); 5] = [(1, 1, 0), (1, 3, 0), (2, 1, 1), (2, 2, 0), (3, 1, 2)];
 
 #[test]
-fn spectra_everywhere_and_at_points_are_those_of_the_time_domain() {
+fn spectra_of_fields_and_points_are_those_of_the_time_domain() {
     for rule in TimeRule::ALL {
         for (substeps, revolutions, phase) in CASES {
             let layout = SegmentLayout { rule, ..layout(ELEMENTS, substeps, revolutions, phase) };

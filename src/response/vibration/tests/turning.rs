@@ -1,4 +1,4 @@
-//! A tyre that turns, whose waves have other frequencies forwards than backwards, against its own modes, each stepped
+//! A tyre that turns, whose waves have other frequencies forwards than backwards, against its modes, each stepped
 //! in the time domain.
 
 use super::time_domain::{CASES, compare};
@@ -114,7 +114,8 @@ impl TurningRing {
                 row.iter().enumerate().map(|(column, force)| force * turn(first + column).conj()).sum()
             };
             let waves: Vec<Complex64> = forces.chunks_exact(COLUMNS).enumerate().map(wave).collect();
-            let mut motion: Vec<[Complex64; 3]> = waves.iter().map(|wave| constants.map(|own| own * wave)).collect();
+            let mut motion: Vec<[Complex64; 3]> =
+                waves.iter().map(|wave| constants.map(|constant| constant * wave)).collect();
             for mode in modes {
                 let states = match rule.runge_kutta() {
                     Some(method) => steps_of_stages(method, mode.pole, &waves, periods),
@@ -198,7 +199,7 @@ fn steps_of_stages(method: RungeKutta, pole: Complex64, forces: &[Complex64], pe
 }
 
 #[test]
-fn all_fields_and_rules_of_a_turning_tyre_are_those_of_the_time_domain() {
+fn fields_of_a_turning_tyre_are_those_of_the_time_domain() {
     let ring = TurningRing::new();
     let (model, tangential) = ring.model();
     assert!(model.turns());

@@ -38,7 +38,6 @@ struct Manifest {
     chunk: u64,
 }
 
-/// A folder of tasks.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TaskFolder {
     path: PathBuf,
@@ -195,7 +194,6 @@ impl TaskFolder {
     }
 }
 
-/// Tasks of variants, in their order.
 fn tasks(variants: &[Variant]) -> Result<Vec<Task>, TaskError> {
     let mut known = Inputs::default();
     let mut read = Vec::new();

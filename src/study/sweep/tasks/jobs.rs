@@ -68,7 +68,7 @@ pub(crate) struct Jobs<'a> {
     pub seconds: f64,
     /// Largest memory of a task \[bytes\].
     pub memory: f64,
-    /// True if results folders are kept.
+    /// True if results folders are retained.
     pub keep_results: bool,
 }
 
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn an_element_of_slurm_that_was_told_to_end_goes_back_into_the_queue() {
+    fn an_ended_element_of_slurm_returns_to_the_queue() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().unwrap();
         let program = |name: &str, text: &str| {
@@ -276,9 +276,9 @@ mod tests {
             std::fs::set_permissions(&path, PermissionsExt::from_mode(0o755)).unwrap();
             path
         };
-        // A program that ends with 130 when it is told to, a shell that is told twice, and Slurm's two commands.
-        let tells = "kill -TERM $PPID; sleep 0.1; kill -TERM $PPID; for n in {1..100}; do sleep 0.05; done; exit 7";
-        let told = program("told", &format!("trap 'sleep 0.3; exit 130' TERM\n{tells}"));
+        // A program that ends with 130 on a signal, a shell that is signalled twice, and Slurm's two commands.
+        let signals = "kill -TERM $PPID; sleep 0.1; kill -TERM $PPID; for n in {1..100}; do sleep 0.05; done; exit 7";
+        let told = program("told", &format!("trap 'sleep 0.3; exit 130' TERM\n{signals}"));
         let failed = program("failed", "exit 3");
         program("squeue", "echo ${STATE:?}");
         program("scontrol", "echo scontrol \"$@\"");
@@ -288,8 +288,8 @@ mod tests {
             let mut shell = std::process::Command::new("bash");
             shell.args(["-c", &script]).env("PATH", path).env("STATE", state);
             let output = shell.env("SLURM_ARRAY_JOB_ID", "17").env("SLURM_ARRAY_TASK_ID", "0").output().ok()?;
-            let said = String::from_utf8_lossy(&output.stdout).into_owned();
-            Some((output.status.code(), said.lines().last().unwrap_or_default().to_owned()))
+            let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+            Some((output.status.code(), printed.lines().last().unwrap_or_default().to_owned()))
         };
         // Where there is no bash there is no Slurm.
         let Some(back) = end_of(&told, "RUNNING") else { return };

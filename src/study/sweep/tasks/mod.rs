@@ -37,4 +37,4 @@ pub(crate) use error::TaskError;
 pub(crate) use folder::{TaskFolder, Written};
 pub(crate) use jobs::Jobs;
 pub(crate) use numbers::Numbers;
-pub(crate) use work::{Ended, Event, Work};
+pub(crate) use work::{Ended, Event, TaskWork};

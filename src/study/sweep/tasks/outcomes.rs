@@ -135,15 +135,15 @@ impl<'a> Outcomes<'a> {
     ///
     /// # Errors
     /// [`TaskError::Results`].
-    pub(crate) fn join(&self, kept: &[(usize, Done)]) -> Result<(), TaskError> {
-        if kept.len() < 2 {
+    pub(crate) fn join(&self, results: &[(usize, Done)]) -> Result<(), TaskError> {
+        if results.len() < 2 {
             return Ok(());
         }
-        let ids: Vec<&str> = kept.iter().map(|(index, _)| self.tasks[*index].id.as_str()).collect();
+        let ids: Vec<&str> = results.iter().map(|(index, _)| self.tasks[*index].id.as_str()).collect();
         // Other processes may merge others, but equal names have equal contents.
-        let name = format!("{OUTCOMES}-{}-{}", kept.len(), sha256(&ids));
-        self.write(&self.folder.join(name), kept.iter().map(|(index, done)| (*index, done)))?;
-        for (index, _) in kept {
+        let name = format!("{OUTCOMES}-{}-{}", results.len(), sha256(&ids));
+        self.write(&self.folder.join(name), results.iter().map(|(index, done)| (*index, done)))?;
+        for (index, _) in results {
             // A process that has merged the whole shard may have removed it.
             let _ = fs::remove_file(self.file(OUTCOME, *index));
         }
@@ -196,7 +196,7 @@ impl<'a> Outcomes<'a> {
             // Another process that collects may have removed it.
             let _ = fs::remove_file(self.folder.join(name));
         }
-        // It is empty, unless results are kept.
+        // It is empty, unless results folders are retained.
         let _ = fs::remove_dir(self.results());
         Ok(found)
     }
@@ -284,10 +284,10 @@ mod tests {
             std::thread::scope(|scope| {
                 let halves = [0..COUNT / 2, COUNT / 2..COUNT];
                 for half in halves {
-                    let kept: Vec<_> = half.map(|index| (index, done(index))).collect();
+                    let results: Vec<_> = half.map(|index| (index, done(index))).collect();
                     let tasks = &tasks;
                     let folder = folder.path();
-                    scope.spawn(move || of(folder, tasks).join(&kept).unwrap());
+                    scope.spawn(move || of(folder, tasks).join(&results).unwrap());
                 }
                 for _ in 0..2 {
                     scope.spawn(|| assert!(of(folder.path(), &tasks).collect().unwrap().is_complete()));

@@ -49,8 +49,8 @@ impl Task {
         })
     }
 
-    /// The task's variant again. Without arrays and pictures in its results folder unless those are kept: they are most
-    /// of its bytes, and the tables do not need them.
+    /// The task's variant again. Without arrays and pictures in its results folder unless those are retained: they are
+    /// most of its bytes, and the tables do not need them.
     ///
     /// # Errors
     /// [`TaskError::Input`] for a file whose content has changed, [`TaskError::Read`], [`TaskError::Scene`].

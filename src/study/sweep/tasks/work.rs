@@ -13,7 +13,7 @@ use crate::counters::Stage;
 use crate::results::ResultsError;
 use crate::run::Progress;
 use crate::storage::flat_folder;
-use crate::study::sweep::run::{Done, Outcome, sweep};
+use crate::study::sweep::run::{Done, VariantOutcome, sweep};
 use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::TaskFolder;
 use crate::study::sweep::tasks::outcomes::{Outcomes, TOGETHER};
@@ -25,7 +25,7 @@ const LOCK: &str = "lock-";
 
 /// How tasks are done.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Work {
+pub(crate) struct TaskWork {
     /// Threads in all: this many tasks at a time, unless each needs all of them.
     pub threads: usize,
     /// True to keep the results folders of tasks; otherwise only what the tables need stays.
@@ -71,7 +71,7 @@ impl TaskFolder {
     pub(crate) fn work(
         &self,
         numbers: &RangeInclusive<u64>,
-        work: Work,
+        work: TaskWork,
         stop: &AtomicBool,
         report: Report<'_>,
     ) -> Result<Vec<Ended>, TaskError> {
@@ -79,7 +79,7 @@ impl TaskFolder {
         for shard in self.shards_of(numbers)? {
             let tasks = self.shard(shard)?;
             let outcomes = Outcomes::of(self, shard, &tasks);
-            let worker = Worker { outcomes, kept: Mutex::default(), tasks: &tasks, work, stop, report };
+            let worker = Worker { outcomes, unmerged: Mutex::default(), tasks: &tasks, work, stop, report };
             let first = self.numbers(shard).start;
             let wanted: Vec<usize> =
                 (0..tasks.len()).filter(|&index| numbers.contains(&(first + index as u64))).collect();
@@ -95,9 +95,9 @@ impl TaskFolder {
 struct Worker<'a> {
     outcomes: Outcomes<'a>,
     /// Results that still are in a file each.
-    kept: Mutex<Vec<(usize, Done)>>,
+    unmerged: Mutex<Vec<(usize, Done)>>,
     tasks: &'a [Task],
-    work: Work,
+    work: TaskWork,
     stop: &'a AtomicBool,
     report: Report<'a>,
 }
@@ -152,11 +152,11 @@ impl Worker<'_> {
         refusal.map_or(Ok(all), Err)
     }
 
-    /// Merges the results kept so far, if there are `least` of them.
+    /// Merges the unmerged results, if there are `least` of them.
     fn join(&self, least: usize) -> Result<(), TaskError> {
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        let kept = if kept.len() >= least { std::mem::take(&mut *kept) } else { Vec::new() };
-        self.outcomes.join(&kept)
+        let mut unmerged = self.unmerged.lock().unwrap_or_else(PoisonError::into_inner);
+        let unmerged = if unmerged.len() >= least { std::mem::take(&mut *unmerged) } else { Vec::new() };
+        self.outcomes.join(&unmerged)
     }
 
     /// Does a task that was not done a moment ago.
@@ -172,23 +172,23 @@ impl Worker<'_> {
         let mut reporter = Reporter { number, name: &task.label.name, report: self.report, all: 0.0, begun: false };
         let outcome = sweep(std::slice::from_ref(&variant), &results, threads, self.stop, &mut reporter).pop();
         match outcome {
-            Some(Outcome::Done(done)) => {
+            Some(VariantOutcome::Done(done)) => {
                 self.outcomes.keep(index, &done)?;
                 if !self.work.keep_results {
                     // A folder that cannot be deleted does no harm.
                     let _ = flat_folder::remove(&results.join(&task.label.name));
                 }
                 let missed = done.missed_load().map(ToString::to_string);
-                self.kept.lock().unwrap_or_else(PoisonError::into_inner).push((index, done));
+                self.unmerged.lock().unwrap_or_else(PoisonError::into_inner).push((index, done));
                 self.join(TOGETHER)?;
                 Ok(Ended::Done(missed))
             }
-            Some(Outcome::Failed(error)) => {
+            Some(VariantOutcome::Failed(error)) => {
                 let reason = error.to_string();
                 self.outcomes.keep_failure(index, &reason);
                 Ok(Ended::Failed(reason))
             }
-            Some(Outcome::Stopped) | None => Ok(Ended::Stopped),
+            Some(VariantOutcome::Stopped) | None => Ok(Ended::Stopped),
         }
     }
 }

@@ -3,15 +3,15 @@
 use serde::Serialize;
 
 use crate::counters::Stage;
-use crate::plan::{Place, Unit};
+use crate::plan::{WorkPlace, WorkUnit};
 use crate::run::RunError;
 use crate::scene::Scene;
 use crate::study::accuracy::settings::Settings;
-use crate::study::trial::{Common, Difference, Trial, Trials};
+use crate::study::trial::{Common, RunDifference, Trial, Trials};
 
 /// Cost of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Cost {
+pub struct StudyCost {
     /// Multiply-adds in a second rolled: those counted in the march, and those planned for the road, whose cells and
     /// heights count as many as take the same time. Exact: the same for any number of threads.
     pub multiply_adds: f64,
@@ -26,18 +26,18 @@ pub struct Cost {
 
 /// Settings that were rolled: how far from the reference, and at what cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Point {
+pub struct StudyPoint {
     /// Name in tables.
     pub label: String,
     /// Settings of the run.
     pub settings: Settings,
     /// From the reference.
-    pub difference: Difference,
+    pub difference: RunDifference,
     /// Cost of the run.
-    pub cost: Cost,
+    pub cost: StudyCost,
 }
 
-impl Point {
+impl StudyPoint {
     /// Work (multiply-adds in a second rolled) and error (largest difference of a level, dB), as the front takes them.
     pub fn coordinates(&self) -> (f64, f64) {
         (self.cost.multiply_adds, self.difference.worst)
@@ -45,7 +45,7 @@ impl Point {
 }
 
 /// Rolls settings of one scene, each once, and compares them with the reference.
-pub(crate) struct Lab<'a, 'b> {
+pub(crate) struct StudyRuns<'a, 'b> {
     /// The scene, its axle held.
     pub scene: Scene,
     /// Highest frequency compared \[Hz\].
@@ -54,12 +54,12 @@ pub(crate) struct Lab<'a, 'b> {
     pub planned: Vec<(Settings, f64)>,
     pub trials: &'a mut Trials<'b>,
     /// Runs so far.
-    pub known: Vec<(Settings, Common, Cost)>,
+    pub known: Vec<(Settings, Common, StudyCost)>,
 }
 
-impl Lab<'_, '_> {
+impl StudyRuns<'_, '_> {
     /// Settings compared with the reference, rolled unless they were before.
-    pub(crate) fn point(&mut self, label: &str, settings: &Settings) -> Result<Point, RunError> {
+    pub(crate) fn point(&mut self, label: &str, settings: &Settings) -> Result<StudyPoint, RunError> {
         let mut place = self.known.iter().position(|(known, ..)| known == settings);
         if place.is_none() {
             let expected = self.planned.iter().find(|(planned, _)| planned == settings);
@@ -73,20 +73,20 @@ impl Lab<'_, '_> {
         }
         let (_, common, cost) = &self.known[place.unwrap_or_default()];
         let difference = common.difference(&self.known[0].1);
-        Ok(Point { label: label.to_owned(), settings: settings.clone(), difference, cost: *cost })
+        Ok(StudyPoint { label: label.to_owned(), settings: settings.clone(), difference, cost: *cost })
     }
 }
 
-fn cost(trial: &Trial, rolled: f64) -> Cost {
+fn cost(trial: &Trial, rolled: f64) -> StudyCost {
     let meter = &trial.results.meter;
     let march = [Stage::History, Stage::Transforms, Stage::Penetration, Stage::ActiveSet];
     let counted: u64 = march.iter().map(|&stage| meter.whole(stage).work.multiply_adds).sum();
     let amounts = trial.plan.amounts();
     let is_road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
-    let road = amounts.work.iter().filter(|amount| amount.place == Place::Background && is_road(amount.stage));
-    let road = road.map(|amount| amount.amount * amount.unit.typical() / Unit::TextureMultiplyAdd.typical());
+    let road = amounts.work.iter().filter(|amount| amount.place == WorkPlace::Background && is_road(amount.stage));
+    let road = road.map(|amount| amount.amount * amount.unit.typical() / WorkUnit::TextureMultiplyAdd.typical());
     let seconds = |stages: &[Stage]| -> f64 { stages.iter().map(|&stage| meter.whole(stage).seconds()).sum() };
-    Cost {
+    StudyCost {
         multiply_adds: (counted as f64 + road.sum::<f64>()) / rolled,
         march: seconds(&march) / rolled,
         road: seconds(&[Stage::Road, Stage::Slices]) / rolled,

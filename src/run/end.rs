@@ -3,7 +3,7 @@
 use crate::counters::{Meter, Stage};
 use crate::effects::{Found, RunError};
 use crate::results::files::ResultFiles;
-use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
+use crate::results::summary::{ContactQuality, LoadResult, Outcome, RunCost, Summary};
 use crate::run::energy::impossible_energy;
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
@@ -12,7 +12,7 @@ use crate::scene::LoadedScene;
 ///
 /// # Errors
 /// Errors of the files and pictures.
-pub(crate) fn look_back(run: &mut Simulation, files: &dyn ResultFiles, is_complete: bool) -> Result<Found, RunError> {
+pub(crate) fn finish(run: &mut Simulation, files: &dyn ResultFiles, is_complete: bool) -> Result<Found, RunError> {
     let mut found = run.findings();
     if is_complete {
         let open = run.meter.open();
@@ -30,7 +30,7 @@ pub(crate) fn summary(
     run: &Simulation,
     loaded: &LoadedScene,
     found: Found,
-    cost: impl FnOnce(&Meter) -> Cost,
+    cost: impl FnOnce(&Meter) -> RunCost,
 ) -> Result<Summary, RunError> {
     let (prepared, steps) = (&run.prepared, run.next_step());
     let march = &prepared.march;

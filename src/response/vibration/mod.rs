@@ -9,9 +9,9 @@
 //! has its frequency shifted by n Omega and nothing else. (The rate at which the outline changes at a fixed x, which
 //! moves air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
 //!
-//! With rotation, H_n and H_-n differ. All of this is written for signed n and holds; `both_directions` defines which of the
-//! two applies where. The velocity is still du/dt as the turning material sees it, without Omega x u, by which the
-//! longitudinal and the outward direction turn.
+//! With rotation, H_n and H_-n differ. All of this is written for signed n and holds; `both_directions` defines which
+//! of the two applies where. The velocity is still du/dt as the turning material sees it, without Omega x u, by which
+//! the longitudinal and the outward direction turn.
 //!
 //! The run's time rule determines i w' and H_n. The displacement is that of the run's recursion for every rule; its
 //! rate is the rule's difference quotient for a multistep rule, from which the work of the forces is computed too, and

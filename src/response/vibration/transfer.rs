@@ -206,9 +206,9 @@ impl Transfers {
         }
         let (first, others) = out.split_at_mut(self.symbols.len());
         velocities_of(modes, &self.symbols, first);
-        if let ForceAction::Weighted(acts) = &self.action {
+        if let ForceAction::Weighted(factors) = &self.action {
             others.chunks_exact_mut(first.len()).for_each(|row| row.copy_from_slice(first));
-            out.iter_mut().zip(acts).for_each(|(value, act)| *value *= act);
+            out.iter_mut().zip(factors).for_each(|(value, factor)| *value *= factor);
         }
     }
 
@@ -286,9 +286,12 @@ impl Transfers {
                 self.both_directions(tyre, self.stages * self.stages, |modes, out| transfer.powers(modes, out))
             }
             // The force is sum_i a_i F_i and the velocity the exact one for it, Y_i = Y a_i.
-            ForceAction::Weighted(acts) => velocities().map(|velocities| {
-                acts.chunks_exact(self.symbols.len())
-                    .flat_map(|acts| velocities.iter().zip(acts.iter().cycle()).map(|(v, act)| act.conj() * v))
+            ForceAction::Weighted(factors) => velocities().map(|velocities| {
+                factors
+                    .chunks_exact(self.symbols.len())
+                    .flat_map(|factors| {
+                        velocities.iter().zip(factors.iter().cycle()).map(|(v, factor)| factor.conj() * v)
+                    })
                     .collect()
             }),
         }

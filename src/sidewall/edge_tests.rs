@@ -228,10 +228,6 @@ fn pieces_sweep_what_the_whole_does_with_any_steps() {
         println!("s {s}: steps of production {error:.1e} of the largest piece");
         // At the highest of sound, 2 kHz: 0.01 dB.
         assert!(error < 1e-3, "s {s}: {error:.1e}");
-        assert_eq!(
-            at.both_directions(27),
-            sidewall.at(s, 40).both_directions(27),
-            "K is the same bits with flows and without"
-        );
+        assert_eq!(at.both_ways(27), sidewall.at(s, 40).both_ways(27), "K is the same bits with flows and without");
     }
 }

@@ -163,7 +163,7 @@ pub struct SidewallAt {
 
 impl SidewallAt {
     /// K of the wave n >= 0 for both directions of rotation.
-    pub fn both_directions(&self, n: usize) -> &BothWays {
+    pub fn both_ways(&self, n: usize) -> &BothWays {
         let n = n.min(self.largest);
         let block = n / MOST_LANES;
         &self.blocks[block].get_or_init(|| Box::new(self.block(block * MOST_LANES)))[n % MOST_LANES]

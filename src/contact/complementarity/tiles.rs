@@ -38,8 +38,8 @@ impl WithSimd for Assembly<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         let Self { points, influence, matrix, band } = self;
         // Influence from distance -7 to 7.
-        let mut both_directions = [0.0; 2 * LINE];
-        for (index, value) in both_directions.iter_mut().enumerate() {
+        let mut both_ways = [0.0; 2 * LINE];
+        for (index, value) in both_ways.iter_mut().enumerate() {
             *value = influence.get((index + 1).abs_diff(LINE)).copied().unwrap_or(0.0);
         }
         let (tiles, _) = matrix.as_chunks_mut::<LINE>();
@@ -57,7 +57,7 @@ impl WithSimd for Assembly<'_> {
                     }
                 }
                 for (c, tile) in own.iter_mut().enumerate().take(LINE) {
-                    if let Some(values) = both_directions[LINE - 1 - c..].first_chunk() {
+                    if let Some(values) = both_ways[LINE - 1 - c..].first_chunk() {
                         *tile = *values;
                     }
                 }

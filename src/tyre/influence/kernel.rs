@@ -116,7 +116,7 @@ impl KernelAt {
     pub(super) fn normal(&self, n: i64, m: usize, field: Field) -> Complex64 {
         if let Some((wave, at)) = self.curved(n, m) {
             if n < 0 && self.turns() {
-                let [_, backwards] = both_directions(wave, at, field);
+                let [_, backwards] = both_ways(wave, at, field);
                 return backwards;
             }
             return match field {
@@ -136,7 +136,7 @@ impl KernelAt {
     /// Parts of C or D of the waves n and -n for normal traction, n >= 0 \[m/Pa\].
     pub(crate) fn normal_parts(&self, n: i64, m: usize, field: Field) -> Parts<Complex64> {
         match self.curved(n, m) {
-            Some((wave, at)) if self.turns() => Parts::of(both_directions(wave, at, field)),
+            Some((wave, at)) if self.turns() => Parts::of(both_ways(wave, at, field)),
             _ => Parts::even(self.normal(n, m, field)),
         }
     }
@@ -176,11 +176,11 @@ impl KernelAt {
 }
 
 /// C or D of the waves n and -n for normal traction \[m/Pa\].
-fn both_directions(wave: &CylinderWave, at: &CylinderAt, field: Field) -> [Complex64; 2] {
+fn both_ways(wave: &CylinderWave, at: &CylinderAt, field: Field) -> [Complex64; 2] {
     match field {
-        Field::Surface => wave.normal_both_directions(at).map(|normal| normal.surface),
-        Field::Bottom => wave.normal_both_directions(at).map(|normal| normal.bottom),
-        Field::UnderTread => wave.under_tread_both_directions(at),
+        Field::Surface => wave.normal_both_ways(at).map(|normal| normal.surface),
+        Field::Bottom => wave.normal_both_ways(at).map(|normal| normal.bottom),
+        Field::UnderTread => wave.under_tread_both_ways(at),
     }
 }
 
@@ -214,7 +214,7 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
                     && let Some(wave) = waves.get(n, m)
                 {
                     if waves.turns() {
-                        let [forwards, backwards] = driven_both_directions(wave, at, on_surface);
+                        let [forwards, backwards] = driven_both_ways(wave, at, on_surface);
                         return if n < 0 { backwards } else { forwards };
                     }
                     let NormalCompliance { surface, bottom } = wave.normal_at_rest(at);
@@ -237,7 +237,7 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
                     && waves.turns()
                     && let Some(wave) = waves.get(n, m)
                 {
-                    let [forwards, backwards] = driven_both_directions(wave, at, on_surface);
+                    let [forwards, backwards] = driven_both_ways(wave, at, on_surface);
                     return [
                         Parts::of([forwards.surface, backwards.surface]),
                         Parts::of([forwards.bottom, backwards.bottom]),
@@ -290,13 +290,13 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
     }
 
     /// Motion of the inner face in the waves n and -n, n >= 0; `None`: too short to reach it.
-    pub(super) fn edge_both_directions(&self, n: i64, m: usize) -> Option<[EdgeMotion<Lanes<S>>; 2]> {
+    pub(super) fn edge_both_ways(&self, n: i64, m: usize) -> Option<[EdgeMotion<Lanes<S>>; 2]> {
         outlined(
             self.simd,
             #[inline(always)]
             || {
                 let (waves, at) = self.curved.as_ref()?;
-                Some(waves.get(n, m)?.edge_both_directions(at))
+                Some(waves.get(n, m)?.edge_both_ways(at))
             },
         )
     }
@@ -304,14 +304,14 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
 
 /// C and D of the waves n and -n, driven on the surface or under the tread \[m/Pa\].
 #[inline(always)]
-fn driven_both_directions<T: ComplexField>(
+fn driven_both_ways<T: ComplexField>(
     wave: &CylinderWave,
     at: &CylinderAt<T>,
     on_surface: bool,
 ) -> [NormalCompliance<T>; 2] {
-    let [mut forwards, mut backwards] = wave.normal_both_directions(at);
+    let [mut forwards, mut backwards] = wave.normal_both_ways(at);
     if !on_surface {
-        [forwards.surface, backwards.surface] = wave.under_tread_both_directions(at);
+        [forwards.surface, backwards.surface] = wave.under_tread_both_ways(at);
     }
     [forwards, backwards]
 }

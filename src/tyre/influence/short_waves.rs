@@ -361,7 +361,7 @@ impl WithSimd for Changes<'_> {
                             }
                         };
                         let curved: Lanes<S> = if self.turns {
-                            let both = wave.normal_both_directions(&cylinder).map(|normal| normal.surface);
+                            let both = wave.normal_both_ways(&cylinder).map(|normal| normal.surface);
                             let Parts { even, odd } = Parts::of(both);
                             put(1, odd);
                             even
@@ -410,8 +410,7 @@ mod tests {
         for k in [1.003, 1.3, 2.2, 3.9, 5.0, 7.0].map(|ratio| ratio * from) {
             for angle in [0.0_f64, 0.4, 0.9, 1.2, 1.5] {
                 let (kx, ky) = (k * angle.cos(), k * angle.sin());
-                let both =
-                    cylinder.short_wave(kx, ky).normal_both_directions(&cylinder.at(s)).map(|normal| normal.surface);
+                let both = cylinder.short_wave(kx, ky).normal_both_ways(&cylinder.at(s)).map(|normal| normal.surface);
                 let exact = Parts::of(both);
                 let flat = flat.normal(kx, ky).surface;
                 let one = |kx: f64| {

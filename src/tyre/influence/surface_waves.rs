@@ -267,7 +267,7 @@ impl WithSimd for Rows<'_> {
             for (index, &m) in self.lateral.iter().enumerate() {
                 let first = index * points + group * S::F64_LANES;
                 if let Some(FlankRows { waves, by_edge, rows }) = &mut self.flank
-                    && let Some(edge) = kernel.edge_both_directions(self.n, m)
+                    && let Some(edge) = kernel.edge_both_ways(self.n, m)
                 {
                     let motion = edge.map(|motion| {
                         let [surface, radial, circumferential] =

@@ -271,7 +271,7 @@ impl CellSums {
                 for (n, value) in values.iter().enumerate() {
                     around.fold_odd(&mut folded, n as i64, norm * value.odd[pair].re);
                 }
-                both_directions(&even, &ring.odd_elements_of(|n| folded[n])[..columns])
+                both_ways(&even, &ring.odd_elements_of(|n| folded[n])[..columns])
             };
             NumberRows { m, rows: (0..PAIRS).map(row).collect() }
         };
@@ -288,7 +288,7 @@ impl CellSums {
 }
 
 /// A row over all distances from one from distance 0 on; the odd part changes its sign at negative distances.
-fn both_directions(even: &[f64], odd: &[f64]) -> Vec<f64> {
+fn both_ways(even: &[f64], odd: &[f64]) -> Vec<f64> {
     let below = even.iter().zip(odd).skip(1).rev().map(|(even, odd)| even - odd);
     below.chain(even.iter().zip(odd).map(|(even, odd)| even + odd)).collect()
 }

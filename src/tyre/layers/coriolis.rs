@@ -129,7 +129,7 @@ impl CoriolisModes {
     /// Entries of both waves, n and -n, from those without the Coriolis force; g and mu x \[Pa/m^2\], mu, and t by
     /// part.
     #[inline(always)]
-    pub(super) fn both_directions<T: ComplexField>(
+    pub(super) fn both_ways<T: ComplexField>(
         &self,
         entries: [T; ENTRIES],
         [g, inertia]: [T; 2],

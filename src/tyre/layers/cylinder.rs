@@ -269,7 +269,7 @@ impl<T: ComplexField> CylinderAt<T> {
             return None;
         }
         let entry = |of: &dyn Fn(&EdgeImpedance) -> Complex64| {
-            self.s.gathered(|lane| of(direction(self.sidewalls[lane].both_directions(n))))
+            self.s.gathered(|lane| of(direction(self.sidewalls[lane].both_ways(n))))
         };
         Some(EdgeImpedance {
             radial: entry(&|edge| edge.radial),
@@ -285,7 +285,7 @@ impl CylinderWave {
     #[inline(always)]
     pub fn normal<T: ComplexField>(&self, at: &CylinderAt<T>) -> NormalCompliance<T> {
         if self.turns {
-            let [forwards, _] = self.normal_both_directions(at);
+            let [forwards, _] = self.normal_both_ways(at);
             return forwards;
         }
         self.normal_at_rest(at)
@@ -299,16 +299,16 @@ impl CylinderWave {
 
     /// As [`Self::normal`], of the waves n and -n.
     #[inline(always)]
-    pub fn normal_both_directions<T: ComplexField>(&self, at: &CylinderAt<T>) -> [NormalCompliance<T>; 2] {
-        let [forwards, backwards] = &self.climb_both_directions(at, self.layers.len());
+    pub fn normal_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [NormalCompliance<T>; 2] {
+        let [forwards, backwards] = &self.climb_both_ways(at, self.layers.len());
         [self.normal_over(forwards), self.normal_over(backwards)]
     }
 
     /// Motion of the inner face, which the sidewalls' edges follow, in the waves n and -n (-n as n of -Omega).
     #[inline(always)]
-    pub fn edge_both_directions<T: ComplexField>(&self, at: &CylinderAt<T>) -> [EdgeMotion<T>; 2] {
+    pub fn edge_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [EdgeMotion<T>; 2] {
         if self.turns {
-            let [forwards, backwards] = &self.climb_both_directions(at, self.layers.len());
+            let [forwards, backwards] = &self.climb_both_ways(at, self.layers.len());
             return [self.edge_over(forwards), self.edge_over(backwards)];
         }
         [self.edge_over(&self.climb(at, self.layers.len())); 2]
@@ -317,7 +317,7 @@ impl CylinderWave {
     /// C and D \[m/Pa\]; order circumferential, lateral, radial outward.
     pub fn full(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
         if self.turns {
-            let [forwards, _] = &self.climb_both_directions(at, self.layers.len());
+            let [forwards, _] = &self.climb_both_ways(at, self.layers.len());
             return self.full_over(forwards);
         }
         self.full_over(&self.climb(at, self.layers.len()))
@@ -326,7 +326,7 @@ impl CylinderWave {
     /// As [`Self::full`], of the wave -n.
     pub fn full_backwards(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
         let (surface, bottom) = if self.turns {
-            let [_, backwards] = &self.climb_both_directions(at, self.layers.len());
+            let [_, backwards] = &self.climb_both_ways(at, self.layers.len());
             self.full_over(backwards)
         } else {
             self.full(at)
@@ -339,7 +339,7 @@ impl CylinderWave {
     #[inline(always)]
     pub fn under_tread<T: ComplexField>(&self, at: &CylinderAt<T>) -> T {
         if self.turns {
-            let [forwards, _] = self.under_tread_both_directions(at);
+            let [forwards, _] = self.under_tread_both_ways(at);
             return forwards;
         }
         self.under_tread_at_rest(at)
@@ -358,11 +358,11 @@ impl CylinderWave {
 
     /// As [`Self::under_tread`], of the waves n and -n.
     #[inline(always)]
-    pub fn under_tread_both_directions<T: ComplexField>(&self, at: &CylinderAt<T>) -> [T; 2] {
+    pub fn under_tread_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [T; 2] {
         let carcass = self.layers.len().saturating_sub(1);
-        let [mut forwards, mut backwards] = self.climb_both_directions(at, carcass).map(|climb| climb.impedance);
+        let [mut forwards, mut backwards] = self.climb_both_ways(at, carcass).map(|climb| climb.impedance);
         for (layer, at) in self.layers.iter().zip(&at.layers).skip(carcass) {
-            let faces = layer.faces_both_directions(at);
+            let faces = layer.faces_both_ways(at);
             forwards = carrying(&forwards, &faces[0]);
             backwards = carrying(&backwards, &faces[1]);
         }
@@ -415,7 +415,7 @@ impl CylinderWave {
     /// As [`Self::climb`], of the waves n and -n of a tyre that turns: layer by layer, since what is even in Omega
     /// serves both.
     #[inline(always)]
-    fn climb_both_directions<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> [Climb<T>; 2] {
+    fn climb_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> [Climb<T>; 2] {
         at.s.outlined(
             #[inline(always)]
             || {
@@ -435,7 +435,7 @@ impl CylinderWave {
                 }
                 let (mut forwards, mut backwards) = (Climb::from(forwards), Climb::from(backwards));
                 for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {
-                    let faces = layer.faces_both_directions(at);
+                    let faces = layer.faces_both_ways(at);
                     forwards = forwards.through(&faces[0]);
                     backwards = backwards.through(&faces[1]);
                 }

@@ -235,7 +235,7 @@ impl LayerModes {
 
     /// As [`Self::faces`], of the waves n and -n of a tyre that turns, with the Coriolis force.
     #[inline(always)]
-    pub(super) fn faces_both_directions<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
+    pub(super) fn faces_both_ways<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
         values.shear.outlined(
             #[inline(always)]
             || {
@@ -243,7 +243,7 @@ impl LayerModes {
                 let Some(modes) = &self.coriolis else { return [blocks_of(entries), blocks_of(entries)] };
                 let deviation = self.deviation(values);
                 let inertia = values.inertia + deviation[0] * self.mean;
-                let both = modes.both_directions(entries, [values.coriolis, inertia], values.shear, &deviation);
+                let both = modes.both_ways(entries, [values.coriolis, inertia], values.shear, &deviation);
                 let [forwards, backwards] = both;
                 [blocks_of(forwards), blocks_of(backwards)]
             },

@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turning_tyres_tangential_motion_is_carried_both_directions_round() {
+    fn a_turning_tyres_tangential_motion_is_carried_both_ways_round() {
         let tyre = Tyre { curvature: true, angular_velocity: -100.0, ..tyre(0.25) };
         let model = fit_model(&tyre, &FitOptions::new(&tyre, 32, 20.0).with_tolerance(1e-4)).unwrap();
         let tangential = tangential_model(&tyre, &model, 2e4).unwrap();

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::counters::machine::instruction_set;
 use crate::performance::changes::read_accepted;
-use crate::performance::compare::{PerformanceError, Side, compare};
+use crate::performance::compare::{ComparedSide, PerformanceError, compare};
 use crate::performance::measure::{measure, measure_scene};
 use crate::performance::record::PerformanceRecord;
 use crate::performance::verdict::{Change, StageVerdict, TOLERATED, Verdict};
@@ -153,10 +153,10 @@ fn workload(text: &str) -> Result<Workload, String> {
 }
 
 /// A record or program; default: this program.
-fn side(path: Option<PathBuf>) -> Result<Side, CliError> {
+fn side(path: Option<PathBuf>) -> Result<ComparedSide, CliError> {
     let path = path.map_or_else(std::env::current_exe, Ok);
     let path = path.map_err(|source| CliError::Read { path: "this program".into(), source })?;
-    Side::of(path.clone()).map_err(|source| CliError::Read { path, source })
+    ComparedSide::of(path.clone()).map_err(|source| CliError::Read { path, source })
 }
 
 fn fixed(workload: Workload) -> SharedWork {

@@ -3,7 +3,7 @@
 use super::channel::Channel;
 use super::error::RunError;
 use super::observer::EffectObserver;
-use super::section::{Figure, LevelTable, ReportError, Section};
+use super::section::{Figure, LevelTable, PageSection, ReportError};
 use super::stored::Stored;
 use crate::contact::cells::gaps::GapMap;
 use crate::contact::footprint::WindowShape;
@@ -63,8 +63,8 @@ pub struct TyreModels {
     pub waves: Option<(Vec<CarriedWaves>, CellInfluence)>,
 }
 
-/// Input of an observer.
-pub struct Begin<'a> {
+/// Input of the observers at the start of a run.
+pub struct RunStart<'a> {
     /// Scene of the run.
     pub loaded: &'a LoadedScene,
     /// Plan of the run.
@@ -142,7 +142,7 @@ pub(crate) trait Effect: Sync {
     ///
     /// # Errors
     /// [`ReportError`].
-    fn sections(&self, _stored: &Stored, _all: &[Stored]) -> Result<Vec<Section>, ReportError> {
+    fn sections(&self, _stored: &Stored, _all: &[Stored]) -> Result<Vec<PageSection>, ReportError> {
         Ok(Vec::new())
     }
 
@@ -151,5 +151,5 @@ pub(crate) trait Effect: Sync {
     ///
     /// # Errors
     /// [`RunError`].
-    fn begin(&self, begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError>;
+    fn begin(&self, begin: &mut RunStart<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError>;
 }

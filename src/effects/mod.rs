@@ -3,7 +3,7 @@
 //!
 //! An effect is a folder and a line in [`EFFECTS`]. It states its rows of the plan's table, its work and memory before
 //! a run, and its arrays as [`Channel`]s. It begins an [`Observer`] for a run that includes it, summarises at the end,
-//! and shows its results as [`Section`]s of a page. An effect that is off has no observer, no array, no memory.
+//! and shows its results as [`PageSection`]s of a page. An effect that is off has no observer, no array, no memory.
 //!
 //! - [`force`]: the total force, its spectrum and the patch's forces: part of every run;
 //! - [`resistance`]: rolling resistance from the power put in;
@@ -28,10 +28,10 @@ pub(crate) mod tread_pattern;
 pub(crate) mod vibration;
 
 pub(crate) use channel::{Arrays, Channel, KeptArray};
-pub(crate) use effect::{Begin, ContactFacts, Effect, TyreModels};
+pub(crate) use effect::{ContactFacts, Effect, RunStart, TyreModels};
 pub use error::RunError;
 pub(crate) use observer::{EffectObserver, End, Found, Observer, Step};
-pub(crate) use section::{Block, Figure, GREY, LevelTable, ReportError, Section};
+pub(crate) use section::{Figure, GREY, LevelTable, PageSection, ReportError, SectionBlock};
 
 /// All effects, in the order of their work.
 pub(crate) static EFFECTS: [&dyn Effect; 7] = [

@@ -63,16 +63,16 @@ pub(crate) struct LevelTable {
 
 /// Section of a page; sections of several effects under one heading are joined.
 #[derive(Clone, Debug)]
-pub(crate) struct Section {
+pub(crate) struct PageSection {
     /// Heading, by which sections are joined.
     pub heading: &'static str,
     /// Content; an empty section is not shown.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<SectionBlock>,
 }
 
 /// Block of a section.
 #[derive(Clone, Debug)]
-pub(crate) enum Block {
+pub(crate) enum SectionBlock {
     /// Picture as SVG, and its caption.
     Picture([String; 2]),
     /// Table of levels, folded away at first.
@@ -94,7 +94,7 @@ pub(crate) enum Block {
 ///
 /// # Errors
 /// Errors of the picture.
-pub(super) fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec<Block>, ReportError> {
+pub(super) fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec<SectionBlock>, ReportError> {
     let of: Vec<&Spectrum> = stored.spectra.iter().filter(|spectrum| spectrum.quantity == quantity).collect();
     let Some(first) = of.first() else { return Ok(Vec::new()) };
     let drawn = of.iter().map(|spectrum| (spectrum.name.as_str(), spectrum.levels.as_slice())).collect();
@@ -112,7 +112,7 @@ pub(super) fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec
         of.iter().map(|spectrum| if spectrum.name.is_empty() { "dB".to_owned() } else { spectrum.name.clone() }),
     );
     let picture = [plot.to_svg()?, format!("{title}. {GREY}{}", errors_in_words(&first.errors, &first.levels))];
-    Ok(vec![Block::Picture(picture), Block::Levels(aligned(header, rows))])
+    Ok(vec![SectionBlock::Picture(picture), SectionBlock::Levels(aligned(header, rows))])
 }
 
 /// Sentences on the errors of levels, each after a blank.
@@ -133,10 +133,10 @@ fn errors_in_words(errors: &LevelErrors, levels: &[BandLevel]) -> String {
 ///
 /// # Errors
 /// [`StoredError`].
-pub(super) fn pictures(stored: &Stored, named: &[[&str; 2]]) -> Result<Vec<Block>, ReportError> {
+pub(super) fn pictures(stored: &Stored, named: &[[&str; 2]]) -> Result<Vec<SectionBlock>, ReportError> {
     let mut shown = Vec::new();
     for [file, caption] in named {
-        shown.extend(stored.text(file)?.map(|svg| Block::Picture([svg, (*caption).to_owned()])));
+        shown.extend(stored.text(file)?.map(|svg| SectionBlock::Picture([svg, (*caption).to_owned()])));
     }
     Ok(shown)
 }
@@ -146,11 +146,11 @@ pub(super) fn pictures(stored: &Stored, named: &[[&str; 2]]) -> Result<Vec<Block
 ///
 /// # Errors
 /// [`StoredError`].
-pub(super) fn pictures_of(stored: &Stored, begin: &str, caption: &str) -> Result<Vec<Block>, ReportError> {
+pub(super) fn pictures_of(stored: &Stored, begin: &str, caption: &str) -> Result<Vec<SectionBlock>, ReportError> {
     let mut shown = Vec::new();
     for name in stored.summary.files.iter().filter(|name| name.starts_with(begin) && name.ends_with(".svg")) {
         let caption = format!("{}: {caption}", shown_by(name, begin));
-        shown.extend(stored.text(name)?.map(|svg| Block::Picture([svg, caption])));
+        shown.extend(stored.text(name)?.map(|svg| SectionBlock::Picture([svg, caption])));
     }
     Ok(shown)
 }

@@ -30,7 +30,7 @@ pub(crate) enum PerformanceError {
 
 /// A record, or a program that can measure.
 #[derive(Debug)]
-pub(crate) struct Side {
+pub(crate) struct ComparedSide {
     path: PathBuf,
     /// `None` for a program.
     pub record: Option<PerformanceRecord>,
@@ -38,7 +38,7 @@ pub(crate) struct Side {
     cache: PathBuf,
 }
 
-impl Side {
+impl ComparedSide {
     /// A file that ends in `.json` is a record, any other a program.
     ///
     /// # Errors
@@ -81,7 +81,7 @@ impl Side {
     }
 }
 
-impl Drop for Side {
+impl Drop for ComparedSide {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.cache);
     }
@@ -93,7 +93,7 @@ impl Drop for Side {
 /// # Errors
 /// [`PerformanceError`].
 pub(crate) fn compare(
-    sides: [&Side; 2],
+    sides: [&ComparedSide; 2],
     works: &[SharedWork],
     accepted: &[AcceptedChange],
     (pairs, budget): (usize, Duration),

@@ -163,7 +163,7 @@ impl Amounts {
         let cost = if scene.tyre.curvature { expected_fit::CURVED_EVALUATION } else { 1.0 };
         self.add(Stage::Influence, WorkUnit::Evaluation, cost * evaluations, WorkPlace::BeforeOnAll);
         self.count(Counter::ComplianceEvaluations, evaluations);
-        // The first steps have a shorter past.
+        // The first steps have a shorter history.
         let used = if steps > lags { lags * (1.0 - 0.5 * lags / steps) } else { 0.5 * steps };
         self.add(Stage::History, WorkUnit::DirectMultiplyAdd, steps * used * points * columns, WorkPlace::MarchOnAll);
         let forces = 8.0 * lags * (3.0 * columns + 9.0);

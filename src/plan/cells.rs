@@ -40,16 +40,16 @@ const LEAST_TOLERANCE: f64 = 3e-10;
 /// Smallest error of forces with friction, relative to the largest.
 const LEAST_FRICTION_TOLERANCE: f64 = 1e-9;
 /// Products of all components, each as nine single ones, in the search with friction for an instant, and transforms of
-/// its past relative to those of normal forces (measured).
+/// its history relative to those of normal forces (measured).
 const FRICTION_PRODUCTS: f64 = 15.0;
 const FRICTION_TRANSFORMS: f64 = 3.0;
-/// Parts of the past with friction: pairs of components; twice as many if the tyre rotates.
+/// Parts of the history with friction: pairs of components; twice as many if the tyre rotates.
 const FRICTION_PARTS: f64 = 9.0;
 /// Largest share of all waves for which shorter rings are faster with friction, the transforms between cells and waves
 /// included (measured: 0.6 at 256 x 16 cells is too much, 0.3 at 512 x 16 is not).
 const FRICTION_RINGS: f64 = 0.5;
-/// Channels of the past with friction for a pole of normal forces, multiply-adds of one of them relative to those, and
-/// time of a wave's fit relative to one of normal forces (measured, 256 x 16).
+/// Channels of the history with friction for a pole of normal forces, multiply-adds of one of them relative to those,
+/// and time of a wave's fit relative to one of normal forces (measured, 256 x 16).
 const FRICTION_CHANNELS: f64 = 4.7;
 const FRICTION_CHANNEL: f64 = 0.7;
 const FRICTION_FIT: f64 = 10.0;
@@ -79,8 +79,8 @@ impl Plan {
         margin.min((self.scene.numerics.elements - columns) / 2)
     }
 
-    /// Bands of waves that carry the past of cells, seen through a window of `columns` columns. Truncated sums are not
-    /// split into bands.
+    /// Bands of waves that carry the history of cells, seen through a window of `columns` columns. Truncated sums are
+    /// not split into bands.
     pub(crate) fn wave_bands(&self, columns: usize) -> Vec<WaveBand> {
         let numerics = &self.scene.numerics;
         let finite = numerics.lateral_terms.is_some() || numerics.wavenumber_aliases.is_some();
@@ -184,13 +184,13 @@ impl Plan {
         self.scene.numerics.contact_tolerance.max(LEAST_FRICTION_TOLERANCE)
     }
 
-    /// True if the tolerance of the contact conditions permits single precision for the past of cells.
+    /// True if the tolerance of the contact conditions permits single precision for the history of cells.
     pub(crate) fn is_single(&self) -> bool {
         self.cell_tolerance() >= SINGLE
     }
 
-    /// Tolerance of the reduced set of poles that predicts the past of cells, relative to each wave's influence; `None`
-    /// if all poles do.
+    /// Tolerance of the reduced set of poles that predicts the history of cells, relative to each wave's influence;
+    /// `None` if all poles do.
     pub(crate) fn fewer_poles(&self) -> Option<f64> {
         self.is_single().then_some(FEWER_POLES * self.fit.tolerance)
     }
@@ -226,7 +226,7 @@ impl Plan {
         expected
     }
 
-    /// Largest lateral number of the waves that carry the past.
+    /// Largest lateral number of the waves that carry the history.
     pub(crate) fn last_lateral_number(&self) -> usize {
         let grid = self.cell_grid();
         let highest = TAU / grid.length().min(grid.pitch());
@@ -245,7 +245,7 @@ impl Plan {
 }
 
 impl Amounts {
-    /// Adds the past of cells, and the search for those in contact.
+    /// Adds the history of cells, and the search for those in contact.
     pub(super) fn cells(&mut self, plan: &Plan) {
         let Plan { scene, .. } = plan;
         let (rule, steps) = (scene.numerics.time_rule, plan.steps as f64);

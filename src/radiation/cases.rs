@@ -167,7 +167,7 @@ fn answer(
     let k = case.wavenumber;
     match case {
         CaseEntry { velocity: Some(velocity), receivers: Some(receivers), source: None, points: None, .. } => {
-            let velocity = Motion::of(*velocity, &body)?;
+            let velocity = CaseMotion::of(*velocity, &body)?;
             let receivers = moved(receivers);
             let on_surface = |&point: &Vector| body.check_surface_point(point).is_ok();
             for receiver in &receivers {
@@ -223,14 +223,14 @@ fn numbers(values: &[Complex64]) -> Result<Vec<[f64; 2]>, Fault> {
 
 /// Shape of a normal velocity of 1 m/s.
 #[derive(Clone, Copy)]
-enum Motion {
+enum CaseMotion {
     Uniform,
     Heave,
     Sway,
     Wave { around: f64, across: f64 },
 }
 
-impl Motion {
+impl CaseMotion {
     fn of(entry: VelocityEntry, body: &RadiatingBody) -> Result<Self, Fault> {
         match (entry, body.shape()) {
             (VelocityEntry::Named(Named::Uniform), _) => Ok(Self::Uniform),

@@ -6,7 +6,7 @@ use super::compare::{Comparison, SpectrumComparison};
 use super::html::{article, document, figure, table};
 use super::sections;
 use crate::effects::stored::{Spectrum, Stored};
-use crate::effects::{EFFECTS, GREY, ReportError, Section};
+use crate::effects::{EFFECTS, GREY, PageSection, ReportError};
 use crate::response::{BandLevel, LevelErrors};
 use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
@@ -44,7 +44,7 @@ fn result(index: usize, stored: &Stored, all: &[Stored]) -> Result<Markup, Repor
         None => parts.push((heading, content)),
     };
     for effect in EFFECTS {
-        for Section { heading, blocks } in effect.sections(stored, all)? {
+        for PageSection { heading, blocks } in effect.sections(stored, all)? {
             add(heading, sections::blocks(&blocks));
         }
     }

@@ -8,7 +8,7 @@ use super::compare::figures_of;
 use super::html::{figure, report, table};
 use super::road::{description, map, texture_spectrum};
 use crate::effects::stored::Stored;
-use crate::effects::{Block, Figure, ReportError};
+use crate::effects::{Figure, ReportError, SectionBlock};
 use crate::plan::Plan;
 use crate::results::plots::four_digits;
 use crate::results::profile_table::cost_table;
@@ -158,14 +158,14 @@ pub(super) fn residuals(stored: &Stored) -> Markup {
 }
 
 /// Blocks of an effect's section.
-pub(super) fn blocks(blocks: &[Block]) -> Markup {
+pub(super) fn blocks(blocks: &[SectionBlock]) -> Markup {
     html! {
         @for block in blocks {
             @match block {
-                Block::Picture([svg, caption]) => (figure(svg, caption)),
-                Block::Levels(levels) => details { summary { "The levels as a table" } (table(levels)) },
-                Block::List(named) => ul { @for [name, text] in named { li { strong { (name) } ": " (text) } } },
-                Block::Sound { words, file, bytes } => p {
+                SectionBlock::Picture([svg, caption]) => (figure(svg, caption)),
+                SectionBlock::Levels(levels) => details { summary { "The levels as a table" } (table(levels)) },
+                SectionBlock::List(named) => ul { @for [name, text] in named { li { strong { (name) } ": " (text) } } },
+                SectionBlock::Sound { words, file, bytes } => p {
                     (words)
                     @if bytes.len() <= MOST_SOUND {
                         (player(bytes))

@@ -8,7 +8,7 @@ use super::html::{article, document, figure, report, table};
 use super::page::curves;
 use super::sections::player;
 use crate::effects::stored::Stored;
-use crate::effects::{Block, EFFECTS, ReportError};
+use crate::effects::{EFFECTS, ReportError, SectionBlock};
 use crate::results::sound::SOUND_LEVEL;
 use crate::results::spectra::FORCE_LEVEL;
 use crate::study::sweep::table::{MOST_SPECTRA, growth_plot, side_by_side};
@@ -146,7 +146,7 @@ fn sounds(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
     for (name, stored) in names.iter().zip(shown) {
         for section in EFFECTS.into_iter().map(|effect| effect.sections(stored, shown)) {
             for block in section?.into_iter().flat_map(|section| section.blocks) {
-                let Block::Sound { words, file, bytes } = block else { continue };
+                let SectionBlock::Sound { words, file, bytes } = block else { continue };
                 if bytes.len() > room {
                     left_out.push(format!("{}/{file} ({:.1} MB)", stored.name(), 1e-6 * bytes.len() as f64));
                     continue;

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn volumes_are_kept_and_go_with_their_cells() {
+    fn volumes_are_conserved_and_move_with_their_cells() {
         let forces = Geometry::new(2.4, AROUND, 2, 0.03, 0.2);
         let mut volumes = SqueezedVolumes::new(squeeze(), &forces);
         let (margin, columns) = (squeeze().reach(), volumes.window().columns);

@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_worked_on_unmarked_or_somebodys_is_left_alone() {
+    fn busy_unmarked_and_foreign_folders_are_left_alone() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("run");
         // A folder renamed by the user, a run that was killed, one that goes on, and a mark that points elsewhere.

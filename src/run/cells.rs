@@ -119,18 +119,18 @@ impl<'a> CellContact<'a> {
         meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns))
     }
 
-    /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the past
-    /// is that of the `carried` waves, or of direct sums.
+    /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the
+    /// history is that of the `carried` waves, or of direct sums.
     fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
         let numerics = &self.plan.scene.numerics;
-        let past: Box<dyn CellPast<1>> = match numerics.history {
+        let history: Box<dyn CellPast<1>> = match numerics.history {
             History::Direct => Box::new(self.direct(instant.columns, meter)),
             History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(instant.columns, carried, meter)),
             History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, meter)),
         };
         let tolerance = self.plan.cell_tolerance();
         let instant = InstantCells::on_blocks(instant, self.sums.grid(), self.blocks.as_ref());
-        CellZone::new(instant, self.tread.clone(), past, tolerance, margin)
+        CellZone::new(instant, self.tread.clone(), history, tolerance, margin)
     }
 
     fn bands(&self, columns: usize) -> Vec<WaveBand> {
@@ -140,7 +140,7 @@ impl<'a> CellContact<'a> {
         }
     }
 
-    /// Waves that carry the past through a window of `columns` columns, ring by ring. Fails if a fit is refused, or
+    /// Waves that carry the history through a window of `columns` columns, ring by ring. Fails if a fit is refused, or
     /// stopped.
     fn carried(&self, columns: usize, job: &mut Job<'_>) -> Result<Vec<CarriedWaves>, RunError> {
         let stop = job.stop;
@@ -156,7 +156,7 @@ impl<'a> CellContact<'a> {
         self.bands(columns).into_iter().map(carried).collect()
     }
 
-    /// Influence between cells within an instant, less that of the waves that carry the past.
+    /// Influence between cells within an instant, less that of the waves that carry the history.
     fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> CellInfluence {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step);

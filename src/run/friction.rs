@@ -83,21 +83,21 @@ impl FrictionContact<'_> {
         let window = output_window.columns + 2 * margin;
         let columns = window + rolling.ahead(window);
         let influence = job.meter.time(Stage::Influence, || sums.traction_instant(rate, columns));
-        let past = self.past(columns, job)?;
+        let history = self.history(columns, job)?;
         let cells = grid.elements() * grid.across;
         let law = CellLaw::new(friction.coefficient(), scene.adhesion.clone(), *time_step, cells);
         let search = FrictionSearch::new(influence, plan.friction_tolerance());
-        Ok(March::over(Box::new(FrictionZone::new(rolling, past, search, law)), output_window, rule, *time_step))
+        Ok(March::over(Box::new(FrictionZone::new(rolling, history, search, law)), output_window, rule, *time_step))
     }
 
-    fn past(&self, columns: usize, job: &mut Job<'_>) -> Result<Box<dyn CellPast<COMPONENTS>>, RunError> {
+    fn history(&self, columns: usize, job: &mut Job<'_>) -> Result<Box<dyn CellPast<COMPONENTS>>, RunError> {
         let Self { plan, sums, .. } = *self;
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
         if plan.scene.numerics.history == History::Direct {
             let rows = sums.traction_rows(WaveBand::WHOLE);
             let transforms = ComponentTransforms::of_tractions(grid, [grid.elements(), columns], &rows);
-            let past = || DirectPast::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
-            return Ok(Box::new(job.meter.time(Stage::Influence, past)));
+            let history = || DirectPast::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
+            return Ok(Box::new(job.meter.time(Stage::Influence, history)));
         }
         let stop = job.stop;
         let carried = |band: WaveBand| -> Result<Carried, RunError> {

@@ -1,7 +1,7 @@
 //! From a plan to results: the only place that knows the whole sequence.
 //!
 //! 1. `prepare`: tyre -> road -> contact, ready to take the first step; `cells` (with tangential forces `friction`) or
-//!    `slices` make the contact, `past` the history of slices, `road` opens the road;
+//!    `slices` make the contact, `history` the history of slices, `road` opens the road;
 //! 2. `simulation`: step by step, over a road that is made ahead of its use; effects observe each step;
 //! 3. `to_folder` and `in_memory`: the same with arrays, tables, pictures and summary, `end` after the last step;
 //!    `checkpoint` lets a folder's run continue after a stop.
@@ -11,8 +11,8 @@ pub(crate) mod checkpoint;
 mod end;
 pub(crate) mod energy;
 mod friction;
+pub(crate) mod history;
 pub(crate) mod in_memory;
-pub(crate) mod past;
 pub(crate) mod prepare;
 pub(crate) mod road;
 pub(crate) mod simulation;

@@ -10,7 +10,7 @@ use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::{deepest, window_reach};
 use crate::counters::{Job, Stage};
-use crate::effects::{Begin, ContactFacts, RunError, TyreModels};
+use crate::effects::{ContactFacts, RunError, RunStart, TyreModels};
 use crate::plan::Plan;
 use crate::road::RoadSurface;
 use crate::road::ahead::RoadAhead;
@@ -41,9 +41,9 @@ pub struct Prepared {
 
 impl Prepared {
     /// Arguments for the begin of its effects' observers; `in_memory` is true for a run whose results stay in memory.
-    pub fn begin<'a>(&'a mut self, loaded: &'a LoadedScene, plan: &'a Plan, in_memory: bool) -> Begin<'a> {
+    pub fn begin<'a>(&'a mut self, loaded: &'a LoadedScene, plan: &'a Plan, in_memory: bool) -> RunStart<'a> {
         let Self { contact, models, .. } = self;
-        Begin { loaded, plan, contact, models, in_memory, amounts: Plan::amounts }
+        RunStart { loaded, plan, contact, models, in_memory, amounts: Plan::amounts }
     }
 }
 

@@ -366,7 +366,7 @@ impl Simulation {
     }
 
     /// Advances the contact by a step and lets it be observed. If contact reaches the end of a window of cells it
-    /// begins again over a wider one, since other waves carry the past through that; `None` until it has caught up.
+    /// begins again over a wider one, since other waves carry the history through that; `None` until it has caught up.
     fn advance(&mut self) -> Result<Option<StepResult>, RunError> {
         let Self { plan, next_step, prepared, observers, observers_of_caller, power, arrays, meter, .. } = self;
         let Prepared { march, road, axle, contact, .. } = prepared;

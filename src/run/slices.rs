@@ -13,7 +13,7 @@ use crate::plan::Plan;
 use crate::road::maker::SliceForm;
 use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
 use crate::road::{Lattice, RoadSurface};
-use crate::run::past::Past;
+use crate::run::history::HistoryBuilder;
 use crate::run::zone_maker::{Made, Window, ZoneMaker};
 use crate::scene::{History, LoadedScene, SceneError, SliceCoupling, Slices, Tread, Zone};
 use crate::tyre::influence::{Field, InfluenceSum};
@@ -72,10 +72,10 @@ impl ZoneMaker for SliceContact<'_> {
             SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, surface)),
             SliceCoupling::Explicit => None,
         };
-        let past = Past { loaded, plan, sum, columns, bedding: *bedding };
+        let builder = HistoryBuilder { loaded, plan, sum, columns, bedding: *bedding };
         let (mut kernel, history, model) = match numerics.history {
-            History::Direct => past.direct(job)?,
-            History::Modal => past.modal(job)?,
+            History::Direct => builder.direct(job)?,
+            History::Modal => builder.modal(job)?,
         };
         if scene.contact.equal_stiffness {
             kernel.spring = job

@@ -228,7 +228,7 @@ pub(crate) fn compare(
             Err(reason) => Err(reason.clone()),
             Ok(without) => {
                 let name = named(ComparisonDirection::Added, *effect);
-                let alone = roll(&name, &with(&|other| same(other, effect) || stays(other)))?;
+                let alone = roll(&name, &with(&|other| same(other, effect) || is_impossible(other)))?;
                 Ok([alone, without.clone()])
             }
         };

@@ -504,7 +504,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_is_vouched_for_where_both_levels_are() {
+    fn a_change_is_valid_where_both_levels_are() {
         let level = |valid| [BandLevel { band: ThirdOctaveBand(0), mean_square: 1.0, level: 0.0, valid }];
         for (found, reference) in [(true, true), (true, false), (false, true), (false, false)] {
             let valid = level_changes(&level(found), &level(reference)).all(|(band, _)| band.valid);

@@ -225,7 +225,7 @@ fn a_wheel_on_cobbles_leaves_the_road_and_lands() {
         }
         // In the air it is a mass that falls under its load and its damper.
         let mut inspected = 0;
-        for step in (begin..force.len() - 1).filter(|&step| flies(step)) {
+        for step in (begin..force.len() - 1).filter(|&step| is_airborne(step)) {
             let dt = time[1];
             let (before, after) = ((height[step] - height[step - 1]) / dt, (height[step + 1] - height[step]) / dt);
             let fall = (load - damping * 0.5 * (before + after)) / mass;

@@ -276,7 +276,7 @@ fn pull_moved(arc: &Arc, by: f64) -> f64 {
 }
 
 #[test]
-fn at_rest_a_toroid_has_the_derivative_of_its_own_statics() {
+fn at_rest_a_toroid_has_the_derivative_of_its_statics() {
     // Without hoop stiffness, which the steady shape does not know; differences of fourth order.
     let arc = Arc { hoop: 0.0, ..arc() };
     let h = 2e-4;

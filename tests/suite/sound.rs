@@ -126,7 +126,7 @@ fn four_tyres_far_away_are_6_db_louder_than_one() {
 }
 
 #[test]
-fn draft_pass_by_and_vehicle_hear_the_air_of_the_road() {
+fn draft_pass_by_and_vehicle_depend_on_the_air_of_the_road() {
     // A washboard of 40 mm, a tone of 556 Hz, that the tread takes on and that stands on the road.
     let receivers = "[[receiver]]\nname = \"near\"\nstandard = \"cpx\"\n\
                      [[receiver]]\nname = \"one\"\nstandard = \"coast-by\"\n\
@@ -153,7 +153,7 @@ fn draft_pass_by_and_vehicle_hear_the_air_of_the_road() {
 }
 
 #[test]
-fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
+fn a_pass_by_has_the_doppler_ratio_of_its_speed() {
     let folder = tempfile::tempdir().unwrap();
     let receiver = "[[receiver]]\nstandard = \"coast-by\"";
     let text = scene_text(128, &washboard(folder.path()), &rolling(3.0), MODAL, &format!("{receiver}\n{LOW}"));

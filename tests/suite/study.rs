@@ -184,7 +184,7 @@ fn a_study_that_would_take_too_long_is_refused() {
 }
 
 #[test]
-fn contact_over_cells_is_studied_with_its_own_knobs() {
+fn contact_over_cells_is_studied_with_its_knobs() {
     let contact = "[contact]\nzone = \"cells\"\ncells_across = 3";
     let loaded = scene(&scene_text(32, MADE, ROLLING, "pole_tolerance = 1e-3", contact));
     let found =

@@ -328,7 +328,7 @@ fn every_rule_on_a_smooth_road_at_80_and_250_km_h() {
                     Ok(force) => println!(
                         "{n} {speed} {rule:?} q {q}: mean {:.2}, unrest {:.1e}, {found:?}",
                         mean_and_deviation(&force[force.len() * 2 / 3..]).0,
-                        unrest(&force)
+                        relative_variation(&force)
                     ),
                     Err(error) => println!("{n} {speed} {rule:?} q {q}: {error}, {found:?}"),
                 }

@@ -2,10 +2,10 @@
 //! pictures of the patch, and the forces of the cells themselves at chosen instants.
 
 use super::channel::{Channel, Read, RowShape};
-use super::effect::{Begin, Effect};
+use super::effect::{Effect, RunStart};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
-use super::section::{Figure, ReportError, Section, pictures};
+use super::section::{Figure, PageSection, ReportError, pictures};
 use super::stored::Stored;
 use crate::counters::{Job, Meter, Stage};
 use crate::numeric::{RunningMoments, largest_or_zero};
@@ -82,17 +82,17 @@ impl Effect for CellsEffect {
         figures.into_iter().flatten().collect()
     }
 
-    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<PageSection>, ReportError> {
         let named = [
             ["cells_pressure.svg", "Pressure of every cell at the last instant that was written."],
             ["cells_mean_pressure.svg", "Mean pressure of every cell."],
             ["cells_road.svg", "The road under the cells at that instant."],
         ];
-        Ok(vec![Section { heading: "Contact", blocks: pictures(stored, &named)? }])
+        Ok(vec![PageSection { heading: "Contact", blocks: pictures(stored, &named)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
-        let Begin { plan, contact, .. } = *begin;
+    fn begin(&self, begin: &mut RunStart<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        let RunStart { plan, contact, .. } = *begin;
         if !over_cells(plan) {
             return Ok(None);
         }

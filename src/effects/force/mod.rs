@@ -6,10 +6,10 @@ use std::ops::Range;
 use ndarray::ArrayView2;
 
 use super::channel::{Channel, Read, RowShape};
-use super::effect::{Begin, Effect};
+use super::effect::{Effect, RunStart};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
-use super::section::{Block, Figure, LevelTable, ReportError, Section, levels, pictures};
+use super::section::{Figure, LevelTable, PageSection, ReportError, SectionBlock, levels, pictures};
 use super::stored::Stored;
 use crate::counters::{Job, Meter};
 use crate::numeric::RunningMoments;
@@ -85,16 +85,19 @@ impl Effect for ForceEffect {
         figures.into_iter().flatten().collect()
     }
 
-    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
-        let mut patch: Vec<Block> = total_force(stored)?.into_iter().collect();
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<PageSection>, ReportError> {
+        let mut patch: Vec<SectionBlock> = total_force(stored)?.into_iter().collect();
         let caption = "Force of every element over patch and time; the axle is at 0, rolling to the right.";
         patch.extend(pictures(stored, &[["patch_force.svg", caption]])?);
         let spectrum = levels(stored, FORCE_LEVEL, "Contact force, third octaves")?;
-        Ok(vec![Section { heading: "Contact", blocks: patch }, Section { heading: "Force spectrum", blocks: spectrum }])
+        Ok(vec![
+            PageSection { heading: "Contact", blocks: patch },
+            PageSection { heading: "Force spectrum", blocks: spectrum },
+        ])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
-        let Begin { plan, contact, in_memory, .. } = *begin;
+    fn begin(&self, begin: &mut RunStart<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        let RunStart { plan, contact, in_memory, .. } = *begin;
         let outputs = &plan.scene.outputs;
         let steps = plan.steps_drawn(contact.at_rest.length) as u64;
         let drawn = plan.warm_up_steps..(plan.warm_up_steps + steps.max(2)).min(plan.steps);
@@ -256,7 +259,7 @@ fn spectrum_picture(end: &End<'_>, levels: &[BandLevel]) -> Result<String, RunEr
 }
 
 /// Total force over time of a run whose folder was read.
-fn total_force(stored: &Stored) -> Result<Option<Block>, ReportError> {
+fn total_force(stored: &Stored) -> Result<Option<SectionBlock>, ReportError> {
     let (Some(time), Some(force)) = (stored.column("time.npy")?, stored.column("total_force.npy")?) else {
         return Ok(None);
     };
@@ -270,5 +273,5 @@ fn total_force(stored: &Stored) -> Result<Option<Block>, ReportError> {
         series: vec![Series { name: "", points }],
     };
     let caption = "Total contact force of every step after the warm-up.".to_owned();
-    Ok(Some(Block::Picture([plot.to_svg(), caption])))
+    Ok(Some(SectionBlock::Picture([plot.to_svg(), caption])))
 }

@@ -3,10 +3,10 @@
 //! one.
 
 use super::channel::{Channel, Read, RowShape};
-use super::effect::{Begin, Effect};
+use super::effect::{Effect, RunStart};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
-use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures};
+use super::section::{Figure, LevelTable, PageSection, ReportError, levels, pictures};
 use super::stored::Stored;
 use crate::contact::footprint::TangentialPart;
 use crate::counters::{Job, Meter};
@@ -163,7 +163,7 @@ impl Effect for FrictionEffect {
         &LEVELS
     }
 
-    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<PageSection>, ReportError> {
         let named = [
             ["friction_stress.svg", "Tangential stress of every cell at the last instant."],
             ["friction_slip.svg", "Speed of slip of every cell at that instant; 0 where it sticks, or has no force."],
@@ -172,11 +172,11 @@ impl Effect for FrictionEffect {
         for LevelTable { quantity, .. } in &LEVELS {
             blocks.extend(levels(stored, quantity, quantity)?);
         }
-        Ok(vec![Section { heading: "Friction", blocks }])
+        Ok(vec![PageSection { heading: "Friction", blocks }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
-        let Begin { plan, contact, in_memory, .. } = *begin;
+    fn begin(&self, begin: &mut RunStart<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        let RunStart { plan, contact, in_memory, .. } = *begin;
         if !has_friction(plan) {
             return Ok(None);
         }

@@ -5,7 +5,7 @@
 //! instant one product of the forces with the first weights. With `tread = "uncoupled"` the displacements are not those
 //! of the tyre under the forces, and there is no rolling resistance.
 
-use super::effect::{Begin, Effect};
+use super::effect::{Effect, RunStart};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::Figure;
@@ -28,7 +28,7 @@ impl Effect for ResistanceEffect {
         Figure::of("rolling resistance", "", found).into_iter().collect()
     }
 
-    fn begin(&self, begin: &mut Begin<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+    fn begin(&self, begin: &mut RunStart<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         if begin.plan.decisions.tread == Tread::Uncoupled {
             return Ok(None);
         }

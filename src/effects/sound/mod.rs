@@ -18,10 +18,10 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::effect::{Begin, Effect};
+use super::effect::{Effect, RunStart};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
-use super::section::{Figure, LevelTable, ReportError, Section};
+use super::section::{Figure, LevelTable, PageSection, ReportError};
 use super::stored::Stored;
 use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::plan::decisions::{DecisionRow, taken_pattern};
@@ -104,11 +104,11 @@ impl Effect for SoundEffect {
         page::figures(stored)
     }
 
-    fn sections(&self, stored: &Stored, all: &[Stored]) -> Result<Vec<Section>, ReportError> {
-        Ok(vec![Section { heading: "Sound", blocks: page::blocks(stored, all)? }])
+    fn sections(&self, stored: &Stored, all: &[Stored]) -> Result<Vec<PageSection>, ReportError> {
+        Ok(vec![PageSection { heading: "Sound", blocks: page::blocks(stored, all)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+    fn begin(&self, begin: &mut RunStart<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         Ok(SoundObserver::begin(begin, job)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
     }
 }
@@ -242,8 +242,8 @@ impl SoundObserver {
     /// # Errors
     /// An impossible body or receiver, a plan that needs too much memory: complaints about the scene;
     /// [`RunError::Interrupted`].
-    pub(crate) fn begin(begin: &Begin<'_>, job: &mut Job<'_>) -> Result<Option<Self>, RunError> {
-        let Begin { loaded, plan, contact, amounts, .. } = *begin;
+    pub(crate) fn begin(begin: &RunStart<'_>, job: &mut Job<'_>) -> Result<Option<Self>, RunError> {
+        let RunStart { loaded, plan, contact, amounts, .. } = *begin;
         let Some(sound) = plan.sound() else { return Ok(None) };
         let geometry = &contact.geometry;
         let layout = SegmentLayout {

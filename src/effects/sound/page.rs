@@ -1,6 +1,6 @@
 //! Sound of a run on a page: levels at the receivers, sounds to play, spectra and pictures.
 
-use crate::effects::section::{Block, Figure, ReportError, levels, pictures, pictures_of};
+use crate::effects::section::{Figure, ReportError, SectionBlock, levels, pictures, pictures_of};
 use crate::effects::stored::Stored;
 use crate::results::sound::{AudioSummary, SOUND_LEVEL};
 use crate::sound::wav::rescaled;
@@ -31,10 +31,10 @@ fn played_full_scale<'a>(all: impl Iterator<Item = &'a AudioSummary>) -> f64 {
 /// Blocks of the sound. A receiver has one full scale in all runs of the page, and the players state their gain over
 /// the calibrated files: differences in loudness between runs are audible. Each receiver has a separate scale, since
 /// levels beside the road are far below those close to the tyre.
-pub(super) fn blocks(stored: &Stored, all: &[Stored]) -> Result<Vec<Block>, ReportError> {
+pub(super) fn blocks(stored: &Stored, all: &[Stored]) -> Result<Vec<SectionBlock>, ReportError> {
     let Some(sound) = &stored.summary.sound else { return Ok(Vec::new()) };
     let levels_at = sound.receivers.iter().map(|receiver| [receiver.name.clone(), receiver.text()]);
-    let mut blocks = vec![Block::List(levels_at.collect())];
+    let mut blocks = vec![SectionBlock::List(levels_at.collect())];
     for receiver in &sound.receivers {
         let Some(audio) = &receiver.audio else { continue };
         let every = all.iter().filter_map(|stored| stored.summary.sound.as_ref()).flat_map(|sound| &sound.receivers);
@@ -50,7 +50,7 @@ pub(super) fn blocks(stored: &Stored, all: &[Stored]) -> Result<Vec<Block>, Repo
             "{}, {:.1} s, {gain:+.1} dB over the calibrated {}, whose full scale is {} Pa: ",
             receiver.name, audio.seconds, audio.file, audio.full_scale
         );
-        blocks.push(Block::Sound { words, file: audio.file.clone(), bytes });
+        blocks.push(SectionBlock::Sound { words, file: audio.file.clone(), bytes });
     }
     blocks.extend(levels(stored, SOUND_LEVEL, "Sound pressure at the receivers, A-weighted third octaves")?);
     let under = "|G| under the patch at the frequency at which a groove has most: ribs are sealed.";

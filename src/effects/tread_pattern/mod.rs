@@ -1,9 +1,9 @@
 //! Pattern of the tread: its map, its pitches' spectrum, and the contact force by order of the revolution.
 
-use super::effect::{Begin, Effect};
+use super::effect::{Effect, RunStart};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
-use super::section::{ReportError, Section, pictures};
+use super::section::{PageSection, ReportError, pictures};
 use super::stored::Stored;
 use crate::counters::{Job, Meter};
 use crate::plan::decisions::{taken_pattern, takes_depths, tread_map};
@@ -56,7 +56,7 @@ impl Effect for TreadPatternEffect {
         }
     }
 
-    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<PageSection>, ReportError> {
         let named = [
             ["tread_pattern.svg", "Depth of the tread's cells round the tyre."],
             ["pitch_spectrum.svg", "Amplitudes of one unit pulse to each pitch by order of the revolution."],
@@ -65,11 +65,11 @@ impl Effect for TreadPatternEffect {
                 "Contact force by order of the revolution: of all of it, and of what comes again each time.",
             ],
         ];
-        Ok(vec![Section { heading: "Tread pattern", blocks: pictures(stored, &named)? }])
+        Ok(vec![PageSection { heading: "Tread pattern", blocks: pictures(stored, &named)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
-        let Begin { plan, .. } = *begin;
+    fn begin(&self, begin: &mut RunStart<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        let RunStart { plan, .. } = *begin;
         if taken_pattern(&plan.scene).is_none() {
             return Ok(None);
         }

@@ -1,7 +1,7 @@
 //! Response of the tyre to the forces of a run: as a whole, or by lateral number for forces on cells.
 
 use crate::counters::{Counter, Job, Meter, Stage};
-use crate::effects::effect::Begin;
+use crate::effects::effect::RunStart;
 use crate::effects::error::RunError;
 use crate::plan::Plan;
 use crate::plan::models::{count_evaluations, planned_model, refused};
@@ -44,8 +44,12 @@ impl TyreAnswer {
     ///
     /// # Errors
     /// A fit that was refused; [`RunError::Interrupted`].
-    pub(super) fn new(begin: &mut Begin<'_>, numbers: Option<&[usize]>, job: &mut Job<'_>) -> Result<Self, RunError> {
-        let Begin { loaded, plan, contact, models, .. } = begin;
+    pub(super) fn new(
+        begin: &mut RunStart<'_>,
+        numbers: Option<&[usize]>,
+        job: &mut Job<'_>,
+    ) -> Result<Self, RunError> {
+        let RunStart { loaded, plan, contact, models, .. } = begin;
         let (scale, spring) = (contact.scale, contact.spring);
         let component = |share, number, model| Component { share, number, model, tangential: None };
         let components = match (numbers, models.poles.take()) {
@@ -120,7 +124,7 @@ impl TyreAnswer {
     }
 
     /// True if waves of both directions have separate values: for a tyre that turns, and for tangential forces.
-    pub(super) fn has_both_ways(&self) -> bool {
+    pub(super) fn has_both_directions(&self) -> bool {
         self.tangential_forces.is_some() || self.components.iter().any(|component| component.model.turns())
     }
 

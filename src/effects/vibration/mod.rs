@@ -9,10 +9,10 @@ mod resolved;
 pub(crate) mod results;
 
 use super::channel::{Channel, Read};
-use super::effect::{Begin, Effect};
+use super::effect::{Effect, RunStart};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
-use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures_of};
+use super::section::{Figure, LevelTable, PageSection, ReportError, levels, pictures_of};
 use super::stored::Stored;
 use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::plan::decisions::DecisionRow;
@@ -87,14 +87,14 @@ impl Effect for VibrationEffect {
         fields.filter_map(|field| figure((&field.field, field.rms_velocity))).collect()
     }
 
-    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<PageSection>, ReportError> {
         let mut blocks = levels(stored, VELOCITY_LEVEL, "Velocities, third octaves")?;
         let caption = "waves round the tyre over frequency. White: free waves of the tyre";
         blocks.extend(pictures_of(stored, "vibration_map_", caption)?);
-        Ok(vec![Section { heading: "Vibration", blocks }])
+        Ok(vec![PageSection { heading: "Vibration", blocks }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+    fn begin(&self, begin: &mut RunStart<'_>, job: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         Ok(VibrationObserver::begin(begin, job)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
     }
 }
@@ -149,8 +149,8 @@ impl EffectObserver for VibrationObserver {
 impl VibrationObserver {
     /// Begins the observer of a run; `None` if no vibration is requested, or, with a warning, if the run is shorter
     /// than a revolution.
-    pub fn begin(begin: &mut Begin<'_>, job: &mut Job<'_>) -> Result<Option<Self>, RunError> {
-        let Begin { loaded, plan, contact, .. } = *begin;
+    pub fn begin(begin: &mut RunStart<'_>, job: &mut Job<'_>) -> Result<Option<Self>, RunError> {
+        let RunStart { loaded, plan, contact, .. } = *begin;
         let Some(vibration) = plan.vibration() else { return Ok(None) };
         let geometry = &contact.geometry;
         let steps = plan.steps - plan.warm_up_steps;
@@ -243,7 +243,7 @@ impl VibrationObserver {
     /// even and odd parts count separately.
     fn evaluations(&self, fields: usize) -> u64 {
         let layout = self.accumulator.layout();
-        let parts = if self.tyre.has_both_ways() { 2 } else { 1 };
+        let parts = if self.tyre.has_both_directions() { 2 } else { 1 };
         (parts * fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
     }
 
@@ -327,17 +327,17 @@ fn count_segment(layout: &SegmentLayout, transforms: u64, multiply_adds: f64, me
 
 /// Refuses segments that need more memory than the scene allows.
 fn check_memory(
-    begin: &Begin<'_>,
+    begin: &RunStart<'_>,
     layout: &SegmentLayout,
     fields: usize,
     vibration: &Vibration,
 ) -> Result<(), SceneError> {
-    let Begin { loaded, plan, amounts, .. } = *begin;
+    let RunStart { loaded, plan, amounts, .. } = *begin;
     let (points, elements) = (fields * vibration.points.len(), fields * vibration.elements.len());
     let map = if vibration.map { 3.0 * 16.0 * 1024.0 * layout.wavenumbers() as f64 } else { 0.0 };
     // The powers are in memory a second time when results are computed. Memory in use before is part of the plan's sum.
     let at_the_end = map + 8.0 * (layout.bins() * layout.row()) as f64;
-    let needed = point_bytes(layout, fields, vibration, planned::has_both_ways(plan)) + at_the_end;
+    let needed = point_bytes(layout, fields, vibration, planned::has_both_directions(plan)) + at_the_end;
     let limit = plan.scene.numerics.memory_limit;
     if at_the_end + amounts(plan).memory_on(1) <= 1e9 * limit {
         return Ok(());

@@ -102,7 +102,7 @@ impl Plan {
 
 /// True if waves of both directions have separate values: for a tyre that turns, and for tangential forces, part of
 /// whose response is odd in n.
-pub(super) fn has_both_ways(plan: &Plan) -> bool {
+pub(super) fn has_both_directions(plan: &Plan) -> bool {
     plan.decisions.tyre.turns() || plan.scene.has_tractions()
 }
 
@@ -150,7 +150,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         (None, true) => 2.0 * fields + 1.0,
         (None, false) => fields + 1.0,
     };
-    let turns = has_both_ways(plan);
+    let turns = has_both_directions(plan);
     let parts = if turns { 2.0 } else { 1.0 };
     let times = parts * times;
     let poles = match &segments.cells {

@@ -44,13 +44,13 @@ struct Solved {
     /// By place, response in the middle of each groove, and, with voids, the mean over the patch.
     responses: Vec<Vec<Complex64>>,
     /// By place and point.
-    fields: Vec<Vec<Field>>,
+    fields: Vec<Vec<ReceiverField>>,
     /// By groove, G of the point in its middle on the grid's cells \[1/m\]; empty where no field is computed.
     of_middles: Vec<Vec<Complex32>>,
 }
 
 /// Field of a receiver's point.
-struct Field {
+struct ReceiverField {
     /// |G| in the middle of each groove \[1/m\].
     middle: Vec<f64>,
     /// Root mean square of G over the patch \[1/m\].
@@ -146,7 +146,7 @@ impl<'a> OpenPatch<'a> {
                 let turn = Complex64::from_polar(1.0, late);
                 let squares = sheet.within(field).map(|(value, area)| [value.norm_sqr() * area, area]);
                 let [square, area] = squares.fold([0.0; 2], |[sum, all], [square, area]| [sum + square, all + area]);
-                Field {
+                ReceiverField {
                     middle: middle(field).into_iter().map(|value| value.norm()).collect(),
                     mean: (square / area).sqrt(),
                     values: sheet.on_grid(field).into_iter().map(|value| single(turn * value)).collect(),
@@ -274,7 +274,7 @@ impl<'a> OpenPatch<'a> {
         let mut of_middles: Vec<UnderPatch> = self.channels.iter().map(|_| sealed()).collect();
         let loudest = {
             let first = |solved: &Solved| -> Option<f64> {
-                let Field { middle, mean, .. } = solved.fields.first()?.first()?;
+                let ReceiverField { middle, mean, .. } = solved.fields.first()?.first()?;
                 Some(middle.iter().copied().reduce(f64::max).unwrap_or(*mean))
             };
             let of = known.iter().max_by(|one, other| first(one).partial_cmp(&first(other)).unwrap_or(Ordering::Equal));

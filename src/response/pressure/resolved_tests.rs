@@ -179,7 +179,7 @@ fn a_force_on_a_cell_sounds_as_the_moving_tread() {
 }
 
 #[test]
-fn a_tyre_heard_from_its_other_side_is_its_mirror() {
+fn a_tyre_from_its_other_side_sounds_as_its_mirror() {
     for sides in [Sides::Supported, Sides::Guided] {
         let tyre = Tyre { sides, ..plate_tyre() };
         let model = model(&tyre, AirMotion::Road);
@@ -197,7 +197,7 @@ fn a_tyre_heard_from_its_other_side_is_its_mirror() {
 }
 
 #[test]
-fn both_sides_of_a_tread_are_heard_apart() {
+fn both_sides_of_a_tread_sound_separately() {
     // The odd parts of a receiver to the left and one to the right are opposite; the even part is that of one side
     // alone.
     let body = RadiatingBody::standing_tyre(0.3103, 0.176, 0.02, 0.054).unwrap();

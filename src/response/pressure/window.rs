@@ -116,7 +116,7 @@ impl Window {
                 for (index, factor) in factors.iter().enumerate() {
                     let n = index.abs_diff(most);
                     let sign = if index < most { -1.0 } else { 1.0 };
-                    let sum = act * Complex32::new(c_re[n] + sign * s_im[n], c_im[n] - sign * s_re[n]);
+                    let sum = factor * Complex32::new(c_re[n] + sign * s_im[n], c_im[n] - sign * s_re[n]);
                     real[index * components + component] += sum.re;
                     imaginary[index * components + component] += sum.im;
                 }

@@ -9,9 +9,9 @@
 //! has its frequency shifted by n Omega and nothing else. (The rate at which the outline changes at a fixed x, which
 //! moves air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
 //!
-//! With rotation, H_n and H_-n differ. All of this is written for signed n and holds; `both_ways` defines which of the
-//! two applies where. The velocity is still du/dt as the turning material sees it, without Omega x u, by which the
-//! longitudinal and the outward direction turn.
+//! With rotation, H_n and H_-n differ. All of this is written for signed n and holds; `both_directions` defines which
+//! of the two applies where. The velocity is still du/dt as the turning material sees it, without Omega x u, by which
+//! the longitudinal and the outward direction turn.
 //!
 //! The run's time rule determines i w' and H_n. The displacement is that of the run's recursion for every rule; its
 //! rate is the rule's difference quotient for a multistep rule, from which the work of the forces is computed too, and
@@ -23,7 +23,7 @@
 //! - [`layout`]: segments of whole revolutions, in which the shift is a whole number of bins;
 //! - `products`: mean products of the forces of several stages, and forms quadratic in these forces;
 //! - [`transfer`]: the velocity for unit force; `stage_transfer`: for the forces of a Runge-Kutta rule's stages;
-//!   `both_ways`: for waves that run in either direction;
+//!   `both_directions`: for waves that run in either direction;
 //! - [`velocity_table`]: the same of all wavenumbers, and for points beside the axle, coherent over n;
 //! - [`tangential_forces`]: velocities by tangential forces;
 //! - [`elements`]: velocities of points that turn with the tyre;
@@ -40,7 +40,7 @@
 //! largest where the tyre resonates.
 
 pub(crate) mod accumulator;
-mod both_ways;
+mod both_directions;
 pub(crate) mod contact_power;
 pub(crate) mod dispersion;
 pub(crate) mod elements;

@@ -25,7 +25,7 @@
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
-use super::both_ways::BothWays;
+use super::both_directions::BothDirections;
 use super::layout::SegmentLayout;
 use super::products;
 use super::stage_transfer::ScaledModes;
@@ -47,7 +47,7 @@ pub enum ResolvedQuantities {
 pub struct ResolvedVelocity {
     field: VibrationField,
     /// By |n| = 0..=N/2, bin of the material frame and channel.
-    values: BothWays<Vec<Complex32>>,
+    values: BothDirections<Vec<Complex32>>,
 }
 
 /// Waves that a run carries on one ring, and their poles.
@@ -69,7 +69,7 @@ struct Forms {
     /// Components of the forces that have a wave of this n.
     components: Vec<usize>,
     /// By bin of the material frame, entry of `components` and product of the stages' forces; summed over the rings.
-    weights: BothWays<Vec<f32>>,
+    weights: BothDirections<Vec<f32>>,
 }
 
 impl ResolvedVelocity {
@@ -148,7 +148,7 @@ impl ResolvedPower {
             let width = components.len() * count;
             let zeros = || vec![0.0_f32; width * layout.bins()];
             let turns = waves.iter().any(|(_, modes)| modes.turns());
-            let mut weights = BothWays { forwards: zeros(), backwards: turns.then(zeros) };
+            let mut weights = BothDirections { forwards: zeros(), backwards: turns.then(zeros) };
             let alike = waves.chunk_by(|(one, _), (other, _)| one == other);
             for (place, rings) in alike.enumerate() {
                 let add = |weights: &mut [f32], forms: &[f64]| {

@@ -8,13 +8,13 @@
 //! part of the material frame's spectrum.
 //!
 //! Power: in the mean the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2, all of which the tyre dissipates. Where
-//! it turns Y_n and Y_-n differ (`both_ways`); gyroscopic forces do no work.
+//! it turns Y_n and Y_-n differ (`both_directions`); gyroscopic forces do no work.
 //!
 //! With the forces of several stages |Y_n|^2 and Re Y_n are quadratic forms of all of them (`stage_transfer`); the rest
 //! is the same. For forces that are resolved across |v_n|^2 and the power are known already ([`super::resolved`]).
 
 use super::accumulator::PatchSpectra;
-use super::both_ways::BothWays;
+use super::both_directions::BothDirections;
 use super::layout::SegmentLayout;
 use super::products;
 use super::transfer::{Forms, TransferKind, Transfers, TyreResponse, VibrationField};
@@ -95,7 +95,7 @@ pub fn field_spectra(
         for first in (0..=layout.elements / 2).step_by(BLOCK) {
             let block = first..(first + BLOCK).min(layout.elements / 2 + 1);
             let forms = in_parallel::made(block.len(), |index| transfers.forms(response, first + index, field));
-            let forms: Vec<BothWays<Forms>> = forms.into_iter().collect::<Option<_>>()?;
+            let forms: Vec<BothDirections<Forms>> = forms.into_iter().collect::<Option<_>>()?;
             sums.add(patch, first, &forms, &mut dissipation);
         }
         sums.end_maps();
@@ -123,7 +123,13 @@ impl FieldSpectra {
     }
 
     /// Adds the power of the wavenumbers +-n, from n = `first` on.
-    fn add(&mut self, patch: &PatchSpectra, first: usize, forms: &[BothWays<Forms>], dissipation: &mut Dissipation) {
+    fn add(
+        &mut self,
+        patch: &PatchSpectra,
+        first: usize,
+        forms: &[BothDirections<Forms>],
+        dissipation: &mut Dissipation,
+    ) {
         let layout = &patch.layout;
         let (half, width, stages) = (layout.elements / 2, layout.wavenumbers(), layout.stages());
         let count = products::count(stages);

@@ -14,7 +14,7 @@
 use num_complex::Complex64;
 use pulp::Arch;
 
-use super::both_ways::BothWays;
+use super::both_directions::BothDirections;
 use super::layout::SegmentLayout;
 use super::products;
 use super::stage_transfer::{ScaledModes, StageTransfer};
@@ -206,34 +206,34 @@ impl Transfers {
         }
         let (first, others) = out.split_at_mut(self.symbols.len());
         velocities_of(modes, &self.symbols, first);
-        if let ForceAction::Weighted(acts) = &self.action {
+        if let ForceAction::Weighted(factors) = &self.action {
             others.chunks_exact_mut(first.len()).for_each(|row| row.copy_from_slice(first));
-            out.iter_mut().zip(acts).for_each(|(value, act)| *value *= act);
+            out.iter_mut().zip(factors).for_each(|(value, factor)| *value *= factor);
         }
     }
 
     /// Quantities linear in H_n, `rows` x bins, for waves of both directions.
-    fn both_ways(
+    fn both_directions(
         &self,
         modes: &ScaledModes<'_>,
         rows: usize,
         linear: impl Fn(&ScaledModes<'_>, &mut [Complex64]),
-    ) -> BothWays<Vec<Complex64>> {
+    ) -> BothDirections<Vec<Complex64>> {
         let of = |modes: &ScaledModes<'_>| {
             let mut values = vec![Complex64::ZERO; rows * self.symbols.len()];
             linear(modes, &mut values);
             values
         };
-        BothWays::of_parts(of(modes), modes.odd().map(|odd| of(&odd)))
+        BothDirections::of_parts(of(modes), modes.odd().map(|odd| of(&odd)))
     }
 
-    fn velocities_both_ways(&self, modes: &ScaledModes<'_>) -> BothWays<Vec<Complex64>> {
-        self.both_ways(modes, self.stages, |modes, out| self.velocities_of(modes, out))
+    fn velocities_both_directions(&self, modes: &ScaledModes<'_>) -> BothDirections<Vec<Complex64>> {
+        self.both_directions(modes, self.stages, |modes, out| self.velocities_of(modes, out))
     }
 
     /// Weights of the stages' products in the power that forces put in, bin by bin.
-    pub(super) fn forms_of_power(&self, modes: &ScaledModes<'_>) -> BothWays<Vec<f64>> {
-        self.powers(modes, || self.velocities_both_ways(modes)).map(|matrices| self.weights_of_power(matrices))
+    pub(super) fn forms_of_power(&self, modes: &ScaledModes<'_>) -> BothDirections<Vec<f64>> {
+        self.powers(modes, || self.velocities_both_directions(modes)).map(|matrices| self.weights_of_power(matrices))
     }
 
     fn weights_of_power(&self, matrices: &[Complex64]) -> Vec<f64> {
@@ -248,10 +248,15 @@ impl Transfers {
 
     /// Quadratic forms of a wavenumber n >= 0; that of the power only for the velocity on which the forces do work.
     /// `None` where the field is missing.
-    pub(super) fn forms(&self, tyre: &TyreResponse<'_>, n: usize, field: VibrationField) -> Option<BothWays<Forms>> {
+    pub(super) fn forms(
+        &self,
+        tyre: &TyreResponse<'_>,
+        n: usize,
+        field: VibrationField,
+    ) -> Option<BothDirections<Forms>> {
         let (stages, bins) = (self.stages, self.symbols.len());
         let modes = tyre.modes(n, field)?;
-        let velocities = self.velocities_both_ways(&modes);
+        let velocities = self.velocities_both_directions(&modes);
         let count = products::count(stages);
         let mut forms = velocities.map(|rows| {
             let mut squares = vec![0.0; bins * count];
@@ -272,18 +277,21 @@ impl Transfers {
     fn powers(
         &self,
         tyre: &ScaledModes<'_>,
-        velocities: impl FnOnce() -> BothWays<Vec<Complex64>>,
-    ) -> BothWays<Vec<Complex64>> {
+        velocities: impl FnOnce() -> BothDirections<Vec<Complex64>>,
+    ) -> BothDirections<Vec<Complex64>> {
         match &self.action {
             ForceAction::OneForce => velocities(),
             // These do not follow from the velocities.
             ForceAction::Stages(transfer) => {
-                self.both_ways(tyre, self.stages * self.stages, |modes, out| transfer.powers(modes, out))
+                self.both_directions(tyre, self.stages * self.stages, |modes, out| transfer.powers(modes, out))
             }
             // The force is sum_i a_i F_i and the velocity the exact one for it, Y_i = Y a_i.
-            ForceAction::Weighted(acts) => velocities().map(|velocities| {
-                acts.chunks_exact(self.symbols.len())
-                    .flat_map(|acts| velocities.iter().zip(acts.iter().cycle()).map(|(v, act)| act.conj() * v))
+            ForceAction::Weighted(factors) => velocities().map(|velocities| {
+                factors
+                    .chunks_exact(self.symbols.len())
+                    .flat_map(|factors| {
+                        velocities.iter().zip(factors.iter().cycle()).map(|(v, factor)| factor.conj() * v)
+                    })
                     .collect()
             }),
         }

@@ -10,7 +10,7 @@
 //! dB less, and forces blurred by the window cancel less: up to 7 dB too much from 80 to 315 Hz, where the tyre
 //! resonates, 0.1 dB above.
 //!
-//! With rotation, there is a second table, of the waves that run in the other direction (`both_ways`).
+//! With rotation, there is a second table, of the waves that run in the other direction (`both_directions`).
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -19,7 +19,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
 
-use super::both_ways::BothWays;
+use super::both_directions::BothDirections;
 use super::layout::SegmentLayout;
 use super::tangential_forces::TangentialForces;
 use super::transfer::{Part, TransferKind, Transfers, TyreResponse, VibrationField};
@@ -28,7 +28,7 @@ use super::transfer::{Part, TransferKind, Transfers, TyreResponse, VibrationFiel
 pub struct VelocityTable {
     field: VibrationField,
     layout: SegmentLayout,
-    values: BothWays<Vec<Complex64>>,
+    values: BothDirections<Vec<Complex64>>,
 }
 
 impl VelocityTable {
@@ -75,12 +75,12 @@ impl VelocityTable {
         let even = of_part(Part::Even)?;
         let turns = responses.iter().any(|(_, response)| response.turns());
         let odd = if turns { Some(of_part(Part::Odd)?) } else { None };
-        Some(Self { field, layout: *layout, values: BothWays::of_parts(even, odd) })
+        Some(Self { field, layout: *layout, values: BothDirections::of_parts(even, odd) })
     }
 
     /// Adds tangential forces, whose components follow those of the normal ones, for a rule of one stage.
     pub(crate) fn with_tangential(mut self, tangential: &TangentialForces) -> Self {
-        let Self { field, layout, values: BothWays { forwards, backwards } } = &mut self;
+        let Self { field, layout, values: BothDirections { forwards, backwards } } = &mut self;
         let width = layout.channels() * layout.bins();
         let backwards = backwards.get_or_insert_with(|| forwards.clone());
         let rows = forwards.par_chunks_mut(width).zip(backwards.par_chunks_mut(width)).enumerate();
@@ -93,7 +93,7 @@ impl VelocityTable {
     }
 
     /// Values by wavenumber |n|, channel and bin.
-    pub(super) fn values(&self) -> &BothWays<Vec<Complex64>> {
+    pub(super) fn values(&self) -> &BothDirections<Vec<Complex64>> {
         &self.values
     }
 

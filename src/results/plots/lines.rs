@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_vouched_for_is_grey() {
+    fn values_that_are_not_valid_are_grey() {
         let points = (0..5).map(|x| (f64::from(x), 0.5)).collect();
         let (x, y) = (Axis::linear("x", 0.0..4.0), Axis::linear("y", 0.0..1.0));
         let plot = LinePlot { title: "t", x, y, series: vec![Series { name: "", points }] };

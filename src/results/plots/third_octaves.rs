@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn every_spectrum_has_the_bars_of_its_own_errors() {
+    fn every_spectrum_has_the_bars_of_its_errors() {
         let (one, other) = (levels(-4, &[40.0; 6]), levels(-4, &[50.0; 6]));
         let errors = LevelErrors::default();
         let plot = ThirdOctavePlot { title: "t", quantity: "q", spectra: vec![("a", &one), ("b", &other)], errors };

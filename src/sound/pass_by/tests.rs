@@ -66,7 +66,7 @@ fn decibels(ratio: f64) -> f64 {
 }
 
 #[test]
-fn a_monopole_at_the_origin_is_heard_as_the_closed_form_says() {
+fn a_monopole_at_the_origin_sounds_as_the_closed_form() {
     let pass_by = PassBy::new(passage(81)).unwrap();
     assert!((pass_by.time(pass_by.samples() - 1) - pass_by.time(0) - 20.0 / SPEED).abs() < 1.0 / 48_000.0);
     for frequency in [100.0, 1000.0, 2500.0] {

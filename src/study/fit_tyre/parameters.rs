@@ -209,7 +209,7 @@ mod tests {
     use crate::test_models::plate_tyre;
 
     #[test]
-    fn every_parameter_moves_its_own_value_and_names_its_key() {
+    fn every_parameter_moves_its_value_and_names_its_key() {
         let mut start = plate_tyre();
         start.layers[0].cords.push(Cords::new(3e9, 20.0, 0.01));
         let (shear, hoop, loss_factor) = (8e3, None, 0.15);

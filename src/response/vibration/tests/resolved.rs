@@ -219,7 +219,7 @@ fn forces_that_are_even_across_move_the_tyre_as_slices_do() {
 }
 
 #[test]
-fn a_strip_hears_what_the_sum_over_its_waves_says() {
+fn a_strip_integrates_as_the_sum_over_its_waves() {
     let elements = 14;
     let tyre = tyre();
     let options = FitOptions::new(&tyre, elements, 20.0).with_tolerance(1e-3);

@@ -29,7 +29,7 @@ fn stepped(
     let sums = CellSums::new(tyre, grid.clone(), truncation, 1e-9, 10.0 / layout.time_step);
     let rows = sums.traction_rows(WaveBand::WHOLE);
     let transform = ComponentTransforms::of_tractions(&grid, [grid.elements(), COLUMNS_HERE], &rows);
-    let mut past = DirectPast::of_tractions(&sums, &rows, transform, layout.rule, layout.time_step, lags);
+    let mut history = DirectPast::of_tractions(&sums, &rows, transform, layout.rule, layout.time_step, lags);
     let instant = sums.traction_instant(layout.rule.first_rate(layout.time_step), COLUMNS_HERE);
     let (steps, cells) = (lags + layout.length(), COLUMNS_HERE * ACROSS_HERE);
     let driven = DRIVEN.0 * ACROSS_HERE + DRIVEN.1;
@@ -38,8 +38,8 @@ fn stepped(
         let mut forces = vec![[0.0; 3]; cells];
         forces[driven][component] = (2.0 * PI * (bin * step) as f64 / layout.length() as f64).cos();
         let mut moved = vec![[0.0; 3]; cells];
-        past.add_displacement(0, 0, &mut moved, &mut Meter::default());
-        past.push(0, 0, &forces);
+        history.add_displacement(0, 0, &mut moved, &mut Meter::default());
+        history.push(0, 0, &forces);
         let mean = |axis: usize| {
             let of = |j: usize| {
                 let cell = SEEN * ACROSS_HERE + j;

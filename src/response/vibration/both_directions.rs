@@ -18,14 +18,14 @@ use num_complex::Complex64;
 
 /// A quantity of the waves of |n| periods; one value where both directions are alike.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct BothWays<T> {
+pub(super) struct BothDirections<T> {
     /// Value of waves that run forwards; of all at rest.
     pub(super) forwards: T,
     /// Value of waves that run backwards; `None` at rest.
     pub(super) backwards: Option<T>,
 }
 
-impl<T> BothWays<T> {
+impl<T> BothDirections<T> {
     pub(super) fn differ(&self) -> bool {
         self.backwards.is_some()
     }
@@ -38,12 +38,12 @@ impl<T> BothWays<T> {
         }
     }
 
-    pub(super) fn map<U>(&self, of: impl Fn(&T) -> U) -> BothWays<U> {
-        BothWays { forwards: of(&self.forwards), backwards: self.backwards.as_ref().map(of) }
+    pub(super) fn map<U>(&self, of: impl Fn(&T) -> U) -> BothDirections<U> {
+        BothDirections { forwards: of(&self.forwards), backwards: self.backwards.as_ref().map(of) }
     }
 }
 
-impl BothWays<Vec<Complex64>> {
+impl BothDirections<Vec<Complex64>> {
     /// E + i O and E - i O from E and, for a tyre that turns, O.
     pub(super) fn of_parts(mut even: Vec<Complex64>, odd: Option<Vec<Complex64>>) -> Self {
         let backwards = odd.map(|mut odd| {

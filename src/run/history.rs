@@ -14,7 +14,7 @@ use crate::tyre::influence::convolution_quadrature::Weights;
 use crate::tyre::poles::RationalModel;
 
 /// Ingredients of a history.
-pub(crate) struct Past<'a> {
+pub(crate) struct HistoryBuilder<'a> {
     /// Scene as loaded.
     pub loaded: &'a LoadedScene,
     /// Plan of the scene.
@@ -27,11 +27,11 @@ pub(crate) struct Past<'a> {
     pub bedding: EqualBedding,
 }
 
-/// Influence between the points in contact within an instant, and the past; and the model that both were made from, if
-/// there is one.
+/// Influence between the points in contact within an instant, and the history; and the model that both were made from,
+/// if there is one.
 pub(crate) type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
 
-impl Past<'_> {
+impl HistoryBuilder<'_> {
     /// Direct history: weights summed on the contour of the quadrature, for the lags of the scene's memory.
     ///
     /// # Errors

@@ -51,9 +51,7 @@ impl Interrupt {
         let interrupt = Self::default();
         let shared = interrupt.clone();
         ctrlc::set_handler(move || match shared.request(Instant::now()) {
-            Request::First => {
-                write_message("\nstopping after this step; the results so far are kept (again: stop at once)")
-            }
+            Request::First => write_message("\nstopping as soon as possible (again: at once)"),
             Request::Same => {}
             Request::Unseen => {
                 write_message(&CliError::Interrupted { partial: None }.to_string());

@@ -183,7 +183,9 @@ impl Amounts {
         self.poles = cached.map_or_else(|| expected_fit::poles(elements, tolerance), |cached| cached as f64);
         if cached.is_none() {
             let share = expected_fit::share(elements, tolerance, &plan.decisions.tyre);
-            self.add(Stage::Fit, WorkUnit::Fit, share, WorkPlace::BeforeOnAll);
+            let sums = expected_fit::SUMS;
+            self.add(Stage::Influence, WorkUnit::Fit, sums * share, WorkPlace::BeforeOnAll);
+            self.add(Stage::Fit, WorkUnit::Fit, (1.0 - sums) * share, WorkPlace::BeforeOnAll);
             self.cache_bytes += self.poles * PoleModel::bytes_of_pole(2, plan.decisions.tyre.turns());
             self.fit_memory_per_thread = expected_fit::BYTES;
             let waves = wave_bytes(&plan.decisions.tyre, 0.01 * tolerance);

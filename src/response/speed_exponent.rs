@@ -10,8 +10,8 @@ use crate::numeric::StraightLine;
 pub(crate) struct SpeedExponent {
     /// Growth \[dB per decade of speed\].
     pub decibels_per_decade: f64,
-    /// Root mean square of the levels' distances from the line \[dB\]; 0 for two speeds.
-    pub residual: f64,
+    /// Root mean square of the levels' distances from the line \[dB\]; `None` for two levels, which it meets.
+    pub residual: Option<f64>,
     /// Number of pairs of speed and level that count.
     pub speeds: usize,
 }
@@ -26,7 +26,8 @@ impl SpeedExponent {
             .filter(|(x, level)| x.is_finite() && level.is_finite())
             .collect();
         let line = StraightLine::through(&points)?;
-        Some(Self { decibels_per_decade: line.slope, residual: line.residual, speeds: points.len() })
+        let residual = (points.len() > 2).then_some(line.residual);
+        Some(Self { decibels_per_decade: line.slope, residual, speeds: points.len() })
     }
 }
 
@@ -39,19 +40,20 @@ mod tests {
         let speeds = [50.0, 60.0, 70.0, 80.0, 100.0, 130.0];
         let line = speeds.map(|speed: f64| (speed, 12.0 + 27.5 * speed.log10()));
         let found = SpeedExponent::fit(line).unwrap();
-        assert!((found.decibels_per_decade - 27.5).abs() < 1e-12 && found.residual < 1e-13, "{found:?}");
+        assert!((found.decibels_per_decade - 27.5).abs() < 1e-12 && found.residual.unwrap() < 1e-13, "{found:?}");
         assert_eq!(found.speeds, 6);
         // A square of the logarithm over three equidistant ones: x^2 on -1, 0, 1 has slope 0 and misses 2/3, 1/3, 1/3
         // of it.
         let bend = [(0.1, 3.0), (1.0, 0.0), (10.0, 3.0)];
         let found = SpeedExponent::fit(bend).unwrap();
-        assert!(found.decibels_per_decade.abs() < 1e-12 && (found.residual - 2.0_f64.sqrt()).abs() < 1e-12);
+        assert!(found.decibels_per_decade.abs() < 1e-12 && (found.residual.unwrap() - 2.0_f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]
     fn silence_does_not_count_and_one_speed_has_no_exponent() {
         let silent = [(50.0, 1.0), (80.0, f64::NEG_INFINITY), (100.0, 7.0)];
-        assert_eq!(SpeedExponent::fit(silent).unwrap().speeds, 2);
+        let found = SpeedExponent::fit(silent).unwrap();
+        assert_eq!((found.speeds, found.residual), (2, None));
         assert_eq!(SpeedExponent::fit([(80.0, 1.0), (80.0, 2.0)]), None);
         assert_eq!(SpeedExponent::fit([]), None);
     }

@@ -42,7 +42,8 @@ impl SpeedCoefficient {
         let (middle, level) = (mean(&|pair| pair.0.log10()), mean(&|pair| pair.1));
         let spread = count * mean(&|pair| (pair.0.log10() - middle).powi(2));
         let scatter = quantile_of_student(relative.len() - 2)
-            .map(|quantile| quantile * slope.residual * (count / (count - 2.0)).sqrt());
+            .zip(slope.residual)
+            .map(|(quantile, residual)| quantile * residual * (count / (count - 2.0)).sqrt());
         Some(Self {
             slope,
             slope_interval: scatter.map(|scatter| scatter / spread.sqrt()),

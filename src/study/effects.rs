@@ -17,7 +17,7 @@ use crate::contact::ContactError;
 use crate::contact::local_compliance::{UNCERTAINTY, formula_for};
 use crate::counters::{Job, Stage};
 use crate::plan::decisions::DecisionRow;
-use crate::plan::{Forecast, Plan, UnitCosts};
+use crate::plan::{Forecast, Plan, UnitCosts, WorkUnit};
 use crate::planning::rows;
 use crate::response::BandLevel;
 use crate::results::summary::RollingResistance;
@@ -120,7 +120,7 @@ impl Forecasts<'_> {
         let mut amounts = plan.amounts();
         amounts.work.retain(|work| {
             let seconds = work.amount * self.costs.of(work.stage, work.unit);
-            let is_cached = matches!(work.stage, Stage::Fit | Stage::Radiation);
+            let is_cached = work.unit == WorkUnit::Fit || work.stage == Stage::Radiation;
             !is_cached || self.made.insert((work.stage, seconds.to_bits()))
         });
         Forecast::new(&amounts, plan.steps, self.costs, self.threads, 0.0).wall_seconds

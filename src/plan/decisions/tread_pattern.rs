@@ -7,6 +7,9 @@ use crate::tyre::tread_pattern::PatternFault;
 use crate::tyre::tread_pattern::blocks::Blocks;
 use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
 
+/// Share of void beyond which a pattern is noted.
+const MOST_VOID: f64 = 0.6;
+
 pub(super) const TREAD_PATTERN: DecisionRow = DecisionRow {
     title: "tread pattern",
     short: "pattern",
@@ -80,6 +83,10 @@ fn pattern(scene: &Scene, decisions: &mut Decisions) -> Decided {
         decisions.notes.push(format!("the tread's pattern is left out: {law}"));
         return off(format!("auto: {law}"));
     };
+    if let Some(void) = map.as_ref().ok().map(|map| map.exact_void).filter(|void| *void > MOST_VOID) {
+        let share = 100.0 * void;
+        decisions.notes.push(format!("{share:.0} % of the tread are void: tyres of cars have 20 to 40 %"));
+    }
     let form = map.map_or_else(|fault| fault.wrong, |map| form(&map, scene));
     let reason = reason.unwrap_or_else(|| "the scene has [tread_pattern]".to_owned());
     Decided { on: true, form, reason }

@@ -28,7 +28,7 @@ impl Emission {
             let [band, a_error, b_error] = [of.nominal_hz, line.reference_interval, line.slope_interval].map(optional);
             let [lowest, highest] = &of.speeds;
             let (a, slope, valid) = (&line.reference_level, &line.slope, u8::from(of.valid));
-            let (b, rms) = (&slope.decibels_per_decade, &slope.residual);
+            let (b, rms) = (&slope.decibels_per_decade, optional(slope.residual));
             let passages = optional(of.passages.map(|(fewest, _)| fewest));
             let error = optional(of.passages.and_then(|(_, error)| error));
             row([
@@ -42,7 +42,7 @@ impl Emission {
                 b,
                 &a_error,
                 &b_error,
-                rms,
+                &rms,
                 &of.runs[0],
                 lowest,
                 highest,
@@ -140,7 +140,7 @@ fn cells(of: &EmissionRow) -> Vec<String> {
         line.reference_interval,
         Some(line.slope.decibels_per_decade),
         line.slope_interval,
-        Some(line.slope.residual),
+        line.slope.residual,
     ];
     let band = of.nominal_hz.map_or_else(|| "all".to_owned(), |hertz| hertz.to_string());
     let speeds = format!("{} - {}", of.speeds[0], of.speeds[1]);

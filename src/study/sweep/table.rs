@@ -177,10 +177,10 @@ impl SweepBlock {
                 Some(BandLevel { level, valid: true, .. }) => format!("{level:.2}"),
                 Some(BandLevel { level, .. }) => format!("({level:.2})"),
             };
-            let fit = line.exponent.as_ref().map(|fit| [fit.decibels_per_decade, fit.residual]);
-            let bracketed = |text: String| if line.is_valid() { text } else { format!("({text})") };
-            let fit =
-                fit.map_or(["-"; 2].map(str::to_owned), |fit| fit.map(|number| bracketed(format!("{number:.2}"))));
+            let fit = line.exponent.as_ref();
+            let number = |number: f64| if line.is_valid() { format!("{number:.2}") } else { format!("({number:.2})") };
+            let fit = [fit.map(|fit| fit.decibels_per_decade), fit.and_then(|fit| fit.residual)]
+                .map(|value| value.map_or("-".to_owned(), number));
             [line.band.label()].into_iter().chain(line.levels.iter().map(level)).chain(fit).collect()
         };
         let mut report = Report::default();
@@ -288,7 +288,7 @@ pub(crate) fn csv(blocks: &[SweepBlock]) -> String {
     for block in blocks {
         for line in &block.lines {
             let growth = line.exponent.as_ref().map_or_else(Default::default, |fit| {
-                [fit.decibels_per_decade.to_string(), fit.residual.to_string(), fit.speeds.to_string()]
+                [fit.decibels_per_decade.to_string(), optional(fit.residual), fit.speeds.to_string()]
             });
             for ((speed, level), done) in block.speeds.iter().zip(&line.levels).zip(&block.found) {
                 let Some(level) = level else { continue };

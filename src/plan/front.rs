@@ -18,9 +18,11 @@ pub(crate) const STATED_TO: [f64; 2] = [1000.0, 2000.0];
 const CELLS_IN_A_WAVE: f64 = 11.0;
 
 /// Size of the cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or [`Road::cell`],
-/// with at least eleven cells in the texture wave that excites that frequency.
+/// with at least eleven cells in the texture wave that excites that frequency. Over cells the road's shortest waves do
+/// not count, since the tread flattens what is shorter than a cell.
 pub(crate) fn cell_for(scene: &Scene, highest: f64) -> f64 {
-    let resolved = || scene.road.cell().min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE);
+    let of_road = if scene.contact.zone == Zone::Cells { Road::CELL } else { scene.road.cell() };
+    let resolved = || of_road.min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE);
     scene.contact.cell_of_law(&scene.road).unwrap_or_else(resolved)
 }
 
@@ -41,7 +43,8 @@ pub(crate) struct FrontRow {
     pub pole_tolerance: f64,
     /// Tolerance of the contact conditions over cells.
     pub cell_tolerance: f64,
-    /// Largest cell of a made road of the default's wavelengths, if V/fmax is 22 mm at least \[m\].
+    /// Largest cell of a made road of the default's wavelengths, if V/fmax is 22 mm at least \[m\]; over cells their
+    /// largest width.
     pub cell: f64,
     /// Tolerance of the slices' curves \[m\].
     pub slice_tolerance: f64,
@@ -95,17 +98,20 @@ impl FrontRow {
         },
     ];
 
-    /// The rows of cells, cheapest first.
+    /// The rows of cells, cheapest first. Cells that are narrower than they are long have the error of size at a fraction
+    /// of the work; the tolerances change levels by less than 0.01 dB (profiles/README.md).
     pub(crate) const OF_CELLS: [Self; 3] = [
-        Self::OF_SLICES[0].over_cells([5.0, 6.5], 0.19),
-        Self::OF_SLICES[1].over_cells([3.0, 3.5], 1.0),
-        Self::OF_SLICES[2].over_cells([1.5, 2.0], 7.5),
+        Self { errors: [5.0, 6.5], cost: 0.24, ..Self::OF_SLICES[0].over_cells([5.8, 4e-3], 2e-3, [1e-3, 1e-4]) },
+        Self { errors: [3.0, 3.5], cost: 1.0, ..Self::OF_SLICES[1].over_cells([11.6, 2e-3], 2e-3, [1e-3, 1e-4]) },
+        Self { errors: [1.5, 2.0], cost: 7.5, ..Self::OF_SLICES[2].over_cells([23.2, 1e-3], 1e-3, [1e-4, 1e-5]) },
     ];
 
-    /// The same row over cells: elements half as long, with other errors \[dB\] and cost.
-    const fn over_cells(self, errors: [f64; 2], cost: f64) -> Self {
-        let (per_wavelength, longest_element) = (2.0 * self.per_wavelength, 0.5 * self.longest_element);
-        Self { per_wavelength, longest_element, errors, cost, ..self }
+    /// The same row over cells: elements in a wave and their largest length \[m\], width of a cell \[m\], tolerances of
+    /// poles and of the contact conditions.
+    const fn over_cells(self, elements: [f64; 2], cell: f64, tolerances: [f64; 2]) -> Self {
+        let [per_wavelength, longest_element] = elements;
+        let [pole_tolerance, cell_tolerance] = tolerances;
+        Self { per_wavelength, longest_element, cell, pole_tolerance, cell_tolerance, ..self }
     }
 
     /// Stated error for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].
@@ -153,10 +159,15 @@ impl FrontRow {
         Self::all(scene.contact.zone).iter().filter_map(|row| row.error_for(scene, fmax)).reduce(f64::min)
     }
 
-    /// Largest cell of a scene's road for levels up to `highest` \[Hz\], in m.
+    /// Largest cell of a scene's road for levels up to `highest` \[Hz\], in m; over cells their largest width.
     pub(crate) fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
         let of_law = scene.contact.cell_of_law(&scene.road);
         of_law.unwrap_or_else(|| self.cell * (cell_for(scene, highest) / Road::CELL))
+    }
+
+    /// Number of cells across for levels up to `highest` \[Hz\], at least two.
+    pub(crate) fn cells_across(&self, scene: &Scene, highest: f64) -> usize {
+        Road::cells(scene.tyre.contact_width, self.cell_for(scene, highest)).max(2)
     }
 
     /// Relative error of the rule's rate at fmax, phase and damping together, which other rules have to keep.

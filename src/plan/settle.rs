@@ -203,19 +203,18 @@ impl Settling<'_> {
             self.scene.numerics.contact_tolerance = row.cell_tolerance;
             self.choose("numerics.contact_tolerance", format!("{:.0e}", row.cell_tolerance), why.clone());
         }
-        if self.scene.effects.texture == Switch::Off {
-            return;
-        }
-        if slices {
+        let has_texture = self.scene.effects.texture != Switch::Off;
+        if slices && has_texture {
             self.scene.contact.slice_tolerance = row.slice_tolerance;
             self.choose("contact.slice_tolerance", format!("{:.0e}", row.slice_tolerance), why.clone());
         }
-        let texture = self.scene.contact.zone == Zone::Slices && self.scene.road.varies_across();
-        if self.scene.contact.cells_across.is_none() && texture {
-            let cell = row.cell_for(&self.scene, highest);
-            let cells = Road::cells(self.scene.tyre.contact_width, cell).max(2);
+        let Scene { contact, road, .. } = &self.scene;
+        let has_cells = contact.zone == Zone::Cells || has_texture && road.varies_across();
+        if contact.cells_across.is_none() && contact.cell.is_none() && has_cells {
+            let cells = row.cells_across(&self.scene, highest);
+            let reason =
+                format!("{why}: cells of at most {} mm across", millimetres(row.cell_for(&self.scene, highest)));
             self.scene.contact.cells_across = Some(cells);
-            let reason = format!("{why}: cells of at most {} mm across", millimetres(cell));
             self.choose("contact.cells_across", cells.to_string(), reason);
         }
     }

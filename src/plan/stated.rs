@@ -7,9 +7,6 @@ use super::front::{FrontRow, STATED_FROM};
 use super::resolution::{Need, Resolution};
 use crate::scene::{History, Numerics, Scene, Switch, Zone};
 
-/// Largest ratio of a cell's width to its length at which it still counts as square.
-const ROUNDED: f64 = 1.1;
-
 /// Reasons why the numerical error of a scene's levels is not known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unstated {
@@ -57,18 +54,16 @@ impl FrontRow {
         let longest = self.longest_element.min(speed / (fmax * self.per_wavelength));
         let over_cells = contact.zone == Zone::Cells;
         let over_slices = !over_cells && effects.texture != Switch::Off && road.varies_across();
-        let is_wide = |length: f64, cells: Option<usize>| {
-            let widest = self.cell_for(scene, fmax) * (1.0 + 1e-9);
-            over_slices && cells.is_some_and(|cells| length / cells as f64 > widest)
-        };
-        // Cells that are about square fit into the width by rounding.
-        let is_oblong = over_cells && tyre.contact_width > ROUNDED * longest * cells_across(scene) as f64;
+        let widest = self.cell_for(scene, fmax) * (1.0 + 1e-9);
+        let is_wide = |length: f64, cells: usize| length / cells as f64 > widest;
+        let across = if over_cells { Some(cells_across(scene)) } else { contact.cells_across.filter(|_| over_slices) };
+        let along = contact.cells_along.filter(|_| over_slices);
         let rule_limit = given.rule_limit(Need { highest: fmax, row: Some(self) }, length, speed, rule);
         let is_coarser = [
             ("numerics.elements", element > longest * (1.0 + 1e-9)),
             ("numerics.substeps", rule_limit < (1.0 - 1e-9) * fmax),
-            ("contact.cells_across", is_oblong || is_wide(tyre.contact_width, contact.cells_across)),
-            ("contact.cells_along", is_wide(element, contact.cells_along)),
+            ("contact.cells_across", across.is_some_and(|cells| is_wide(tyre.contact_width, cells))),
+            ("contact.cells_along", along.is_some_and(|cells| is_wide(element, cells))),
             ("contact.slice_tolerance", over_slices && contact.slice_tolerance > self.slice_tolerance),
             ("numerics.pole_tolerance", numerics.pole_tolerance > self.pole_tolerance),
             ("numerics.contact_tolerance", over_cells && numerics.contact_tolerance > self.cell_tolerance),

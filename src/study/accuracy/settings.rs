@@ -60,10 +60,10 @@ impl Settings {
         (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
         if contact.zone == Zone::Cells {
             numerics.contact_tolerance = row.cell_tolerance;
-            contact.cells_across = Some(square_cells(&scene.tyre, elements));
+            contact.cells_across = Some(row.cells_across(scene, highest));
         } else {
             *cell_length = row.cell_for(scene, highest);
-            contact.cells_across = contact.cells_across.map(|_| Road::cells(scene.tyre.contact_width, *cell_length));
+            contact.cells_across = contact.cells_across.map(|_| row.cells_across(scene, highest));
             contact.slice_tolerance = row.slice_tolerance;
         }
         settings

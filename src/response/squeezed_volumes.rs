@@ -90,7 +90,7 @@ impl SqueezedVolumes {
                     shared.extend(places.iter().zip(weights).map(|(force, weight)| sign * weight * force));
                     spread_from_places(shared, span.length, parts);
                     for (part, &volume) in window.parts(span).zip(&*parts) {
-                        let cells = if share == 0 { squeeze.own(part) } else { squeeze.voids(part) };
+                        let cells = if share == 0 { squeeze.block_cells(part) } else { squeeze.voids(part) };
                         for cell in cells.iter().map(|cell| *cell as usize) {
                             let column = ((cell / across) as i64 - first).rem_euclid(around) as usize;
                             if column < columns {

@@ -116,7 +116,7 @@ impl<'a> CellContact<'a> {
     fn instant(&self, columns: usize, meter: &mut Meter) -> CellInfluence {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step);
-        meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns))
+        meter.time(Stage::Influence, || self.sums.cached_instant(rate, columns))
     }
 
     /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the past

@@ -166,7 +166,7 @@ fn parent(path: &str) -> Option<&str> {
     path.rfind(['.', '[']).map(|end| &path[..end])
 }
 
-/// Most complaints that are kept while a scene is read; the order of the file is lost beyond them.
+/// Most complaints that are stored while a scene is read; the order of the file is lost beyond them.
 const MOST_HELD: usize = 512;
 
 /// The complaints collected while one scene is read.
@@ -176,7 +176,7 @@ pub(super) struct Complaints<'a> {
     /// Factor by which values may lie outside their plausible range.
     pub(super) slack: f64,
     found: RefCell<Vec<Diagnostic>>,
-    /// Number of complaints that are not kept.
+    /// Number of complaints that are not stored.
     more: Cell<usize>,
 }
 
@@ -194,7 +194,7 @@ impl<'a> Complaints<'a> {
         self.document.has(key)
     }
 
-    /// Adds a complaint; its problem is made only if it is kept.
+    /// Adds a complaint; its problem is made only if it is stored.
     pub(super) fn add_with(&self, key: &str, problem: impl FnOnce() -> Problem) {
         if self.found.borrow().len() < MOST_HELD {
             let diagnostic = self.document.diagnose(key, problem());

@@ -1,4 +1,4 @@
-//! Results that take long, kept on disk for the next run.
+//! Results that take long, stored on disk for the next run.
 //!
 //! An entry is a sealed file `<key>.<extension>`, the extension that of its kind and the key a SHA-256 of everything
 //! that the value depends on, the version of its kind included. It gets its name when it is complete, so a reader sees
@@ -115,13 +115,13 @@ impl Cache {
     /// [`CacheError::NoFolder`] if none of these is known.
     pub fn open() -> Result<Self, CacheError> {
         let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-        let own = |base: PathBuf| base.join("tyrewave");
+        let subfolder = |base: PathBuf| base.join("tyrewave");
         let home = |below: &str| variable("HOME").map(|home| home.join(below));
         let platform = if cfg!(target_os = "macos") { home("Library/Caches") } else { home(".cache") };
         variable("TYREWAVE_CACHE_DIR")
-            .or_else(|| variable("XDG_CACHE_HOME").map(own))
-            .or_else(|| variable("LOCALAPPDATA").map(own))
-            .or_else(|| platform.map(own))
+            .or_else(|| variable("XDG_CACHE_HOME").map(subfolder))
+            .or_else(|| variable("LOCALAPPDATA").map(subfolder))
+            .or_else(|| platform.map(subfolder))
             .map(|folder| Self { folder, limit: None })
             .ok_or(CacheError::NoFolder)
     }
@@ -180,7 +180,7 @@ impl Cache {
         warnings: &mut Vec<String>,
         make: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
-        if let Some(value) = self.kept(key, warnings) {
+        if let Some(value) = self.get(key, warnings) {
             return Ok(value);
         }
         let value = make()?;
@@ -189,7 +189,7 @@ impl Cache {
     }
 
     /// Value of an entry that is there and valid; an unusable entry or an unreadable cache gives a warning.
-    pub fn kept<T: Cached>(&self, key: &[u8; 32], warnings: &mut Vec<String>) -> Option<T> {
+    pub fn get<T: Cached>(&self, key: &[u8; 32], warnings: &mut Vec<String>) -> Option<T> {
         match self.load(key) {
             Ok(Some(Ok(value))) => return Some(value),
             Ok(Some(Err(reason))) => {
@@ -213,7 +213,7 @@ impl Cache {
         let mut entries = self.files()?;
         entries.sort_by(|a, b| (a.used, &a.path).cmp(&(b.used, &b.path)));
         let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
-        let limit = self.limit.unwrap_or_else(|| limit_by_room(total, free_bytes(&self.folder)));
+        let limit = self.limit.unwrap_or_else(|| limit_by_free_space(total, free_bytes(&self.folder)));
         for EntryFile { path, bytes, .. } in entries {
             if total <= limit {
                 break;
@@ -293,7 +293,7 @@ fn value<T: Cached>(mut body: Body, key: &[u8; 32]) -> Result<T, Unusable> {
 }
 
 /// Limit \[bytes\] for entries that take `entries` bytes on a disk with `free` free ones, if those are known.
-fn limit_by_room(entries: u64, free: Option<u64>) -> u64 {
+fn limit_by_free_space(entries: u64, free: Option<u64>) -> u64 {
     let [least, most] = BOUNDS;
     free.map_or(least, |free| (entries.saturating_add(free) / SHARE_OF_ROOM).clamp(least, most))
 }
@@ -360,12 +360,15 @@ mod tests {
     fn a_sweep_of_speeds_keeps_the_sounds_of_all_where_the_disk_has_room() {
         const SOUND: u64 = 930_000_000;
         const GIB: u64 = 1 << 30;
-        assert_eq!(limit_by_room(0, None), 2 * GIB);
-        assert_eq!(limit_by_room(GIB, Some(GIB)), 2 * GIB, "a small disk");
-        assert!(limit_by_room(2 * SOUND, Some(60 * GIB)) > 8 * SOUND);
-        // What is kept takes nothing from the limit; no disk is so large that all of it is filled.
-        assert_eq!(limit_by_room(2 * SOUND, Some(60 * GIB)), limit_by_room(4 * SOUND, Some(60 * GIB - 2 * SOUND)));
-        assert_eq!(limit_by_room(0, Some(u64::MAX)), 32 * GIB);
+        assert_eq!(limit_by_free_space(0, None), 2 * GIB);
+        assert_eq!(limit_by_free_space(GIB, Some(GIB)), 2 * GIB, "a small disk");
+        assert!(limit_by_free_space(2 * SOUND, Some(60 * GIB)) > 8 * SOUND);
+        // What is stored takes nothing from the limit; no disk is so large that all of it is filled.
+        assert_eq!(
+            limit_by_free_space(2 * SOUND, Some(60 * GIB)),
+            limit_by_free_space(4 * SOUND, Some(60 * GIB - 2 * SOUND))
+        );
+        assert_eq!(limit_by_free_space(0, Some(u64::MAX)), 32 * GIB);
         let folder = tempfile::tempdir().unwrap();
         assert!(!cfg!(unix) || free_bytes(folder.path()).is_some_and(|free| free > 0));
     }

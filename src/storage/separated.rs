@@ -58,11 +58,11 @@ pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
             }
         }
     };
-    let kept = text.trim_end_matches('\u{1a}').len();
+    let length = text.trim_end_matches('\u{1a}').len();
     let text = match text {
-        Cow::Borrowed(text) => Cow::Borrowed(&text[..kept]),
+        Cow::Borrowed(text) => Cow::Borrowed(&text[..length]),
         Cow::Owned(mut text) => {
-            text.truncate(kept);
+            text.truncate(length);
             Cow::Owned(text)
         }
     };

@@ -299,7 +299,7 @@ fn influence(columns: usize, across: usize) -> CellInfluence {
     let tyre = Scene::from_str(tyrewave::scene::DEFAULT, "default").unwrap().scene.tyre;
     let grid = CellGrid::new(&tyre, 256, across);
     let truncation = CellTruncation { lateral_terms: None, aliases: None };
-    CellSums::new(&tyre, grid, truncation, 1e-6, 0.0).kept_instant(0.0, columns)
+    CellSums::new(&tyre, grid, truncation, 1e-6, 0.0).cached_instant(0.0, columns)
 }
 
 /// Blocks of 3 x 2 cells of every other four columns, the others without; a ring of two rows with a hole beside them,

@@ -216,13 +216,13 @@ fn matrix_function(
     values: &[Complex64],
 ) -> [[Complex64; 3]; 3] {
     let mut result = [[Complex64::ZERO; 3]; 3];
-    for (i, (&own, &value)) in eigenvalues.iter().zip(values).enumerate() {
+    for (i, (&eigenvalue, &value)) in eigenvalues.iter().zip(values).enumerate() {
         let mut product = [[Complex64::ZERO; 3]; 3];
         (0..3).for_each(|k| product[k][k] = value);
         for (_, &other) in eigenvalues.iter().enumerate().filter(|(k, _)| *k != i) {
             let mut factor = matrix;
             (0..3).for_each(|k| factor[k][k] -= other);
-            let scale = (own - other).inv();
+            let scale = (eigenvalue - other).inv();
             product = std::array::from_fn(|row| {
                 std::array::from_fn(|column| {
                     (0..3).map(|k| product[row][k] * factor[k][column]).sum::<Complex64>() * scale

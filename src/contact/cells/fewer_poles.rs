@@ -80,8 +80,9 @@ impl Columns {
                 let mut row = Vec::with_capacity(unknowns);
                 for (index, map) in maps.iter().enumerate() {
                     let scale = modes.multiplicity(index) / size.max(floor);
-                    let own = scale * map.outputs[output] * map.inputs[input] * map.whole.powu(passed as u32);
-                    let [upper, lower] = [own / (1.0 - map.whole * zeta), own.conj() / (1.0 - map.whole.conj() * zeta)];
+                    let response = scale * map.outputs[output] * map.inputs[input] * map.whole.powu(passed as u32);
+                    let [upper, lower] =
+                        [response / (1.0 - map.whole * zeta), response.conj() / (1.0 - map.whole.conj() * zeta)];
                     if index < modes.pairs {
                         row.push(0.5 * (upper + lower));
                         row.push(Complex64::new(0.0, 0.5) * (upper - lower));
@@ -223,7 +224,7 @@ impl Residual {
         }
         for products in &mut self.products {
             let part = products[place] / pivot;
-            products.iter_mut().zip(&row).for_each(|(product, own)| *product -= part * own);
+            products.iter_mut().zip(&row).for_each(|(product, entry)| *product -= part * entry);
         }
     }
 }
@@ -294,8 +295,8 @@ mod tests {
             println!("{rule:?}, {tolerance:e}: {} of {} poles", order(&found), order(&modes));
             assert!(order(&found) < order(&modes) && found.odd.len() == found.poles.len());
             for stage in 0..rule.stages() {
-                for (own, other) in [(modes.residues, found.residues), (modes.odd, found.odd)] {
-                    let [early, exact] = late(&modes, own, rule, stage);
+                for (residues, other) in [(modes.residues, found.residues), (modes.odd, found.odd)] {
+                    let [early, exact] = late(&modes, residues, rule, stage);
                     let [_, late] = late(&found, other, rule, stage);
                     let scale: f64 = early.iter().chain(&exact).map(|u| u.abs()).sum();
                     let missed: f64 = exact.iter().zip(&late).map(|(a, b)| (a - b).abs()).sum();

@@ -90,15 +90,15 @@ impl WithSimd for Dispatched<'_> {
         let Gradients { count, miss, forces, residual, preconditioned, previous, direction, response, cut, .. } =
             self.gradients;
         // Entries behind belong to longer parts.
-        let room = 0..count.next_multiple_of(LANES);
-        let miss = miss[room.clone()].as_chunks_mut::<LANES>().0;
-        let forces = forces[room.clone()].as_chunks_mut::<LANES>().0;
-        let r = residual[room.clone()].as_chunks_mut::<LANES>().0;
-        let z = preconditioned[room.clone()].as_chunks_mut::<LANES>().0;
-        let previous = previous[room.clone()].as_chunks_mut::<LANES>().0;
-        let t = direction[room.clone()].as_chunks_mut::<LANES>().0;
-        let response = response[room.clone()].as_chunks::<LANES>().0;
-        let cut = cut[room].as_chunks_mut::<LANES>().0;
+        let padded = 0..count.next_multiple_of(LANES);
+        let miss = miss[padded.clone()].as_chunks_mut::<LANES>().0;
+        let forces = forces[padded.clone()].as_chunks_mut::<LANES>().0;
+        let r = residual[padded.clone()].as_chunks_mut::<LANES>().0;
+        let z = preconditioned[padded.clone()].as_chunks_mut::<LANES>().0;
+        let previous = previous[padded.clone()].as_chunks_mut::<LANES>().0;
+        let t = direction[padded.clone()].as_chunks_mut::<LANES>().0;
+        let response = response[padded.clone()].as_chunks::<LANES>().0;
+        let cut = cut[padded].as_chunks_mut::<LANES>().0;
         let [mut first, mut second] = [[0.0_f32; LANES]; 2];
         let total = |sums: [f32; LANES]| sums.into_iter().sum::<f32>();
         match self.pass {
@@ -149,9 +149,9 @@ impl WithSimd for Dispatched<'_> {
                     for lane in 0..LANES {
                         miss[lane] += length * response[lane];
                         let next = forces[lane] + f64::from(length * t[lane]);
-                        let kept = if next > 0.0 { next } else { 0.0 };
-                        forces[lane] = kept;
-                        cut[lane] = (kept - next) as f32;
+                        let clipped = if next > 0.0 { next } else { 0.0 };
+                        forces[lane] = clipped;
+                        cut[lane] = (clipped - next) as f32;
                         first[lane] += if next < 0.0 { 1.0 } else { 0.0 };
                     }
                 }
@@ -163,14 +163,14 @@ impl WithSimd for Dispatched<'_> {
 
 impl Gradients {
     pub(super) fn new(cells: &InstantCells, radius: usize) -> Self {
-        let room = cells.cells().next_multiple_of(LANES);
-        let zeros = || vec![0.0; room];
+        let padded = cells.cells().next_multiple_of(LANES);
+        let zeros = || vec![0.0; padded];
         Self {
             arch: Arch::new(),
             count: 0,
             filter: Filter::new([cells.columns(), cells.across()], radius, cells.inverse_stencil(radius)),
             miss: zeros(),
-            forces: vec![0.0; room],
+            forces: vec![0.0; padded],
             residual: zeros(),
             preconditioned: zeros(),
             previous: zeros(),
@@ -274,8 +274,8 @@ impl Gradients {
     /// Computes z, also off A.
     fn precondition(&mut self, count: usize) {
         let (residual, z) = (&self.residual[..count], &mut self.preconditioned[..count]);
-        let own = self.blocks.as_mut().map_or(residual, |blocks| blocks.taken_off(residual));
-        self.filter.apply(own, z);
+        let remaining = self.blocks.as_mut().map_or(residual, |blocks| blocks.taken_off(residual));
+        self.filter.apply(remaining, z);
     }
 
     /// Corrects u for the cuts: a few one by one, many by a product.

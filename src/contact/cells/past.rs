@@ -92,10 +92,10 @@ impl<N: WaveNumber> WavePast<N> {
             work += ring.work();
             work += transform.work() * (2 * steps * rule.stages()) as u64;
             let zeros = || vec![Complex::new(N::default(), N::default()); model.len()];
-            if let Some(own) = next_instant {
+            if let Some(next) = next_instant {
                 match &mut influences {
-                    Some(all) => all.iter_mut().zip(&own).for_each(|(all, own)| *all += own),
-                    None => influences = Some(own),
+                    Some(all) => all.iter_mut().zip(&next).for_each(|(all, next)| *all += next),
+                    None => influences = Some(next),
                 }
                 rings.push(None);
                 waves.push((ring, Some(ShortRing::new(transform))));
@@ -152,10 +152,10 @@ impl<N: WaveNumber> WavePast<N> {
         for Ring { transform, forces: of_waves, .. } in self.rings.iter_mut().flatten() {
             transform.forward(first_element, forces, of_waves);
         }
-        let has_room = self.next.as_mut().is_none_or(|next| next.last.take(first_element, forces));
+        let fits = self.next.as_mut().is_none_or(|next| next.last.take(first_element, forces));
         self.instant = (self.instant + 1) % self.instants;
         self.begun = true;
-        has_room
+        fits
     }
 }
 

@@ -94,7 +94,7 @@ impl PressedWindow {
     pub(super) fn new(sums: &CellSums, blocks: Option<&Blocks>, rate: f64, reach: f64, tolerance: f64) -> Self {
         let grid = sums.grid();
         let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
-        let influence = sums.kept_instant(rate, geometry.columns);
+        let influence = sums.cached_instant(rate, geometry.columns);
         let zeros = vec![0.0; geometry.columns * grid.across];
         let search = CellSearch::new(InstantCells::on_blocks(influence, grid, blocks), tolerance);
         Self { geometry, search, required: zeros.clone(), forces: zeros }

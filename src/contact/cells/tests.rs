@@ -166,9 +166,9 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
     for (forgotten_after, bound) in [(Some(remembered), 1e-4), (None, 1e-3)] {
         let mut pasts = [&whole[..], &parts].map(|rings| {
             let rings = rings.iter().map(|(part, grid, rows, model)| {
-                let own = if *part > 1 { seen } else { columns };
-                let transform = WaveTransform::<f64>::new(grid, elements / part, own, rows);
-                let first = || first_influences(grid, [*part, own], rows, model, TimeRule::Sdirk2, time_step);
+                let width = if *part > 1 { seen } else { columns };
+                let transform = WaveTransform::<f64>::new(grid, elements / part, width, rows);
+                let first = || first_influences(grid, [*part, width], rows, model, TimeRule::Sdirk2, time_step);
                 RingParts {
                     model,
                     transform,
@@ -312,12 +312,12 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
     let transform = WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
     let mut direct = DirectPast::new(&sums, &rows, transform, rule, TIME_STEP, lags);
     // One impulse, seen by another cell: a trapezoidal sum on a separate circle.
-    let (own, other, points, radius) = ((2, 1), (5, 3), 512, 0.95_f64);
+    let (driven, other, points, radius) = ((2, 1), (5, 3), 512, 0.95_f64);
     let on_circle: Vec<(Complex64, Complex64)> = (0..points)
         .map(|k| {
             let zeta = Complex64::from_polar(radius, -std::f64::consts::TAU * k as f64 / points as f64);
             let s = rule.symbol(zeta) / TIME_STEP;
-            (zeta, response(&tyre, s, other.0 - own.0, [other.1, own.1], 6))
+            (zeta, response(&tyre, s, other.0 - driven.0, [other.1, driven.1], 6))
         })
         .collect();
     let weights: Vec<f64> = (0..20)
@@ -332,7 +332,7 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
         direct.add_displacement(0, 0, out.as_chunks_mut().0, &mut Meter::default());
         let mut forces = vec![0.0; COLUMNS * ACROSS];
         if lag == 0 {
-            forces[own.0 as usize * ACROSS + own.1] = 1.0;
+            forces[driven.0 as usize * ACROSS + driven.1] = 1.0;
         } else {
             let found = out[other.0 as usize * ACROSS + other.1];
             assert!((found - weight).abs() < 1e-9 * largest, "{lag}: {found:e} {weight:e}");

@@ -108,7 +108,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
     let sums = sums(&tyre, rule);
     let rows = sums.waves(WaveBand::WHOLE);
     let mut direct = DirectPast::new(&sums, &rows, transform(&sums), rule, TIME_STEP, lags);
-    let (own, points, radius) = ((4, 1), 160, 0.85_f64);
+    let (driven, points, radius) = ((4, 1), 160, 0.85_f64);
     // One impulse, seen by cells before and behind it, as the sum over signed waves on a separate circle.
     let grid = sums.grid();
     let waves: Vec<(usize, usize, &CellWave)> =
@@ -116,7 +116,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
     let response = |values: &[FaceValues], distance: i64, j: usize| {
         let mut sum = Complex64::ZERO;
         for (&(m, n, _), value) in waves.iter().zip(values) {
-            let shapes = grid.shape(m, j) * grid.shape(m, own.1);
+            let shapes = grid.shape(m, j) * grid.shape(m, driven.1);
             let turn = Complex64::cis(TAU * (n as i64 * distance) as f64 / ELEMENTS as f64);
             let odd = Complex64::i() * value.odd[0];
             // The last wave has one sign alone, and no odd part.
@@ -132,7 +132,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
             let s = rule.symbol(zeta) / TIME_STEP;
             let (at, mut values) = (sums.at(s), Vec::new());
             waves.iter().for_each(|(.., wave)| sums.values(wave, [&at], &mut values));
-            (zeta, others.map(|(element, j)| response(&values, element - own.0, j)))
+            (zeta, others.map(|(element, j)| response(&values, element - driven.0, j)))
         })
         .collect();
     let weights = |place: usize, lag: i32| {
@@ -149,7 +149,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
         direct.add_displacement(0, 0, out.as_chunks_mut().0, &mut Meter::default());
         let mut forces = vec![0.0; COLUMNS * ACROSS];
         if lag == 0 {
-            forces[own.0 as usize * ACROSS + own.1] = 1.0;
+            forces[driven.0 as usize * ACROSS + driven.1] = 1.0;
         } else {
             for ((element, j), weight) in others.into_iter().zip(weights) {
                 let found = out[element as usize * ACROSS + j];

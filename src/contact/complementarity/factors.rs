@@ -26,7 +26,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Aligned;
 use crate::storage::state::{StateError, StateStream, Value, ensure};
 
-/// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
+/// Largest memory of the factors \[bytes\]: as many as fit are cached, however many were asked for.
 const LARGEST_MEMORY: usize = 256 << 20;
 
 /// Exact counts of the events in the cache.
@@ -166,26 +166,26 @@ impl FactorCache {
         };
         self.neighbour.keep(slot, points);
         self.last = (slot, false);
-        self.solve_own(slot, values)
+        self.solve_stored(slot, values)
     }
 
     /// Solves for another d on the points of the last solution, with the factor that served there.
     pub fn solve_again(&mut self, points: &[usize], influence: &[f64], values: &mut [f64]) -> Result<(), Singular> {
         match self.last {
-            (slot, false) => self.solve_own(slot, values),
+            (slot, false) => self.solve_stored(slot, values),
             (slot, true) => self.solve_beside_again(slot, points, influence, values),
         }
     }
 
     /// Solves with the factor of the set itself.
-    fn solve_own(&mut self, slot: usize, values: &mut [f64]) -> Result<(), Singular> {
+    fn solve_stored(&mut self, slot: usize, values: &mut [f64]) -> Result<(), Singular> {
         self.values.part(0, values.len()).copy_from_slice(values);
         self.solve_stored(slot, values.len(), 1)?;
         values.copy_from_slice(self.values.part(0, values.len()));
         Ok(())
     }
 
-    /// Solves for the right-hand sides in `self.values`, one to a stride, with a kept factor.
+    /// Solves for the right-hand sides in `self.values`, one to a stride, with a stored factor.
     fn solve_stored(&mut self, slot: usize, rows: usize, columns: usize) -> Result<(), Singular> {
         self.used[slot] = true;
         let entries = (rows * rows * columns) as u64;

@@ -27,7 +27,7 @@ use super::product::Vector;
 pub(crate) struct Conditions<'a> {
     /// Required displacements d \[m\]; -infinity where a cell cannot touch.
     pub required: &'a [f64],
-    /// Slip of the step without the displacements by its own forces \[m\].
+    /// Slip of the step without the displacements by its forces \[m\].
     pub shift: &'a [[f64; 2]],
     /// Coefficient of friction mu.
     pub friction: &'a [f64],

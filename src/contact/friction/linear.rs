@@ -13,7 +13,7 @@ use super::nearby::NearbyInverse;
 use super::product::{Vector, WindowProduct};
 use crate::tyre::influence::{COMPONENTS, TractionInfluence};
 
-/// Directions that are kept before a restart.
+/// Directions that are stored before a restart.
 const DIRECTIONS: usize = 60;
 
 /// Equations of the pressed cells.
@@ -43,8 +43,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Equations {
-    /// Equations for the window of an influence; `own` is that of a cell on itself \[m/N\].
-    pub(crate) fn new(influence: &TractionInfluence, own: Vector) -> Self {
+    /// Equations for the window of an influence; `diagonal` is that of a cell on itself \[m/N\].
+    pub(crate) fn new(influence: &TractionInfluence, diagonal: Vector) -> Self {
         let cells = influence.cells();
         Self {
             cells: Vec::new(),
@@ -55,18 +55,18 @@ impl Equations {
             part: 0..cells,
             forces: vec![[0.0; 3]; cells],
             displacements: vec![[0.0; 3]; cells],
-            nearby: NearbyInverse::new(influence, own),
+            nearby: NearbyInverse::new(influence, diagonal),
             across: influence.across,
         }
     }
 
-    /// Sets the equations up; `own` is the influence of a cell on itself \[m/N\].
+    /// Sets the equations up; `diagonal` is the influence of a cell on itself \[m/N\].
     pub(crate) fn set(
         &mut self,
         product: &WindowProduct,
         conditions: &Conditions<'_>,
         states: impl Iterator<Item = (usize, State)>,
-        own: Vector,
+        diagonal: Vector,
     ) {
         (self.unknowns, self.cells) = (0, std::mem::take(&mut self.cells));
         self.cells.clear();
@@ -79,13 +79,13 @@ impl Equations {
                 State::Open => continue,
                 State::Sticking => {
                     self.right.extend([conditions.required[cell], -sx, -sy]);
-                    self.scale.extend([1.0 / own[2], 1.0 / own[0], 1.0 / own[1]]);
+                    self.scale.extend([1.0 / diagonal[2], 1.0 / diagonal[0], 1.0 / diagonal[1]]);
                     self.unknowns += 3;
                 }
                 State::Slipping([ex, ey], rest, rigidity) => {
-                    let across = own[0] * ey * ey + own[1] * ex * ex;
+                    let across = diagonal[0] * ey * ey + diagonal[1] * ex * ex;
                     self.right.extend([conditions.required[cell], -rigidity * (ex * sy - ey * sx)]);
-                    self.scale.extend([1.0 / own[2], 1.0 / (rest + rigidity * across)]);
+                    self.scale.extend([1.0 / diagonal[2], 1.0 / (rest + rigidity * across)]);
                     self.unknowns += 2;
                 }
             }
@@ -189,7 +189,7 @@ impl Equations {
             self.apply(product, friction, &unknowns, &mut residual);
             products += 1;
             let right = self.right.iter().zip(&self.scale);
-            residual.iter_mut().zip(right).for_each(|(own, (right, scale))| *own = right * scale - *own);
+            residual.iter_mut().zip(right).for_each(|(value, (right, scale))| *value = right * scale - *value);
             let first = dot(&residual, &residual).sqrt();
             if products == 1 {
                 goal = least.max(reduction * first);
@@ -201,10 +201,10 @@ impl Equations {
             products += steps.len() as u64;
             let mut change = vec![0.0; count];
             for (step, direction) in steps.iter().zip(&self.directions) {
-                change.iter_mut().zip(direction).for_each(|(own, direction)| *own += step * direction);
+                change.iter_mut().zip(direction).for_each(|(value, direction)| *value += step * direction);
             }
             self.precondition(&change, &mut residual);
-            unknowns.iter_mut().zip(&residual).for_each(|(own, change)| *own += change);
+            unknowns.iter_mut().zip(&residual).for_each(|(value, change)| *value += change);
             if steps.len() < DIRECTIONS {
                 break;
             }

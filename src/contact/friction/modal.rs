@@ -83,7 +83,7 @@ impl<R: WaveNumber> Ring<R> {
     fn work(&self) -> Work {
         let mut work = self.transform.work() * 2;
         let of_pass = self.groups.iter().map(WaveGroup::work).chain(self.precise.iter().map(WaveGroup::work));
-        of_pass.for_each(|own| work += own);
+        of_pass.for_each(|count| work += count);
         work
     }
 
@@ -113,11 +113,11 @@ impl<R: WaveNumber> Ring<R> {
     /// Takes the forces of a step of the block \[N\]; returns whether there is room for all of them.
     fn push(&mut self, step: usize, first_element: i64, forces: &[Vector]) -> bool {
         let Self { transform, groups, precise, seen, .. } = self;
-        let mut has_room = true;
+        let mut fits = true;
         match seen {
             None => transform.forward(first_element, forces),
             Some(seen) => {
-                has_room = seen.take(first_element, forces.as_flattened());
+                fits = seen.take(first_element, forces.as_flattened());
                 transform.forward(seen.first, seen.cells.as_chunks().0);
             }
         }
@@ -125,7 +125,7 @@ impl<R: WaveNumber> Ring<R> {
             groups.iter_mut().for_each(|group| take(group, step, component, spectrum));
             precise.iter_mut().for_each(|group| take(group, step, component, spectrum));
         }
-        has_room
+        fits
     }
 }
 
@@ -158,9 +158,9 @@ impl<R: WaveNumber> CellPast<COMPONENTS> for TractionWaves<R> {
     fn push(&mut self, _: usize, first_element: i64, forces: &[Vector]) -> bool {
         let step = self.step;
         self.step = (step + 1) % STEPS;
-        let mut has_room = true;
-        self.rings.iter_mut().for_each(|ring| has_room &= ring.push(step, first_element, forces));
-        has_room
+        let mut fits = true;
+        self.rings.iter_mut().for_each(|ring| fits &= ring.push(step, first_element, forces));
+        fits
     }
 }
 
@@ -175,8 +175,8 @@ impl<R: WaveNumber> Evolving for TractionWaves<R> {
 /// `tyre::poles::tractions`.
 fn give<E: Element, R: WaveNumber>(group: &WaveGroup<E>, component: usize, spectrum: &mut [Complex<R>]) {
     let [re, im] = group.displacement(component);
-    let own = spectrum[group.waves.clone()].iter_mut();
-    for (value, (re, im)) in own.zip(re.iter().zip(im)) {
+    let waves = spectrum[group.waves.clone()].iter_mut();
+    for (value, (re, im)) in waves.zip(re.iter().zip(im)) {
         let (re, im) = (R::rounded(re.double()), R::rounded(im.double()));
         *value = if component == 0 { Complex::new(re, im) } else { Complex::new(im, -re) };
     }

@@ -168,7 +168,7 @@ impl<R: WaveNumber> TractionProduct<R> {
             }
         }
         let rows = COMPONENTS * SIDES * half;
-        let room = || vec![R::default(); rows * 2 * waves];
+        let zeros = || vec![R::default(); rows * 2 * waves];
         let mut this = Self {
             columns,
             across,
@@ -178,8 +178,8 @@ impl<R: WaveNumber> TractionProduct<R> {
             blocks: Vec::new(),
             weights: Vec::new(),
             rows: vec![R::default(); rows * columns],
-            forces: room(),
-            displacements: room(),
+            forces: zeros(),
+            displacements: zeros(),
             arch: Arch::new(),
         };
         for pair in 0..COMPONENTS * COMPONENTS {

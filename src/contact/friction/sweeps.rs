@@ -22,8 +22,8 @@ pub(super) fn sweep(
     sweeps: usize,
 ) {
     let Some(&middle) = cells.first() else { return };
-    let own = influence.block(middle, middle);
-    let rigidity = 1.0 / own[0][0].max(own[1][1]);
+    let block = influence.block(middle, middle);
+    let rigidity = 1.0 / block[0][0].max(block[1][1]);
     for sweep in 0..sweeps {
         let mut visit = |cell: usize| {
             let block = influence.block(cell, cell);

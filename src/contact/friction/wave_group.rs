@@ -30,7 +30,7 @@ use crate::tyre::poles::traction_model::{Channel, TractionModel};
 
 /// Steps of a block.
 pub(crate) const STEPS: usize = 8;
-/// Blocks whose forces are kept.
+/// Blocks whose forces are stored.
 const BLOCKS: usize = 3;
 /// Lags of the first weights: to the first step of the previous block.
 const LAGS: usize = 2 * STEPS - 1;
@@ -97,7 +97,7 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
         waves.iter_mut().for_each(|channels| channels.sort_by_key(|channel| !forgets(channel)));
         let count = waves.iter().map(Vec::len).max().unwrap_or(0);
         let forgetting =
-            waves.iter().map(|channels| channels.iter().filter(|own| forgets(own)).count()).max().unwrap_or(0);
+            waves.iter().map(|channels| channels.iter().filter(|channel| forgets(channel)).count()).max().unwrap_or(0);
         let mut remainder = vec![E::default(); forgetting * 2 * PARTS * E::MOST_LANES];
         for (number, record) in remainder.chunks_exact_mut(2 * PARTS * E::MOST_LANES).enumerate() {
             for (lane, channels) in waves.iter().enumerate() {
@@ -174,9 +174,9 @@ impl<E: Element> WaveGroup<E> {
             };
             let late = late_channels(model, wave, rule, time_step, STEPS, tolerance);
             let all = poles.iter().zip(channels).enumerate();
-            let (own, others): (Vec<_>, Vec<_>) =
+            let (paired, others): (Vec<_>, Vec<_>) =
                 all.filter(|(index, _)| late[*index]).partition(|(index, _)| *index < of_pairs);
-            pairs.push(own.into_iter().map(channel).collect());
+            pairs.push(paired.into_iter().map(channel).collect());
             reals.push(others.into_iter().map(channel).collect());
         }
         let turns = model.turns();
@@ -248,8 +248,8 @@ impl<E: Element> WaveGroup<E> {
     /// Real and imaginary parts of a component in the forces of a step of the block, to be written.
     pub(super) fn force_mut(&mut self, step: usize, component: usize) -> [&mut [E]; SYSTEMS] {
         let step = (BLOCKS - 1) * STEPS + step;
-        let own = &mut self.forces[(step * FIELD + component * SYSTEMS) * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES];
-        let (re, im) = own.split_at_mut(E::MOST_LANES);
+        let force = &mut self.forces[(step * FIELD + component * SYSTEMS) * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES];
+        let (re, im) = force.split_at_mut(E::MOST_LANES);
         [re, im]
     }
 

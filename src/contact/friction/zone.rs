@@ -217,12 +217,12 @@ impl FrictionZone {
         }
         let ends = [0, output_cells.len().saturating_sub(across)];
         for cell in 0..self.forces.len() {
-            let (place, own) = (self.place(cell), self.search.displacements()[cell]);
-            self.last[0][place] = [0, 1].map(|component| own[component] + self.old[cell][component]);
+            let (place, displacement) = (self.place(cell), self.search.displacements()[cell]);
+            self.last[0][place] = [0, 1].map(|component| displacement[component] + self.old[cell][component]);
             let force = self.forces[cell];
-            let slip = [0, 1].map(|component| (own[component] + self.shift[cell][component]) * rate);
+            let slip = [0, 1].map(|component| (displacement[component] + self.shift[cell][component]) * rate);
             let (speed, is_pressed) = (slip[0].hypot(slip[1]), force[2] > 0.0);
-            let gap = own[2] - self.required[cell];
+            let gap = displacement[2] - self.required[cell];
             part.bonded += usize::from(cell < window && self.law.pull(place) > 0.0);
             self.law.follow(place, is_pressed.then_some(speed), gap);
             if !is_pressed {
@@ -231,7 +231,7 @@ impl FrictionZone {
             let bound = self.friction[cell] * force[2];
             let element = self.first_element + (cell / across) as i64;
             let creep = self.rolling.creep(step, element, cell % across);
-            // Slip less creep is the surface's own motion.
+            // Slip less creep is the surface's motion.
             part.power += (0..2).map(|axis| force[axis] * (slip[axis] - rate * creep[axis])).sum::<f64>();
             let is_slipping = force[0].hypot(force[1]) >= FULL * bound;
             part.slipping += usize::from(is_slipping);

@@ -177,10 +177,10 @@ fn first_influences(
     let mut odd_weights = vec![0.0; if model.turns() { weights.len() } else { 0 }];
     for n in 0..wavenumbers {
         let modes = model.modes(n, field)?;
-        let own = n * stages * lags;
-        add_responses(&modes, modes.residues, rule, time_step, lags, &mut weights[own..own + stages * lags]);
-        if let Some(own) = odd_weights.get_mut(own..own + stages * lags) {
-            add_responses(&modes, modes.odd, rule, time_step, lags, own);
+        let start = n * stages * lags;
+        add_responses(&modes, modes.residues, rule, time_step, lags, &mut weights[start..start + stages * lags]);
+        if let Some(odd_weights) = odd_weights.get_mut(start..start + stages * lags) {
+            add_responses(&modes, modes.odd, rule, time_step, lags, odd_weights);
         }
     }
     let mut ring = Ring::new(model.elements);

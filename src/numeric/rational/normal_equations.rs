@@ -24,7 +24,7 @@ use super::partial_fractions::order;
 use super::{Parts, Samples};
 use crate::numeric::MOST_LANES;
 
-/// Columns and rows of a block of products that is kept in registers.
+/// Columns and rows of a block of products that is held in registers.
 const BLOCK: usize = 4;
 /// A pivot below this fraction of its diagonal entry has lost its digits.
 const LEAST_PIVOT: f64 = 1e-14;
@@ -92,10 +92,10 @@ fn reduced(columns: &Columns, left: usize, right: usize) -> Option<Columns> {
     let (mut mixed, mut projected) = (Columns::zeros(padded, right), Columns::zeros(padded, right));
     let number = columns.entries.len() / columns.rows;
     for start in (left..number).step_by(right) {
-        let own = start..start + right;
-        products([columns, columns], own.clone(), own.clone(), &mut part);
+        let range = start..start + right;
+        products([columns, columns], range.clone(), range.clone(), &mut part);
         accumulate(&mut reduced, &part, 1.0);
-        products([columns, columns], 0..left, own, &mut mixed);
+        products([columns, columns], 0..left, range, &mut mixed);
         products([&inverse, &mixed], 0..left, 0..right, &mut projected);
         products([&projected, &projected], 0..right, 0..right, &mut part);
         accumulate(&mut reduced, &part, -1.0);
@@ -181,17 +181,17 @@ impl WithSimd for Factorise<'_> {
         let rows = *rows;
         let least: Vec<f64> = (0..size).map(|j| LEAST_PIVOT * entries[j * rows + j]).collect();
         for k in 0..size {
-            let (own, after) = entries[k * rows..].split_at_mut(rows);
-            let pivot = own[k];
+            let (column, after) = entries[k * rows..].split_at_mut(rows);
+            let pivot = column[k];
             if pivot.is_nan() || pivot <= least[k] {
                 return false;
             }
             let inverse = pivot.sqrt().recip();
-            for entry in &mut own[k..size] {
+            for entry in &mut column[k..size] {
                 *entry *= inverse;
             }
             for (j, other) in (k + 1..size).zip(after.chunks_exact_mut(rows)) {
-                subtract(&mut other[j..size], &own[j..size], own[j]);
+                subtract(&mut other[j..size], &column[j..size], column[j]);
             }
         }
         true

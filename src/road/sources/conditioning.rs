@@ -159,7 +159,7 @@ fn lone(line: &[f64], spacing: f64, mut call: impl FnMut(usize)) {
     for (index, height) in line.iter().enumerate() {
         let from = index.saturating_sub(half).min(line.len().saturating_sub(width));
         let part = &line[from..(from + width).min(line.len())];
-        // The median is sought where it may matter only.
+        // The median is computed only where it may matter.
         if part.iter().any(|other| (other - height).abs() >= limit) {
             around.clear();
             around.extend_from_slice(part);

@@ -148,7 +148,7 @@ fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
         value => Err(FileFault::NotPositive { what, value }),
     };
     let (rows, columns) = (size("ncols", "ncols")?, size("nrows", "nrows")?);
-    let step = |own: &'static str| given(own).map_or_else(|| needed("cellsize"), Ok);
+    let step = |key: &'static str| given(key).map_or_else(|| needed("cellsize"), Ok);
     let metres = unit(spec.distance_unit, "distance_unit")?;
     let (dx, dy) = (step("dx")? * metres, step("dy")? * metres);
     let unit = unit(spec.height_unit, "height_unit")?;

@@ -159,12 +159,12 @@ impl Layer {
     /// frequency: Q_tt h \[N/m\].
     pub fn hoop_stiffness(&self) -> f64 {
         let Material { modulus, poisson, .. } = self.material;
-        let own = match &self.orthotropic {
+        let layer = match &self.orthotropic {
             Some(orthotropic) => orthotropic.constants().plane[0],
             None => modulus / (1.0 - poisson * poisson),
         };
         let cords: f64 = self.cords.iter().map(|cords| cords.shares_in(self.thickness)[0]).sum();
-        (own + cords) * self.thickness
+        (layer + cords) * self.thickness
     }
 
     /// True if the layer is under tension in any direction.

@@ -160,8 +160,8 @@ impl InfluenceSum {
 
     /// Most bytes of [`Self::at_all`] at so many s.
     pub fn expected_bytes(tyre: &Tyre, points: usize) -> f64 {
-        let own = POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())];
-        points as f64 * (own + sidewall_bytes(tyre))
+        let point_bytes = POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())];
+        points as f64 * (point_bytes + sidewall_bytes(tyre))
     }
 
     /// Wavenumbers and weights of the contact elements.

@@ -48,7 +48,7 @@ const NODES: usize = 10;
 pub(super) const EXPECTED_WAVES: f64 = (11 * NODES * DIRECTIONS.len()) as f64;
 /// Values of c^2, and powers of it.
 const DIRECTIONS: [f64; 3] = [0.0, 0.5, 1.0];
-/// k times the depth of the tread that is kept under a wave.
+/// k times the depth of the tread that is retained under a wave.
 const DEEP: f64 = 30.0;
 /// Least ratio of the last band's wavenumber to that of the shortest wave prepared.
 const LEAST_REACH: f64 = 4.0;
@@ -240,11 +240,11 @@ impl Band {
             vec![low]
         };
         let (mut tyre, mut stack) = (tyre.clone(), stack.clone());
-        let kept = DEEP / low.sqrt();
+        let retained = DEEP / low.sqrt();
         for layers in [&mut tyre.layers, &mut stack.layers] {
-            if let Some(mut tread) = layers.pop_if(|tread| kept < tread.thickness) {
-                tread.tension = tread.tension.map(|tension| tension * (kept / tread.thickness));
-                tread.thickness = kept;
+            if let Some(mut tread) = layers.pop_if(|tread| retained < tread.thickness) {
+                tread.tension = tread.tension.map(|tension| tension * (retained / tread.thickness));
+                tread.thickness = retained;
                 layers.clear();
                 layers.push(tread);
                 (stack.pressure, stack.sidewall_mass, stack.cavity) = (0.0, 0.0, None);

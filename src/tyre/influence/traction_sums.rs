@@ -186,7 +186,7 @@ impl HalfSpace {
     }
 
     /// C_xx, C_yy and C_zz \[m/Pa\].
-    fn own(&self, sides: Sides, kx: f64, ky: f64) -> [f64; COMPONENTS] {
+    fn diagonal(&self, sides: Sides, kx: f64, ky: f64) -> [f64; COMPONENTS] {
         let parts = TractionParts::of_half_space(self, sides, kx, ky);
         [0, 4, 8].map(|pair| parts.even[pair].re)
     }
@@ -197,8 +197,8 @@ impl HalfSpace {
         let factor = 4.0 / (PI * length * length * highest);
         let mut rest = [0.0; COMPONENTS];
         for [u, weight] in on_unit() {
-            let own = self.own(sides, highest / u, ky);
-            rest.iter_mut().zip(own).for_each(|(rest, own)| *rest += factor * weight * own);
+            let diagonal = self.diagonal(sides, highest / u, ky);
+            rest.iter_mut().zip(diagonal).for_each(|(rest, diagonal)| *rest += factor * weight * diagonal);
         }
         rest
     }
@@ -232,7 +232,7 @@ impl CellSums {
     /// Parts of a wave's influence at s \[m/N\].
     pub fn traction_parts(&self, wave: &CellWave, CellSumsAt(at): &CellSumsAt) -> TractionParts {
         let mut sum = TractionParts::ZERO;
-        // Odd parts of a wave that is its own mirror cancel.
+        // Odd parts of a wave that is its diagonal mirror cancel.
         let sides = if wave.is_mirror { 0.0 } else { 1.0 };
         for &(n, m, weight) in &wave.terms {
             let parts = TractionParts::of_wave(at, self.grid.waves().sides, n.abs(), m);
@@ -304,7 +304,7 @@ fn add_lateral_rest(influence: &mut TractionInfluence, around: &Around<'_>, tail
         let ky = last / u;
         let rest = tail.rest(around, sides, ky);
         for (component, rest) in rest.into_iter().enumerate() {
-            let mut row = around.sum(&mut ring, |n| tail.own(sides, grid.waves().kx(n), ky)[component]);
+            let mut row = around.sum(&mut ring, |n| tail.diagonal(sides, grid.waves().kx(n), ky)[component]);
             add_mean(&mut row, rest);
             let table = &mut influence.pairs[component * (COMPONENTS + 1)].toeplitz;
             for (distance, cells) in table.chunks_exact_mut(width).enumerate() {

@@ -32,10 +32,10 @@ fn double_sum(sums: &CellSums, s: f64, distance: i64, [j, other]: [usize; 2]) ->
             let mirrored = in_shapes(&at.full(-n, m), waves.sides);
             for (pair, sum) in sum.iter_mut().enumerate() {
                 let is_mirror = (n + half).rem_euclid(elements) == 0;
-                let own = if is_mirror { 0.5 * (compliance[pair] + mirrored[pair]) } else { compliance[pair] };
+                let value = if is_mirror { 0.5 * (compliance[pair] + mirrored[pair]) } else { compliance[pair] };
                 let [a, b] = [pair / COMPONENTS, pair % COMPONENTS];
                 let shapes = traction_shape(grid, a, m, j) * traction_shape(grid, b, m, other);
-                *sum += (wave * own).re * shapes;
+                *sum += (wave * value).re * shapes;
             }
         }
     }
@@ -109,9 +109,9 @@ fn the_closed_sum_of_tractions_is_what_longer_ones_tend_to() {
         let difference = |other: &TractionInfluence| {
             let cells = influence_cells(&closed);
             let worst = cells.iter().map(|&(a, b)| {
-                let (own, other) = (closed.block(a, b), other.block(a, b));
-                let pairs = own.as_flattened().iter().zip(other.as_flattened());
-                pairs.fold(0.0_f64, |worst, (own, other)| worst.max((own - other).abs()))
+                let (block, other) = (closed.block(a, b), other.block(a, b));
+                let pairs = block.as_flattened().iter().zip(other.as_flattened());
+                pairs.fold(0.0_f64, |worst, (entry, other)| worst.max((entry - other).abs()))
             });
             worst.fold(0.0, f64::max) / closed.block(4, 4)[2][2]
         };

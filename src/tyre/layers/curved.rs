@@ -379,7 +379,7 @@ impl CurvedStack {
         if let Some(sidewall) = &self.sidewall {
             inner.hold(&mut impedance, &sidewall.impedance(n, s));
         }
-        // 2. Outwards through the layers; only impedance and transfer of displacement are kept.
+        // 2. Outwards through the layers; only impedance and transfer of displacement are stored.
         let n = n as f64;
         let mut transfer = identity();
         for layer in &self.layers {

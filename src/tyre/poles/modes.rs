@@ -87,7 +87,7 @@ impl Modes<'_> {
     /// True if a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is at
     /// least [`LEAST_SHARE`] of that in the other direction.
     pub fn belongs_to(&self, direction: Direction, index: usize) -> bool {
-        let [own, other] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
-        own >= LEAST_SHARE * other
+        let [along, against] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
+        along >= LEAST_SHARE * against
     }
 }

@@ -80,14 +80,19 @@ fn the_poles_of_a_turning_ring_are_found_each_with_its_direction() {
     let entry = fitted(&ring, 1e-8, &Start::default());
     let modes = modes(&entry, 0);
     for mode in ring.modes {
-        for (own, other) in [(Direction::Forwards, Direction::Backwards), (Direction::Backwards, Direction::Forwards)] {
-            let exact = mode.pole(own);
+        for (direction, other) in
+            [(Direction::Forwards, Direction::Backwards), (Direction::Backwards, Direction::Forwards)]
+        {
+            let exact = mode.pole(direction);
             let distance = |index: &usize| (modes.poles[*index] - exact).norm();
             let nearest = (0..modes.pairs).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap();
-            assert!(distance(&nearest) < 1e-4 * exact.norm(), "{own:?} {exact}: {}", modes.poles[nearest]);
-            let residue = modes.residue(own, nearest);
-            assert!((residue - mode.residue(own)).norm() < 1e-3 * residue.norm(), "{own:?} {exact}: {residue}");
-            assert!(modes.residue(other, nearest).norm() < 1e-3 * residue.norm(), "{own:?} {exact}");
+            assert!(distance(&nearest) < 1e-4 * exact.norm(), "{direction:?} {exact}: {}", modes.poles[nearest]);
+            let residue = modes.residue(direction, nearest);
+            assert!(
+                (residue - mode.residue(direction)).norm() < 1e-3 * residue.norm(),
+                "{direction:?} {exact}: {residue}"
+            );
+            assert!(modes.residue(other, nearest).norm() < 1e-3 * residue.norm(), "{direction:?} {exact}");
         }
     }
     // Three modes of either direction, and nothing else.
@@ -179,8 +184,8 @@ fn a_model_of_waves_with_and_without_odd_parts_is_whole() {
                 }
             }
             for (direction, index) in Direction::BOTH.into_iter().flat_map(|d| (0..modes.pairs).map(move |i| (d, i))) {
-                let own = (modes.poles[index] - mode.pole(direction)).norm() < 1e-9;
-                assert_eq!(modes.belongs_to(direction, index), own, "{n} {direction:?}");
+                let belongs = (modes.poles[index] - mode.pole(direction)).norm() < 1e-9;
+                assert_eq!(modes.belongs_to(direction, index), belongs, "{n} {direction:?}");
             }
         }
         assert!(model.evaluate(n, Complex64::ZERO, Field::Surface).unwrap().im.abs() < 1e-18);

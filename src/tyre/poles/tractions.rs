@@ -99,8 +99,8 @@ impl Exact<'_> {
 
 /// Trace of parts, each component over its scale.
 fn trace(parts: &[Complex64; PAIRS], scales: &[f64; COMPONENTS]) -> Complex64 {
-    let own = |component: usize| parts[component * (COMPONENTS + 1)] / scales[component].max(f64::MIN_POSITIVE);
-    (0..COMPONENTS).map(own).sum()
+    let diagonal = |component: usize| parts[component * (COMPONENTS + 1)] / scales[component].max(f64::MIN_POSITIVE);
+    (0..COMPONENTS).map(diagonal).sum()
 }
 
 /// Samples of a wave: at rungs that fits use, and at rungs that only check.
@@ -171,8 +171,8 @@ impl Sampled {
 
     /// Scale of errors at the sample nearest to a pole's frequency.
     fn size_near(&self, pole: Complex64) -> f64 {
-        let own = if is_pair(pole) { pole.im } else { pole.norm() };
-        let near = self.fitted.iter().map(|&rung| ((self.points[rung].norm() - own).abs(), self.at(rung).1));
+        let frequency = if is_pair(pole) { pole.im } else { pole.norm() };
+        let near = self.fitted.iter().map(|&rung| ((self.points[rung].norm() - frequency).abs(), self.at(rung).1));
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(1.0, |(_, size)| size)
     }
 
@@ -205,7 +205,7 @@ impl Sampled {
         let modelled: Vec<_> = fractions.iter().map(|fraction| fraction.evaluate_all(&points)).collect();
         let at = |(place, &rung): (usize, &usize)| {
             let (values, size) = self.at(rung);
-            let errors = values.iter().zip(&modelled).map(|(exact, own)| (own.get(place) - exact).norm_sqr());
+            let errors = values.iter().zip(&modelled).map(|(exact, model)| (model.get(place) - exact).norm_sqr());
             // NaN would lose every comparison.
             let worst =
                 errors.fold(0.0, |worst: f64, error| if error > worst || error.is_nan() { error } else { worst });
@@ -304,7 +304,7 @@ fn fewer_poles(
     for _ in 0..removals {
         let share = |index: usize| {
             let pole = fractions.poles[index];
-            let residues = fractions.all.iter().map(|own| own.residues[index].norm_sqr()).sum::<f64>();
+            let residues = fractions.all.iter().map(|fraction| fraction.residues[index].norm_sqr()).sum::<f64>();
             residues.sqrt() / (pole.re.abs() * sampled.size_near(pole))
         };
         let Some(least) = (0..fractions.poles.len()).min_by(|&a, &b| share(a).total_cmp(&share(b))) else { break };
@@ -368,9 +368,9 @@ fn channels_of(sampled: &Sampled, fractions: &Fractions) -> (Vec<Complex64>, Vec
                 matrix[part * COMPONENTS + b][a] = fraction.residues[index];
             }
         }
-        let own = products(&mut matrix);
-        poles.extend(own.iter().map(|_| pole));
-        channels.extend(own);
+        let pole_channels = products(&mut matrix);
+        poles.extend(pole_channels.iter().map(|_| pole));
+        channels.extend(pole_channels);
     }
     (poles, channels)
 }

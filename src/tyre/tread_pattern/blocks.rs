@@ -80,9 +80,9 @@ struct Piece {
 
 impl Piece {
     fn side(&mut self, cut: Cut, depth: f64, extent: [f64; 2]) {
-        let own = self.sides.entry(cut).or_default();
+        let side = self.sides.entry(cut).or_default();
         let length = extent[0] + extent[1];
-        own.iter_mut().zip(extent).for_each(|(own, extent)| *own += extent);
+        side.iter_mut().zip(extent).for_each(|(sum, extent)| *sum += extent);
         self.depth[0] += depth * length;
         self.depth[1] += length;
     }
@@ -143,7 +143,7 @@ impl Blocks {
             let lengths = [along, rows as f64 * dy];
             let longest = lengths[0].max(lengths[1]);
             let is_rib = piece.is_ring || longest > RIB * area / longest;
-            let own = given.unwrap_or_else(|| compliance(area, perimeter, depth, is_rib, modulus));
+            let compliance = given.unwrap_or_else(|| compliance(area, perimeter, depth, is_rib, modulus));
             // 2. Parts: one per column of a long piece, in ribs side by side if it is wide.
             let parts = lengths.map(|length: f64| (length / (LENGTH * depth)).round().max(1.0) as i64);
             let is_long = piece.is_ring || parts[0] > 1;
@@ -156,7 +156,7 @@ impl Blocks {
                     parts: count as u32,
                     length,
                     is_ring: piece.is_ring,
-                    compliance: own,
+                    compliance,
                 });
             }
             blocks.cells.resize(first + (parts[1] * count) as usize, 0);

@@ -47,15 +47,15 @@ fn ribs_are_as_soft_as_finite_elements_say() {
         // divides nothing.
         let block = blocks.of_cell[wide + gap];
         assert_eq!(block == NO_BLOCK, depth < thickness / 3.0);
-        let own = blocks.blocks.iter().find(|rib| (rib.first..rib.first + rib.parts).contains(&block));
-        let own = match own {
+        let found = blocks.blocks.iter().find(|rib| (rib.first..rib.first + rib.parts).contains(&block));
+        let found = match found {
             Some(rib) => rib.compliance,
             None => compliance(rib, 2.0, depth, true, modulus),
         };
-        let error = own / number(case, "extra_compliance") - 1.0;
+        let error = found / number(case, "extra_compliance") - 1.0;
         let shape = rib / (4.0 * depth);
         let expected = depth / (4.0 / 3.0 * (1.0 + shape * shape) * modulus);
-        assert!((own / expected - 1.0).abs() < 1e-12, "{own:e} and {expected:e}");
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found:e} and {expected:e}");
         println!("rib {rib}, groove {groove}, depth {depth}: {:+.1} %", 100.0 * error);
         // The known bounds are whole per cent.
         let bounds = if depth > 0.45 * thickness { -0.255..=0.055 } else { -0.445..=0.0 };

@@ -219,12 +219,12 @@ impl TreadMap {
         // A raster of the cells themselves need not have square points.
         let is_cells = rows == self.columns && columns == self.across && period == RasterPeriod::Circumference;
         let pixel = if is_cells { dy } else { shown / rows as f64 };
-        let own = pixel * columns as f64;
-        if (own - width).abs() > dy {
+        let raster_width = pixel * columns as f64;
+        if (raster_width - width).abs() > dy {
             let wrong = format!(
                 "{rows} rows over {} m make the raster {} mm wide, the strip is {} mm",
                 short((1e4 * shown).round() / 1e4),
-                short((1e4 * own).round() / 10.0),
+                short((1e4 * raster_width).round() / 10.0),
                 short((1e4 * width).round() / 10.0)
             );
             let right = format!("square points: {} of them across", (width / pixel).round());
@@ -238,7 +238,7 @@ impl TreadMap {
             };
             let row = ((part * rows as f64) as usize).min(rows - 1);
             for j in 0..self.across {
-                let column = (self.y(j) + 0.5 * own) / pixel;
+                let column = (self.y(j) + 0.5 * raster_width) / pixel;
                 let column = (column.max(0.0) as usize).min(columns - 1);
                 let depth = depths[row * columns + column];
                 let cell = i * self.across + j;

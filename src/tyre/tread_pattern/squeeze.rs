@@ -52,7 +52,7 @@ pub(crate) struct Squeeze {
     /// Volume by force that goes in at each cell of a block, and comes out at each void beside it, for each place
     /// where pressure is averaged; 0 where a block has no voids \[m^3/N\].
     pub shares: Vec<[f64; 2]>,
-    own: Lists,
+    block_cells: Lists,
     voids: Lists,
 }
 
@@ -62,10 +62,10 @@ impl Squeeze {
     pub(crate) fn new(blocks: &Blocks, across: usize) -> Self {
         let (of_cell, count) = (&blocks.of_cell, blocks.cells.len());
         let columns = of_cell.len() / across;
-        let (mut own, mut voids) = (Vec::new(), Vec::new());
+        let (mut block_cells, mut voids) = (Vec::new(), Vec::new());
         for (cell, &part) in of_cell.iter().enumerate() {
             if part != NO_BLOCK {
-                own.push([part, cell as u32]);
+                block_cells.push([part, cell as u32]);
                 continue;
             }
             let (i, j) = (cell / across, cell % across);
@@ -83,7 +83,7 @@ impl Squeeze {
             voids.extend(found.into_iter().map(|part| [part, cell as u32]));
         }
         // Volume per force and cell; a place without voids presses nothing out.
-        let (own, voids) = (Lists::new(&own, count), Lists::new(&voids, count));
+        let (block_cells, voids) = (Lists::new(&block_cells, count), Lists::new(&voids, count));
         let volume =
             |block: &Block| std::iter::repeat_n(block.compliance / f64::from(block.length), block.places() as usize);
         let cells = blocks.averaged(&blocks.cells).into_iter().zip(blocks.averaged(&voids.counts()));
@@ -92,12 +92,12 @@ impl Squeeze {
             _ => [cells, voids].map(|cells| volume / f64::from(cells)),
         };
         let shares = blocks.blocks.iter().flat_map(volume).zip(cells).map(share).collect();
-        Self { columns, across, blocks: blocks.clone(), shares, own, voids }
+        Self { columns, across, blocks: blocks.clone(), shares, block_cells, voids }
     }
 
     /// Cells of a part of a block.
-    pub(crate) fn own(&self, part: usize) -> &[u32] {
-        self.own.of(part)
+    pub(crate) fn block_cells(&self, part: usize) -> &[u32] {
+        self.block_cells.of(part)
     }
 
     /// Void cells beside a part of a block; empty for one between sipes alone.
@@ -126,7 +126,7 @@ impl Squeeze {
 
     /// Columns from the first to the last cell of a part and its voids, the shorter way round the tyre.
     fn extent(&self, part: usize) -> usize {
-        let cells = self.own(part).iter().chain(self.voids(part));
+        let cells = self.block_cells(part).iter().chain(self.voids(part));
         let mut found: Vec<usize> = cells.map(|&cell| cell as usize / self.across).collect();
         found.sort_unstable();
         let (Some(first), Some(last)) = (found.first(), found.last()) else { return 0 };
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn voids_beside_a_block_share_a_side_with_it_round_the_seam_too() {
         let squeeze = squeeze();
-        assert_eq!(squeeze.own(0), [1, 2, 6, 21, 22]);
+        assert_eq!(squeeze.block_cells(0), [1, 2, 6, 21, 22]);
         // (0, 0), (1, 1) which two of its cells meet, (4, 1), (4, 2) and (5, 0).
         assert_eq!(squeeze.voids(0), [0, 5, 17, 18, 20]);
         assert_eq!(squeeze.voids(1), [5, 8, 12, 17, 18]);

@@ -23,7 +23,7 @@ use super::complementarity::{Residuals, SearchCounts, SliceLaw};
 use super::error::ContactError;
 use super::footprint::{Footprint, WindowShape};
 use super::geometry::Geometry;
-use super::history::PastForces;
+use super::history::ForceHistory;
 use super::kernel::ContactKernel;
 use super::slices::SliceZone;
 use super::zone::{Instant, Zone};
@@ -92,7 +92,7 @@ impl March {
         geometry: Geometry,
         kernel: ContactKernel,
         slices: SliceLaw,
-        history: Box<dyn PastForces>,
+        history: Box<dyn ForceHistory>,
         numerics: &Numerics,
         time_step: f64,
     ) -> Self {

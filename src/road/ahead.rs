@@ -17,8 +17,8 @@ const LONGEST_PERIOD: i64 = 100_000;
 /// Slices as the tyre reaches them. Memory does not grow with the distance rolled; the slices of a road that repeats
 /// are made once.
 ///
-/// Only chunks that the tyre has reached are counted, stored and saved, not those made in advance in the background: the
-/// result is the same for any number of threads.
+/// Only chunks that the tyre has reached are counted, stored and saved, not those made in advance in the background:
+/// the result is the same for any number of threads.
 pub struct RoadAhead {
     maker: RoadMaker,
     queue: RoadStrip,

@@ -1,8 +1,8 @@
 //! Contact over cells with friction, made for a planned scene.
 
-use crate::contact::cells::CellPast;
+use crate::contact::cells::CellHistory;
 use crate::contact::cells::component_transforms::ComponentTransforms;
-use crate::contact::cells::direct::DirectPast;
+use crate::contact::cells::direct::DirectCellHistory;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::contact::friction::free_creep::FreeCreep;
 use crate::contact::friction::law::CellLaw;
@@ -91,13 +91,13 @@ impl FrictionContact<'_> {
     }
 
     /// Past of a window of `columns` columns.
-    fn past(&self, columns: usize, job: &mut Job<'_>) -> Result<Box<dyn CellPast<COMPONENTS>>, RunError> {
+    fn past(&self, columns: usize, job: &mut Job<'_>) -> Result<Box<dyn CellHistory<COMPONENTS>>, RunError> {
         let Self { plan, sums, .. } = *self;
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
         if plan.scene.numerics.history == History::Direct {
             let rows = sums.traction_rows(WaveBand::WHOLE);
             let transforms = ComponentTransforms::of_tractions(grid, [grid.elements(), columns], &rows);
-            let past = || DirectPast::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
+            let past = || DirectCellHistory::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
             return Ok(Box::new(job.meter.time(Stage::Influence, past)));
         }
         let stop = job.stop;
@@ -112,7 +112,7 @@ impl FrictionContact<'_> {
             Ok(Carried { band, grid: sums.grid().clone(), rows, model })
         };
         let carried = plan.wave_bands(columns).into_iter().map(carried).collect::<Result<Vec<_>, _>>()?;
-        Ok(job.meter.time(Stage::Influence, || -> Box<dyn CellPast<COMPONENTS>> {
+        Ok(job.meter.time(Stage::Influence, || -> Box<dyn CellHistory<COMPONENTS>> {
             if plan.is_single() {
                 Box::new(self.waves::<f32>(columns, &carried))
             } else {

@@ -30,7 +30,8 @@ macro_rules! keys {
         $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
         $key:ident $(as $name:literal)? $(?: $some:ty)? $(: $type:ty $(= $default:expr)?)? => $kind:expr,)*
     } $(without key {
-        $($(#[doc = $text:literal])* $(#[serde($($extra_serde:tt)*)])* $extra:ident: $extra_type:ty = $extra_value:expr,)*
+        $($(#[doc = $text:literal])* $(#[serde($($extra_serde:tt)*)])*
+        $extra:ident: $extra_type:ty = $extra_value:expr,)*
     })?) => {
         $(#[doc = $title])*
         #[derive($($trait),*)]

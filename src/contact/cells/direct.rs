@@ -1,4 +1,4 @@
-//! The past of cells as convolution sums: the reference, for as many waves and lags as can be waited for.
+//! The history of cells as convolution sums: the reference, for as many waves and lags as can be waited for.
 //!
 //! By wave,
 //!
@@ -17,7 +17,7 @@ use realfft::RealFftPlanner;
 
 use super::component_transforms::ComponentTransforms;
 use super::wave_transform::WaveTransform;
-use super::zone::CellPast;
+use super::zone::CellHistory;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::in_parallel;
 use crate::storage::state::{Evolving, StateError, StateStream};
@@ -34,7 +34,7 @@ struct Part {
 }
 
 /// Waves on the whole tyre and the forces of all steps that count, of `C` components.
-pub struct DirectPast<const C: usize> {
+pub struct DirectCellHistory<const C: usize> {
     transforms: ComponentTransforms<f64, C>,
     stages: usize,
     lags: usize,
@@ -48,7 +48,7 @@ pub struct DirectPast<const C: usize> {
     sum: Vec<[Complex64; C]>,
 }
 
-impl DirectPast<1> {
+impl DirectCellHistory<1> {
     /// Past of normal forces at rest, over `lags` lags, lag 0 included.
     pub fn new(
         sums: &CellSums,
@@ -71,7 +71,7 @@ impl DirectPast<1> {
     }
 }
 
-impl DirectPast<COMPONENTS> {
+impl DirectCellHistory<COMPONENTS> {
     /// Past of tractions at rest, over `lags` lags, lag 0 included.
     pub(crate) fn of_tractions(
         sums: &CellSums,
@@ -99,7 +99,7 @@ impl DirectPast<COMPONENTS> {
     }
 }
 
-impl<const C: usize> DirectPast<C> {
+impl<const C: usize> DirectCellHistory<C> {
     fn at_rest(
         transforms: ComponentTransforms<f64, C>,
         stages: usize,
@@ -113,7 +113,7 @@ impl<const C: usize> DirectPast<C> {
     }
 }
 
-impl<const C: usize> CellPast<C> for DirectPast<C> {
+impl<const C: usize> CellHistory<C> for DirectCellHistory<C> {
     fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [[f64; C]], meter: &mut Meter) {
         let Self { transforms, stages, lags, parts, weights, forces, step, sum } = self;
         if stage == 0 {
@@ -159,7 +159,7 @@ impl<const C: usize> CellPast<C> for DirectPast<C> {
     }
 }
 
-impl<const C: usize> Evolving for DirectPast<C> {
+impl<const C: usize> Evolving for DirectCellHistory<C> {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.all([&mut self.step, &mut self.forces])
     }

@@ -1,4 +1,4 @@
-//! Fewer poles for the part of the past that the pass predicts.
+//! Fewer poles for the part of the history that the pass predicts.
 //!
 //! The pass over the poles hands on the displacements by forces later than a block; the earlier ones are summed with
 //! the exact first weights. Most of a wave's poles are there for its highest frequencies, which have decayed by then.

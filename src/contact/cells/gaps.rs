@@ -1,7 +1,7 @@
 //! Gaps between tread and road under a tyre that stands on it: where air may be.
 //!
-//! Cells are pressed on the road as it is at a place of the run, without a past, by the compliance at the rate s = V/a
-//! of a passage through half the patch: rubber that rolls is that stiff, and layers hardly move by their mass.
+//! Cells are pressed on the road as it is at a place of the run, without a history, by the compliance at the rate s =
+//! V/a of a passage through half the patch: rubber that rolls is that stiff, and layers hardly move by their mass.
 //! Cells that lie deeper than the least depth round the tyre at their place across are those of grooves across. These
 //! open and close within 0.2 ms: they do not stand still while they sound, and count as closed.
 

@@ -31,7 +31,7 @@ pub(crate) struct RestingCells {
     deepest: f64,
 }
 
-/// Cells of a window that are pressed on a road without a past.
+/// Cells of a window that are pressed on a road without a history.
 pub(super) struct PressedWindow {
     pub(super) geometry: Geometry,
     pub(super) search: CellSearch,

@@ -34,7 +34,7 @@ pub struct RingParts<'m, N: WaveNumber = f64> {
     /// From cells to waves and back.
     pub transform: WaveTransform<N>,
     /// Influence of each stage's forces at the next instant between the cells that the transform covers, a part of the
-    /// window, by [`first_influences`](super::past::first_influences); `None`: it covers all of the window.
+    /// window, by [`first_influences`](super::history::first_influences); `None`: it covers all of the window.
     pub next_instant: Option<Vec<CellInfluence>>,
     /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never. On a ring
     /// shorter than the tyre the window comes back to where it was, and slowly recovering deformation would still be

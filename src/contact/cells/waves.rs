@@ -1,4 +1,4 @@
-//! Work in the background: displacements by the past at the coming instant, ring by ring.
+//! Work in the background: displacements by the history at the coming instant, ring by ring.
 
 use super::ring_waves::RingWaves;
 use super::short_ring::ShortRing;

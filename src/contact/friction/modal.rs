@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::product::Vector;
 use super::wave_group::{STEPS, Stepping, WaveGroup};
-use crate::contact::cells::CellPast;
+use crate::contact::cells::CellHistory;
 use crate::contact::cells::component_transforms::ComponentTransforms;
 use crate::contact::cells::ring_waves::{allowed_rounding, by_precision, is_slow};
 use crate::contact::cells::short_ring::Seen;
@@ -36,7 +36,7 @@ struct Ring<R: WaveNumber> {
     earliest: usize,
 }
 
-/// Waves of all rings and their past, in single or double precision.
+/// Waves of all rings and their history, in single or double precision.
 pub(crate) struct TractionWaves<R: WaveNumber = f64> {
     rings: Vec<Ring<R>>,
     /// Step of the block that comes next.
@@ -148,7 +148,7 @@ impl<R: WaveNumber> TractionWaves<R> {
     }
 }
 
-impl<R: WaveNumber> CellPast<COMPONENTS> for TractionWaves<R> {
+impl<R: WaveNumber> CellHistory<COMPONENTS> for TractionWaves<R> {
     fn add_displacement(&mut self, _: usize, first_element: i64, out: &mut [Vector], meter: &mut Meter) {
         let Self { rings, step, arch, work } = self;
         meter.add_work(Stage::History, *work);

@@ -51,7 +51,7 @@ struct Channels<E, const PARTS: usize> {
     remainder: Vec<E>,
 }
 
-/// Rule, time step and the other parameters of a past by poles.
+/// Rule, time step and the other parameters of a history by poles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stepping {
     /// Time rule.

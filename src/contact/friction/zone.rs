@@ -5,10 +5,10 @@
 //!    c_2 u'')/c_0 + W dt/c_0, with the cell's displacements u' and u'' one and two steps ago and the backward
 //!    difference c;
 //! 3. the forces (module `search`);
-//! 4. slip v = (u + shift) c_0/dt, coefficients of friction and bonds of the next step; the forces join the past.
+//! 4. slip v = (u + shift) c_0/dt, coefficients of friction and bonds of the next step; the forces join the history.
 //!
 //! W = (V (xi - phi y), V (alpha + phi x)) is the creep of a rigid wheel, risen over the ramp. Two columns ahead of the
-//! window are carried along, so that cells have a past when they come in.
+//! window are carried along, so that cells have a history when they come in.
 
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ use super::free_creep::FreeCreep;
 use super::law::CellLaw;
 use super::product::Vector;
 use super::search::{FrictionCounts, FrictionSearch};
-use crate::contact::cells::CellPast;
+use crate::contact::cells::CellHistory;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
 use crate::contact::footprint::{StageMut, TangentialPart};
@@ -82,7 +82,7 @@ impl Rolling {
 /// Cells of a window with friction, column by column, and of [`AHEAD`] columns before it.
 pub(crate) struct FrictionZone {
     rolling: Rolling,
-    past: Box<dyn CellPast<COMPONENTS>>,
+    history: Box<dyn CellHistory<COMPONENTS>>,
     search: FrictionSearch,
     law: CellLaw,
     /// Forces of the last step, then of this one \[N\], and the element that they begin with; without the pull.
@@ -105,7 +105,7 @@ pub(crate) struct FrictionZone {
 impl FrictionZone {
     pub(crate) fn new(
         rolling: Rolling,
-        past: Box<dyn CellPast<COMPONENTS>>,
+        history: Box<dyn CellHistory<COMPONENTS>>,
         search: FrictionSearch,
         law: CellLaw,
     ) -> Self {
@@ -114,7 +114,7 @@ impl FrictionZone {
         let zeros = || vec![[0.0; 3]; cells];
         let by_pull = if law.has_adhesion() { zeros() } else { Vec::new() };
         Self {
-            past,
+            history,
             search,
             law,
             forces: zeros(),
@@ -180,8 +180,8 @@ impl FrictionZone {
             let creep = self.rolling.creep(at.step, element, j);
             let last = [0, 1].map(|ago: usize| self.last[ago][place]);
             self.shift[cell] = [0, 1].map(|component: usize| {
-                let past = one * last[0][component] + two * last[1][component];
-                self.old[cell][component] + past / now + creep[component]
+                let previous = one * last[0][component] + two * last[1][component];
+                self.old[cell][component] + previous / now + creep[component]
             });
             self.friction[cell] = self.law.friction(place);
         }
@@ -282,7 +282,7 @@ impl Zone for FrictionZone {
         let mut laps = meter.laps();
         self.advance(first_element);
         self.old.fill([0.0; 3]);
-        self.past.add_displacement(stage, first_element, &mut self.old, meter);
+        self.history.add_displacement(stage, first_element, &mut self.old, meter);
         meter.lap(&mut laps, Stage::History);
         self.pull();
         self.set_up(&at, road);
@@ -304,7 +304,7 @@ impl Zone for FrictionZone {
             *all = [force[0], force[1], force[2] + all[2]];
         }
         self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);
-        let is_seen = self.past.push(stage, first_element, &self.all);
+        let is_seen = self.history.push(stage, first_element, &self.all);
         meter.lap(&mut laps, Stage::History);
         self.follow(step, output.tangential.as_deref_mut());
         let (window, across) = (self.window(), self.across());
@@ -357,8 +357,8 @@ impl Zone for FrictionZone {
 
 impl Evolving for FrictionZone {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        let Self { rolling, past, search, law, forces, first_element, last, .. } = self;
-        state.all([past, search, law, forces, first_element, last, &mut rolling.free])?;
+        let Self { rolling, history, search, law, forces, first_element, last, .. } = self;
+        state.all([history, search, law, forces, first_element, last, &mut rolling.free])?;
         if let Some(free) = &rolling.free {
             rolling.longitudinal = free.creep();
         }

@@ -1,4 +1,4 @@
-//! The past carried by poles: convolution quadrature as a recursion, block by block.
+//! The history carried by poles: convolution quadrature as a recursion, block by block.
 //!
 //! For H_n(s) = sum_r R_r/(s - lambda_r) the quadrature sum_p w_p F_(l-p) is exactly the same rule stepping a' = lambda
 //! a + F for every pole (docs/theory.md 5; the rules stand in `time_rule::recursion`). States and coefficients
@@ -24,7 +24,7 @@
 
 use num_complex::Complex64;
 
-use super::PastForces;
+use super::ForceHistory;
 use super::far::Far;
 use super::near::{self, NearForces};
 use super::transfer::{first_weight, odd_first_weight};
@@ -213,7 +213,7 @@ pub(crate) fn add_responses(
     }
 }
 
-impl PastForces for ModalHistory {
+impl ForceHistory for ModalHistory {
     fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
         if self.instant == 0 {
             self.turn(meter);

@@ -81,7 +81,7 @@ fn moved(angular_velocity: f64, bump: Bump, parts: usize) -> Vec<Vec<f64>> {
 /// Displacements at the ends of the parts by a history and the influence within an instant. The window is the whole
 /// ring and moves on with the road.
 fn marched(
-    history: &mut dyn PastForces,
+    history: &mut dyn ForceHistory,
     row: &[f64],
     rule: TimeRule,
     bump: Bump,
@@ -139,14 +139,14 @@ fn row(first: [&[f64]; 2]) -> Vec<f64> {
     kernel.instant.iter().zip(&kernel.odd).map(|(even, odd)| even + odd).collect()
 }
 
-fn modal(model: &RationalModel, rule: TimeRule, time_step: f64) -> (Box<dyn PastForces>, Vec<f64>) {
+fn modal(model: &RationalModel, rule: TimeRule, time_step: f64) -> (Box<dyn ForceHistory>, Vec<f64>) {
     let history = ModalHistory::new(model, Field::Surface, rule, time_step, ELEMENTS).unwrap();
     let first = ModalHistory::first_weights(model, Field::Surface, rule, time_step).unwrap();
     let odd = ModalHistory::odd_first_weights(model, Field::Surface, rule, time_step).unwrap();
     (Box::new(history), row([&first, &odd]))
 }
 
-fn direct(weights: &Weights, substeps: usize) -> (Box<dyn PastForces>, Vec<f64>) {
+fn direct(weights: &Weights, substeps: usize) -> (Box<dyn ForceHistory>, Vec<f64>) {
     let history = DirectHistory::new(LagKernel::new(weights, ELEMENTS, ELEMENTS, substeps), ELEMENTS, substeps);
     let wavenumbers = 0..=ELEMENTS / 2;
     let first: Vec<f64> = wavenumbers.clone().map(|n| weights.of(n)[0]).collect();

@@ -1,4 +1,4 @@
-//! Influence functions between cells: by wave for the past, summed for the instant of the force.
+//! Influence functions between cells: by wave for the history, summed for the instant of the force.
 //!
 //! ```text
 //! u_ij = sum_n sum_m (1/L)(2/B) exp(i kx (x_i - x_i')) sinc^2(kx dx/2) s_m(y_j) s_m(y_j') C_zz(kx_n, ky_m, s) F_i'j'

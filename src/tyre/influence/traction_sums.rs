@@ -211,8 +211,8 @@ struct NumberRows {
 }
 
 impl WaveBand {
-    /// Waves that carry the past of tractions: those of normal forces, and on the whole tyre with supported sides the
-    /// lateral motion that is uniform across. A band may be folded with supported sides only: the mean of the sines
+    /// Waves that carry the history of tractions: those of normal forces, and on the whole tyre with supported sides
+    /// the lateral motion that is uniform across. A band may be folded with supported sides only: the mean of the sines
     /// differs from number to number.
     pub fn traction_rows(self, grid: &CellGrid, truncation: CellTruncation) -> Vec<CellRow> {
         let mut rows = self.rows(grid, truncation);
@@ -224,7 +224,7 @@ impl WaveBand {
 }
 
 impl CellSums {
-    /// Waves of a band that carry the past of tractions.
+    /// Waves of a band that carry the history of tractions.
     pub fn traction_rows(&self, band: WaveBand) -> Vec<CellRow> {
         band.traction_rows(&self.grid, self.truncation)
     }

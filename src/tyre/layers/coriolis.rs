@@ -204,7 +204,8 @@ impl Residues<'_> {
         for k in 0..ENTRIES {
             constant[k] += w[k] - u[k];
         }
-        // 2. Of B, by powers of 1/(lambda_a + x): F_j = singular_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) + ...,
+        // 2. Of B, by powers of 1/(lambda_a + x): F_j = singular_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) +
+        //    ...,
         // with singular_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes divide by
         // lambda_j - lambda_a; their contributions are summed before they are multiplied.
         let weight = |k: usize| if k == a { -1.0 } else { square / (squares[k] - square) };

@@ -1,4 +1,4 @@
-//! Fit of the waves that carry the past of tractions: all components over common poles.
+//! Fit of the waves that carry the history of tractions: all components over common poles.
 //!
 //! With phases D = diag(1, i, i) taken into forces and displacements, C' = D C D^-1 of a tyre at rest is real at real s
 //! and symmetric; of one that turns it is E + i O with such functions E and O. For each wave:

@@ -84,7 +84,7 @@ pub use crate::results::tread_pattern::{pitch_spectrum, tread_picture};
 pub use crate::results::vibration::vibration_levels_csv;
 pub use crate::road::maker::StripCurves;
 pub use crate::road::resample::Resampled;
-pub use crate::road::sources::height_map::HeightMap as RoadHeightMap;
+pub use crate::road::sources::height_map::RoadHeightMap;
 pub use crate::road::sources::made::RingSpectrum;
 pub use crate::road::sources::made::target::TargetSpectrum;
 pub use crate::road::strip::RoadStrip;
@@ -131,7 +131,7 @@ pub use crate::tyre::poles::model::RationalModel;
 pub use crate::tyre::poles::pole_model::PoleModel;
 pub use crate::tyre::poles::{Direction, FitError, fit_unless_stopped};
 pub use crate::tyre::slowest_wave::slowest_wave_below;
-pub use crate::tyre::tread_pattern::blocks::{Block as TreadBlock, Blocks, NO_BLOCK};
+pub use crate::tyre::tread_pattern::blocks::{NO_BLOCK, TreadBlock, TreadBlocks};
 
 /// The decisions of a plan.
 pub fn decisions(plan: &Plan) -> &Decisions {

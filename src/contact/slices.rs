@@ -5,7 +5,7 @@ use super::error::ContactError;
 use super::footprint::StageMut;
 use super::history::ForceHistory;
 use super::kernel::ContactKernel;
-use super::zone::{Instant, Solved, Zone};
+use super::zone::{ContactZone, Instant, Solved};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
@@ -33,7 +33,7 @@ impl SliceZone {
     }
 }
 
-impl Zone for SliceZone {
+impl ContactZone for SliceZone {
     fn solve(
         &mut self,
         at: Instant<'_>,

@@ -36,7 +36,7 @@ pub(crate) struct Solved {
     pub is_at_end: bool,
 }
 
-pub(crate) trait Zone: Evolving + Send {
+pub(crate) trait ContactZone: Evolving + Send {
     /// Solves for the contact at an instant over a road and writes it to `stage`.
     fn solve(
         &mut self,

@@ -2,7 +2,7 @@
 
 use super::Plan;
 use super::decisions::{tread_blocks, tread_map};
-use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::blocks::TreadBlocks;
 use crate::tyre::tread_pattern::map::TreadMap;
 
 impl Plan {
@@ -14,7 +14,7 @@ impl Plan {
 
     /// Map of the tread and the blocks with a separate compliance; `None` for a level tread.
     #[doc(hidden)]
-    pub fn tread(&self) -> Option<(TreadMap, Option<Blocks>)> {
+    pub fn tread(&self) -> Option<(TreadMap, Option<TreadBlocks>)> {
         let map = self.tread_map().filter(|map| !map.is_level())?;
         let blocks = tread_blocks(&self.scene, &map);
         Some((map, blocks))

@@ -108,7 +108,7 @@ impl SqueezedVolumes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tyre::tread_pattern::blocks::{Blocks, NO_BLOCK};
+    use crate::tyre::tread_pattern::blocks::{NO_BLOCK, TreadBlocks};
 
     const AROUND: usize = 24;
     const ACROSS: usize = 4;
@@ -119,7 +119,7 @@ mod tests {
         let of_cell = (0..AROUND).flat_map(|i| (0..ACROSS).map(move |j| block(i, j))).collect();
         let count = AROUND / 3;
         let compliance: Vec<f64> = (0..count).map(|block| 1e-10 * (1.0 + block as f64)).collect();
-        Squeeze::new(&Blocks::whole(of_cell, &compliance), ACROSS)
+        Squeeze::new(&TreadBlocks::whole(of_cell, &compliance), ACROSS)
     }
 
     #[test]

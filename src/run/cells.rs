@@ -22,14 +22,14 @@ use crate::scene::{Axle, History, LoadedScene, SceneError};
 use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, WaveBand, WaveValues};
 use crate::tyre::poles::cells::fit_cells;
 use crate::tyre::poles::pole_model::PoleModel;
-use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::blocks::TreadBlocks;
 
 pub(super) struct CellContact<'a> {
     loaded: &'a LoadedScene,
     plan: &'a Plan,
     sums: CellSums,
     tread: TreadSurface,
-    blocks: Option<Blocks>,
+    blocks: Option<TreadBlocks>,
     resting: RestingCells,
 }
 

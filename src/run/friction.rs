@@ -9,7 +9,7 @@ use crate::contact::friction::law::CellLaw;
 use crate::contact::friction::modal::{TractionRing, TractionWaves};
 use crate::contact::friction::search::FrictionSearch;
 use crate::contact::friction::wave_group::Stepping;
-use crate::contact::friction::zone::{FrictionZone, Rolling};
+use crate::contact::friction::zone::{CellMotion, FrictionZone};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
@@ -67,7 +67,7 @@ impl FrictionContact<'_> {
                 (0.0, Some(FreeCreep::new(at_rest, plan.radius, revolution, plan.warm_up_steps)))
             }
         };
-        let rolling = Rolling {
+        let rolling = CellMotion {
             geometry: output_window.clone(),
             margin,
             lateral: (0..grid.across).map(|j| grid.from_middle(j)).collect(),

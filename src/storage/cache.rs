@@ -54,7 +54,7 @@ impl CacheError {
 
 /// A kind of entry: its file name extension and its format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kind {
+pub struct CacheKind {
     /// Extension of its files, without the dot.
     pub extension: &'static str,
     /// Their format. Its version is also that of the algorithm: raise it whenever the same input may give another
@@ -65,7 +65,7 @@ pub struct Kind {
 /// A value that the cache keeps.
 pub trait Cached: Serialize + DeserializeOwned {
     /// File extension and format of such values.
-    const KIND: Kind;
+    const KIND: CacheKind;
 
     /// True if a value that was read is valid, as all its numbers being finite.
     fn is_valid(&self) -> bool;
@@ -251,7 +251,7 @@ impl Cache {
     ///
     /// # Errors
     /// [`CacheError::Io`] for a folder that cannot be read.
-    pub fn list(&self, kinds: &[Kind]) -> Result<Vec<CacheEntry>, CacheError> {
+    pub fn list(&self, kinds: &[CacheKind]) -> Result<Vec<CacheEntry>, CacheError> {
         let check = |path: &Path| {
             let extension = path.extension().unwrap_or_default();
             let kind = kinds.iter().find(|kind| extension == kind.extension);
@@ -322,8 +322,8 @@ mod tests {
     struct Weather(Vec<f64>);
 
     impl Cached for Weather {
-        const KIND: Kind =
-            Kind { extension: "weather", format: Format { magic: b"TWAVEWTR", version: 2, name: "the weather" } };
+        const KIND: CacheKind =
+            CacheKind { extension: "weather", format: Format { magic: b"TWAVEWTR", version: 2, name: "the weather" } };
 
         fn is_valid(&self) -> bool {
             self.0.iter().all(|value| value.is_finite())
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sweep_of_speeds_keeps_the_sounds_of_all_where_the_disk_has_room() {
+    fn the_cache_holds_the_sounds_of_a_sweep_where_the_disk_does() {
         const SOUND: u64 = 930_000_000;
         const GIB: u64 = 1 << 30;
         assert_eq!(limit_by_free_space(0, None), 2 * GIB);
@@ -374,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_makes_no_sense_is_damaged_and_one_of_another_version_has_another_key() {
+    fn invalid_values_are_damaged_and_versions_have_their_keys() {
         let folder = tempfile::tempdir().unwrap();
         let cache = Cache::at(folder.path().to_owned(), u64::MAX);
         cache.store(&[7; 32], &Weather(vec![f64::NAN])).unwrap();

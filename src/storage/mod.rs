@@ -21,7 +21,7 @@ pub(crate) mod separated;
 pub(crate) mod state;
 
 pub use cache::Cached;
-pub(crate) use cache::{Cache, CacheError, Kind};
+pub(crate) use cache::{Cache, CacheError, CacheKind};
 pub(crate) use input::InputError;
 pub(crate) use pending_file::PendingFile;
 pub(crate) use sealed_file::Format;

@@ -123,7 +123,7 @@ mod tests {
     use crate::test_models::on_springs;
 
     #[test]
-    fn the_limit_is_where_the_belt_against_its_foundation_has_no_stiffness_left() {
+    fn the_limit_is_where_the_belt_on_its_foundation_is_not_stiff() {
         let tyre = |text: &str| Scene::from_str(text, "default").unwrap().scene.tyre;
         let springs = on_springs(DEFAULT);
         for (text, expected) in [(&*springs, 119.8), (DEFAULT, 111.9)] {

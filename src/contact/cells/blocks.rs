@@ -13,7 +13,7 @@ use std::ops::Range;
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::tyre::tread_pattern::block_window::{BlockWindow, spread_from_places, sum_over_places};
-use crate::tyre::tread_pattern::blocks::{Block, Blocks};
+use crate::tyre::tread_pattern::blocks::{TreadBlock, TreadBlocks};
 
 /// Blocks under a window.
 pub struct BlockTerm {
@@ -34,8 +34,8 @@ pub struct BlockTerm {
 
 impl BlockTerm {
     /// Term of cells with an area `face` \[m^2\], `across` to a column, in a window of `window` cells.
-    pub fn new(blocks: &Blocks, face: f64, across: usize, window: usize) -> Self {
-        let share = |block: &Block| {
+    pub fn new(blocks: &TreadBlocks, face: f64, across: usize, window: usize) -> Self {
+        let share = |block: &TreadBlock| {
             let share = block.compliance / (f64::from(block.length) * face);
             std::iter::repeat_n(share, block.places() as usize)
         };

@@ -22,12 +22,12 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::in_parallel;
 use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
-use crate::tyre::influence::convolution_quadrature::Circle;
+use crate::tyre::influence::convolution_quadrature::ContourCircle;
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
 
 /// Part of the influence that is not 0: of displacements `to` by forces `from`.
 #[derive(Clone, Copy)]
-struct Part {
+struct MatrixPart {
     to: usize,
     from: usize,
     is_odd: bool,
@@ -38,7 +38,7 @@ pub struct DirectCellHistory<const C: usize> {
     transforms: ComponentTransforms<f64, C>,
     stages: usize,
     lags: usize,
-    parts: Vec<Part>,
+    parts: Vec<MatrixPart>,
     /// Weights wave by wave, lag by lag, by stage of the displacement, stage of the force, and part \[m/N\].
     weights: Vec<f64>,
     /// Forces \[N\] of steps modulo the lags, stage by stage, wave by wave.
@@ -59,7 +59,7 @@ impl DirectCellHistory<1> {
         lags: usize,
     ) -> Self {
         let kinds: &[bool] = if sums.turns() { &[false, true] } else { &[false] };
-        let parts = kinds.iter().map(|&is_odd| Part { to: 0, from: 0, is_odd }).collect();
+        let parts = kinds.iter().map(|&is_odd| MatrixPart { to: 0, from: 0, is_odd }).collect();
         let values = |wave: &CellWave, at: &[CellSumsAt]| {
             let mut faces = Vec::with_capacity(at.len());
             sums.values(wave, at, &mut faces);
@@ -85,7 +85,8 @@ impl DirectCellHistory<COMPONENTS> {
             .flat_map(|pair| [(pair, false), (pair, true)])
             .filter(|&(pair, is_odd)| sums.turns() || TractionParts::is_even_at_rest(pair) != is_odd)
             .collect();
-        let part = |&(pair, is_odd): &(usize, bool)| Part { to: pair / COMPONENTS, from: pair % COMPONENTS, is_odd };
+        let part =
+            |&(pair, is_odd): &(usize, bool)| MatrixPart { to: pair / COMPONENTS, from: pair % COMPONENTS, is_odd };
         let parts = kinds.iter().map(part).collect();
         let values = |wave: &CellWave, at: &[CellSumsAt]| {
             let all: Vec<TractionParts> = at.iter().map(|at| sums.traction_parts(wave, at)).collect();
@@ -104,7 +105,7 @@ impl<const C: usize> DirectCellHistory<C> {
         transforms: ComponentTransforms<f64, C>,
         stages: usize,
         lags: usize,
-        parts: Vec<Part>,
+        parts: Vec<MatrixPart>,
         weights: Vec<f64>,
     ) -> Self {
         let (waves, zero) = (transforms.waves(), [Complex64::ZERO; C]);
@@ -175,7 +176,7 @@ fn weights(
     values: impl Fn(&CellWave, &[CellSumsAt]) -> Vec<Vec<Complex64>> + Sync,
 ) -> Vec<f64> {
     let stages = rule.stages();
-    let circle = Circle::new(lags);
+    let circle = ContourCircle::new(lags);
     let points: Vec<Complex64> = circle.points().collect();
     let rates: Vec<_> = points.iter().map(|&zeta| rule.rates(zeta)).collect();
     let at: Vec<CellSumsAt> =

@@ -18,7 +18,7 @@ pub use super::ring_waves::RingParts;
 use super::ring_waves::{RingWaves, first_responses};
 use super::short_ring::{NextInstant, ShortRing};
 use super::wave_transform::{WaveNumber, WaveTransform};
-use super::waves::Waves;
+use super::waves::BackgroundWaves;
 use super::zone::CellHistory;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::background::Background;
@@ -45,7 +45,7 @@ pub struct WaveHistory<N: WaveNumber = f64> {
     rings: Vec<Option<Ring<N>>>,
     /// Effect of the last forces on all short rings.
     next: Option<NextInstant<N>>,
-    background: Background<Waves<N>>,
+    background: Background<BackgroundWaves<N>>,
     stages: usize,
     /// Number of the coming instant in its block.
     instant: usize,
@@ -108,7 +108,7 @@ impl<N: WaveNumber> WaveHistory<N> {
         if let Some(next) = &next {
             work += next.work() * steps as u64;
         }
-        let background = Background::on_a_thread(Waves::new(waves, rule));
+        let background = Background::on_a_thread(BackgroundWaves::new(waves, rule));
         let stages = rule.stages();
         Self { rings, next, background, stages, instant: 0, begun: false, instants: steps * stages, work }
     }

@@ -20,7 +20,7 @@ use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::Recursion;
 use crate::tyre::influence::{CellInfluence, WaveValues};
-use crate::tyre::poles::Modes;
+use crate::tyre::poles::WaveModes;
 use crate::tyre::poles::pole_model::PoleModel;
 
 /// Widest vectors of a tile: its rows are long enough for the processor to read ahead, and some fit into its nearest
@@ -338,7 +338,7 @@ pub(in crate::contact) fn by_precision<N: Element>(
 /// True if single precision would move a wave's poles too far: for a pole that decays by d a step it changes the
 /// displacement by its rounding over |d + i phi|, phi the phase by which a force at rest on the road moves on in a
 /// step; `rate` is that phase over the time step \[rad/s\].
-pub(in crate::contact) fn is_slow(modes: &Modes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {
+pub(in crate::contact) fn is_slow(modes: &WaveModes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {
     let s = Complex64::new(0.0, rate);
     let mut moved = 0.0;
     for (index, (pole, residue)) in modes.poles.iter().zip(modes.residues).enumerate() {

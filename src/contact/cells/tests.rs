@@ -138,7 +138,7 @@ fn both_histories_are_the_convolution_with_the_definition() {
 }
 
 #[test]
-fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
+fn short_waves_on_a_short_ring_are_those_of_the_whole_tyre() {
     // Contact is in the middle of the window, and short waves are seen four columns farther.
     let (elements, columns, seen, patch, across, time_step) = (512, 40, 32, 24, 24, 1.7e-4);
     let mut tyre = tyre(PLATE);
@@ -207,7 +207,7 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
 }
 
 #[test]
-fn the_history_in_single_precision_and_by_fewer_poles_is_the_history() {
+fn single_precision_and_fewer_poles_give_the_same_history() {
     let (elements, columns, across, time_step) = (256, 24, 12, 1.7e-4);
     let tyre = tyre(DEFAULT);
     let options = CellFitOptions { top: 8.0 / time_step, tolerance: 1e-4, most_poles: 160 };

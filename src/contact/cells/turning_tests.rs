@@ -102,7 +102,7 @@ fn both_histories_of_a_turning_tyre_are_the_same() {
 }
 
 #[test]
-fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
+fn direct_sums_when_turning_are_those_by_frequency() {
     let tyre = turning();
     let (rule, lags) = (TimeRule::Bdf2, 64);
     let sums = sums(&tyre, rule);

@@ -8,7 +8,7 @@ use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
 use crate::contact::footprint::StageMut;
 use crate::contact::tread::TreadSurface;
-use crate::contact::zone::{Instant, Solved, Zone};
+use crate::contact::zone::{ContactZone, Instant, Solved};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
@@ -75,7 +75,7 @@ impl CellZone {
     }
 }
 
-impl Zone for CellZone {
+impl ContactZone for CellZone {
     fn solve(
         &mut self,
         at: Instant<'_>,

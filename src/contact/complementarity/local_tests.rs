@@ -142,7 +142,7 @@ proptest! {
     }
 
     #[test]
-    fn instantaneous_slices_press_more_than_equation_4_and_every_slice_more_when_deeper(
+    fn slices_press_more_than_equation_4_and_more_when_deeper(
         curves in slices(),
         y in prop::collection::vec(-0.5..1.5_f64, 12),
         deeper in 0.0..0.5_f64,

@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_that_change_by_points_and_move_on_are_solved_to_rounding() {
+    fn sets_that_change_and_move_on_are_solved_to_rounding() {
         const COLUMNS: usize = 150;
         let row: Vec<f64> = (0..COLUMNS).map(influence).collect();
         let mut cache = FactorCache::new(64, COLUMNS);

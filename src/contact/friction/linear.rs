@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use super::conditions::{Conditions, State};
+use super::conditions::{CellState, Conditions};
 use super::nearby::NearbyInverse;
 use super::product::{Vector, WindowProduct};
 use crate::tyre::influence::{COMPONENTS, TractionInfluence};
@@ -19,7 +19,7 @@ const DIRECTIONS: usize = 60;
 /// Equations of the pressed cells.
 pub(crate) struct Equations {
     /// Pressed cells with their states, and the places of their first unknowns.
-    cells: Vec<(usize, State, usize)>,
+    cells: Vec<(usize, CellState, usize)>,
     unknowns: usize,
     /// Reciprocal diagonal of the equations.
     scale: Vec<f64>,
@@ -33,7 +33,7 @@ pub(crate) struct Equations {
     across: usize,
 }
 
-pub(crate) struct Solved {
+pub(crate) struct LinearSolution {
     /// Products with the influence.
     pub products: u64,
 }
@@ -65,7 +65,7 @@ impl Equations {
         &mut self,
         product: &WindowProduct,
         conditions: &Conditions<'_>,
-        states: impl Iterator<Item = (usize, State)>,
+        states: impl Iterator<Item = (usize, CellState)>,
         diagonal: Vector,
     ) {
         (self.unknowns, self.cells) = (0, std::mem::take(&mut self.cells));
@@ -76,13 +76,13 @@ impl Equations {
             let [sx, sy] = conditions.shift[cell];
             let first = self.unknowns;
             match state {
-                State::Open => continue,
-                State::Sticking => {
+                CellState::Open => continue,
+                CellState::Sticking => {
                     self.right.extend([conditions.required[cell], -sx, -sy]);
                     self.scale.extend([1.0 / diagonal[2], 1.0 / diagonal[0], 1.0 / diagonal[1]]);
                     self.unknowns += 3;
                 }
-                State::Slipping([ex, ey], rest, rigidity) => {
+                CellState::Slipping([ex, ey], rest, rigidity) => {
                     let across = diagonal[0] * ey * ey + diagonal[1] * ex * ex;
                     self.right.extend([conditions.required[cell], -rigidity * (ex * sy - ey * sx)]);
                     self.scale.extend([1.0 / diagonal[2], 1.0 / (rest + rigidity * across)]);
@@ -102,7 +102,7 @@ impl Equations {
         for &(cell, state, first) in &self.cells {
             let z = unknowns[first];
             self.forces[cell] = match state {
-                State::Slipping([ex, ey], ..) => {
+                CellState::Slipping([ex, ey], ..) => {
                     let (along, tau) = (friction[cell] * z, unknowns[first + 1]);
                     [along * ex - tau * ey, along * ey + tau * ex, z]
                 }
@@ -131,7 +131,7 @@ impl Equations {
             let [x, y, z] = self.displacements[cell];
             out[first] = z * self.scale[first];
             match state {
-                State::Slipping([ex, ey], rest, rigidity) => {
+                CellState::Slipping([ex, ey], rest, rigidity) => {
                     let across = rigidity * (ex * y - ey * x) + rest * unknowns[first + 1];
                     out[first + 1] = across * self.scale[first + 1];
                 }
@@ -148,7 +148,7 @@ impl Equations {
         let Self { cells, nearby, part, .. } = self;
         for &(cell, state, first) in &*cells {
             *nearby.ask(cell, 2) = residuals[first];
-            if state == State::Sticking {
+            if state == CellState::Sticking {
                 (*nearby.ask(cell, 0), *nearby.ask(cell, 1)) = (residuals[first + 1], residuals[first + 2]);
             }
         }
@@ -156,7 +156,7 @@ impl Equations {
         for &(cell, state, first) in &*cells {
             out[first] = nearby.found(cell, 2);
             match state {
-                State::Slipping(..) => out[first + 1] = residuals[first + 1],
+                CellState::Slipping(..) => out[first + 1] = residuals[first + 1],
                 _ => (out[first + 1], out[first + 2]) = (nearby.found(cell, 0), nearby.found(cell, 1)),
             }
             (0..COMPONENTS).for_each(|component| *nearby.ask(cell, component) = 0.0);
@@ -172,14 +172,14 @@ impl Equations {
         forces: &mut [Vector],
         [reduction, least]: [f64; 2],
         most: u64,
-    ) -> Solved {
+    ) -> LinearSolution {
         let (count, friction) = (self.unknowns, conditions.friction);
         let mut unknowns = vec![0.0; count];
         for &(cell, state, first) in &self.cells {
             let [x, y, z] = forces[cell];
             unknowns[first] = z;
             match state {
-                State::Slipping([ex, ey], ..) => unknowns[first + 1] = ex * y - ey * x,
+                CellState::Slipping([ex, ey], ..) => unknowns[first + 1] = ex * y - ey * x,
                 _ => (unknowns[first + 1], unknowns[first + 2]) = (x, y),
             }
         }
@@ -211,7 +211,7 @@ impl Equations {
         }
         self.expand(friction, &unknowns);
         forces.copy_from_slice(&self.forces);
-        Solved { products }
+        LinearSolution { products }
     }
 
     /// Steps along the directions that make a residual smallest.

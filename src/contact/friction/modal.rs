@@ -17,7 +17,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Element;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::tyre::influence::COMPONENTS;
-use crate::tyre::poles::Modes;
+use crate::tyre::poles::WaveModes;
 use crate::tyre::poles::traction_model::TractionModel;
 
 /// Least number of groups that a thread takes at a time.
@@ -37,7 +37,7 @@ struct Ring<R: WaveNumber> {
 }
 
 /// Waves of all rings and their history, in single or double precision.
-pub(crate) struct TractionWaves<R: WaveNumber = f64> {
+pub(crate) struct TractionHistory<R: WaveNumber = f64> {
     rings: Vec<Ring<R>>,
     /// Step of the block that comes next.
     step: usize,
@@ -68,7 +68,7 @@ impl<R: WaveNumber> Ring<R> {
             let rate = angles[wave] / (substeps as f64 * time_step);
             (0..COMPONENTS).any(|component| {
                 let [even, _] = model.residues(wave, component, component);
-                let modes = Modes { poles, residues: &even, odd: &[], pairs, constant: 0.0 };
+                let modes = WaveModes { poles, residues: &even, odd: &[], pairs, constant: 0.0 };
                 even.iter().any(|residue| residue.norm() > 0.0) && is_slow(&modes, time_step, rate, allowed)
             })
         };
@@ -139,7 +139,7 @@ impl<R: WaveNumber> Evolving for Ring<R> {
     }
 }
 
-impl<R: WaveNumber> TractionWaves<R> {
+impl<R: WaveNumber> TractionHistory<R> {
     pub(crate) fn new<'m>(rings: impl IntoIterator<Item = TractionRing<'m, R>>) -> Self {
         let rings: Vec<Ring<R>> = rings.into_iter().map(Ring::new).collect();
         let mut work = Work::default();
@@ -148,7 +148,7 @@ impl<R: WaveNumber> TractionWaves<R> {
     }
 }
 
-impl<R: WaveNumber> CellHistory<COMPONENTS> for TractionWaves<R> {
+impl<R: WaveNumber> CellHistory<COMPONENTS> for TractionHistory<R> {
     fn add_displacement(&mut self, _: usize, first_element: i64, out: &mut [Vector], meter: &mut Meter) {
         let Self { rings, step, arch, work } = self;
         meter.add_work(Stage::History, *work);
@@ -164,7 +164,7 @@ impl<R: WaveNumber> CellHistory<COMPONENTS> for TractionWaves<R> {
     }
 }
 
-impl<R: WaveNumber> Evolving for TractionWaves<R> {
+impl<R: WaveNumber> Evolving for TractionHistory<R> {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.all([&mut self.step, &mut self.rings])?;
         ensure(self.step < STEPS)

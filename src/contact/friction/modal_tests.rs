@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::modal::{TractionRing, TractionWaves};
+use super::modal::{TractionHistory, TractionRing};
 use super::product::Vector;
 use super::wave_group::Stepping;
 use crate::contact::cells::CellHistory;
@@ -67,7 +67,7 @@ fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRul
         let transform = ComponentTransforms::of_tractions(sums.grid(), [ELEMENTS, COLUMNS], &rows);
         let stepping =
             Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after: None };
-        TractionWaves::<R>::new([TractionRing { model, transform, seen: None, stepping }])
+        TractionHistory::<R>::new([TractionRing { model, transform, seen: None, stepping }])
     };
     let (mut history, mut other) = (new(), new());
     roll(|first, forces, out| {
@@ -129,7 +129,7 @@ fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usiz
             Stepping { rule: TimeRule::Bdf2, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after };
         TractionRing { model, transform, seen: is_short.then_some(ACROSS), stepping }
     };
-    let [mut history, mut other] = [(); 2].map(|()| TractionWaves::<f64>::new(bands.iter().zip(&models).map(&ring)));
+    let [mut history, mut other] = [(); 2].map(|()| TractionHistory::<f64>::new(bands.iter().zip(&models).map(&ring)));
     let mut all = Vec::new();
     for number in 0..2 * elements {
         let first = (number / 2) as i64;

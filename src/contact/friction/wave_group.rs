@@ -25,8 +25,8 @@ use crate::numeric::Element;
 use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{COMPONENTS, PAIRS};
-use crate::tyre::poles::Modes;
-use crate::tyre::poles::traction_model::{Channel, TractionModel};
+use crate::tyre::poles::WaveModes;
+use crate::tyre::poles::traction_model::{PoleChannel, TractionModel};
 
 /// Steps of a block.
 pub(crate) const STEPS: usize = 8;
@@ -157,21 +157,22 @@ impl<E: Element> WaveGroup<E> {
         let (mut pairs, mut reals) = (Vec::new(), Vec::new());
         for wave in waves.clone() {
             let (poles, of_pairs, channels) = model.wave(wave);
-            let channel = |(index, (&pole, &Channel { input, output, odd })): (usize, (&Complex64, &Channel))| {
-                let times = if index < of_pairs { 2.0 } else { 1.0 };
-                let (g, w) = rule.coefficients(pole, Complex64::new(times, 0.0), time_step);
-                let remainder = match blocks {
-                    0 => [Complex64::ZERO; 2],
-                    _ => remainder_after(g, rule.before_last(), blocks * STEPS, FORGOTTEN * tolerance),
+            let channel =
+                |(index, (&pole, &PoleChannel { input, output, odd })): (usize, (&Complex64, &PoleChannel))| {
+                    let times = if index < of_pairs { 2.0 } else { 1.0 };
+                    let (g, w) = rule.coefficients(pole, Complex64::new(times, 0.0), time_step);
+                    let remainder = match blocks {
+                        0 => [Complex64::ZERO; 2],
+                        _ => remainder_after(g, rule.before_last(), blocks * STEPS, FORGOTTEN * tolerance),
+                    };
+                    Coefficients {
+                        g,
+                        remainder,
+                        input,
+                        output: output.map(|value| value * w),
+                        odd: odd.map(|value| value * w),
+                    }
                 };
-                Coefficients {
-                    g,
-                    remainder,
-                    input,
-                    output: output.map(|value| value * w),
-                    odd: odd.map(|value| value * w),
-                }
-            };
             let late = late_channels(model, wave, rule, time_step, STEPS, tolerance);
             let all = poles.iter().zip(channels).enumerate();
             let (paired, others): (Vec<_>, Vec<_>) =
@@ -210,7 +211,7 @@ impl<E: Element> WaveGroup<E> {
             for pair in 0..PAIRS {
                 let of_pair = model.residues(wave, pair / COMPONENTS, pair % COMPONENTS);
                 for (part, residues) in of_pair.iter().enumerate().take(parts) {
-                    let modes = Modes { poles, residues, odd: &[], pairs, constant: 0.0 };
+                    let modes = WaveModes { poles, residues, odd: &[], pairs, constant: 0.0 };
                     let mut response = [0.0; LAGS];
                     add_responses(&modes, residues, rule, time_step, LAGS, &mut response);
                     for (lag, value) in response.into_iter().enumerate() {

@@ -23,7 +23,7 @@ use crate::contact::error::ContactError;
 use crate::contact::footprint::{StageMut, TangentialPart};
 use crate::contact::geometry::Geometry;
 use crate::contact::tread::TreadSurface;
-use crate::contact::zone::{Instant, Solved, Zone};
+use crate::contact::zone::{ContactZone, Instant, Solved};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
@@ -38,7 +38,7 @@ pub(crate) const AHEAD: usize = 2;
 const FULL: f64 = 1.0 - 1e-7;
 
 /// Motion of the wheel and the cells under it.
-pub(crate) struct Rolling {
+pub(crate) struct CellMotion {
     /// Window of the elements whose forces are reported.
     pub geometry: Geometry,
     /// Columns by which the search window is longer at either end.
@@ -62,7 +62,7 @@ pub(crate) struct Rolling {
     pub time_step: f64,
 }
 
-impl Rolling {
+impl CellMotion {
     /// Columns ahead of a window of `columns` columns that are carried along: none where it is the whole tyre.
     pub(crate) fn ahead(&self, columns: usize) -> usize {
         AHEAD.min(self.geometry.elements - columns)
@@ -81,7 +81,7 @@ impl Rolling {
 
 /// Cells of a window with friction, column by column, and of [`AHEAD`] columns before it.
 pub(crate) struct FrictionZone {
-    rolling: Rolling,
+    rolling: CellMotion,
     history: Box<dyn CellHistory<COMPONENTS>>,
     search: FrictionSearch,
     law: CellLaw,
@@ -104,7 +104,7 @@ pub(crate) struct FrictionZone {
 
 impl FrictionZone {
     pub(crate) fn new(
-        rolling: Rolling,
+        rolling: CellMotion,
         history: Box<dyn CellHistory<COMPONENTS>>,
         search: FrictionSearch,
         law: CellLaw,
@@ -267,7 +267,7 @@ impl FrictionZone {
     }
 }
 
-impl Zone for FrictionZone {
+impl ContactZone for FrictionZone {
     fn solve(
         &mut self,
         at: Instant<'_>,

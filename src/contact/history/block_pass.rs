@@ -2,9 +2,9 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::wavenumber_group::{PoleRows, Record, TOGETHER, WavenumberGroup};
+use super::wavenumber_group::{PoleRecord, PoleRows, TOGETHER, WavenumberGroup};
 use crate::numeric::Element;
-use crate::time_rule::recursion::{MOST_STAGES, Number, Recursion, State, StepMaps};
+use crate::time_rule::recursion::{MOST_STAGES, Number, PoleState, Recursion, StepMaps};
 
 /// Passes over blocks of instants: takes in the forces of the last one, passes over those between, then predicts
 /// u_old over the next as if no more forces came.
@@ -58,7 +58,9 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
     #[inline(always)]
     fn pass<const PARTS: usize, const TURNS: bool>(&mut self, rows: &mut PoleRows<E, PARTS>) {
         let (forgets, records) = rows.vectors::<S>();
-        for (Record { coefficients, odd, states, remainder }, forgets) in records.zip(forgets.chunks_exact(TOGETHER)) {
+        for (PoleRecord { coefficients, odd, states, remainder }, forgets) in
+            records.zip(forgets.chunks_exact(TOGETHER))
+        {
             let (one, other) = coefficients.split_at(coefficients.len() / TOGETHER);
             let (one_odd, other_odd) = odd.split_at(odd.len() / TOGETHER);
             let (one_states, other_states) = states.split_at_mut(states.len() / TOGETHER);
@@ -90,7 +92,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
     ) -> Driven<E, S, PARTS> {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let zero = [E::splat(simd, E::default()); PARTS];
-        let mut systems = [State { end: zero, before: zero }; 2];
+        let mut systems = [PoleState { end: zero, before: zero }; 2];
         let of_system = PoleRows::<E, PARTS>::evolving(R::LOOKS_BACK) / 2;
         for part in 0..PARTS {
             for (which, system) in systems.iter_mut().enumerate() {
@@ -125,9 +127,9 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         &self,
         vector: usize,
         maps: &StepMaps<E, S, PARTS>,
-        mut systems: [State<E, S, PARTS>; 2],
+        mut systems: [PoleState<E, S, PARTS>; 2],
         remainder: &[E::Vector<S>],
-    ) -> [State<E, S, PARTS>; 2] {
+    ) -> [PoleState<E, S, PARTS>; 2] {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let kinds = PoleRows::<E, PARTS>::evolving(R::LOOKS_BACK) / (2 * PARTS);
         let of_step = 2 * vectors * R::STAGES;
@@ -223,6 +225,6 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
 #[derive(Clone, Copy)]
 struct Driven<E: Element, S: Simd, const PARTS: usize> {
     maps: StepMaps<E, S, PARTS>,
-    re: State<E, S, PARTS>,
-    im: State<E, S, PARTS>,
+    re: PoleState<E, S, PARTS>,
+    im: PoleState<E, S, PARTS>,
 }

@@ -35,7 +35,7 @@ use crate::numeric::{Ring, transform_multiply_adds};
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::poles::{Modes, RationalModel};
+use crate::tyre::poles::{RationalModel, WaveModes};
 
 /// Instants of a block at most; a block is a whole number of steps. The other thread passes over the states, which
 /// happens less often with more of them; the march and the transforms hardly depend on them. Measured in runs on two
@@ -198,7 +198,7 @@ fn first_influences(
 /// Adds the displacements by poles with these residues 1, 2, ... instants after a unit force at a stage, all of one
 /// stage together.
 pub(crate) fn add_responses(
-    modes: &Modes<'_>,
+    modes: &WaveModes<'_>,
     residues: &[Complex64],
     rule: TimeRule,
     time_step: f64,

@@ -162,7 +162,7 @@ fn difference(found: &[Vec<f64>], exact: &[Vec<f64>]) -> f64 {
 }
 
 #[test]
-fn forces_on_a_ring_that_turns_and_in_the_roads_frame_move_it_as_its_equations_of_motion() {
+fn a_turning_ring_moves_as_its_equations_of_motion() {
     const PARTS: usize = 5;
     for speed in [80.0, 250.0] {
         let angular_velocity = -speed / 3.6 / RADIUS;
@@ -198,7 +198,7 @@ fn forces_on_a_ring_that_turns_and_in_the_roads_frame_move_it_as_its_equations_o
 }
 
 #[test]
-fn first_weights_of_a_passive_ring_that_turns_are_less_odd_than_its_rotation_is_fast() {
+fn first_weights_of_a_passive_turning_ring_are_hardly_odd() {
     let angular_velocity = -250.0 / 3.6 / RADIUS;
     let model = turning_ring::model(ELEMENTS, angular_velocity);
     for rule in [TimeRule::Bdf1, TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
@@ -226,7 +226,7 @@ fn work_of_a_pass_is_counted_with_its_odd_parts() {
         let work = |model: &RationalModel, odd: bool| {
             let modes = (1..=GROUP).map(|n| {
                 let modes = model.modes(n, Field::Surface).unwrap();
-                if odd { modes } else { crate::tyre::poles::Modes { odd: &[], ..modes } }
+                if odd { modes } else { crate::tyre::poles::WaveModes { odd: &[], ..modes } }
             });
             WavenumberGroup::<f64>::new(1, modes, rule, 1e-4, steps * rule.stages()).work()
         };

@@ -11,8 +11,8 @@ use crate::numeric::lanes::dispatch;
 use crate::numeric::{Element, largest_or_zero};
 use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
-use crate::time_rule::recursion::{MOST_STAGES, Number, Poles, Recursion, State, WithRecursion};
-use crate::tyre::poles::Modes;
+use crate::time_rule::recursion::{MOST_STAGES, Number, PoleState, Poles, Recursion, WithRecursion};
+use crate::tyre::poles::WaveModes;
 
 /// Part of the remainder of a force in the slowest pole below which the others may keep theirs.
 const FORGOTTEN: f64 = 1e-9;
@@ -44,7 +44,7 @@ pub(super) struct PoleRows<E, const PARTS: usize> {
 }
 
 /// Numbers, or vectors, of the poles that stand together, as described at [`PoleRows`].
-pub(super) struct Record<'a, T> {
+pub(super) struct PoleRecord<'a, T> {
     pub(super) coefficients: &'a mut [T],
     pub(super) odd: &'a mut [T],
     pub(super) states: &'a mut [T],
@@ -70,19 +70,19 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         lengths: [usize; 4],
         numbers: &mut [T],
         of_number: usize,
-    ) -> impl Iterator<Item = Record<'_, T>> {
+    ) -> impl Iterator<Item = PoleRecord<'_, T>> {
         let [fixed, odd, evolving, remainder] = lengths.map(|length| TOGETHER * length * of_number);
         numbers.chunks_exact_mut(fixed + odd + evolving + remainder).map(move |record| {
             let (coefficients, rest) = record.split_at_mut(fixed);
             let (odd, rest) = rest.split_at_mut(odd);
             let (states, remainder) = rest.split_at_mut(evolving);
-            Record { coefficients, odd, states, remainder }
+            PoleRecord { coefficients, odd, states, remainder }
         })
     }
 
     /// Which poles have a remainder that counts, and the records as vectors.
     #[inline(always)]
-    pub(super) fn vectors<S: Simd>(&mut self) -> (&[bool], impl Iterator<Item = Record<'_, E::Vector<S>>>) {
+    pub(super) fn vectors<S: Simd>(&mut self) -> (&[bool], impl Iterator<Item = PoleRecord<'_, E::Vector<S>>>) {
         let lengths = self.lengths();
         let numbers = E::vectors_mut::<S>(&mut self.numbers);
         (&self.forgets, Self::records(lengths, numbers, E::MOST_LANES / E::lanes::<S>()))
@@ -127,14 +127,14 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         let mut sizes = Vec::with_capacity(self.forgets.len());
         let of_pole = self.remainder * vectors;
         // 2. Remainder of a unit force at each stage, pole by pole.
-        for Record { coefficients, remainder, .. } in wider.vectors::<S>().1 {
+        for PoleRecord { coefficients, remainder, .. } in wider.vectors::<S>().1 {
             let poles = coefficients.chunks_exact(Self::FIXED * vectors).zip(remainder.chunks_exact_mut(of_pole));
             for (coefficients, remainder) in poles {
                 for vector in 0..vectors {
                     let maps = recursion.maps::<E, S, PARTS>(simd, Self::poles(simd, coefficients, vector, vectors));
                     for stage in 0..R::STAGES {
                         let zero = [E::splat(simd, E::default()); PARTS];
-                        let mut states = [State { end: zero, before: zero }; 2];
+                        let mut states = [PoleState { end: zero, before: zero }; 2];
                         let mut forces = [E::splat(simd, E::default()); MOST_STAGES];
                         forces[stage] = E::splat(simd, E::rounded(1.0));
                         R::take_in(simd, &maps, forces, &mut states[0]);
@@ -150,7 +150,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
             }
         }
         // 3. Poles whose remainder counts beside the largest one.
-        for Record { odd, remainder, .. } in Self::records(lengths, &mut wider.numbers, E::MOST_LANES) {
+        for PoleRecord { odd, remainder, .. } in Self::records(lengths, &mut wider.numbers, E::MOST_LANES) {
             // Displacements by the odd part of a pole may be larger.
             let mut ratios = odd.chunks_exact(PARTS * E::MOST_LANES).map(|ratios| largest(ratios).max(1.0));
             let of_poles = remainder.chunks_exact(self.remainder * E::MOST_LANES);
@@ -271,7 +271,7 @@ impl<E: Element> WavenumberGroup<E> {
     /// pass leaves out the coming block, which is under way while the next is predicted.
     pub(crate) fn new<'m>(
         first: usize,
-        modes: impl IntoIterator<Item = Modes<'m>>,
+        modes: impl IntoIterator<Item = WaveModes<'m>>,
         rule: TimeRule,
         time_step: f64,
         instants: usize,

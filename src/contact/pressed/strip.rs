@@ -19,7 +19,7 @@ use crate::road::slices::{SliceError, StiffnessCurve};
 use crate::road::{Lattice, RoadSurface};
 use crate::scene::Tyre;
 use crate::storage::cache::key;
-use crate::storage::{Cache, Cached, Format, Kind};
+use crate::storage::{Cache, CacheKind, Cached, Format};
 
 /// Road that is pressed beyond either end of the slices that a block gives, in thicknesses of the tread: an end has
 /// influence up to four of them away (p of two blocks then differs by some 0.01 mm, as their approaches do).
@@ -39,8 +39,8 @@ pub(crate) fn block_elements(circumference: f64, thickness: f64, element: f64) -
 pub(crate) struct CachedBlock(Vec<Yielding>);
 
 impl Cached for CachedBlock {
-    const KIND: Kind =
-        Kind { extension: "pressed", format: Format { magic: b"TWAVEPRS", version: 2, name: "a pressed road" } };
+    const KIND: CacheKind =
+        CacheKind { extension: "pressed", format: Format { magic: b"TWAVEPRS", version: 2, name: "a pressed road" } };
 
     fn is_valid(&self) -> bool {
         self.0.iter().all(Yielding::is_valid)

@@ -151,7 +151,7 @@ fn a_thick_tread_is_pressed_as_indent_says() {
 }
 
 #[test]
-fn a_level_road_is_flat_and_a_spike_is_held_by_its_own_cell() {
+fn a_level_road_is_flat_and_a_spike_is_held_by_its_cell() {
     let flat = FlatTread::of(&tyre(0.013, 0.49)).unwrap();
     let elements = 9;
     let mut press = Press::new(&flat, COARSE, vec![0.0; 6], elements);
@@ -246,7 +246,7 @@ fn no_result_depends_on_the_unit_of_a_curve() {
 
 proptest! {
     #[test]
-    fn curves_are_convex_and_their_yielding_is_the_least_concave_one_above_the_points(
+    fn curves_are_convex_and_yield_by_the_least_concave_majorant(
         points in prop::collection::vec((1e-3..1e3_f64, -1e-4..3e-3_f64), 0..25),
         c in 1e-8..1e-4_f64,
     ) {

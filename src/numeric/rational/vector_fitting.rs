@@ -21,7 +21,7 @@
 use faer::Mat;
 use num_complex::Complex64;
 
-use super::basis::{Columns, Points};
+use super::basis::{ColumnMatrix, Points};
 use super::least_squares::{back_substitute, eliminate};
 use super::partial_fractions::{fold_conjugates, is_pair, order, sort, stabilise};
 use super::{PartialFractions, RationalError, Samples, normal_equations, secular};
@@ -208,7 +208,7 @@ pub(crate) fn regularised_residues(
     let (points, responses) = (samples.points.len(), samples.responses.len());
     let ridges = if ridge > 0.0 { left } else { 0 };
     let prepared = Points::new(&samples.points, &samples.point_weights);
-    let mut columns = Columns::zeros(prepared.rows(), left);
+    let mut columns = ColumnMatrix::zeros(prepared.rows(), left);
     prepared.fill(poles, with_constant, &mut columns.entries);
     let half = columns.rows / 2;
     // The ridges stand below the samples, one row per coefficient; the responses are right-hand sides.

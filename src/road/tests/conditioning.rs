@@ -130,7 +130,7 @@ fn spikes_of_a_profile_change_neither_depth_nor_levels() {
 }
 
 #[test]
-fn spikes_of_several_points_and_at_other_spacings_go_and_steep_segments_are_not_valid() {
+fn spikes_of_several_points_are_removed_at_any_spacing() {
     let folder = tempfile::tempdir().unwrap();
     for (spacing, width) in [
         (0.02_f64, 1),

@@ -94,12 +94,12 @@ impl Law {
 }
 
 /// A material as it is written: without modulus and Poisson's ratio if the layer is orthotropic.
-pub(super) struct Written<'a> {
+pub(super) struct WrittenMaterial<'a> {
     pub(super) material: &'a Material,
     pub(super) isotropic: bool,
 }
 
-impl Serialize for Written<'_> {
+impl Serialize for WrittenMaterial<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let Self { material, isotropic } = *self;
         let (word, keys) = material.law.word_and_keys();
@@ -127,7 +127,7 @@ impl Serialize for Written<'_> {
 
 impl Serialize for Material {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        Written { material: self, isotropic: true }.serialize(serializer)
+        WrittenMaterial { material: self, isotropic: true }.serialize(serializer)
     }
 }
 

@@ -8,7 +8,7 @@ use toml::de::DeValue;
 use super::cords::{CORDS, Cords, MOST_CORD_LOSSES, ORTHOTROPIC, Orthotropic};
 use super::inflation::{CAVITY, Cavity, INFLATION, Inflation};
 use super::material::{
-    FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, Written, corner_frequency, reference_frequency,
+    FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, WrittenMaterial, corner_frequency, reference_frequency,
 };
 use super::sidewall::{SIDEWALL, Sidewall};
 use crate::scene::Problem;
@@ -138,7 +138,7 @@ impl Serialize for Layer {
         map.serialize_entry("name", name)?;
         map.serialize_entry("thickness", thickness)?;
         map.serialize_entry("tension", tension)?;
-        map.serialize_entry("material", &Written { material, isotropic: orthotropic.is_none() })?;
+        map.serialize_entry("material", &WrittenMaterial { material, isotropic: orthotropic.is_none() })?;
         if !cords.is_empty() {
             map.serialize_entry("cords", cords)?;
         }

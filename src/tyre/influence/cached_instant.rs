@@ -6,10 +6,10 @@ use std::convert::Infallible;
 use super::cell_influence::CellInfluence;
 use super::cell_sums::CellSums;
 use crate::storage::cache::key;
-use crate::storage::{Cache, Cached, Format, Kind};
+use crate::storage::{Cache, CacheKind, Cached, Format};
 
 impl Cached for CellInfluence {
-    const KIND: Kind = Kind {
+    const KIND: CacheKind = CacheKind {
         extension: "instant",
         format: Format { magic: b"TWAVECIN", version: 1, name: "an influence between cells" },
     };

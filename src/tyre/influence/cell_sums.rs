@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn the_instants_influence_of_a_turning_tyre_is_the_double_sum_over_signed_waves() {
+    fn influence_when_turning_is_the_double_sum_over_signed_waves() {
         let (tyre, across, columns) = (turning(), 4, 9);
         let truncation = CellTruncation { lateral_terms: Some(6), aliases: Some(1) };
         let sums = sums(&tyre, across, truncation);

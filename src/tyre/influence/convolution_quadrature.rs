@@ -26,14 +26,14 @@ const WRAPPED: f64 = 1e-12;
 
 /// The circle |zeta| = rho on which H is sampled for a number of weights.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Circle {
+pub(crate) struct ContourCircle {
     /// Number K of points on the whole circle.
     pub length: usize,
     /// Radius rho.
     pub radius: f64,
 }
 
-impl Circle {
+impl ContourCircle {
     /// For lags 0..`lags`: K at least twice as many, a power of two.
     pub(crate) fn new(lags: usize) -> Self {
         let length = (2 * lags).next_power_of_two().max(16);
@@ -58,13 +58,13 @@ pub(crate) struct Contour {
     /// s_k for k = 0..=K/2 \[1/s\].
     pub points: Vec<Complex64>,
     /// Their circle in the plane of zeta.
-    pub circle: Circle,
+    pub circle: ContourCircle,
 }
 
 impl Contour {
     /// `time_step` in s.
     pub(crate) fn new(rule: TimeRule, time_step: f64, lags: usize) -> Self {
-        let circle = Circle::new(lags);
+        let circle = ContourCircle::new(lags);
         Self { points: circle.points().map(|zeta| rule.symbol(zeta) / time_step).collect(), circle }
     }
 }

@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn flows_of_waves_both_ways_are_those_of_stack_and_arc_at_rest_and_turning() {
+    fn flows_of_waves_both_ways_are_those_of_stack_and_arc() {
         let rule = SplitRule::new(0.26);
         let (lateral, mut worst) = (vec![0, 1, 2, 6], 0.0_f64);
         for angular_velocity in [0.0, -71.6] {

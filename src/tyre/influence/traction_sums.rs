@@ -86,7 +86,7 @@ impl TractionParts {
     }
 
     /// Parts of a half-space's wave at a real s, kx >= 0 \[m/Pa\].
-    fn of_half_space(half_space: &HalfSpace, sides: Sides, kx: f64, ky: f64) -> Self {
+    fn of_half_space(half_space: &TractionHalfSpace, sides: Sides, kx: f64, ky: f64) -> Self {
         let k = kx.hypot(ky);
         let HalfSpaceTraction { along, mixed, outward, shear } =
             HalfSpaceTraction::new(half_space.kappa, half_space.ratio / (k * k));
@@ -164,7 +164,7 @@ fn lateral_phase(grid: &CellGrid, m: usize, j: usize) -> [f64; 2] {
 }
 
 /// The tread as a half-space at one real s.
-struct HalfSpace {
+struct TractionHalfSpace {
     /// Wavenumber from which on the tread is a half-space \[1/m\].
     from: f64,
     kappa: f64,
@@ -173,7 +173,7 @@ struct HalfSpace {
     inverse_shear: f64,
 }
 
-impl HalfSpace {
+impl TractionHalfSpace {
     fn of(sums: &CellSums, at: &KernelAt) -> Option<Self> {
         let thickness = sums.kernel.tread()?.thickness;
         let tread = at.tread();
@@ -245,7 +245,7 @@ impl CellSums {
     /// Influence between cells at a real s \[1/s\], up to `columns` along.
     pub(crate) fn traction_instant(&self, s: f64, columns: usize) -> TractionInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
-        let (grid, tail) = (&self.grid, HalfSpace::of(self, &at));
+        let (grid, tail) = (&self.grid, TractionHalfSpace::of(self, &at));
         let (elements, waves) = (grid.elements(), grid.waves());
         let (last, last_m) = self.last_of_instant();
         let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none());
@@ -295,7 +295,7 @@ fn both_ways(even: &[f64], odd: &[f64]) -> Vec<f64> {
 
 /// Adds the waves beyond the last lateral number, ky > `last` \[1/m\]: the mean of sin^2 cos, for a cell and its
 /// neighbours.
-fn add_lateral_rest(influence: &mut TractionInfluence, around: &Around<'_>, tail: &HalfSpace, last: f64) {
+fn add_lateral_rest(influence: &mut TractionInfluence, around: &Around<'_>, tail: &TractionHalfSpace, last: f64) {
     let (grid, across, columns) = (around.grid, influence.across, influence.columns);
     let (width, sides) = (influence.width(), grid.waves().sides);
     let factor = 4.0 / (PI * grid.pitch() * grid.pitch() * last);

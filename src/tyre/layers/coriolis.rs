@@ -62,7 +62,7 @@ struct PoleBlock {
 }
 
 /// Properties of the modes of a layer that turns.
-pub(super) struct Modes<'a> {
+pub(super) struct TurningModes<'a> {
     /// lambda_j, rising.
     pub squares: &'a [f64],
     /// m_j and h_j, in rows.
@@ -83,8 +83,8 @@ struct Pole {
 
 impl CoriolisModes {
     /// `faces`: Gam'.
-    pub(super) fn new(faces: Entries, modes: &Modes<'_>) -> Self {
-        let Modes { squares, moving, pulls, modal, ref parts, low } = *modes;
+    pub(super) fn new(faces: Entries, modes: &TurningModes<'_>) -> Self {
+        let TurningModes { squares, moving, pulls, modal, ref parts, low } = *modes;
         let count = squares.len();
         // 1. Distinct lambda_j.
         let mut apart = squares.to_vec();
@@ -204,10 +204,9 @@ impl Residues<'_> {
         for k in 0..ENTRIES {
             constant[k] += w[k] - u[k];
         }
-        // 2. Of B, by powers of 1/(lambda_a + x): F_j = singular_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) +
-        //    ...,
-        // with singular_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes divide by
-        // lambda_j - lambda_a; their contributions are summed before they are multiplied.
+        // 2. Of B, by powers of 1/(lambda_a + x): F_j = singular_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) and
+        // so on, with singular_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes
+        // divide by lambda_j - lambda_a; their contributions are summed before they are multiplied.
         let weight = |k: usize| if k == a { -1.0 } else { square / (squares[k] - square) };
         let (mut rest, mut slope) = (h[a], [0.0; 6]);
         let (mut others, mut coupled, mut sum, mut sum_of_squares) = ([0.0; 6], vec![0.0; count], 0.0, 0.0);

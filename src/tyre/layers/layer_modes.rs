@@ -7,7 +7,7 @@ use std::ops::Range;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::coriolis::{CoriolisModes, Modes};
+use super::coriolis::{CoriolisModes, TurningModes};
 use super::layer_wave::{LayerWave, by_fields, whole_inertia};
 use super::radial_polynomials::RadialProducts;
 use super::triangle::{BLOCK, ENTRIES, upper, upper_places};
@@ -203,7 +203,7 @@ impl LayerModes {
             let products = (following.transpose() * &coupled, following.transpose() * &inner);
             let squares: Vec<f64> = squares.iter().copied().collect();
             let pulls = coupled + inner;
-            let of = Modes {
+            let of = TurningModes {
                 squares: &squares,
                 moving: &moving,
                 pulls: &pulls,

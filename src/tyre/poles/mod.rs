@@ -56,5 +56,5 @@ pub use fit::fit_unless_stopped;
 pub(crate) use fit::{FitOptions, FitTimes, fit_timed};
 pub(crate) use model::RationalModel;
 pub use modes::Direction;
-pub(crate) use modes::Modes;
+pub(crate) use modes::WaveModes;
 pub(crate) use tangential::{TangentialModel, lateral_tangential_model, tangential_model};

@@ -7,7 +7,7 @@ use crate::numeric::rational::partial_fractions::evaluate;
 
 /// Poles of one wavenumber with the residues of one face.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Modes<'a> {
+pub struct WaveModes<'a> {
     /// lambda: `pairs` complex ones (Im > 0), then the real ones \[1/s\].
     pub poles: &'a [Complex64],
     /// R, in the order of the poles \[m/(N s)\].
@@ -57,7 +57,7 @@ impl Direction {
     }
 }
 
-impl Modes<'_> {
+impl WaveModes<'_> {
     /// Weight of a pole in a sum of real parts: 2 where it stands for a pair.
     pub fn multiplicity(&self, index: usize) -> f64 {
         if index < self.pairs { 2.0 } else { 1.0 }

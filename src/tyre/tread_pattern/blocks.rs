@@ -34,7 +34,7 @@ pub const NO_BLOCK: u32 = u32::MAX;
 /// A block, or a rib, which is longer than its pressure is averaged over. A rib has one part per column and yields
 /// like the mean over all blocks of `length` parts, wherever they begin: without cuts it yields the same everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
+pub struct TreadBlock {
     /// Index of the first part.
     pub first: u32,
     /// Number of parts; 1 of a block.
@@ -47,7 +47,7 @@ pub struct Block {
     pub compliance: f64,
 }
 
-impl Block {
+impl TreadBlock {
     /// Number of places where pressure is averaged: on a ring, one per part; else also those that the ends cut.
     pub(crate) fn places(&self) -> u32 {
         if self.is_ring { self.parts } else { self.parts + self.length - 1 }
@@ -56,13 +56,13 @@ impl Block {
 
 /// Blocks of a tread.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Blocks {
+pub struct TreadBlocks {
     /// Part of each cell, or [`NO_BLOCK`].
     pub of_cell: Vec<u32>,
     /// Number of cells of each part.
     pub cells: Vec<u32>,
     /// Blocks and ribs, in the order of their parts.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<TreadBlock>,
 }
 
 /// A connected piece of the tread between cuts.
@@ -106,7 +106,7 @@ pub(crate) fn compliance(area: f64, perimeter: f64, depth: f64, is_rib: bool, mo
     depth / (stiffer * modulus)
 }
 
-impl Blocks {
+impl TreadBlocks {
     /// Blocks of a scene's tread; `None` where they are no softer than the tread without cuts.
     pub(crate) fn new(map: &TreadMap, pattern: &TreadPattern, scene: &Scene) -> Option<Self> {
         let tread = scene.tyre.layers.last().filter(|_| pattern.blocks == BlockModel::Compliant)?;
@@ -151,7 +151,7 @@ impl Blocks {
             let count = if is_long { columns } else { 1 };
             let first = blocks.cells.len();
             for rib in 0..parts[1] {
-                blocks.blocks.push(Block {
+                blocks.blocks.push(TreadBlock {
                     first: (first as i64 + rib * count) as u32,
                     parts: count as u32,
                     length,
@@ -181,13 +181,13 @@ impl Blocks {
         let mut cells = vec![0; compliances.len()];
         of_cell.iter().filter(|block| **block != NO_BLOCK).for_each(|&block| cells[block as usize] += 1);
         let block =
-            |(first, &compliance): (u32, &f64)| Block { first, parts: 1, length: 1, is_ring: false, compliance };
+            |(first, &compliance): (u32, &f64)| TreadBlock { first, parts: 1, length: 1, is_ring: false, compliance };
         Self { of_cell, cells, blocks: (0..).zip(compliances).map(block).collect() }
     }
 
     /// A number by part, summed over each place where pressure is averaged, block by block.
     pub(crate) fn averaged(&self, by_part: &[u32]) -> Vec<u32> {
-        let of = |block: &Block| {
+        let of = |block: &TreadBlock| {
             let parts = by_part[block.first as usize..][..block.parts as usize].to_vec();
             let (count, length, is_ring) = (block.parts as usize, block.length as usize, block.is_ring);
             (0..block.places() as usize).map(move |place| match is_ring {
@@ -200,7 +200,7 @@ impl Blocks {
 
     /// Number of cells over which pressure is averaged in the smallest block; `None` without blocks.
     pub(crate) fn smallest(&self) -> Option<u32> {
-        let of = |block: &Block| {
+        let of = |block: &TreadBlock| {
             let cells: u32 = self.cells[block.first as usize..][..block.parts as usize].iter().sum();
             (f64::from(cells * block.length) / f64::from(block.parts)).round() as u32
         };

@@ -3,7 +3,7 @@
 //! Rubber keeps its volume: a block that its force F_b presses in by c_b F_b/A_b more than a tread without cuts bulges
 //! into its voids by the volume c_b F_b. Nothing is fitted. A rib does that for each place of a block on it.
 
-use super::blocks::{Block, Blocks, NO_BLOCK};
+use super::blocks::{NO_BLOCK, TreadBlock, TreadBlocks};
 
 /// Lists of cells, one per part of a block.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +48,7 @@ pub(crate) struct Squeeze {
     /// Cells across the strip.
     pub across: usize,
     /// Blocks of the tread.
-    pub blocks: Blocks,
+    pub blocks: TreadBlocks,
     /// Volume by force that goes in at each cell of a block, and comes out at each void beside it, for each place
     /// where pressure is averaged; 0 where a block has no voids \[m^3/N\].
     pub shares: Vec<[f64; 2]>,
@@ -59,7 +59,7 @@ pub(crate) struct Squeeze {
 impl Squeeze {
     /// Voids beside the blocks of a tread with so many cells across. A cell beside a block that belongs to none is a
     /// void deep enough to divide blocks. It counts once for each part of a block beside it.
-    pub(crate) fn new(blocks: &Blocks, across: usize) -> Self {
+    pub(crate) fn new(blocks: &TreadBlocks, across: usize) -> Self {
         let (of_cell, count) = (&blocks.of_cell, blocks.cells.len());
         let columns = of_cell.len() / across;
         let (mut block_cells, mut voids) = (Vec::new(), Vec::new());
@@ -84,8 +84,9 @@ impl Squeeze {
         }
         // Volume per force and cell; a place without voids presses nothing out.
         let (block_cells, voids) = (Lists::new(&block_cells, count), Lists::new(&voids, count));
-        let volume =
-            |block: &Block| std::iter::repeat_n(block.compliance / f64::from(block.length), block.places() as usize);
+        let volume = |block: &TreadBlock| {
+            std::iter::repeat_n(block.compliance / f64::from(block.length), block.places() as usize)
+        };
         let cells = blocks.averaged(&blocks.cells).into_iter().zip(blocks.averaged(&voids.counts()));
         let share = |(volume, (cells, voids)): (f64, (u32, u32))| match voids.min(cells) {
             0 => [0.0; 2],
@@ -107,7 +108,7 @@ impl Squeeze {
 
     /// Number of blocks, and of those without a void beside them.
     pub(crate) fn counts(&self) -> [usize; 2] {
-        let has_none = |block: &&Block| {
+        let has_none = |block: &&TreadBlock| {
             let parts = block.first as usize..(block.first + block.parts) as usize;
             parts.into_iter().all(|part| self.voids(part).is_empty())
         };
@@ -116,7 +117,7 @@ impl Squeeze {
 
     /// Largest distance in columns of a force on a block from the volume that it causes, in the block or its voids.
     pub(crate) fn reach(&self) -> usize {
-        let of = |block: &Block| {
+        let of = |block: &TreadBlock| {
             let parts = block.first as usize..(block.first + block.parts) as usize;
             let part = parts.map(|part| self.extent(part)).max().unwrap_or(0);
             part + block.length as usize - 1
@@ -150,7 +151,7 @@ mod tests {
             [NO_BLOCK, NO_BLOCK, NO_BLOCK, 2],
             [NO_BLOCK, 0, 0, 2],
         ];
-        Squeeze::new(&Blocks::whole(rows.concat(), &[1e-10, 2e-10, 3e-10]), 4)
+        Squeeze::new(&TreadBlocks::whole(rows.concat(), &[1e-10, 2e-10, 3e-10]), 4)
     }
 
     #[test]

@@ -16,10 +16,10 @@ use std::collections::VecDeque;
 use pulp::Arch;
 use rayon::prelude::*;
 
-use super::levels::{Level, Patch};
+use super::levels::{Patch, WaveLevel};
 use super::rings::RingSpectrum;
 use super::rows::{Interpolation, LANES};
-use super::shape::{Shape, ShapeTable};
+use super::shape::{HeightShape, ShapeTable};
 use super::sizes::{STORED, Sizes};
 use super::target::TargetSpectrum;
 use super::translation::corrected;
@@ -31,11 +31,11 @@ const BLOCK: usize = 32;
 
 /// A texture to be drawn.
 #[derive(Clone)]
-pub(crate) struct Design {
+pub(crate) struct RoadDesign {
     /// Levels of its profiles.
     pub target: TargetSpectrum,
     /// Transformation of the heights, unless they are Gaussian.
-    pub shape: Option<Shape>,
+    pub shape: Option<HeightShape>,
     /// Spacing of the road's lattice \[m\], which bounds its shortest wavelength.
     pub spacing: f64,
     /// Seed of the random numbers.
@@ -46,7 +46,7 @@ pub(crate) struct Design {
 pub(crate) struct Texture {
     spectrum: RingSpectrum,
     lattice: Lattice,
-    levels: Vec<Level>,
+    levels: Vec<WaveLevel>,
     /// Transformation to heights other than Gaussian.
     shape: Option<ShapeTable>,
     /// Number of rows within half a block of the shortest waves: so few do not need more patches than are stored.
@@ -58,8 +58,8 @@ impl Texture {
     ///
     /// # Errors
     /// A spacing too coarse for the spectrum's shortest wavelength; working arrays beyond `limit`.
-    pub(crate) fn new(design: &Design, lattice: Lattice, limit: u64) -> Result<Self, RoadError> {
-        let Design { target, shape, spacing, seed } = design;
+    pub(crate) fn new(design: &RoadDesign, lattice: Lattice, limit: u64) -> Result<Self, RoadError> {
+        let RoadDesign { target, shape, spacing, seed } = design;
         let sizes = Sizes::new(target, *spacing, lattice, limit)?;
         let spectrum = shape.as_ref().map_or_else(|| RingSpectrum::fit(target), |shape| corrected(target, shape));
         let rms = spectrum.variance().sqrt();
@@ -71,7 +71,7 @@ impl Texture {
             .levels
             .into_iter()
             .enumerate()
-            .map(|(place, sizes)| Level::new(&spectrum, sizes, all - 1 - place as u64, *seed, lattice));
+            .map(|(place, sizes)| WaveLevel::new(&spectrum, sizes, all - 1 - place as u64, *seed, lattice));
         let levels = levels.collect();
         Ok(Self {
             levels,
@@ -142,7 +142,7 @@ impl Texture {
 }
 
 /// Draws a patch unless it is stored; the oldest one of more than [`STORED`] is dropped.
-fn draw(level: &Level, block: i64, stored: &mut VecDeque<(i64, Patch)>, amplitudes: &mut Vec<f32>) {
+fn draw(level: &WaveLevel, block: i64, stored: &mut VecDeque<(i64, Patch)>, amplitudes: &mut Vec<f32>) {
     if stored.iter().any(|(held, _)| *held == block) {
         return;
     }

@@ -142,7 +142,7 @@ fn ways() {
 }
 
 #[test]
-fn sidewalls_that_move_are_heard_unless_they_are_off_or_a_draft_leaves_them_out() {
+fn moving_sidewalls_radiate_unless_off_or_in_a_draft() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/car.toml");
     let receiver = "{ standard = \"cpx\" }";
     for (settings, expected) in [

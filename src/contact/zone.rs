@@ -31,7 +31,7 @@ pub(crate) struct Solved {
     pub largest_displacement: f64,
     /// True if no required displacement is NaN.
     pub has_no_nan: bool,
-    /// True if an outermost column of the window carries force, or the window has no room for the history of its
+    /// True if an outermost column of the window carries force, or the window has no space for the history of its
     /// forces.
     pub is_at_end: bool,
 }

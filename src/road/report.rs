@@ -42,7 +42,7 @@ pub(crate) enum RoadNote {
     Spikes { count: usize, total: usize },
     /// Columns that were read, with their titles and units.
     #[error("read: {columns}")]
-    Columns { columns: String },
+    FileColumns { columns: String },
     /// A road narrower than the contact strip, described in its width \[m\].
     #[error(
         "the road is {:.1} mm wide, narrower than the contact strip of {:.1} mm: described as it is; a run needs \

@@ -6,7 +6,7 @@ use crate::contact::cells::direct::DirectCellHistory;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::contact::friction::free_creep::FreeCreep;
 use crate::contact::friction::law::CellLaw;
-use crate::contact::friction::modal::{TractionRing, TractionWaves};
+use crate::contact::friction::modal::{TractionHistory, TractionRing};
 use crate::contact::friction::search::FrictionSearch;
 use crate::contact::friction::wave_group::Stepping;
 use crate::contact::friction::zone::{CellMotion, FrictionZone};
@@ -122,9 +122,9 @@ impl FrictionContact<'_> {
     }
 
     /// Waves of all rings.
-    fn waves<R: WaveNumber>(&self, columns: usize, carried: &[Carried]) -> TractionWaves<R> {
+    fn waves<R: WaveNumber>(&self, columns: usize, carried: &[Carried]) -> TractionHistory<R> {
         let Plan { scene, time_step, fit, .. } = self.plan;
-        TractionWaves::new(carried.iter().map(|Carried { band, grid, rows, model }| {
+        TractionHistory::new(carried.iter().map(|Carried { band, grid, rows, model }| {
             let columns = self.plan.seen_columns(*band, columns);
             let stepping = Stepping {
                 rule: scene.numerics.time_rule,

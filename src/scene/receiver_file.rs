@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_with_their_place_in_the_file() {
+    fn mistakes_are_reported_with_their_place_in_the_file() {
         let many = format!("name,x,y,z\n{}", "a,0,3,1\n".repeat(MOST + 1));
         for (array, place, key, wrong, right) in [
             ("", (1, 1), "receiver[1].file", "the file is empty", "name,x,y,z"),

@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_with_the_setting_that_they_are_in() {
+    fn mistakes_are_reported_with_their_setting() {
         for (text, reported) in [
             ("rolling.speed_kmh=-3", "--set rolling.speed_kmh:1:1"),
             ("rolling.sped_kmh=30", "speed_kmh"),

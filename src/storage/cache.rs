@@ -6,7 +6,7 @@
 //!
 //! An unusable entry (truncated, damaged, another version, another key) is no error: the caller gets the reason, makes
 //! the value again and replaces it. When the entries exceed the size limit the least recently used ones are removed
-//! first, including those left by older versions. The limit follows the room on the disk: a solved sound takes a
+//! first, including those left by older versions. The limit follows the free space on the disk: a solved sound takes a
 //! gigabyte, and a sweep comes back to those of all its speeds.
 
 use std::fs::{self, File};
@@ -26,7 +26,7 @@ use crate::numeric::digest::hexadecimal;
 
 /// Limit of the size of all entries together \[bytes\]: the least, allowed on any disk, and the greatest.
 const BOUNDS: [u64; 2] = [2 << 30, 32 << 30];
-/// Entries may fill one part in so many of the disk's free room, their present size added to it.
+/// Entries may fill one part in so many of the disk's free space, their present size added to it.
 const SHARE_OF_ROOM: u64 = 8;
 
 /// Reason why the cache cannot be used.
@@ -103,13 +103,13 @@ struct EntryFile {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cache {
     folder: PathBuf,
-    /// Largest size of all entries together \[bytes\]; `None`: according to the room on the disk.
+    /// Largest size of all entries together \[bytes\]; `None`: according to the free space on the disk.
     limit: Option<u64>,
 }
 
 impl Cache {
     /// The user's cache: `TYREWAVE_CACHE_DIR`, else a folder in the platform's cache folder (`XDG_CACHE_HOME`,
-    /// `LOCALAPPDATA`, `~/Library/Caches`, `~/.cache`). Its limit follows the room on the disk.
+    /// `LOCALAPPDATA`, `~/Library/Caches`, `~/.cache`). Its limit follows the free space on the disk.
     ///
     /// # Errors
     /// [`CacheError::NoFolder`] if none of these is known.

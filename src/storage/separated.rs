@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn commas_that_may_part_thousands_are_told_from_decimals() {
+    fn commas_between_thousands_are_distinguished_from_decimals() {
         for (text, ambiguous) in [
             ("0;4,123\n1;-6,001\n", Some((1, "4,123"))),
             ("x;z\n\"1\";\"800\"\n\"2\";\"1,024\"\n", Some((3, "1,024"))),

@@ -25,7 +25,7 @@ pub enum StateError {
     },
     /// A field holds a value that it cannot have.
     #[error("its state is invalid")]
-    StateValue,
+    Value,
 }
 
 /// Something of which a part evolves from step to step.

@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn minors_tell_positive_matrices_from_others() {
+    fn minors_distinguish_positive_matrices() {
         let matrix = |least: f64| {
             // Eigenvalues 1, 2 and `least` under a unitary turn.
             let (c, s, i) = (0.6_f64, 0.8_f64, Complex64::i());

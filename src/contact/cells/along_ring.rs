@@ -23,7 +23,7 @@ pub(super) struct Row {
     pub count: usize,
 }
 
-/// Transforms of one length, with room for one vector of pairs.
+/// Transforms of one length, with space for one vector of pairs.
 pub(super) struct AlongRing<R> {
     arch: Arch,
     /// Pairs to a vector.
@@ -40,7 +40,7 @@ impl<R: Element> AlongRing<R> {
         Self { arch, width, transform: Transform::new(ring), arrays: [array(), array()] }
     }
 
-    /// Rows of a field with room for `rows`: whole vectors of pairs.
+    /// Rows of a field with space for `rows`: whole vectors of pairs.
     pub(super) fn height(&self, rows: usize) -> usize {
         2 * rows.div_ceil(2).next_multiple_of(self.width)
     }

@@ -147,7 +147,7 @@ impl<N: WaveNumber> WaveHistory<N> {
         }
     }
 
-    /// Takes the forces of the instant \[N\]; returns whether there is room for all of them.
+    /// Takes the forces of the instant \[N\]; returns whether all of them fit.
     pub fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
         for Ring { transform, forces: of_waves, .. } in self.rings.iter_mut().flatten() {
             transform.forward(first_element, forces, of_waves);

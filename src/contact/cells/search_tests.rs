@@ -192,7 +192,7 @@ fn rough_roads_roll_through(turns: bool) {
 }
 
 #[test]
-fn a_skew_part_that_is_too_large_for_sweeps_is_told() {
+fn a_skew_part_that_is_too_large_for_sweeps_is_reported() {
     let (columns, across) = (12, 8);
     let required = RoughRoad::new(1).required(columns, across, 1024, 0);
     let by_sweeps = |skew: f64| {

@@ -37,7 +37,7 @@ impl Seen {
     }
 
     /// Takes the forces \[N\] of the window that begins with `first_element`, contact in the middle of the part;
-    /// returns whether there is room for all of them.
+    /// returns whether all of them fit.
     pub(crate) fn take(&mut self, first_element: i64, forces: &[f64]) -> bool {
         let [columns, seen] = [forces.len(), self.cells.len()].map(|numbers| numbers / self.column);
         let most = columns.saturating_sub(seen);

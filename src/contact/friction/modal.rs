@@ -110,7 +110,7 @@ impl<R: WaveNumber> Ring<R> {
         }
     }
 
-    /// Takes the forces of a step of the block \[N\]; returns whether there is room for all of them.
+    /// Takes the forces of a step of the block \[N\]; returns whether all of them fit.
     fn push(&mut self, step: usize, first_element: i64, forces: &[Vector]) -> bool {
         let Self { transform, groups, precise, seen, .. } = self;
         let mut fits = true;

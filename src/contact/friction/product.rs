@@ -43,7 +43,7 @@ pub(crate) struct WindowProduct {
     work: Work,
 }
 
-/// G in the waves of a window, with room for a product.
+/// G in the waves of a window, with space for a product.
 pub(crate) struct TractionProduct<R = f64> {
     columns: usize,
     across: usize,

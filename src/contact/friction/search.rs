@@ -158,7 +158,7 @@ impl FrictionSearch {
                 continue;
             }
             let [n, t] = conditions.missed(cell, force, u, self.rigidity);
-            // A NaN is kept.
+            // A NaN stays.
             normal = if n > normal || n.is_nan() { n } else { normal };
             tangential = if t > tangential || t.is_nan() { t } else { tangential };
             largest = largest.max(force[2]);

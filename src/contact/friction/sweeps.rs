@@ -12,7 +12,7 @@ use crate::tyre::influence::TractionInfluence;
 const OWN_STEPS: usize = 2;
 
 /// Improves the forces by `sweeps` sweeps. `cells` lists the cells that may touch; `displacements` are those of the
-/// forces, and are kept so on these cells.
+/// forces, and remain so on these cells.
 pub(super) fn sweep(
     influence: &TractionInfluence,
     conditions: &Conditions<'_>,

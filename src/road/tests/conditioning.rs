@@ -98,7 +98,7 @@ fn numbers_for_missing_heights_are_found_in_maps() {
 }
 
 #[test]
-fn words_that_the_scene_names_are_missing_and_told_by_name() {
+fn words_that_the_scene_names_are_missing_and_reported() {
     let folder = tempfile::tempdir().unwrap();
     let line = |i: usize| match i % 40 {
         7 => format!("{i},wet\n"),
@@ -197,7 +197,7 @@ fn outliers_of_maps_are_interpolated_along_and_across() {
 }
 
 #[test]
-fn tilted_maps_are_levelled_and_told() {
+fn tilted_maps_are_levelled_and_reported() {
     let right = |road: &RoadDescription, wanted: f64| {
         assert!((road.rms - wanted).abs() < 0.005e-3, "{} for {wanted}", road.rms);
     };

@@ -158,7 +158,7 @@ fn holes_of_every_kind_of_file_make_segments_invalid() {
 }
 
 #[test]
-fn unsorted_and_repeated_distances_are_put_right_and_told() {
+fn unsorted_and_repeated_distances_are_mended_and_reported() {
     let folder = tempfile::tempdir().unwrap();
     let height = |i: usize| (i as f64 * 0.3).sin();
     let mut sorted = String::new();

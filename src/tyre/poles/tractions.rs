@@ -27,7 +27,7 @@ use super::wavenumber::{bound, elimination, new_pole};
 use crate::numeric::in_parallel;
 use crate::numeric::rational::partial_fractions::{is_pair, order, sort};
 use crate::numeric::rational::vector_fitting::{relocate, residues};
-use crate::numeric::rational::{PartialFractions, Parts as RationalParts, RationalError, Samples};
+use crate::numeric::rational::{ComplexParts, PartialFractions, RationalError, Samples};
 use crate::scene::Sides;
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
 
@@ -201,7 +201,7 @@ impl SampledTractions {
 
     /// Largest errors at rungs, of fractions in the order of the kinds.
     fn errors(&self, rungs: &[usize], fractions: &[PartialFractions]) -> Vec<(f64, usize)> {
-        let points = RationalParts::new(rungs.iter().map(|&rung| self.points[rung]), 1.0);
+        let points = ComplexParts::new(rungs.iter().map(|&rung| self.points[rung]), 1.0);
         let modelled: Vec<_> = fractions.iter().map(|fraction| fraction.evaluate_all(&points)).collect();
         let at = |(place, &rung): (usize, &usize)| {
             let (values, size) = self.at(rung);

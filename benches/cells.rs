@@ -17,9 +17,9 @@ use num_complex::Complex;
 use realfft::RealFftPlanner;
 use tyrewave::counters::Meter;
 use tyrewave::internals::{
-    CellFitOptions, CellGrid, CellPast, CellSearch, CellSums, CellTruncation, DirectPast, InstantCells, PoleModel,
-    RingParts, RoughRoad, WaveBand, WaveNumber, WavePast, WaveTransform, first_influences, fit_cells, instant_cells,
-    plate_tyre,
+    CellFitOptions, CellGrid, CellHistory, CellSearch, CellSums, CellTruncation, DirectCellHistory, InstantCells,
+    PoleModel, RingParts, RoughRoad, WaveBand, WaveHistory, WaveNumber, WaveTransform, first_influences, fit_cells,
+    instant_cells, plate_tyre,
 };
 use tyrewave::scene::TimeRule;
 
@@ -130,18 +130,19 @@ fn past(criterion: &mut Criterion) {
     }
     let double = || WaveTransform::<f64>::new(sums.grid(), elements, columns, &rows);
     let single = || WaveTransform::<f32>::new(sums.grid(), elements, columns, &rows);
-    let boxed = |past: WavePast| -> Box<dyn CellPast<1>> { Box::new(past) };
-    let rounded = |past: WavePast<f32>| -> Box<dyn CellPast<1>> { Box::new(past) };
+    let boxed = |past: WaveHistory| -> Box<dyn CellHistory<1>> { Box::new(past) };
+    let rounded = |past: WaveHistory<f32>| -> Box<dyn CellHistory<1>> { Box::new(past) };
     let blocks = || [ring(model, double(), None)];
     let mut pasts = [
-        ("blocks", boxed(WavePast::new(blocks(), rule, time_step))),
-        ("single precision", rounded(WavePast::new([ring(model, single(), None)], rule, time_step))),
-        ("plain recursion", boxed(WavePast::with_blocks(blocks(), rule, time_step, 1))),
+        ("blocks", boxed(WaveHistory::new(blocks(), rule, time_step))),
+        ("single precision", rounded(WaveHistory::new([ring(model, single(), None)], rule, time_step))),
+        ("plain recursion", boxed(WaveHistory::with_blocks(blocks(), rule, time_step, 1))),
     ];
-    let mut direct: Box<dyn CellPast<1>> = Box::new(DirectPast::new(&sums, &rows, double(), rule, time_step, lags));
+    let mut direct: Box<dyn CellHistory<1>> =
+        Box::new(DirectCellHistory::new(&sums, &rows, double(), rule, time_step, lags));
     let mut step = 0;
     let mut meter = Meter::default();
-    let mut displaced = |past: &mut Box<dyn CellPast<1>>, step: i64| {
+    let mut displaced = |past: &mut Box<dyn CellHistory<1>>, step: i64| {
         let mut out = vec![0.0; columns * across];
         past.add_displacement(0, step, out.as_chunks_mut().0, &mut meter);
         let force = |cell: usize| (0.1 * step as f64 + 0.7 * cell as f64).sin().max(0.0);
@@ -164,8 +165,8 @@ fn past(criterion: &mut Criterion) {
     // Reduced sets of poles exist for one-step rules only.
     let rule = TimeRule::Sdirk2;
     let (mut all, mut fewer) = (
-        boxed(WavePast::new(blocks(), rule, time_step)),
-        boxed(WavePast::new([ring(model, double(), Some(options.tolerance))], rule, time_step)),
+        boxed(WaveHistory::new(blocks(), rule, time_step)),
+        boxed(WaveHistory::new([ring(model, double(), Some(options.tolerance))], rule, time_step)),
     );
     let (mut error, mut largest) = (0.0_f64, 0.0_f64);
     for instant in 0..2 * lags as i64 {
@@ -175,7 +176,7 @@ fn past(criterion: &mut Criterion) {
         largest = exact.iter().fold(largest, |largest, u| largest.max(u.abs()));
     }
     println!("fewer poles: error {:.1e}", error / largest);
-    let both = rounded(WavePast::new([ring(model, single(), Some(options.tolerance))], rule, time_step));
+    let both = rounded(WaveHistory::new([ring(model, single(), Some(options.tolerance))], rule, time_step));
     let mut group = criterion.benchmark_group("past of cells");
     group.sample_size(10);
     let of_stages = [("sdirk2", all), ("sdirk2, fewer poles", fewer), ("sdirk2, both", both)];
@@ -227,10 +228,10 @@ fn rings(criterion: &mut Criterion) {
                 fewer_poles: Some(options.tolerance),
             }
         });
-        (name, WavePast::<f32>::new(rings, rule, time_step))
+        (name, WaveHistory::<f32>::new(rings, rule, time_step))
     });
     let (mut instant, mut meter) = (0, Meter::default());
-    let mut displaced = |past: &mut WavePast<f32>, instant: i64| {
+    let mut displaced = |past: &mut WaveHistory<f32>, instant: i64| {
         let mut out = vec![0.0; columns * across];
         past.add_displacement(instant / 2, &mut out, &mut meter);
         let outside = (columns - patch) / 2 * across;

@@ -15,7 +15,7 @@ use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::counters::{Meter, Stage};
 use tyrewave::internals::{
-    ActiveSet, DirectHistory, FactorCache, FactorCounts, FitOptions, INSTANTS, LagKernel, ModalHistory, PastForces,
+    ActiveSet, DirectHistory, FactorCache, FactorCounts, FitOptions, ForceHistory, INSTANTS, LagKernel, ModalHistory,
     RationalModel, Ring, Weights, fetch_model, plate_scene, plate_tyre,
 };
 use tyrewave::scene::TimeRule;
@@ -124,7 +124,7 @@ fn modal(criterion: &mut Criterion) {
                 *force = 100.0 + ((j as i64 * 7 + instant * 3) % 11) as f64;
             }
         };
-        let roll = |history: &mut dyn PastForces, old: &mut [f64], begin: i64, instants: i64| {
+        let roll = |history: &mut dyn ForceHistory, old: &mut [f64], begin: i64, instants: i64| {
             let mut forces = vec![0.0; columns];
             for instant in begin..begin + instants {
                 history.displacement(instant, old, &mut Meter::default());

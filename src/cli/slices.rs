@@ -1,7 +1,7 @@
 //! `tyrewave slices`: one slice of a scene's road by both laws, the spread over the road, and with `--calibrate` the
 //! local contact law fitted to patches of the road.
 
-use crate::contact::local_compliance::calibrate::Fit;
+use crate::contact::local_compliance::calibrate::ComplianceFit;
 use crate::contact::local_compliance::{self, Calibration, CalibrationError};
 use crate::counters::{Counter, Stage};
 use crate::plan::Plan;
@@ -159,7 +159,7 @@ fn calibration_report(found: &Calibration) -> Report {
         found.elements
     ));
     let header = ["", "kappa [m/Pa]", "kappa E*", "patch by patch", "rms difference", "of the formula"];
-    let fitted = |name: &str, fit: &Fit, difference: &dyn Fn(f64) -> String| {
+    let fitted = |name: &str, fit: &ComplianceFit, difference: &dyn Fn(f64) -> String| {
         let (low, high) =
             fit.by_patch.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &kappa| (low.min(kappa), high.max(kappa)));
         row([

@@ -68,7 +68,7 @@ pub struct Footprint {
     /// By stage and column \[N\]; empty where a column is one point.
     column_force: Vec<f64>,
     /// Forces of the step \[N\] by point, and by column; the latter is empty where a column is one point. Both are
-    /// kept, since a sum of means is rounded otherwise than a mean of sums.
+    /// stored, since a sum of means is rounded otherwise than a mean of sums.
     mean: Vec<f64>,
     column_mean: Vec<f64>,
     /// Tangential part at the last instant; `None` without friction.

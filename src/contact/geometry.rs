@@ -116,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn window_moves_one_element_in_q_steps_and_keeps_the_axle_inside() {
+    fn the_window_moves_an_element_in_q_steps_with_the_axle_inside() {
         for (substeps, start) in [(1, 0.0), (3, 0.1234), (4, -0.05)] {
             let geometry = Geometry::new(1.95, 512, substeps, start, 0.05);
             for step in 0..100 {

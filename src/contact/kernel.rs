@@ -103,13 +103,13 @@ impl ContactKernel {
         circumference: f64,
         wanted: StaticContact,
     ) -> Result<f64, ContactError> {
-        let past: Vec<f64> = static_row.iter().zip(&self.instant).map(|(all, now)| all - now).collect();
-        let own = matched((1e-6 * static_row[0], 1e6 * static_row[0]), circumference, wanted, |spring| {
-            let mut row = past.clone();
+        let earlier: Vec<f64> = static_row.iter().zip(&self.instant).map(|(all, now)| all - now).collect();
+        let diagonal = matched((1e-6 * static_row[0], 1e6 * static_row[0]), circumference, wanted, |spring| {
+            let mut row = earlier.clone();
             row[0] += spring;
             row
         })?;
-        Ok(own - self.instant[0])
+        Ok(diagonal - self.instant[0])
     }
 }
 

@@ -23,14 +23,14 @@ use super::complementarity::{Residuals, SearchCounts, SliceLaw};
 use super::error::ContactError;
 use super::footprint::{Footprint, WindowShape};
 use super::geometry::Geometry;
-use super::history::PastForces;
+use super::history::ForceHistory;
 use super::kernel::ContactKernel;
 use super::slices::SliceZone;
-use super::zone::{Instant, Zone};
+use super::zone::{ContactZone, Instant};
 use crate::counters::Meter;
 use crate::road::strip::RoadStrip;
 use crate::scene::{Numerics, TimeRule};
-use crate::storage::state::{Evolving, StateError, StateStream, Value};
+use crate::storage::state::{Evolving, StateError, StateStream, StateValue};
 
 /// Result of one step.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +77,7 @@ pub struct March {
     window: Geometry,
     /// See [`Geometry::rises`].
     rises: Vec<f64>,
-    zone: Box<dyn Zone>,
+    zone: Box<dyn ContactZone>,
     footprint: Footprint,
     step: u64,
     nodes: &'static [f64],
@@ -92,7 +92,7 @@ impl March {
         geometry: Geometry,
         kernel: ContactKernel,
         slices: SliceLaw,
-        history: Box<dyn PastForces>,
+        history: Box<dyn ForceHistory>,
         numerics: &Numerics,
         time_step: f64,
     ) -> Self {
@@ -101,7 +101,7 @@ impl March {
     }
 
     /// A zone at rest, about to do step 0; `time_step` \[s\] is used in messages only.
-    pub(crate) fn over(zone: Box<dyn Zone>, geometry: Geometry, rule: TimeRule, time_step: f64) -> Self {
+    pub(crate) fn over(zone: Box<dyn ContactZone>, geometry: Geometry, rule: TimeRule, time_step: f64) -> Self {
         let (nodes, weights) = (rule.nodes(), rule.weights());
         let window = geometry.wider(zone.margin());
         let shape = WindowShape { columns: geometry.columns, across: zone.across(), stages: nodes.len() };
@@ -230,6 +230,6 @@ impl March {
 
 impl Evolving for March {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.step, &mut Value(&mut self.totals), &mut self.footprint, &mut self.zone])
+        state.all([&mut self.step, &mut StateValue(&mut self.totals), &mut self.footprint, &mut self.zone])
     }
 }

@@ -3,9 +3,9 @@
 use super::complementarity::{Search, SearchCounts, SliceLaw, SlicesUnder};
 use super::error::ContactError;
 use super::footprint::StageMut;
-use super::history::PastForces;
+use super::history::ForceHistory;
 use super::kernel::ContactKernel;
-use super::zone::{Instant, Solved, Zone};
+use super::zone::{ContactZone, Instant, Solved};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
@@ -14,7 +14,7 @@ use crate::storage::state::evolving;
 
 pub(crate) struct SliceZone {
     kernel: ContactKernel,
-    history: Box<dyn PastForces>,
+    history: Box<dyn ForceHistory>,
     search: Search,
 }
 
@@ -23,7 +23,7 @@ impl SliceZone {
         columns: usize,
         kernel: ContactKernel,
         slices: SliceLaw,
-        history: Box<dyn PastForces>,
+        history: Box<dyn ForceHistory>,
         numerics: &Numerics,
     ) -> Self {
         let mut within_a_step = kernel.within_a_step();
@@ -33,7 +33,7 @@ impl SliceZone {
     }
 }
 
-impl Zone for SliceZone {
+impl ContactZone for SliceZone {
     fn solve(
         &mut self,
         at: Instant<'_>,
@@ -51,8 +51,8 @@ impl Zone for SliceZone {
         old.iter_mut().for_each(|displacement| *displacement *= self.kernel.scale);
         meter.lap(&mut laps, Stage::History);
         let takes_penetrations = self.search.takes_penetrations();
-        let past = old.iter().zip(rises);
-        for ((element, required), (&old, &rise)) in (first_element..).zip(&mut *required).zip(past) {
+        let known = old.iter().zip(rises);
+        for ((element, required), (&old, &rise)) in (first_element..).zip(&mut *required).zip(known) {
             *required = match road.curve(element) {
                 Some(curve) => {
                     let penetration = indentation - rise + curve.peak - old;

@@ -197,7 +197,7 @@ fn newton(w: &Transfer<'_>, start: Complex64) -> Option<Complex64> {
 mod tests {
     use super::super::history::transfer::first_weight;
     use super::*;
-    use crate::tyre::poles::{Modes, turning_ring};
+    use crate::tyre::poles::{WaveModes, turning_ring};
 
     /// Turns of w round zero along a whole circle, by many points.
     fn whole_turns(w: &Transfer<'_>, radius: f64) -> i64 {
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_of_waves_in_either_direction_are_those_of_the_whole_circle() {
+    fn zeros_of_waves_both_ways_are_those_of_the_whole_circle() {
         let model = turning_ring::model(16, -220.0);
         let time_step = 4e-4;
         for rule in [TimeRule::Bdf2, TimeRule::Sdirk2] {
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn an_active_model_is_unstable_with_every_rule_and_a_passive_one_with_none() {
+    fn active_models_are_unstable_with_every_rule_and_passive_never() {
         let (model, time_step) = (turning_ring::model(16, -220.0), 4e-4);
         for rule in TimeRule::ALL {
             let of = |spring: f64| unstable_zero(&model, Field::Surface, rule, time_step, spring).unwrap();
@@ -252,7 +252,7 @@ mod tests {
         let (time_step, rule) = (4e-4, TimeRule::Bdf2);
         let poles = [Complex64::from(-100.0), Complex64::from(-1000.0)];
         let residues = [Complex64::from(1.0), Complex64::from(-2.0)];
-        let modes = Modes { poles: &poles, residues: &residues, odd: &[], pairs: 0, constant: 0.0 };
+        let modes = WaveModes { poles: &poles, residues: &residues, odd: &[], pairs: 0, constant: 0.0 };
         let w = Transfer { modes, direction: Direction::Forwards, rule, time_step };
         let zero = smallest_zero(&w, None, &WindingCircle::new(UNSTABLE, rule)).unwrap();
         let exact = 2.0 - (1.0_f64 + 2.0 * 800.0 * time_step).sqrt();
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn a_function_without_a_sure_argument_is_undecided_in_bounded_work() {
+    fn a_function_without_a_sure_argument_remains_undecided() {
         let begin = Complex64::new(1.0, 0.0);
         let of = |at: &dyn Fn(f64) -> Complex64| {
             let (mut halvings, last) = (MOST_HALVINGS, at(1.0));

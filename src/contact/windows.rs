@@ -38,25 +38,25 @@ pub(crate) fn add_windows_in<S: Simd>(simd: S, out: &mut [f64], row: &[f64], fir
     // From the last window's beginning on.
     let row = &row[first + 1 - factors.len()..];
     // Vectors of `out` stay in registers while all windows pass: four of them, then two, then one.
-    let done = add_kept::<S, 4>(simd, out, 0, row, factors);
-    let done = add_kept::<S, 2>(simd, out, done, row, factors);
-    add_kept::<S, 1>(simd, out, done, row, factors);
+    let done = add_in_registers::<S, 4>(simd, out, 0, row, factors);
+    let done = add_in_registers::<S, 2>(simd, out, done, row, factors);
+    add_in_registers::<S, 1>(simd, out, done, row, factors);
 }
 
-/// Covers as much of `out` from `done` on as whole groups of `KEPT` vectors do; returns where that ends.
+/// Covers as much of `out` from `done` on as whole groups of `VECTORS` vectors do; returns where that ends.
 #[inline(always)]
-fn add_kept<S: Simd, const KEPT: usize>(
+fn add_in_registers<S: Simd, const VECTORS: usize>(
     simd: S,
     out: &mut [f64],
     mut done: usize,
     row: &[f64],
     factors: &[f64],
 ) -> usize {
-    let length = KEPT * S::F64_LANES;
-    while let Some(kept) = out.get_mut(done..done + length) {
-        let (kept, _) = S::as_mut_simd_f64s(kept);
-        let Ok(kept) = <&mut [S::f64s; KEPT]>::try_from(kept) else { break };
-        let mut sums = *kept;
+    let length = VECTORS * S::F64_LANES;
+    while let Some(group) = out.get_mut(done..done + length) {
+        let (group, _) = S::as_mut_simd_f64s(group);
+        let Ok(group) = <&mut [S::f64s; VECTORS]>::try_from(group) else { break };
+        let mut sums = *group;
         let row = &row[done..done + length + factors.len() - 1];
         for (window, &factor) in row.windows(length).rev().zip(factors) {
             let (window, _) = S::as_simd_f64s(window);
@@ -65,7 +65,7 @@ fn add_kept<S: Simd, const KEPT: usize>(
                 *sum = simd.mul_add_e_f64s(row, factor, *sum);
             }
         }
-        *kept = sums;
+        *group = sums;
         done += length;
     }
     done

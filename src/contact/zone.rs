@@ -31,11 +31,12 @@ pub(crate) struct Solved {
     pub largest_displacement: f64,
     /// True if no required displacement is NaN.
     pub has_no_nan: bool,
-    /// True if an outermost column of the window carries force, or the window has no room for the past of its forces.
+    /// True if an outermost column of the window carries force, or the window has no space for the history of its
+    /// forces.
     pub is_at_end: bool,
 }
 
-pub(crate) trait Zone: Evolving + Send {
+pub(crate) trait ContactZone: Evolving + Send {
     /// Solves for the contact at an instant over a road and writes it to `stage`.
     fn solve(
         &mut self,

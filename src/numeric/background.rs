@@ -21,7 +21,7 @@ const LOOK_OUT: Duration = Duration::from_micros(300);
 const SLEEP: Duration = Duration::from_micros(100);
 
 /// Work to be done in the background.
-pub(crate) trait Task: Send + 'static {
+pub(crate) trait BackgroundTask: Send + 'static {
     /// Does the work; `in_background`: on another thread than the owner's.
     fn carry_out(&mut self, in_background: bool);
 }
@@ -95,7 +95,7 @@ impl<T> Shared<T> {
     }
 }
 
-impl<T: Task> Shared<T> {
+impl<T: BackgroundTask> Shared<T> {
     /// Does work that has been begun.
     fn carry_out(&self, mut work: Box<T>) {
         let done = catch_unwind(AssertUnwindSafe(|| {
@@ -130,13 +130,13 @@ impl<T: Task> Shared<T> {
 }
 
 /// Work and the threads that do it.
-pub(crate) struct Background<T: Task> {
+pub(crate) struct Background<T: BackgroundTask> {
     shared: Arc<Shared<T>>,
     thread: Option<JoinHandle<()>>,
     in_pool: bool,
 }
 
-impl<T: Task> Background<T> {
+impl<T: BackgroundTask> Background<T> {
     fn new(work: T, in_pool: bool) -> Self {
         let place = Mutex::new(Place::Done(Box::new(work)));
         let shared = Arc::new(Shared { place, changed: Condvar::new(), news: AtomicU32::new(0) });
@@ -208,7 +208,7 @@ impl<T: Task> Background<T> {
     }
 }
 
-impl<T: Task> Drop for Background<T> {
+impl<T: BackgroundTask> Drop for Background<T> {
     fn drop(&mut self) {
         // Work that has begun is finished first; its panic is handed on with the work, and dropped with it.
         drop(self.wait(Place::Over));
@@ -225,7 +225,7 @@ mod tests {
 
     struct Count(u32);
 
-    impl Task for Count {
+    impl BackgroundTask for Count {
         fn carry_out(&mut self, _: bool) {
             assert!(self.0 < 1000, "a thousand is enough");
             self.0 += 1;
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn every_piece_of_work_is_done_once_and_its_panic_reaches_its_owner() {
+    fn work_is_done_once_and_its_panic_reaches_its_owner() {
         for (threads, kind) in [1, 2].into_iter().flat_map(|threads| [(threads, false), (threads, true)]) {
             pool(threads).install(|| {
                 let background = if kind { Background::in_pool(Count(0)) } else { Background::on_a_thread(Count(0)) };

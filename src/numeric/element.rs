@@ -21,7 +21,7 @@ pub trait Element: Copy + Default + Send + Sync + 'static {
     fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [Self::Vector<S>];
     /// The first numbers as a vector, filled up with zeros.
     fn load<S: Simd>(simd: S, values: &[Self]) -> Self::Vector<S>;
-    /// Stores as many numbers of a vector as there is room for.
+    /// Stores as many numbers of a vector as fit.
     fn store<S: Simd>(simd: S, values: &mut [Self], vector: Self::Vector<S>);
     /// The same number in all lanes.
     fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;

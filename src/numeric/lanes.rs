@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn functions_agree_with_the_scalar_ones_to_a_few_units_in_the_last_place() {
+    fn functions_agree_with_the_scalar_ones_to_rounding() {
         let numbers: Vec<_> = (0..30_000)
             .map(|step| {
                 let t = f64::from(step);

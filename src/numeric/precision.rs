@@ -1,4 +1,4 @@
-//! Complex numbers in single precision, in which large tables are kept.
+//! Complex numbers in single precision, in which large tables are stored.
 
 use num_complex::{Complex32, Complex64};
 

@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_function_of_one_polynomial_on_each_panel_is_met_and_integrated() {
+    fn a_polynomial_on_each_panel_is_met_and_integrated() {
         let rule = SplitRule::new(0.3);
         let of = |x: f64| if x < 0.3 { 1.0 - 2.0 * x } else { 4.0 + x * (x - 3.0) };
         for at in [0.0, 0.1, 0.29, 0.31, 0.7, 1.0] {

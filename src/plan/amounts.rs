@@ -20,7 +20,7 @@ use crate::road::Lattice;
 use crate::road::ahead::CHUNK_ROWS;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Zone};
-use crate::tyre::influence::convolution_quadrature::Circle;
+use crate::tyre::influence::convolution_quadrature::ContourCircle;
 use crate::tyre::influence::{InfluenceSum, steep_bytes, wave_bytes, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
@@ -170,7 +170,7 @@ impl Amounts {
         self.hold("weights and forces of the history", forces);
         // The kernel at all points of the contour, the weights from its transform, and those by element.
         let waves = wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
-        let kernel = InfluenceSum::expected_bytes(&plan.decisions.tyre, Circle::new(plan.lags).points().count());
+        let kernel = InfluenceSum::expected_bytes(&plan.decisions.tyre, ContourCircle::new(plan.lags).points().count());
         self.fit_memory = self.fit_memory.max(waves + kernel + 8.0 * lags * wavenumbers);
         self.fit_memory_that_stays = forces;
     }

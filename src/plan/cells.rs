@@ -6,7 +6,7 @@ use super::Plan;
 use super::amounts::{Amounts, WorkPlace};
 use super::unit::WorkUnit;
 use crate::contact::cells::SINGLE;
-use crate::contact::cells::past::STEPS;
+use crate::contact::cells::history::STEPS;
 use crate::contact::friction::wave_group::STEPS as TRACTION_STEPS;
 use crate::contact::history::expected_multiply_adds;
 use crate::counters::{Counter, Stage};

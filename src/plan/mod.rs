@@ -52,7 +52,7 @@ use crate::storage::Cache;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
-use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::blocks::TreadBlocks;
 use crate::tyre::tread_pattern::map::TreadMap;
 use decisions::{tread_blocks, tread_map};
 pub(crate) use fit_options::fit_options;
@@ -240,7 +240,7 @@ impl Plan {
 
     /// Map of the tread and the blocks with a separate compliance; `None` for a level tread.
     #[doc(hidden)]
-    pub fn tread(&self) -> Option<(TreadMap, Option<Blocks>)> {
+    pub fn tread(&self) -> Option<(TreadMap, Option<TreadBlocks>)> {
         let map = self.tread_map().filter(|map| !map.is_level())?;
         let blocks = tread_blocks(&self.scene, &map);
         Some((map, blocks))

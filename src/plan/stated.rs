@@ -125,7 +125,7 @@ mod tests {
             ("slices", "numerics.pole_tolerance", "1e-3"),
             ("slices", "numerics.influence_tolerance", "1e-6"),
             ("cells", "contact.cells_across", "20"),
-            ("cells", "numerics.contact_tolerance", "1e-4"),
+            ("cells", "numerics.contact_tolerance", "1e-3"),
         ] {
             let (found, reported) = preset(zone, &format!("{key}={value}"));
             assert_eq!(found, Err(Unstated::Coarser(key)), "{key} = {value}");

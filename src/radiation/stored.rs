@@ -11,7 +11,7 @@ use super::body::Vector;
 use super::frequencies::{FrequencyRange, FrequencyTransfers};
 use super::transfer::{SurfaceTransfer, TransferProblem};
 use crate::numeric::in_parallel;
-use crate::storage::{Cache, CacheError, Cached, Format, Kind, cache};
+use crate::storage::{Cache, CacheError, CacheKind, Cached, Format, cache};
 
 /// Cache entry: G of the points of a receiver at a frequency.
 #[derive(Deserialize, Serialize)]
@@ -23,8 +23,10 @@ pub(crate) struct StoredReceiver {
 }
 
 impl Cached for StoredReceiver {
-    const KIND: Kind =
-        Kind { extension: "radiation", format: Format { magic: b"TWAVERAD", version: 1, name: "radiation transfers" } };
+    const KIND: CacheKind = CacheKind {
+        extension: "radiation",
+        format: Format { magic: b"TWAVERAD", version: 1, name: "radiation transfers" },
+    };
 
     fn is_valid(&self) -> bool {
         self.frequency.is_finite()

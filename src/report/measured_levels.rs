@@ -5,7 +5,7 @@ use super::compare::{BandComparison, Comparison};
 use crate::response::ThirdOctaveBand;
 use crate::results::sound::SOUND_LEVEL;
 use crate::sound::FrequencyWeighting;
-use crate::storage::separated::Table;
+use crate::storage::separated::SeparatedTable;
 
 /// Words in the title of a frequency's column, and of a level's, in lower case.
 const FREQUENCY_WORDS: [&str; 5] = ["freq", "hz", "band", "nominal", "terz"];
@@ -43,7 +43,7 @@ impl MeasuredLevels {
     /// # Errors
     /// In words, with line and column.
     pub(crate) fn read(bytes: &[u8], name: String) -> Result<Self, String> {
-        let table = Table::of(bytes);
+        let table = SeparatedTable::of(bytes);
         let is_numbers = |cells: &[&str]| cells.iter().filter(|cell| table.number(cell).is_some()).count() >= 2;
         let records: Vec<_> = table.records().collect();
         let first = records.iter().position(|record| is_numbers(&record.cells));

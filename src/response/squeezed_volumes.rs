@@ -89,7 +89,7 @@ impl SqueezedVolumes {
                     shared.extend(places.iter().zip(weights).map(|(force, weight)| sign * weight * force));
                     spread_from_places(shared, span.length, parts);
                     for (part, &volume) in window.parts(span).zip(&*parts) {
-                        let cells = if share == 0 { squeeze.own(part) } else { squeeze.voids(part) };
+                        let cells = if share == 0 { squeeze.block_cells(part) } else { squeeze.voids(part) };
                         for cell in cells.iter().map(|cell| *cell as usize) {
                             let column = ((cell / across) as i64 - first).rem_euclid(around) as usize;
                             if column < columns {
@@ -107,7 +107,7 @@ impl SqueezedVolumes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tyre::tread_pattern::blocks::{Blocks, NO_BLOCK};
+    use crate::tyre::tread_pattern::blocks::{NO_BLOCK, TreadBlocks};
 
     const AROUND: usize = 24;
     const ACROSS: usize = 4;
@@ -118,7 +118,7 @@ mod tests {
         let of_cell = (0..AROUND).flat_map(|i| (0..ACROSS).map(move |j| block(i, j))).collect();
         let count = AROUND / 3;
         let compliance: Vec<f64> = (0..count).map(|block| 1e-10 * (1.0 + block as f64)).collect();
-        Squeeze::new(&Blocks::whole(of_cell, &compliance), ACROSS)
+        Squeeze::new(&TreadBlocks::whole(of_cell, &compliance), ACROSS)
     }
 
     #[test]

@@ -11,14 +11,14 @@ use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 /// Number of elements whose road is made at a time.
 pub(crate) const CHUNK_ROWS: i64 = 512;
 
-/// Longest period of a repeated road for which curves are kept \[elements\].
+/// Longest period of a repeated road for which curves are stored \[elements\].
 const LONGEST_PERIOD: i64 = 100_000;
 
 /// Slices as the tyre reaches them. Memory does not grow with the distance rolled; the slices of a road that repeats
 /// are made once.
 ///
-/// Only chunks that the tyre has reached are counted, kept and saved, not those made in advance in the background: the
-/// result is the same for any number of threads.
+/// Only chunks that the tyre has reached are counted, stored and saved, not those made in advance in the background:
+/// the result is the same for any number of threads.
 pub struct RoadAhead {
     maker: RoadMaker,
     queue: RoadStrip,
@@ -76,7 +76,7 @@ impl RoadAhead {
         let end = self.elements.map_or(end, |(_, last)| end.min(last + 1));
         while self.queue.end() < end {
             let begin = self.queue.end();
-            if let Some(slice) = self.kept(begin) {
+            if let Some(slice) = self.stored_slice(begin) {
                 self.queue.extend([slice]);
                 continue;
             }
@@ -132,14 +132,14 @@ impl RoadAhead {
             }
         }
         while repeats && self.queue.end() < missing.end {
-            let Some(slice) = self.kept(self.queue.end()) else { break };
+            let Some(slice) = self.stored_slice(self.queue.end()) else { break };
             self.queue.extend([slice]);
         }
         Ok(())
     }
 
     /// Slice of an element that an earlier pass over the period has made.
-    fn kept(&self, element: i64) -> Option<RoadSlice> {
+    fn stored_slice(&self, element: i64) -> Option<RoadSlice> {
         let period = self.period.len() as i64;
         if period == 0 { None } else { self.period[element.rem_euclid(period) as usize].clone() }
     }

@@ -93,20 +93,20 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
     limits.check(elements as f64 * lattice.along as f64 * lattice.columns as f64)?;
     let mut heights = vec![0.0; elements * lattice.cells()];
     surface.heights(0, elements, &mut heights)?;
-    let own = Profiles::of(source, lattice.width(), limits)?;
+    let profiles = Profiles::of(source, lattice.width(), limits)?;
     let report = surface.report().clone();
-    let levels = own.levels();
+    let levels = profiles.levels();
     Ok(RoadDescription {
         extent: surface.extent(),
         lattice,
         macrotexture: OverallLevel::macrotexture(&levels),
         megatexture: OverallLevel::megatexture(&levels),
         levels,
-        rms: own.rms(),
-        span: own.span(),
-        mean_profile_depth: own.depth(),
+        rms: profiles.rms(),
+        span: profiles.span(),
+        mean_profile_depth: profiles.depth(),
         highest_frequency: report.highest_frequency(speed),
-        highest_frequency_of_road: (own.shortest > 0.0).then(|| speed / own.shortest),
+        highest_frequency_of_road: (profiles.shortest > 0.0).then(|| speed / profiles.shortest),
         report,
         sample: HeightSample {
             start: lattice.place(0, 1.0),
@@ -152,13 +152,13 @@ impl Profiles {
         };
         // Neighbouring columns at the road's spacing: further apart they would be low-passed across like the cells of
         // the run.
-        let own = Lattice { dx: spacing, along: 1, dy: spacing, columns: MEASURED_PROFILES };
+        let grid = Lattice { dx: spacing, along: 1, dy: spacing, columns: MEASURED_PROFILES };
         let rows = (MEASURED_LENGTH / spacing).ceil() as usize;
-        limits.check(rows as f64 * own.columns as f64)?;
-        let mut heights = vec![0.0; rows * own.columns];
-        RoadSurface::on(own, source, limits, RoadReport::default())?.heights(0, rows, &mut heights)?;
-        let column = |column: usize| heights.iter().skip(column).step_by(own.columns).copied().collect();
-        let profiles: Vec<Vec<f64>> = (0..own.columns).map(column).collect();
+        limits.check(rows as f64 * grid.columns as f64)?;
+        let mut heights = vec![0.0; rows * grid.columns];
+        RoadSurface::on(grid, source, limits, RoadReport::default())?.heights(0, rows, &mut heights)?;
+        let column = |column: usize| heights.iter().skip(column).step_by(grid.columns).copied().collect();
+        let profiles: Vec<Vec<f64>> = (0..grid.columns).map(column).collect();
         let origins = vec![Vec::new(); profiles.len()];
         Ok(Self { spacing, shortest, longest: 0.5, profiles, origins })
     }

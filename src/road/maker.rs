@@ -15,7 +15,7 @@ use super::slices::{SliceBuilder, SliceError, StiffnessCurve};
 use super::strip::RoadSlice;
 use super::surface::RoadSurface;
 use crate::counters::{Meter, Stage};
-use crate::numeric::background::{Background, Task};
+use crate::numeric::background::{Background, BackgroundTask};
 
 /// Fault that occurs while a road is made.
 #[derive(Debug, Error)]
@@ -137,7 +137,7 @@ impl RoadMaker {
     }
 }
 
-impl Task for Generator {
+impl BackgroundTask for Generator {
     fn carry_out(&mut self, _: bool) {
         self.made = Some(self.make(self.rows.clone()));
     }
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn chunks_made_behind_are_those_made_here_in_order_and_no_more_than_a_few() {
+    fn chunks_made_in_the_background_are_few_and_in_order() {
         let mut meter = Meter::default();
         let mut here = maker(6);
         let expected: Vec<_> = (0..12).map(|number| here.take(chunk(number), &mut meter).unwrap()).collect();

@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 
 use super::lattice::{Lattice, same};
-use super::sources::height_map::{HeightMap, reflected};
+use super::sources::height_map::{RoadHeightMap, reflected};
 use super::texture::ProfileSpectrum;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::scene::AtEnd;
@@ -37,7 +37,7 @@ pub struct Resampled {
 
 impl Resampled {
     /// Resamples across; rows are resampled along on demand.
-    pub fn new(map: HeightMap, lattice: Lattice, at_end: AtEnd) -> Self {
+    pub fn new(map: RoadHeightMap, lattice: Lattice, at_end: AtEnd) -> Self {
         let kernel = WindowedSinc::resampling();
         // With an even number of cells along an element none is at its middle.
         let aligned = (same(map.dx, lattice.cell()) && lattice.along % 2 == 1).then_some((lattice.along / 2) as i64);
@@ -158,7 +158,7 @@ fn greatest_common_divisor(a: i64, b: i64) -> i64 {
 }
 
 /// The map's rows at the run's columns.
-fn across(map: &HeightMap, lattice: &Lattice, kernel: &WindowedSinc) -> Vec<f64> {
+fn across(map: &RoadHeightMap, lattice: &Lattice, kernel: &WindowedSinc) -> Vec<f64> {
     let place = |column: usize| (lattice.y(column) - map.first_y) / map.dy;
     let offset = place(0);
     let whole = offset.round();
@@ -195,11 +195,19 @@ mod tests {
 
     use super::*;
 
-    fn map(dx: f64, dy: f64, rows: usize, columns: usize, height: impl Fn(f64, f64) -> f64) -> HeightMap {
+    fn map(dx: f64, dy: f64, rows: usize, columns: usize, height: impl Fn(f64, f64) -> f64) -> RoadHeightMap {
         let first_y = -0.5 * (columns as f64 - 1.0) * dy;
         let heights =
             (0..rows * columns).map(|i| height((i / columns) as f64 * dx, first_y + (i % columns) as f64 * dy));
-        HeightMap { path: PathBuf::new(), dx, dy, first_y, columns, heights: heights.collect(), origins: Vec::new() }
+        RoadHeightMap {
+            path: PathBuf::new(),
+            dx,
+            dy,
+            first_y,
+            columns,
+            heights: heights.collect(),
+            origins: Vec::new(),
+        }
     }
 
     fn all(road: &Resampled, first: i64, rows: usize) -> Vec<f64> {

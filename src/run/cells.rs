@@ -1,11 +1,11 @@
 //! Contact over cells, made for a planned scene.
 
-use crate::contact::cells::direct::DirectPast;
+use crate::contact::cells::direct::DirectCellHistory;
 use crate::contact::cells::gaps::{GapMap, PLACES, StandingCells};
-use crate::contact::cells::past::{RingParts, WavePast, first_influences};
+use crate::contact::cells::history::{RingParts, WaveHistory, first_influences};
 use crate::contact::cells::resting::RestingCells;
 use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
-use crate::contact::cells::{CellPast, CellZone, InstantCells};
+use crate::contact::cells::{CellHistory, CellZone, InstantCells};
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
 use crate::contact::tread::TreadSurface;
@@ -22,14 +22,14 @@ use crate::scene::{Axle, History, LoadedScene, SceneError};
 use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, WaveBand, WaveValues};
 use crate::tyre::poles::cells::fit_cells;
 use crate::tyre::poles::pole_model::PoleModel;
-use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::blocks::TreadBlocks;
 
 pub(super) struct CellContact<'a> {
     loaded: &'a LoadedScene,
     plan: &'a Plan,
     sums: CellSums,
     tread: TreadSurface,
-    blocks: Option<Blocks>,
+    blocks: Option<TreadBlocks>,
     resting: RestingCells,
 }
 
@@ -116,14 +116,14 @@ impl<'a> CellContact<'a> {
     fn instant(&self, columns: usize, meter: &mut Meter) -> CellInfluence {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step);
-        meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns))
+        meter.time(Stage::Influence, || self.sums.cached_instant(rate, columns))
     }
 
     /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the
     /// history is that of the `carried` waves, or of direct sums.
     fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
         let numerics = &self.plan.scene.numerics;
-        let history: Box<dyn CellPast<1>> = match numerics.history {
+        let history: Box<dyn CellHistory<1>> = match numerics.history {
             History::Direct => Box::new(self.direct(instant.columns, meter)),
             History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(instant.columns, carried, meter)),
             History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, meter)),
@@ -166,16 +166,16 @@ impl<'a> CellContact<'a> {
         all
     }
 
-    fn direct(&self, columns: usize, meter: &mut Meter) -> DirectPast<1> {
+    fn direct(&self, columns: usize, meter: &mut Meter) -> DirectCellHistory<1> {
         let rows = self.sums.waves(WaveBand::WHOLE);
         let transform = WaveTransform::new(self.sums.grid(), self.sums.grid().elements(), columns, &rows);
         let rule = self.plan.scene.numerics.time_rule;
         meter.time(Stage::Influence, || {
-            DirectPast::new(&self.sums, &rows, transform, rule, self.plan.time_step, self.plan.lags)
+            DirectCellHistory::new(&self.sums, &rows, transform, rule, self.plan.time_step, self.plan.lags)
         })
     }
 
-    fn rings<N: WaveNumber>(&self, columns: usize, carried: &[CarriedWaves], meter: &mut Meter) -> WavePast<N> {
+    fn rings<N: WaveNumber>(&self, columns: usize, carried: &[CarriedWaves], meter: &mut Meter) -> WaveHistory<N> {
         let numerics = &self.plan.scene.numerics;
         let rings = self.bands(columns).into_iter().zip(carried).map(|(band, CarriedWaves { part, rows, model })| {
             meter.count(Counter::Poles, model.order() as u64);
@@ -190,6 +190,6 @@ impl<'a> CellContact<'a> {
             let fewer_poles = self.plan.fewer_poles();
             RingParts { model, transform, next_instant, forgotten_after, substeps: numerics.substeps, fewer_poles }
         });
-        WavePast::new(rings, numerics.time_rule, self.plan.time_step)
+        WaveHistory::new(rings, numerics.time_rule, self.plan.time_step)
     }
 }

@@ -1,15 +1,15 @@
 //! Contact over cells with friction, made for a planned scene.
 
-use crate::contact::cells::CellPast;
+use crate::contact::cells::CellHistory;
 use crate::contact::cells::component_transforms::ComponentTransforms;
-use crate::contact::cells::direct::DirectPast;
+use crate::contact::cells::direct::DirectCellHistory;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::contact::friction::free_creep::FreeCreep;
 use crate::contact::friction::law::CellLaw;
-use crate::contact::friction::modal::{TractionRing, TractionWaves};
+use crate::contact::friction::modal::{TractionHistory, TractionRing};
 use crate::contact::friction::search::FrictionSearch;
 use crate::contact::friction::wave_group::Stepping;
-use crate::contact::friction::zone::{FrictionZone, Rolling};
+use crate::contact::friction::zone::{CellMotion, FrictionZone};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
@@ -67,7 +67,7 @@ impl FrictionContact<'_> {
                 (0.0, Some(FreeCreep::new(at_rest, plan.radius, revolution, plan.warm_up_steps)))
             }
         };
-        let rolling = Rolling {
+        let rolling = CellMotion {
             geometry: output_window.clone(),
             margin,
             lateral: (0..grid.across).map(|j| grid.from_middle(j)).collect(),
@@ -90,13 +90,13 @@ impl FrictionContact<'_> {
         Ok(March::over(Box::new(FrictionZone::new(rolling, history, search, law)), output_window, rule, *time_step))
     }
 
-    fn history(&self, columns: usize, job: &mut Job<'_>) -> Result<Box<dyn CellPast<COMPONENTS>>, RunError> {
+    fn history(&self, columns: usize, job: &mut Job<'_>) -> Result<Box<dyn CellHistory<COMPONENTS>>, RunError> {
         let Self { plan, sums, .. } = *self;
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
         if plan.scene.numerics.history == History::Direct {
             let rows = sums.traction_rows(WaveBand::WHOLE);
             let transforms = ComponentTransforms::of_tractions(grid, [grid.elements(), columns], &rows);
-            let history = || DirectPast::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
+            let history = || DirectCellHistory::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
             return Ok(Box::new(job.meter.time(Stage::Influence, history)));
         }
         let stop = job.stop;
@@ -111,7 +111,7 @@ impl FrictionContact<'_> {
             Ok(Carried { band, grid: sums.grid().clone(), rows, model })
         };
         let carried = plan.wave_bands(columns).into_iter().map(carried).collect::<Result<Vec<_>, _>>()?;
-        Ok(job.meter.time(Stage::Influence, || -> Box<dyn CellPast<COMPONENTS>> {
+        Ok(job.meter.time(Stage::Influence, || -> Box<dyn CellHistory<COMPONENTS>> {
             if plan.is_single() {
                 Box::new(self.waves::<f32>(columns, &carried))
             } else {
@@ -121,9 +121,9 @@ impl FrictionContact<'_> {
     }
 
     /// Waves of all rings.
-    fn waves<R: WaveNumber>(&self, columns: usize, carried: &[Carried]) -> TractionWaves<R> {
+    fn waves<R: WaveNumber>(&self, columns: usize, carried: &[Carried]) -> TractionHistory<R> {
         let Plan { scene, time_step, fit, .. } = self.plan;
-        TractionWaves::new(carried.iter().map(|Carried { band, grid, rows, model }| {
+        TractionHistory::new(carried.iter().map(|Carried { band, grid, rows, model }| {
             let columns = self.plan.seen_columns(*band, columns);
             let stepping = Stepping {
                 rule: scene.numerics.time_rule,

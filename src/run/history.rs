@@ -1,7 +1,7 @@
 //! Histories of contact over slices, made for a planned scene.
 
 use crate::contact::ContactError;
-use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces};
+use crate::contact::history::{DirectHistory, ForceHistory, LagKernel, ModalHistory};
 use crate::contact::kernel::{ContactKernel, EqualBedding};
 use crate::contact::stability::{UNSTABLE, unstable_zero};
 use crate::counters::{Counter, Job, Stage};
@@ -29,7 +29,7 @@ pub(crate) struct HistoryBuilder<'a> {
 
 /// Influence between the points in contact within an instant, and the history; and the model that both were made from,
 /// if there is one.
-pub(crate) type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
+pub(crate) type Kernels = (ContactKernel, Box<dyn ForceHistory>, Option<RationalModel>);
 
 impl HistoryBuilder<'_> {
     /// Direct history: weights summed on the contour of the quadrature, for the lags of the scene's memory.
@@ -59,7 +59,7 @@ impl HistoryBuilder<'_> {
             let odd: Vec<f64> = wavenumbers.filter_map(|n| weights.odd_of(n).first().copied()).collect();
             let lags = LagKernel::new(&weights, numerics.elements, self.columns, numerics.substeps);
             let history = DirectHistory::new(lags, self.columns, numerics.substeps);
-            Ok((self.kernel([&first, &odd])?, Box::new(history) as Box<dyn PastForces>, None))
+            Ok((self.kernel([&first, &odd])?, Box::new(history) as Box<dyn ForceHistory>, None))
         })
     }
 

@@ -10,14 +10,14 @@ use super::Problem;
 
 /// A text and where it comes from.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct Source {
+pub(crate) struct SourceText {
     /// The file's path as the user gave it, or any other name.
     pub name: String,
     /// The whole text.
     pub text: String,
 }
 
-impl Source {
+impl SourceText {
     /// Line and column of a byte, both from 1, the column in characters.
     pub(crate) fn position(&self, byte: usize) -> (usize, usize) {
         let before = self.text.get(..byte).unwrap_or(&self.text);
@@ -37,7 +37,7 @@ impl Source {
 /// A mistake, the key it concerns, and its place in a file.
 #[derive(Debug)]
 pub struct Diagnostic {
-    pub(super) source: Arc<Source>,
+    pub(super) source: Arc<SourceText>,
     pub(super) key: String,
     pub(super) span: Range<usize>,
     pub(super) problem: Problem,

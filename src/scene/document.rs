@@ -9,13 +9,13 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::diagnostic::Source;
+use super::diagnostic::SourceText;
 use super::{Diagnostic, Problem};
 
 /// Place of a key and its value: byte ranges in a source.
 #[derive(Clone, Debug)]
 struct Place {
-    source: Arc<Source>,
+    source: Arc<SourceText>,
     key: Range<usize>,
     value: Range<usize>,
 }
@@ -23,20 +23,20 @@ struct Place {
 /// The places of all keys of a scene, its tyre file included, by key path.
 #[derive(Clone, Debug)]
 pub(super) struct Document {
-    root: Arc<Source>,
+    root: Arc<SourceText>,
     places: BTreeMap<String, Place>,
 }
 
 impl Document {
     /// Document of a scene's main file.
-    pub(super) fn new(source: &Arc<Source>, table: &DeTable<'_>) -> Self {
+    pub(super) fn new(source: &Arc<SourceText>, table: &DeTable<'_>) -> Self {
         let mut document = Self { root: Arc::clone(source), places: BTreeMap::new() };
         document.index(source, table, "");
         document
     }
 
     /// Adds the keys of a file that takes the place of the table `prefix`.
-    pub(super) fn include(&mut self, source: &Arc<Source>, table: &DeTable<'_>, prefix: &str) {
+    pub(super) fn include(&mut self, source: &Arc<SourceText>, table: &DeTable<'_>, prefix: &str) {
         // The table is the file: a key missing in it is missing in that file.
         let whole = Place { source: Arc::clone(source), key: 0..0, value: 0..0 };
         self.places.insert(prefix.to_owned(), whole);
@@ -44,7 +44,7 @@ impl Document {
     }
 
     /// Adds a value that replaces one of the scene, or joins it.
-    pub(super) fn set(&mut self, source: &Arc<Source>, path: &str, value: &Spanned<DeValue<'_>>) {
+    pub(super) fn set(&mut self, source: &Arc<SourceText>, path: &str, value: &Spanned<DeValue<'_>>) {
         self.forget(path);
         self.index_value(source, value.get_ref(), path);
         let place = || Place { source: Arc::clone(source), key: value.span(), value: value.span() };
@@ -56,7 +56,7 @@ impl Document {
     }
 
     /// Adds the place of a value whose key is not written in the file.
-    pub(super) fn add(&mut self, source: &Arc<Source>, path: String, span: Range<usize>) {
+    pub(super) fn add(&mut self, source: &Arc<SourceText>, path: String, span: Range<usize>) {
         self.places.insert(path, Place { source: Arc::clone(source), key: span.clone(), value: span });
     }
 
@@ -86,7 +86,7 @@ impl Document {
         self.places.retain(|key, _| !within(key));
     }
 
-    fn index(&mut self, source: &Arc<Source>, table: &DeTable<'_>, prefix: &str) {
+    fn index(&mut self, source: &Arc<SourceText>, table: &DeTable<'_>, prefix: &str) {
         for (key, value) in table {
             let path = join(prefix, key.get_ref());
             self.index_value(source, value.get_ref(), &path);
@@ -94,7 +94,7 @@ impl Document {
         }
     }
 
-    fn index_value(&mut self, source: &Arc<Source>, value: &DeValue<'_>, path: &str) {
+    fn index_value(&mut self, source: &Arc<SourceText>, value: &DeValue<'_>, path: &str) {
         match value {
             DeValue::Table(table) => self.index(source, table, path),
             DeValue::Array(items) => {
@@ -132,7 +132,7 @@ impl Document {
     }
 
     /// The key whose definition a byte of `source` belongs to: the last one in its line that begins at or before it.
-    pub(super) fn key_at(&self, source: &Arc<Source>, byte: usize) -> Option<&str> {
+    pub(super) fn key_at(&self, source: &Arc<SourceText>, byte: usize) -> Option<&str> {
         let line = source.line(byte).start;
         let keys = self.places.iter().filter(|(_, place)| Arc::ptr_eq(&place.source, source));
         let (path, _) = keys
@@ -142,7 +142,7 @@ impl Document {
     }
 
     /// The table whose `[header]` is the last one before a byte of `source`; "" before the first header.
-    pub(super) fn table_at(&self, source: &Arc<Source>, byte: usize) -> &str {
+    pub(super) fn table_at(&self, source: &Arc<SourceText>, byte: usize) -> &str {
         // A header's brackets surround its key; those of an array come after it.
         let is_header =
             |place: &Place| place.value.start <= place.key.start && source.text[place.value.start..].starts_with('[');
@@ -166,7 +166,7 @@ fn parent(path: &str) -> Option<&str> {
     path.rfind(['.', '[']).map(|end| &path[..end])
 }
 
-/// Most complaints that are kept while a scene is read; the order of the file is lost beyond them.
+/// Most complaints that are stored while a scene is read; the order of the file is lost beyond them.
 const MOST_HELD: usize = 512;
 
 /// The complaints collected while one scene is read.
@@ -176,7 +176,7 @@ pub(super) struct Complaints<'a> {
     /// Factor by which values may lie outside their plausible range.
     pub(super) slack: f64,
     found: RefCell<Vec<Diagnostic>>,
-    /// Number of complaints that are not kept.
+    /// Number of complaints that are not stored.
     more: Cell<usize>,
 }
 
@@ -194,7 +194,7 @@ impl<'a> Complaints<'a> {
         self.document.has(key)
     }
 
-    /// Adds a complaint; its problem is made only if it is kept.
+    /// Adds a complaint; its problem is made only if it is stored.
     pub(super) fn add_with(&self, key: &str, problem: impl FnOnce() -> Problem) {
         if self.found.borrow().len() < MOST_HELD {
             let diagnostic = self.document.diagnose(key, problem());

@@ -30,7 +30,8 @@ macro_rules! keys {
         $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
         $key:ident $(as $name:literal)? $(?: $some:ty)? $(: $type:ty $(= $default:expr)?)? => $kind:expr,)*
     } $(without key {
-        $($(#[doc = $text:literal])* $(#[serde($($own_serde:tt)*)])* $own:ident: $own_type:ty = $own_value:expr,)*
+        $($(#[doc = $text:literal])* $(#[serde($($extra_serde:tt)*)])*
+        $extra:ident: $extra_type:ty = $extra_value:expr,)*
     })?) => {
         $(#[doc = $title])*
         #[derive($($trait),*)]
@@ -38,7 +39,7 @@ macro_rules! keys {
         $vis struct $table {
             $($(#[doc = $about])* $(#[serde($($serde)*)])* $(pub $key: $type)?
             $(#[serde(skip_serializing_if = "Option::is_none")] pub $key: Option<$some>)?,)*
-            $($($(#[doc = $text])* $(#[serde($($own_serde)*)])* pub $own: $own_type,)*)?
+            $($($(#[doc = $text])* $(#[serde($($extra_serde)*)])* pub $extra: $extra_type,)*)?
         }
 
         impl $crate::scene::table::Keys for $table {
@@ -48,7 +49,7 @@ macro_rules! keys {
                     $(let $key: Option<$type> = $crate::scene::keys::keys!(@key table, name, $kind $(, $default)?);)?
                     $(let $key = table.or(name, &$crate::scene::kind::Optional($kind), None::<$some>);)?
                 )*
-                Some(Self { $($key: $key?,)* $($($own: $own_value,)*)? })
+                Some(Self { $($key: $key?,)* $($($extra: $extra_value,)*)? })
             }
 
             fn schema() -> serde_json::Value {

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::diagnostic::Source;
+use super::diagnostic::SourceText;
 use super::document::{Complaints, Document, join};
 use super::receiver_file::ReceiverFiles;
 use super::schema::{Section, sections};
@@ -297,7 +297,7 @@ impl LoadedScene {
         settings: &[Setting],
         reach: Reach,
     ) -> Result<Self, SceneError> {
-        let source = Arc::new(Source { name: path.display().to_string(), text });
+        let source = Arc::new(SourceText { name: path.display().to_string(), text });
         let mut root = parse(&source)?;
         let mut document = Document::new(&source, root.get_ref());
         if TYRE_KEYS.iter().all(|key| root.get_ref().contains_key(*key)) && !root.get_ref().contains_key("tyre") {
@@ -440,13 +440,13 @@ fn named_file(
     folder: &Path,
     path: &str,
     read: fn(&Path) -> Result<String, SceneError>,
-) -> Result<Arc<Source>, SceneError> {
+) -> Result<Arc<SourceText>, SceneError> {
     let path = folder.join(path);
-    Ok(Arc::new(Source { name: path.display().to_string(), text: read(&path)? }))
+    Ok(Arc::new(SourceText { name: path.display().to_string(), text: read(&path)? }))
 }
 
 /// Parses TOML.
-fn parse(source: &Arc<Source>) -> Result<Spanned<DeTable<'_>>, SceneError> {
+fn parse(source: &Arc<SourceText>) -> Result<Spanned<DeTable<'_>>, SceneError> {
     let (table, mut errors) = DeTable::parse_recoverable(&source.text);
     if errors.is_empty() {
         return Ok(table);
@@ -462,7 +462,7 @@ fn parse(source: &Arc<Source>) -> Result<Spanned<DeTable<'_>>, SceneError> {
     Err(SceneError::invalid(diagnostics, more))
 }
 
-fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) -> Diagnostic {
+fn syntax(source: &Arc<SourceText>, document: &Document, error: &toml::de::Error) -> Diagnostic {
     let span = error.span().unwrap_or_default();
     let marked = source.text.get(span.clone()).unwrap_or_default();
     // The tree keeps the first of two equal keys: the place of the second is known from the text only.

@@ -10,8 +10,8 @@ use std::ops::Range;
 use roxmltree::{Attribute, Document, Node, ParsingOptions};
 
 use super::Problem;
-use super::diagnostic::Source;
-use crate::storage::separated::{Record, Table};
+use super::diagnostic::SourceText;
+use crate::storage::separated::{Record, SeparatedTable};
 
 /// Most microphones of a file.
 pub(super) const MOST: usize = 1000;
@@ -49,7 +49,7 @@ struct Columns {
 }
 
 /// Reads the microphones of a file, or reports all mistakes in it.
-pub(super) fn microphones(source: &Source) -> Result<Vec<Microphone>, Mistakes> {
+pub(super) fn microphones(source: &SourceText) -> Result<Vec<Microphone>, Mistakes> {
     let text = source.text.trim_start_matches('\u{feff}').trim_start();
     let found = if text.starts_with('<') { of_xml(&source.text)? } else { of_table(&source.text)? };
     if found.is_empty() {
@@ -75,7 +75,7 @@ fn place(text: &str, part: &str) -> Range<usize> {
 }
 
 fn of_table(text: &str) -> Result<Vec<Microphone>, Mistakes> {
-    let table = Table::of(text.as_bytes());
+    let table = SeparatedTable::of(text.as_bytes());
     let (mut found, mut wrong) = (Vec::new(), Mistakes::new());
     let mut columns = None;
     for record in table.records() {
@@ -120,7 +120,7 @@ fn of_table(text: &str) -> Result<Vec<Microphone>, Mistakes> {
 
 impl Columns {
     /// Reads the first line; true if it has titles, false if it is already a microphone.
-    fn of(table: &Table<'_>, first: &Record<'_>) -> Result<(Self, bool), Problem> {
+    fn of(table: &SeparatedTable<'_>, first: &Record<'_>) -> Result<(Self, bool), Problem> {
         let is_number: Vec<bool> = first.cells.iter().map(|cell| table.number(cell).is_some()).collect();
         let untitled = |name, begin| {
             let axes = [begin, begin + 1, begin + 2];
@@ -231,7 +231,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Vec<Microphone>, Mistakes> {
-        microphones(&Source { name: "array".to_owned(), text: text.to_owned() })
+        microphones(&SourceText { name: "array".to_owned(), text: text.to_owned() })
     }
 
     #[test]

@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn limits_of_many_digits_are_rounded_down() {
-        let told = [std::f64::consts::PI, 0.09867606471697511, 1234.567891, 0.2, 1e-9, 0.49999].map(at_most);
-        assert_eq!(told, ["3.14", "0.0986", "1230", "0.2", "1e-9", "0.49999"]);
+        let bounds = [std::f64::consts::PI, 0.09867606471697511, 1234.567891, 0.2, 1e-9, 0.49999].map(at_most);
+        assert_eq!(bounds, ["3.14", "0.0986", "1230", "0.2", "1e-9", "0.49999"]);
     }
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use toml::de::{DeArray, DeTable, DeValue};
 use toml::{Spanned, Value};
 
-use super::diagnostic::Source;
+use super::diagnostic::SourceText;
 use super::document::{Complaints, Document};
 use super::microphone_array::{Microphone, microphones};
 use super::model::array_placement;
@@ -26,7 +26,7 @@ const PLACING: [&str; 2] = ["offset", "rotation_deg"];
 struct ReceiverFile {
     /// Index of the table that names it.
     item: usize,
-    source: Arc<Source>,
+    source: Arc<SourceText>,
     microphones: Vec<Microphone>,
     /// The microphones as tables `[[receiver]]`.
     tables: String,
@@ -43,7 +43,7 @@ impl ReceiverFiles {
     pub(super) fn read(
         root: &DeTable<'_>,
         document: &Document,
-        open: impl Fn(&str) -> Result<Arc<Source>, Problem>,
+        open: impl Fn(&str) -> Result<Arc<SourceText>, Problem>,
     ) -> Result<Self, SceneError> {
         let (mut files, mut wrong) = (Vec::new(), Vec::new());
         let items = root.get(RECEIVER).and_then(|receivers| receivers.get_ref().as_array());
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_is_that_of_the_files_contents_and_its_record_has_no_file() {
+    fn a_scene_holds_the_contents_of_its_files_and_no_paths() {
         let [one, same, other] =
             [ARRAY, "name,x,y,z\nleft,0.5,7.5,1.2\nright,-1,-7.5,1.2", "name,x,y,z\nleft,0.5,7.6,1.2"]
                 .map(|array| load(array).unwrap());
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_with_their_place_in_the_file() {
+    fn mistakes_are_reported_with_their_place_in_the_file() {
         let many = format!("name,x,y,z\n{}", "a,0,3,1\n".repeat(MOST + 1));
         for (array, place, key, wrong, right) in [
             ("", (1, 1), "receiver[1].file", "the file is empty", "name,x,y,z"),
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn an_array_is_turned_about_the_axes_of_the_scene_and_then_shifted() {
+    fn an_array_is_turned_about_the_scenes_axes_then_shifted() {
         let folder = tempfile::tempdir().unwrap();
         let place = |keys: &str| {
             let receivers = format!("[[receiver]]\nfile = \"array.csv\"\n{keys}\n");

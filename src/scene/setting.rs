@@ -5,7 +5,7 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::diagnostic::{Diagnostic, Source};
+use super::diagnostic::{Diagnostic, SourceText};
 use super::document::Document;
 use super::{Problem, SceneError};
 use crate::storage::input::beginning;
@@ -28,7 +28,7 @@ pub struct Setting {
     key: String,
     steps: Vec<Step>,
     /// The value as TOML, named after its key; empty to remove the key.
-    source: Arc<Source>,
+    source: Arc<SourceText>,
     /// The value as given if it is not TOML.
     plain: Option<String>,
 }
@@ -61,7 +61,7 @@ impl Setting {
         }
         let plain = (!value.is_empty() && DeValue::parse(value).is_err()).then(|| value.to_owned());
         let text = plain.as_deref().map_or_else(|| value.to_owned(), |text| toml::Value::from(text).to_string());
-        Ok(Self { steps, source: Arc::new(Source { name: format!("--set {key}"), text }), key, plain })
+        Ok(Self { steps, source: Arc::new(SourceText { name: format!("--set {key}"), text }), key, plain })
     }
 
     /// The key as given, such as `receiver[0].height`.
@@ -83,7 +83,7 @@ impl Setting {
     /// The setting that names the file of a tyre.
     pub(super) fn tyre(file: &str) -> Self {
         let (key, text) = (TYRE.to_owned(), toml::Value::from(file).to_string());
-        let source = Arc::new(Source { name: format!("--set {key}"), text });
+        let source = Arc::new(SourceText { name: format!("--set {key}"), text });
         Self { steps: vec![Step::Key(key.clone())], key, source, plain: None }
     }
 
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_replace_what_the_scene_says_and_add_what_it_does_not() {
+    fn settings_replace_and_add_to_what_the_scene_says() {
         let loaded = set(&[
             "rolling.speed_kmh=110",
             "numerics.preset=draft",
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_with_the_setting_that_they_are_in() {
+    fn mistakes_are_reported_with_their_setting() {
         for (text, reported) in [
             ("rolling.speed_kmh=-3", "--set rolling.speed_kmh:1:1"),
             ("rolling.sped_kmh=30", "speed_kmh"),

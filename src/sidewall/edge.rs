@@ -28,7 +28,7 @@
 use num_complex::Complex64;
 
 use super::arc::Arc;
-use super::meridian::{EdgeStatics, Point};
+use super::meridian::{EdgeStatics, MeridianPoint};
 use crate::numeric::ComplexField;
 
 /// Impedance of one sidewall at the belt's edge: forces per metre of edge by its motion \[N/m^2\].
@@ -124,9 +124,9 @@ impl<T: ComplexField> Equations<T> {
 
     /// Matrix of d/dt of (t, u, V, Tt, Tn, Tv) along the arc, in the given units.
     #[inline(always)]
-    fn system(&self, point: &Point, units: &Units) -> Matrix<T, 6> {
+    fn system(&self, point: &MeridianPoint, units: &Units) -> Matrix<T, 6> {
         let Self { n, lossy_n, loss, over_loss, inertia, coriolis, spin, pressure, shear, hoop } = *self;
-        let Point { radius, sine, cosine, curvature, tension, pressed } = *point;
+        let MeridianPoint { radius, sine, cosine, curvature, tension, pressed } = *point;
         let zero = n.like(0.0);
         let over = 1.0 / (radius * (tension + shear));
         // Fractions of shear and tension in the slope of V.
@@ -181,7 +181,7 @@ impl<T: ComplexField> Equations<T> {
 pub(super) fn edge_impedance<T: ComplexField>(
     arc: &Arc,
     edge: &EdgeStatics,
-    points: &[[Point; 3]],
+    points: &[[MeridianPoint; 3]],
     wave: &Wave<T>,
     widest: &Wave<Complex64>,
 ) -> EdgeImpedance<T> {
@@ -194,7 +194,7 @@ pub(super) fn edge_impedance<T: ComplexField>(
 pub(super) fn edge_response<T: ComplexField, const K: usize>(
     arc: &Arc,
     edge: &EdgeStatics,
-    points: &[[Point; 3]],
+    points: &[[MeridianPoint; 3]],
     sums: &[[[f64; 2]; K]],
     wave: &Wave<T>,
     widest: &Wave<Complex64>,
@@ -246,9 +246,9 @@ fn over<T: ComplexField>(row: &[T; 3], matrix: &Matrix<T, 3>) -> [T; 3] {
 }
 
 /// Squarings after which the exponents of all steps are below 1 in the row-sum norm; taken at both ends of the arc.
-fn squarings(arc: &Arc, points: &[[Point; 3]], widest: &Wave<Complex64>, units: &Units, step: f64) -> u32 {
+fn squarings(arc: &Arc, points: &[[MeridianPoint; 3]], widest: &Wave<Complex64>, units: &Units, step: f64) -> u32 {
     let equations = Equations::new(arc, widest);
-    let norm = |point: &Point| {
+    let norm = |point: &MeridianPoint| {
         let rows = equations.system(point, units).map(|row| row.iter().map(|entry| entry.norm()).sum::<f64>());
         rows.into_iter().fold(0.0, f64::max)
     };

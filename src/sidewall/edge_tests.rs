@@ -22,21 +22,21 @@ fn wave(arc: &Arc, n: f64, s: Complex64) -> Wave<Complex64> {
 }
 
 /// States at the edge, and the integral of u R along the arc as a seventh one, for unit forces at the bead: columns.
-fn states(arc: &Arc, points: &[[Point; 3]], wave: &Wave<Complex64>) -> [[Complex64; 7]; 3] {
+fn states(arc: &Arc, points: &[[MeridianPoint; 3]], wave: &Wave<Complex64>) -> [[Complex64; 7]; 3] {
     states_and(arc, points, wave, |point| point.radius)
 }
 
 /// As [`states`], with the integral of u times any function.
 fn states_and(
     arc: &Arc,
-    points: &[[Point; 3]],
+    points: &[[MeridianPoint; 3]],
     wave: &Wave<Complex64>,
-    flow: impl Fn(&Point) -> f64,
+    flow: impl Fn(&MeridianPoint) -> f64,
 ) -> [[Complex64; 7]; 3] {
     let units = Units { states: [1.0; 6], ratios: [[1.0; 6]; 6] };
     let equations = Equations::new(arc, wave);
     let step = arc.length() / points.len() as f64;
-    let slope = |point: &Point, state: &[Complex64; 7]| -> [Complex64; 7] {
+    let slope = |point: &MeridianPoint, state: &[Complex64; 7]| -> [Complex64; 7] {
         let system = equations.system(point, &units);
         std::array::from_fn(|row| match system.get(row) {
             Some(row) => row.iter().zip(state).map(|(entry, value)| entry * value).sum(),
@@ -81,7 +81,7 @@ fn forces(states: &[[Complex64; 7]; 3], motion: [Complex64; 3]) -> [Complex64; 3
 }
 
 #[test]
-fn the_edge_sweeps_one_volume_for_every_n_and_s_and_turning_round_none() {
+fn the_edge_sweeps_one_volume_for_every_n_and_s() {
     let mut worst = 0.0_f64;
     for hoop in [0.0, 3.2e4] {
         let arc = Arc { hoop, relaxation: Relaxation::of_loss_factor(0.15), ..arc() };
@@ -107,7 +107,7 @@ fn the_edge_sweeps_one_volume_for_every_n_and_s_and_turning_round_none() {
 }
 
 #[test]
-fn a_uniform_pressure_on_a_held_arc_moves_nothing_whatever_n_and_s() {
+fn a_uniform_pressure_on_a_held_arc_moves_nothing() {
     // The same by reciprocity, exactly: forces in equilibrium with a pressure are Tt = C/p alone, since ka = p R/C.
     let arc = arc();
     let meridian = Meridian::new(&arc).unwrap();
@@ -156,14 +156,14 @@ fn both_halves_of_the_impedance_are_equal() {
 }
 
 #[test]
-fn a_sidewall_turned_round_at_rest_is_a_string_and_a_strip_in_shear() {
+fn a_sidewall_at_rest_is_a_string_and_a_strip_in_shear() {
     // (1/int dz/(R^2 (C + R G)) + C R_b cos a_b)/R_b^3.
     let arc = arc();
     let meridian = Meridian::new(&arc).unwrap();
     let (edge, points) = (meridian.edge(), meridian.points(400));
     let constant = arc.edge_radius * edge.tension;
     let weights = [5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0];
-    let flexibility = |point: &Point| 1.0 / (point.radius.powi(2) * (constant + point.radius * arc.shear));
+    let flexibility = |point: &MeridianPoint| 1.0 / (point.radius.powi(2) * (constant + point.radius * arc.shear));
     let sum: f64 = points.iter().flat_map(|nodes| nodes.iter().zip(weights)).map(|(p, w)| w * flexibility(p)).sum();
     let turned = 1.0 / (sum * arc.length() / points.len() as f64);
     let expected = (turned + constant * arc.edge_radius * edge.angle.cos()) / arc.edge_radius.powi(3);
@@ -188,7 +188,7 @@ fn pieces_of_the_swept_volume_are_its_integrals_by_another_way() {
             let found = sidewall.flow(n, s, &rule, 64);
             let largest = found.iter().flatten().fold(0.0_f64, |largest, flow| largest.max(flow.norm()));
             for (k, found) in found.iter().enumerate() {
-                let flow = |point: &Point| {
+                let flow = |point: &MeridianPoint| {
                     let turned = (edge.angle - point.sine.atan2(point.cosine)) / (edge.angle - edge.bead_angle);
                     point.radius * rule.polynomials(turned)[k]
                 };

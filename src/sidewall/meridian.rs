@@ -33,7 +33,7 @@ type State = [f64; 4];
 
 /// State of the meridian at one z.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Point {
+pub(super) struct MeridianPoint {
     /// Radius R \[m\].
     pub(super) radius: f64,
     /// sin a, cos a.
@@ -191,7 +191,7 @@ impl Meridian {
     }
 
     /// Gauss points, three in each of so many equal steps.
-    pub(super) fn points(&self, steps: usize) -> Vec<[Point; 3]> {
+    pub(super) fn points(&self, steps: usize) -> Vec<[MeridianPoint; 3]> {
         let step = self.length / steps as f64;
         let offset = 0.1 * 15.0_f64.sqrt() * step;
         let mut along = self.along();
@@ -201,7 +201,7 @@ impl Meridian {
     }
 
     /// Angle a \[rad\] and state at each z \[m\]; successive z must rise.
-    pub(super) fn along(&self) -> impl FnMut(f64) -> (f64, Point) {
+    pub(super) fn along(&self) -> impl FnMut(f64) -> (f64, MeridianPoint) {
         let mut state = self.begin;
         let mut from = 0.0;
         move |z: f64| {
@@ -211,7 +211,7 @@ impl Meridian {
             let [radius, _, angle, pulled] = state;
             let ((sine, cosine), tension) = (angle.sin_cos(), pulled / radius);
             let curvature = self.load.curvature(radius, sine, tension);
-            (angle, Point { radius, sine, cosine, curvature, tension, pressed: self.load.pressure / tension })
+            (angle, MeridianPoint { radius, sine, cosine, curvature, tension, pressed: self.load.pressure / tension })
         }
     }
 }

@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_loss_factor_is_that_asked_for_over_the_range_that_matters() {
+    fn the_loss_factor_is_that_given_over_the_range_that_matters() {
         for (wanted, highest, least) in
             [(0.02, 3e3, 0.93), (0.1, 3e3, 0.93), (0.2, 3e3, 0.93), (0.4, 3e3, 0.9), (1.0, 1e3, 0.85)]
         {

@@ -12,7 +12,7 @@
 //! the step. So Q_k is a sum over t and u at the ends of the steps, with weights that are equal for all waves. At rest
 //! R/ka = C/p is constant, and the pieces together are exactly the -R_b N_b cos(a_b) w/p of the whole.
 
-use super::meridian::{Meridian, Point};
+use super::meridian::{Meridian, MeridianPoint};
 use crate::numeric::{SplitRule, legendre};
 
 /// Weights of t and u at the end of a step, for each piece.
@@ -36,7 +36,7 @@ pub(super) fn weights(meridian: &Meridian, rule: &SplitRule, steps: usize) -> Ve
         let [from, to] = [index as f64, index as f64 + 1.0].map(|place| place * step);
         let cut = between.clamp(from, to);
         let parts = [[from, cut], [cut, to]].into_iter().filter(|[from, to]| to > from);
-        let nodes: Vec<(f64, f64, f64, Point)> = parts
+        let nodes: Vec<(f64, f64, f64, MeridianPoint)> = parts
             .flat_map(|[from, to]| {
                 // Rising along the arc.
                 let rule = gauss

@@ -7,7 +7,7 @@ use pulp::{Simd, WithSimd};
 
 use super::arc::Arc;
 use super::edge::{EdgeImpedance, FEWEST_STEPS, FINE_STEP, STEP, Wave, edge_impedance, edge_response, wavenumber};
-use super::meridian::{EdgeStatics, Meridian, Point};
+use super::meridian::{EdgeStatics, Meridian, MeridianPoint};
 use super::swept::{self, Weights};
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES, SplitRule};
@@ -38,7 +38,7 @@ pub struct Sidewall {
     /// The same for either direction of rotation; `None`: no steady state, no impedance.
     meridian: Option<Meridian>,
     /// Points along the arc, by number of steps.
-    points: [OnceLock<Vec<[Point; 3]>>; LADDER.len()],
+    points: [OnceLock<Vec<[MeridianPoint; 3]>>; LADDER.len()],
 }
 
 /// Pieces of a sidewall into which its flow is resolved.
@@ -139,7 +139,7 @@ impl Sidewall {
         Some((meridian, place))
     }
 
-    fn points(&self, meridian: &Meridian, place: usize) -> &[[Point; 3]] {
+    fn points(&self, meridian: &Meridian, place: usize) -> &[[MeridianPoint; 3]] {
         self.points[place].get_or_init(|| meridian.points(LADDER[place]))
     }
 }
@@ -249,7 +249,7 @@ impl<T: Copy> BothWays<T> {
 struct Neighbours<'a, const K: usize> {
     arc: &'a Arc,
     edge: &'a EdgeStatics,
-    points: &'a [[Point; 3]],
+    points: &'a [[MeridianPoint; 3]],
     sums: &'a [[[f64; 2]; K]],
     widest: &'a Wave<Complex64>,
     first: usize,

@@ -1,4 +1,4 @@
-//! Results that take long, kept on disk for the next run.
+//! Results that take long, stored on disk for the next run.
 //!
 //! An entry is a sealed file `<key>.<extension>`, the extension that of its kind and the key a SHA-256 of everything
 //! that the value depends on, the version of its kind included. It gets its name when it is complete, so a reader sees
@@ -6,7 +6,7 @@
 //!
 //! An unusable entry (truncated, damaged, another version, another key) is no error: the caller gets the reason, makes
 //! the value again and replaces it. When the entries exceed the size limit the least recently used ones are removed
-//! first, including those left by older versions. The limit follows the room on the disk: a solved sound takes a
+//! first, including those left by older versions. The limit follows the free space on the disk: a solved sound takes a
 //! gigabyte, and a sweep comes back to those of all its speeds.
 
 use std::fs::{self, File};
@@ -26,7 +26,7 @@ use crate::numeric::digest::hexadecimal;
 
 /// Limit of the size of all entries together \[bytes\]: the least, allowed on any disk, and the greatest.
 const BOUNDS: [u64; 2] = [2 << 30, 32 << 30];
-/// Entries may fill one part in so many of the disk's free room, their present size added to it.
+/// Entries may fill one part in so many of the disk's free space, their present size added to it.
 const SHARE_OF_ROOM: u64 = 8;
 
 /// Reason why the cache cannot be used.
@@ -54,7 +54,7 @@ impl CacheError {
 
 /// A kind of entry: its file name extension and its format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kind {
+pub struct CacheKind {
     /// Extension of its files, without the dot.
     pub extension: &'static str,
     /// Their format. Its version is also that of the algorithm: raise it whenever the same input may give another
@@ -65,7 +65,7 @@ pub struct Kind {
 /// A value that the cache keeps.
 pub trait Cached: Serialize + DeserializeOwned {
     /// File extension and format of such values.
-    const KIND: Kind;
+    const KIND: CacheKind;
 
     /// True if a value that was read is valid, as all its numbers being finite.
     fn is_valid(&self) -> bool;
@@ -103,25 +103,25 @@ struct EntryFile {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cache {
     folder: PathBuf,
-    /// Largest size of all entries together \[bytes\]; `None`: according to the room on the disk.
+    /// Largest size of all entries together \[bytes\]; `None`: according to the free space on the disk.
     limit: Option<u64>,
 }
 
 impl Cache {
     /// The user's cache: `TYREWAVE_CACHE_DIR`, else a folder in the platform's cache folder (`XDG_CACHE_HOME`,
-    /// `LOCALAPPDATA`, `~/Library/Caches`, `~/.cache`). Its limit follows the room on the disk.
+    /// `LOCALAPPDATA`, `~/Library/Caches`, `~/.cache`). Its limit follows the free space on the disk.
     ///
     /// # Errors
     /// [`CacheError::NoFolder`] if none of these is known.
     pub fn open() -> Result<Self, CacheError> {
         let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
-        let own = |base: PathBuf| base.join("tyrewave");
+        let subfolder = |base: PathBuf| base.join("tyrewave");
         let home = |below: &str| variable("HOME").map(|home| home.join(below));
         let platform = if cfg!(target_os = "macos") { home("Library/Caches") } else { home(".cache") };
         variable("TYREWAVE_CACHE_DIR")
-            .or_else(|| variable("XDG_CACHE_HOME").map(own))
-            .or_else(|| variable("LOCALAPPDATA").map(own))
-            .or_else(|| platform.map(own))
+            .or_else(|| variable("XDG_CACHE_HOME").map(subfolder))
+            .or_else(|| variable("LOCALAPPDATA").map(subfolder))
+            .or_else(|| platform.map(subfolder))
             .map(|folder| Self { folder, limit: None })
             .ok_or(CacheError::NoFolder)
     }
@@ -180,7 +180,7 @@ impl Cache {
         warnings: &mut Vec<String>,
         make: impl FnOnce() -> Result<T, E>,
     ) -> Result<T, E> {
-        if let Some(value) = self.kept(key, warnings) {
+        if let Some(value) = self.get(key, warnings) {
             return Ok(value);
         }
         let value = make()?;
@@ -189,7 +189,7 @@ impl Cache {
     }
 
     /// Value of an entry that is there and valid; an unusable entry or an unreadable cache gives a warning.
-    pub fn kept<T: Cached>(&self, key: &[u8; 32], warnings: &mut Vec<String>) -> Option<T> {
+    pub fn get<T: Cached>(&self, key: &[u8; 32], warnings: &mut Vec<String>) -> Option<T> {
         match self.load(key) {
             Ok(Some(Ok(value))) => return Some(value),
             Ok(Some(Err(reason))) => {
@@ -213,7 +213,7 @@ impl Cache {
         let mut entries = self.files()?;
         entries.sort_by(|a, b| (a.used, &a.path).cmp(&(b.used, &b.path)));
         let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
-        let limit = self.limit.unwrap_or_else(|| limit_by_room(total, free_bytes(&self.folder)));
+        let limit = self.limit.unwrap_or_else(|| limit_by_free_space(total, free_bytes(&self.folder)));
         for EntryFile { path, bytes, .. } in entries {
             if total <= limit {
                 break;
@@ -251,7 +251,7 @@ impl Cache {
     ///
     /// # Errors
     /// [`CacheError::Io`] for a folder that cannot be read.
-    pub fn list(&self, kinds: &[Kind]) -> Result<Vec<CacheEntry>, CacheError> {
+    pub fn list(&self, kinds: &[CacheKind]) -> Result<Vec<CacheEntry>, CacheError> {
         let check = |path: &Path| {
             let extension = path.extension().unwrap_or_default();
             let kind = kinds.iter().find(|kind| extension == kind.extension);
@@ -293,7 +293,7 @@ fn value<T: Cached>(mut body: Body, key: &[u8; 32]) -> Result<T, Unusable> {
 }
 
 /// Limit \[bytes\] for entries that take `entries` bytes on a disk with `free` free ones, if those are known.
-fn limit_by_room(entries: u64, free: Option<u64>) -> u64 {
+fn limit_by_free_space(entries: u64, free: Option<u64>) -> u64 {
     let [least, most] = BOUNDS;
     free.map_or(least, |free| (entries.saturating_add(free) / SHARE_OF_ROOM).clamp(least, most))
 }
@@ -322,8 +322,8 @@ mod tests {
     struct Weather(Vec<f64>);
 
     impl Cached for Weather {
-        const KIND: Kind =
-            Kind { extension: "weather", format: Format { magic: b"TWAVEWTR", version: 2, name: "the weather" } };
+        const KIND: CacheKind =
+            CacheKind { extension: "weather", format: Format { magic: b"TWAVEWTR", version: 2, name: "the weather" } };
 
         fn is_valid(&self) -> bool {
             self.0.iter().all(|value| value.is_finite())
@@ -357,21 +357,24 @@ mod tests {
     }
 
     #[test]
-    fn a_sweep_of_speeds_keeps_the_sounds_of_all_where_the_disk_has_room() {
+    fn the_cache_holds_the_sounds_of_a_sweep_where_the_disk_does() {
         const SOUND: u64 = 930_000_000;
         const GIB: u64 = 1 << 30;
-        assert_eq!(limit_by_room(0, None), 2 * GIB);
-        assert_eq!(limit_by_room(GIB, Some(GIB)), 2 * GIB, "a small disk");
-        assert!(limit_by_room(2 * SOUND, Some(60 * GIB)) > 8 * SOUND);
-        // What is kept takes nothing from the limit; no disk is so large that all of it is filled.
-        assert_eq!(limit_by_room(2 * SOUND, Some(60 * GIB)), limit_by_room(4 * SOUND, Some(60 * GIB - 2 * SOUND)));
-        assert_eq!(limit_by_room(0, Some(u64::MAX)), 32 * GIB);
+        assert_eq!(limit_by_free_space(0, None), 2 * GIB);
+        assert_eq!(limit_by_free_space(GIB, Some(GIB)), 2 * GIB, "a small disk");
+        assert!(limit_by_free_space(2 * SOUND, Some(60 * GIB)) > 8 * SOUND);
+        // What is stored takes nothing from the limit; no disk is so large that all of it is filled.
+        assert_eq!(
+            limit_by_free_space(2 * SOUND, Some(60 * GIB)),
+            limit_by_free_space(4 * SOUND, Some(60 * GIB - 2 * SOUND))
+        );
+        assert_eq!(limit_by_free_space(0, Some(u64::MAX)), 32 * GIB);
         let folder = tempfile::tempdir().unwrap();
         assert!(!cfg!(unix) || free_bytes(folder.path()).is_some_and(|free| free > 0));
     }
 
     #[test]
-    fn a_value_that_makes_no_sense_is_damaged_and_one_of_another_version_has_another_key() {
+    fn invalid_values_are_damaged_and_versions_have_their_keys() {
         let folder = tempfile::tempdir().unwrap();
         let cache = Cache::at(folder.path().to_owned(), u64::MAX);
         cache.store(&[7; 32], &Weather(vec![f64::NAN])).unwrap();

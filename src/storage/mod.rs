@@ -4,7 +4,7 @@
 //! - [`input`]: files that are read as a whole: regular ones of a bounded size;
 //! - [`pending_file`]: files that are complete or absent;
 //! - [`sealed_file`]: the one binary format, for checkpoints and cache entries alike;
-//! - [`cache`]: results that take long, kept for the next run;
+//! - [`cache`]: results that take long, stored for the next run;
 //! - [`flat_folder`]: listing, access and removal of a folder of files;
 //! - [`separated`]: tables of cells separated by commas, semicolons or tabs;
 //! - [`state`]: the part of a run that evolves, saved and restored in place.
@@ -21,7 +21,7 @@ pub(crate) mod separated;
 pub(crate) mod state;
 
 pub use cache::Cached;
-pub(crate) use cache::{Cache, CacheError, Kind};
+pub(crate) use cache::{Cache, CacheError, CacheKind};
 pub(crate) use input::InputError;
 pub(crate) use pending_file::PendingFile;
 pub(crate) use sealed_file::Format;

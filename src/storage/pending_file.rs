@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_takes_its_name_when_it_is_complete_and_leaves_nothing_otherwise() {
+    fn a_file_takes_its_name_only_when_it_is_complete() {
         let folder = tempfile::tempdir().unwrap();
         let names = || fs::read_dir(folder.path()).unwrap().count();
         let path = folder.path().join("trace.json");

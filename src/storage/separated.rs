@@ -11,7 +11,7 @@ const COMMENTS: [&str; 3] = ["#", "%", "//"];
 
 /// Text of a table, with its delimiter and decimal sign.
 #[derive(Debug)]
-pub(crate) struct Table<'a> {
+pub(crate) struct SeparatedTable<'a> {
     text: Cow<'a, str>,
     style: Style,
 }
@@ -58,11 +58,11 @@ pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
             }
         }
     };
-    let kept = text.trim_end_matches('\u{1a}').len();
+    let length = text.trim_end_matches('\u{1a}').len();
     let text = match text {
-        Cow::Borrowed(text) => Cow::Borrowed(&text[..kept]),
+        Cow::Borrowed(text) => Cow::Borrowed(&text[..length]),
         Cow::Owned(mut text) => {
-            text.truncate(kept);
+            text.truncate(length);
             Cow::Owned(text)
         }
     };
@@ -70,7 +70,7 @@ pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { text }
 }
 
-impl<'a> Table<'a> {
+impl<'a> SeparatedTable<'a> {
     /// Reads a file's bytes as a table. A first line `sep=;` states the delimiter; otherwise delimiter and decimal sign
     /// are those by which most lines consist of numbers.
     pub(crate) fn of(bytes: &'a [u8]) -> Self {
@@ -241,7 +241,7 @@ mod tests {
     use super::*;
 
     fn read(bytes: &[u8]) -> Vec<Vec<f64>> {
-        let table = Table::of(bytes);
+        let table = SeparatedTable::of(bytes);
         table.records().map(|record| record.cells.iter().filter_map(|cell| table.number(cell)).collect()).collect()
     }
 
@@ -268,11 +268,11 @@ mod tests {
                 assert_eq!(read(bytes), [vec![0.5, -1.25], vec![1.0, 2.0]], "{text:?}");
             }
         }
-        assert_eq!(Table::of(b"H\xf6he (\xb5m);x\n").records().next().unwrap().cells, ["Höhe (µm)", "x"]);
+        assert_eq!(SeparatedTable::of(b"H\xf6he (\xb5m);x\n").records().next().unwrap().cells, ["Höhe (µm)", "x"]);
     }
 
     #[test]
-    fn commas_that_may_part_thousands_are_told_from_decimals() {
+    fn commas_between_thousands_are_distinguished_from_decimals() {
         for (text, ambiguous) in [
             ("0;4,123\n1;-6,001\n", Some((1, "4,123"))),
             ("x;z\n\"1\";\"800\"\n\"2\";\"1,024\"\n", Some((3, "1,024"))),
@@ -281,7 +281,7 @@ mod tests {
             ("0;1234,123\n1;6,001\n", None),
             ("0;4.123\n1;6.001\n", None),
         ] {
-            assert_eq!(Table::of(text.as_bytes()).ambiguous_comma(), ambiguous, "{text}");
+            assert_eq!(SeparatedTable::of(text.as_bytes()).ambiguous_comma(), ambiguous, "{text}");
         }
     }
 

@@ -169,9 +169,9 @@ pub(crate) fn ensure(holds: bool) -> Result<(), StateError> {
 }
 
 /// A part that is replaced as a whole, see [`StateStream::value`].
-pub(crate) struct Value<'a, T>(pub &'a mut T);
+pub(crate) struct StateValue<'a, T>(pub &'a mut T);
 
-impl<T: Serialize + DeserializeOwned> Evolving for Value<'_, T> {
+impl<T: Serialize + DeserializeOwned> Evolving for StateValue<'_, T> {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.value(self.0)
     }
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_length_that_the_bytes_do_not_hold_is_refused_without_a_large_allocation() {
+    fn a_length_beyond_the_bytes_is_refused_without_allocation() {
         let endless = postcard::to_stdvec(&(u64::MAX, 1.0)).unwrap();
         assert!(StateStream(Direction::Restore(&endless)).growing(&mut Vec::<f64>::new()).is_err());
     }

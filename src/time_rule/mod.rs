@@ -210,7 +210,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn phase_and_damping_shrink_with_the_order_and_no_rule_gains_energy() {
+    fn phase_and_damping_errors_shrink_and_no_rule_gains_energy() {
         for (rule, order) in [(TimeRule::Bdf1, 1), (TimeRule::Bdf2, 2), (TimeRule::Sdirk2, 2), (TimeRule::Sdirk3, 3)] {
             let error = |angle: f64| (rule.relative_rate(angle) - 1.0).norm();
             let observed = (error(0.02) / error(0.01)).log2();

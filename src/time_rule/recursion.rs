@@ -51,7 +51,7 @@ pub(crate) struct Poles<E: Element, S: Simd, const PARTS: usize> {
 
 /// State of vectors of poles driven by one real force.
 #[derive(Clone, Copy)]
-pub(crate) struct State<E: Element, S: Simd, const PARTS: usize> {
+pub(crate) struct PoleState<E: Element, S: Simd, const PARTS: usize> {
     /// b at the end of the last step.
     pub end: Number<E, S, PARTS>,
     /// b at its beginning, for a rule that [looks back](Recursion::LOOKS_BACK).
@@ -93,7 +93,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
     fn predict<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
-        state: &mut State<E, S, P>,
+        state: &mut PoleState<E, S, P>,
     ) -> Instants<E, S>;
 
     /// Factors of an odd part at every instant, from q: its displacement is the real part of their product with the
@@ -113,7 +113,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
         simd: S,
         maps: &StepMaps<E, S, P>,
         odd: &[Number<E, S, P>; MOST_STAGES],
-        state: &mut State<E, S, P>,
+        state: &mut PoleState<E, S, P>,
     ) -> [Instants<E, S>; 2] {
         let even = Self::predict(simd, maps, state);
         [even, [real_part::<E, _, _>(simd, odd[0], state.end); MOST_STAGES]]
@@ -124,7 +124,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
     fn skip<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
-        states: [&mut State<E, S, P>; 2],
+        states: [&mut PoleState<E, S, P>; 2],
         steps: usize,
     ) {
         for state in states {
@@ -140,7 +140,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
         simd: S,
         maps: &StepMaps<E, S, P>,
         forces: Instants<E, S>,
-        state: &mut State<E, S, P>,
+        state: &mut PoleState<E, S, P>,
     ) {
         Self::predict(simd, maps, state);
         for stage in 0..Self::STAGES {
@@ -208,7 +208,7 @@ impl Recursion for Bdf2 {
     fn predict<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
-        state: &mut State<E, S, P>,
+        state: &mut PoleState<E, S, P>,
     ) -> Instants<E, S> {
         let mut y = state.end;
         add::<E, _, _>(simd, E::splat(simd, E::rounded(-BEFORE_LAST)), state.before, &mut y);
@@ -260,7 +260,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     fn predict<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
-        state: &mut State<E, S, P>,
+        state: &mut PoleState<E, S, P>,
     ) -> Instants<E, S> {
         let mut displaced = [state.end[0]; MOST_STAGES];
         for stage in 0..COUNT - 1 {
@@ -290,7 +290,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
         simd: S,
         maps: &StepMaps<E, S, P>,
         odd: &[Number<E, S, P>; MOST_STAGES],
-        state: &mut State<E, S, P>,
+        state: &mut PoleState<E, S, P>,
     ) -> [Instants<E, S>; 2] {
         let mut displaced = [state.end[0]; MOST_STAGES];
         for stage in 0..COUNT - 1 {
@@ -306,7 +306,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     fn skip<E: Element, S: Simd, const P: usize>(
         simd: S,
         maps: &StepMaps<E, S, P>,
-        [re, im]: [&mut State<E, S, P>; 2],
+        [re, im]: [&mut PoleState<E, S, P>; 2],
         steps: usize,
     ) {
         let (mut square, mut remaining) = (maps.whole, steps);

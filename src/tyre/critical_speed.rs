@@ -123,7 +123,7 @@ mod tests {
     use crate::test_models::on_springs;
 
     #[test]
-    fn the_limit_is_where_the_belt_against_its_foundation_has_no_stiffness_left() {
+    fn the_limit_is_where_the_belt_on_its_foundation_is_not_stiff() {
         let tyre = |text: &str| Scene::from_str(text, "default").unwrap().scene.tyre;
         let springs = on_springs(DEFAULT);
         for (text, expected) in [(&*springs, 119.8), (DEFAULT, 111.9)] {
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn minors_tell_positive_matrices_from_others() {
+    fn minors_distinguish_positive_matrices() {
         let matrix = |least: f64| {
             // Eigenvalues 1, 2 and `least` under a unitary turn.
             let (c, s, i) = (0.6_f64, 0.8_f64, Complex64::i());

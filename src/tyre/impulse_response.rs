@@ -74,7 +74,7 @@ mod tests {
     use crate::tyre::poles::{Direction, FitOptions, fit, turning_ring};
 
     #[test]
-    fn impulse_response_integrates_to_the_static_influence_and_decays() {
+    fn impulse_response_decays_and_integrates_to_static_influence() {
         let tyre = tyre(0.25);
         let options = FitOptions { top: 4e4, ..FitOptions::new(&tyre, 16, 0.0).with_tolerance(1e-4) };
         let model = fit(&tyre, &options).unwrap();

@@ -343,9 +343,10 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
         let beside = BESIDE * pole.norm();
         let (right, left) = (compliance(pole + beside), compliance(pole - beside));
         let residue = |i: usize, j: usize| right[i][j] - left[i][j];
-        let own = residue(entry, entry);
-        let part =
-            |i: usize| if i == entry { own.norm() } else { (residue(i, entry) * residue(entry, i) / own).norm() };
+        let diagonal = residue(entry, entry);
+        let part = |i: usize| {
+            if i == entry { diagonal.norm() } else { (residue(i, entry) * residue(entry, i) / diagonal).norm() }
+        };
         let parts: [f64; 3] = std::array::from_fn(part);
         let sum: f64 = parts.iter().sum();
         let shares = parts.map(|part| part / sum);

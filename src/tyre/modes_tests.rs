@@ -23,7 +23,7 @@ fn pole(frequency: f64, damping: f64) -> Complex64 {
 }
 
 #[test]
-fn poles_of_oscillators_are_found_with_frequency_damping_and_motion() {
+fn modes_of_oscillators_have_their_frequency_damping_and_motion() {
     // Two radial ones over a delayed background, one round the tyre and one across with the same pole.
     let radial = [pole(90.0, 0.05), pole(230.0, 0.003)];
     let shared = pole(48.0, 0.08);
@@ -109,7 +109,7 @@ fn a_mode_that_moves_two_ways_is_listed_once_with_its_shares() {
 }
 
 #[test]
-fn a_pole_that_only_the_samples_have_is_reported_and_what_is_not_finite_refused() {
+fn a_pole_of_the_samples_alone_is_reported() {
     let ringing = pole(100.0, 0.05);
     let line = Line::up_to(500.0, MOST_POINTS);
     let cut = |s: Complex64| if s.re < 0.9 * line.shift { Complex64::ONE } else { oscillator(ringing, s) };
@@ -125,7 +125,7 @@ fn a_pole_that_only_the_samples_have_is_reported_and_what_is_not_finite_refused(
 }
 
 #[test]
-fn a_rigid_wave_on_a_power_law_foundation_rings_as_its_closed_form_says() {
+fn a_rigid_wave_on_a_power_law_foundation_has_its_closed_form() {
     // A stiff plate so wide that it moves as a mass m'' on k (s/w0)^(2 gamma): s^(2 - 2 gamma) = -k/(m''
     // w0^(2 gamma)). Corrections: k h/E (1e-8) and the corner (1e-9).
     let mut tyre = plate_tyre();

@@ -87,8 +87,8 @@ mod tests {
         let least = speeds.iter().map(|(speed, _)| *speed).fold(f64::INFINITY, f64::min);
         assert!((found.speed / least - 1.0).abs() < 0.03, "{found:?} {least} m/s");
         // Waves of neighbouring n are nearly as slow.
-        let its_own = speeds.iter().filter(|(_, n)| *n == found.n);
-        assert!(its_own.map(|(speed, _)| speed).any(|speed| speed / least < 1.03), "{found:?} {speeds:?}");
+        let same_wave = speeds.iter().filter(|(_, n)| *n == found.n);
+        assert!(same_wave.map(|(speed, _)| speed).any(|speed| speed / least < 1.03), "{found:?} {speeds:?}");
         assert_eq!(slowest_wave_below(&tyre, 0.95 * least), None);
     }
 }

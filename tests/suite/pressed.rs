@@ -166,7 +166,7 @@ fn compared(name: &str, loaded: &LoadedScene, indentation: f64, crowned: bool, m
 
     let grid = CellGrid::new(&at_rest(tyre), loaded.scene.numerics.elements * ALONG, ACROSS);
     let truncation = CellTruncation { lateral_terms: None, aliases: None };
-    let influence = CellSums::new(&at_rest(tyre), grid, truncation, 1e-5, 1.0).kept_instant(0.0, WINDOW * ALONG);
+    let influence = CellSums::new(&at_rest(tyre), grid, truncation, 1e-5, 1.0).cached_instant(0.0, WINDOW * ALONG);
     let line = {
         // The lines' images, too: the mean over j + j' of H.
         let mut folded = influence.clone();

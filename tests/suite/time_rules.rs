@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 use num_complex::Complex64;
 use tyrewave::counters::Meter;
 use tyrewave::internals::{
-    AxleHeight, CIRCUMFERENCE, ContactError, ContactKernel, EqualBedding, FitOptions, Geometry, March, ModalHistory,
-    PastForces, RationalModel, RoadStrip, SliceLaw, fetch_model as fetch, scene, scene_text, unstable_zero,
+    AxleHeight, CIRCUMFERENCE, ContactError, ContactKernel, EqualBedding, FitOptions, ForceHistory, Geometry, March,
+    ModalHistory, RationalModel, RoadStrip, SliceLaw, fetch_model as fetch, scene, scene_text, unstable_zero,
 };
 use tyrewave::road::SliceBuilder;
 use tyrewave::scene::{TimeRule, Tread};

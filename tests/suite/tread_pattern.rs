@@ -4,8 +4,8 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use tyrewave::Plan;
 use tyrewave::internals::{
-    BlockTerm, Blocks, CellGrid, CellInfluence, CellSearch, CellSums, CellTruncation, InstantCells, NO_BLOCK,
-    TreadBlock, edit, scene, scene_text,
+    BlockTerm, CellGrid, CellInfluence, CellSearch, CellSums, CellTruncation, InstantCells, NO_BLOCK, TreadBlock,
+    TreadBlocks, edit, scene, scene_text,
 };
 use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Scene};
@@ -299,15 +299,15 @@ fn influence(columns: usize, across: usize) -> CellInfluence {
     let tyre = Scene::from_str(tyrewave::scene::DEFAULT, "default").unwrap().scene.tyre;
     let grid = CellGrid::new(&tyre, 256, across);
     let truncation = CellTruncation { lateral_terms: None, aliases: None };
-    CellSums::new(&tyre, grid, truncation, 1e-6, 0.0).kept_instant(0.0, columns)
+    CellSums::new(&tyre, grid, truncation, 1e-6, 0.0).cached_instant(0.0, columns)
 }
 
 /// Blocks of 3 x 2 cells of every other four columns, the others without; a ring of two rows with a hole beside them,
 /// and ribs of 20 columns of every 24.
-fn blocks(elements: usize, across: usize) -> Blocks {
-    let mut blocks = Blocks { of_cell: vec![NO_BLOCK; elements * across], cells: Vec::new(), blocks: Vec::new() };
+fn blocks(elements: usize, across: usize) -> TreadBlocks {
+    let mut blocks = TreadBlocks { of_cell: vec![NO_BLOCK; elements * across], cells: Vec::new(), blocks: Vec::new() };
     let inner = across - 3;
-    let add = |blocks: &mut Blocks, parts: &[Vec<usize>], length: usize, is_ring: bool| {
+    let add = |blocks: &mut TreadBlocks, parts: &[Vec<usize>], length: usize, is_ring: bool| {
         let first = blocks.cells.len() as u32;
         let compliance = 5e-10 * (1.0 + f64::from(first % 3));
         blocks.blocks.push(TreadBlock { first, parts: parts.len() as u32, length: length as u32, is_ring, compliance });
@@ -361,15 +361,15 @@ fn a_rib_yields_like_the_mean_of_its_blocks_wherever_they_begin() {
     let (elements, across, columns, face, compliance, length) = (96, 2, 24, 2.7e-5, 6e-10, 7);
     let rib = TreadBlock { first: 0, parts: elements as u32, length: length as u32, is_ring: true, compliance };
     let of_cell = (0..elements * across).map(|cell| (cell / across) as u32).collect();
-    let ring = Blocks { of_cell, cells: vec![across as u32; elements], blocks: vec![rib] };
-    let term = |blocks: &Blocks| Some(BlockTerm::new(blocks, face, across, columns * across));
+    let ring = TreadBlocks { of_cell, cells: vec![across as u32; elements], blocks: vec![rib] };
+    let term = |blocks: &TreadBlocks| Some(BlockTerm::new(blocks, face, across, columns * across));
     let mut with = InstantCells::new(influence(columns, across)).with_blocks(term(&ring));
     // Blocks that begin `shift` columns on; a window that meets no seam.
     let cut = |shift: usize| {
         let block = |cell: usize| ((cell / across + shift) / length) as u32;
         let of_cell: Vec<u32> = (0..elements * across).map(block).collect();
         let count = *of_cell.last().unwrap() as usize + 1;
-        let mut blocks = Blocks::whole(of_cell, &vec![compliance; count]);
+        let mut blocks = TreadBlocks::whole(of_cell, &vec![compliance; count]);
         // Those that the seam cuts: not met.
         blocks.cells.fill((length * across) as u32);
         InstantCells::new(influence(columns, across)).with_blocks(term(&blocks))
@@ -405,7 +405,7 @@ fn ribs_without_a_cut_are_as_silent_on_a_smooth_road_as_a_slick() {
 fn one_block_of_all_cells_is_pressed_in_by_its_mean_pressure() {
     let (columns, across, face, compliance) = (40, 8, 2.7e-5, 6e-10);
     let count = 256 * across;
-    let all = Blocks::whole(vec![0; count], &[compliance]);
+    let all = TreadBlocks::whole(vec![0; count], &[compliance]);
     for tolerance in [1e-9, 1e-5] {
         let term = BlockTerm::new(&all, face, across, columns * across);
         let mut with =

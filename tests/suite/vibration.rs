@@ -11,10 +11,10 @@ use serde_json::Value;
 use tyrewave::Plan;
 use tyrewave::counters::{Counter, Meter, Stage};
 use tyrewave::internals::{
-    Across, LevelErrors, ModalHistory, PastForces, RoadStrip, SegmentLayout, SliceErrors, SpectraRequest, TransferKind,
-    TyreResponse, VelocityTable, VibrationAccumulator, VibrationField, checked, edit, fetch_model as fetch,
-    field_spectra, fit_options, point_spectrum, prepare, scene, scene_text, slice_errors, transforms,
-    vibration_levels_csv, vibration_summary, with_all_terms,
+    Across, ForceHistory, LevelErrors, ModalHistory, RoadStrip, SegmentLayout, SliceErrors, SpectraRequest,
+    TransferKind, TyreResponse, VelocityTable, VibrationAccumulator, VibrationField, checked, edit,
+    fetch_model as fetch, field_spectra, fit_options, point_spectrum, prepare, scene, scene_text, slice_errors,
+    transforms, vibration_levels_csv, vibration_summary, with_all_terms,
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::road::StiffnessCurve;

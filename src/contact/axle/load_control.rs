@@ -1,7 +1,7 @@
 //! Corrections of an axle's height within the warm-up until the mean force is the load.
 
 use crate::contact::static_contact::StaticContact;
-use crate::storage::state::{Evolving, StateError, StateStream, Value, ensure};
+use crate::storage::state::{Evolving, StateError, StateStream, StateValue, ensure};
 
 /// Height control towards a mean force.
 #[derive(Clone, Debug)]
@@ -100,7 +100,7 @@ impl LoadControl {
 impl Evolving for LoadControl {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         let Self { stiffness, from, to, turn, sum, count, previous, .. } = self;
-        state.all([stiffness, from, to, turn, sum, count, &mut Value(previous)])?;
+        state.all([stiffness, from, to, turn, sum, count, &mut StateValue(previous)])?;
         // It bounds the next one; 0: a spring that is not there.
         ensure(self.stiffness >= 0.0 && self.turn.0.checked_add(self.turn.1).is_some())
     }

@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn control_finds_the_load_of_a_linear_spring_whose_stiffness_it_was_told_wrong() {
+    fn control_finds_the_load_from_a_wrong_stiffness() {
         let start = StaticContact { indentation: 0.01, force: 4000.0, stiffness: 3e5, length: 0.08 };
         let mut height = AxleHeight::Loaded(LoadControl::new(4000.0, start, 1000));
         let mut force = 0.0;

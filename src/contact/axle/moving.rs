@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn an_undamped_swing_keeps_its_amplitude_and_has_the_leapfrogs_frequency() {
+    fn an_undamped_swing_has_constant_amplitude_and_its_frequency() {
         let (time_step, off) = (1e-3, 1e-3);
         let heights = swing(axle(0.0, 0.0, off, 0, time_step, 0.0), 200_000);
         let w = (STIFFNESS / MASS).sqrt();
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damped_swing_is_the_closed_form_to_second_order_wherever_the_force_acts() {
+    fn a_damped_swing_is_the_closed_form_to_second_order() {
         let (stiffness, damping, off, time) = (1e5, 900.0, 1e-3, 0.1);
         // The spring's rest is where the axle begins.
         let total = STIFFNESS + stiffness;
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn the_springs_rest_is_corrected_until_the_mean_force_is_the_load() {
+    fn the_springs_rest_is_corrected_until_the_load_is_carried() {
         // Set for a tyre of 3e5 N/m; it has 2e5 and touches 1 mm later.
         for (stiffness, damping) in [(2e4, 1500.0), (3e5, 3000.0)] {
             let (time_step, warm_up) = (2e-4, 10_000);

@@ -23,7 +23,7 @@ pub(super) struct Row {
     pub count: usize,
 }
 
-/// Transforms of one length, with room for one vector of pairs.
+/// Transforms of one length, with space for one vector of pairs.
 pub(super) struct AlongRing<R> {
     arch: Arch,
     /// Pairs to a vector.
@@ -36,11 +36,11 @@ impl<R: Element> AlongRing<R> {
     pub(super) fn new(ring: usize) -> Self {
         let arch = Arch::new();
         let width = lanes::<R>(arch);
-        let room = || Aligned::new(numbers(ring, width));
-        Self { arch, width, transform: Transform::new(ring), arrays: [room(), room()] }
+        let array = || Aligned::new(numbers(ring, width));
+        Self { arch, width, transform: Transform::new(ring), arrays: [array(), array()] }
     }
 
-    /// Rows of a field with room for `rows`: whole vectors of pairs.
+    /// Rows of a field with space for `rows`: whole vectors of pairs.
     pub(super) fn height(&self, rows: usize) -> usize {
         2 * rows.div_ceil(2).next_multiple_of(self.width)
     }
@@ -101,8 +101,8 @@ impl<R: Element> WithSimd for Forward<'_, R> {
             }
             // 2. Spectrum X, and A_n and B_n from X_n and X_-n.
             let [result, parted] = transform.run(simd, one, other);
-            let own = pairs_of(rows, block..block + width, pairs);
-            let end = own.clone().map(|(.., row)| row.first + row.count).max().unwrap_or(0);
+            let lanes = pairs_of(rows, block..block + width, pairs);
+            let end = lanes.clone().map(|(.., row)| row.first + row.count).max().unwrap_or(0);
             let (result, parts) = (&*waves::<R, S>(result), waves::<R, S>(parted).as_chunks_mut::<2>().0);
             for (n, parts) in parts.iter_mut().enumerate().take(end) {
                 let ([re, im], [mirror_re, mirror_im]) = (result[n], result[(ring - n) % ring]);
@@ -112,7 +112,7 @@ impl<R: Element> WithSimd for Forward<'_, R> {
                 ];
             }
             // 3. From the lanes to the waves of each row.
-            for (lane, which, row) in own {
+            for (lane, which, row) in lanes {
                 let out = spectrum[row.start..row.start + row.count].iter_mut();
                 for (out, wave) in out.zip(parted[4 * width * row.first..].chunks_exact(4 * width)) {
                     *out = Complex::new(wave[2 * which * width + lane], wave[(2 * which + 1) * width + lane]);
@@ -141,16 +141,16 @@ impl<R: Element> WithSimd for Inverse<'_, R> {
         let [one, other] = arrays.each_mut().map(|array| array.part(0, numbers(ring, width)));
         for block in (0..pairs).step_by(width) {
             // 1. Waves of each row to the lanes.
-            let own = pairs_of(rows, block..block + width, pairs);
-            let end = own.clone().map(|(.., row)| row.first + row.count).max().unwrap_or(0);
+            let lanes = pairs_of(rows, block..block + width, pairs);
+            let end = lanes.clone().map(|(.., row)| row.first + row.count).max().unwrap_or(0);
             other[..4 * width * end].fill(R::default());
-            for (lane, which, row) in own {
+            for (lane, which, row) in lanes {
                 let values = spectrum[row.start..row.start + row.count].iter();
                 let waves = other[4 * width * row.first..].chunks_exact_mut(4 * width);
                 for ((n, value), wave) in (row.first..).zip(values).zip(waves) {
-                    let is_own_mirror = n == 0 || 2 * n == ring;
+                    let is_mirror = n == 0 || 2 * n == ring;
                     wave[2 * which * width + lane] = value.re;
-                    wave[(2 * which + 1) * width + lane] = if is_own_mirror { R::default() } else { value.im };
+                    wave[(2 * which + 1) * width + lane] = if is_mirror { R::default() } else { value.im };
                 }
             }
             one.fill(R::default());

@@ -86,23 +86,23 @@ impl Ribs {
         let Self { shapes, rows, band, solution } = self;
         let (mut rows, mut band) = (rows.as_slice(), band.as_slice());
         for &[count, length] in &*shapes {
-            let (own, own_band);
-            (own, rows) = rows.split_at(count);
-            (own_band, band) = band.split_at(count * length);
+            let (rib_rows, rib_band);
+            (rib_rows, rows) = rows.split_at(count);
+            (rib_band, band) = band.split_at(count * length);
             solution.clear();
-            for (i, &(part, root)) in own.iter().enumerate() {
+            for (i, &(part, root)) in rib_rows.iter().enumerate() {
                 let before = (i + 1).saturating_sub(length)..i;
-                let known: f64 = before.map(|j| own_band[i * length + i - j] * solution[j]).sum();
-                solution.push((sums[part as usize] / root - known) / own_band[i * length]);
+                let known: f64 = before.map(|j| rib_band[i * length + i - j] * solution[j]).sum();
+                solution.push((sums[part as usize] / root - known) / rib_band[i * length]);
             }
             for i in (0..count).rev() {
-                solution[i] /= own_band[i * length];
+                solution[i] /= rib_band[i * length];
                 let value = solution[i];
                 for j in (i + 1).saturating_sub(length)..i {
-                    solution[j] -= own_band[i * length + i - j] * value;
+                    solution[j] -= rib_band[i * length + i - j] * value;
                 }
             }
-            for (&(part, root), value) in own.iter().zip(&*solution) {
+            for (&(part, root), value) in rib_rows.iter().zip(&*solution) {
                 yields[part as usize] = (sums[part as usize] / root - value) / root;
             }
         }
@@ -174,8 +174,8 @@ impl BlockShares {
         yields.extend(sums.iter().zip(&*factors).map(|(sum, factor)| sum * factor));
         ribs.apply(sums, yields);
         without_blocks.clear();
-        let own = residual.iter().zip(&*of_cell);
-        without_blocks.extend(own.map(|(&residual, &part)| {
+        let pairs = residual.iter().zip(&*of_cell);
+        without_blocks.extend(pairs.map(|(&residual, &part)| {
             if residual.abs() > 0.0 { residual - yields[part as usize] as f32 } else { 0.0 }
         }));
         without_blocks

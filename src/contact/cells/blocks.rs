@@ -13,7 +13,7 @@ use std::ops::Range;
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::tyre::tread_pattern::block_window::{BlockWindow, spread_from_places, sum_over_places};
-use crate::tyre::tread_pattern::blocks::{Block, Blocks};
+use crate::tyre::tread_pattern::blocks::{TreadBlock, TreadBlocks};
 
 /// Blocks under a window.
 pub struct BlockTerm {
@@ -34,8 +34,8 @@ pub struct BlockTerm {
 
 impl BlockTerm {
     /// Term of cells with an area `face` \[m^2\], `across` to a column, in a window of `window` cells.
-    pub fn new(blocks: &Blocks, face: f64, across: usize, window: usize) -> Self {
-        let share = |block: &Block| {
+    pub fn new(blocks: &TreadBlocks, face: f64, across: usize, window: usize) -> Self {
+        let share = |block: &TreadBlock| {
             let share = block.compliance / (f64::from(block.length) * face);
             std::iter::repeat_n(share, block.places() as usize)
         };
@@ -98,9 +98,9 @@ impl BlockTerm {
     pub(super) fn spans(&self) -> impl Iterator<Item = (Range<usize>, usize, &[f64])> {
         let mut weights = self.weights.as_slice();
         self.window.spans().iter().map(move |span| {
-            let own;
-            (own, weights) = weights.split_at(span.places());
-            (span.numbers(), span.length, own)
+            let span_weights;
+            (span_weights, weights) = weights.split_at(span.places());
+            (span.numbers(), span.length, span_weights)
         })
     }
 
@@ -110,15 +110,15 @@ impl BlockTerm {
         let mut weights = weights.as_slice();
         parts[0] = 0.0;
         for span in window.spans() {
-            let own;
-            (own, weights) = weights.split_at(span.places());
+            let span_weights;
+            (span_weights, weights) = weights.split_at(span.places());
             let parts = &mut parts[span.numbers()];
             if span.length == 1 {
-                parts.iter_mut().zip(own).for_each(|(part, weight)| *part *= weight);
+                parts.iter_mut().zip(span_weights).for_each(|(part, weight)| *part *= weight);
                 continue;
             }
             sum_over_places(parts, span.length, places);
-            places.iter_mut().zip(own).for_each(|(place, weight)| *place *= weight);
+            places.iter_mut().zip(span_weights).for_each(|(place, weight)| *place *= weight);
             spread_from_places(places, span.length, parts);
         }
     }

@@ -8,13 +8,13 @@ use crate::counters::Work;
 use crate::scene::Sides;
 use crate::tyre::influence::{COMPONENTS, CellGrid, CellRow, folded_traction_shape, traction_shape};
 
-struct Part<R: WaveNumber> {
+struct ComponentField<R: WaveNumber> {
     transform: WaveTransform<R>,
     cells: Vec<f64>,
     spectrum: Vec<Complex<R>>,
 }
 
-impl<R: WaveNumber> From<WaveTransform<R>> for Part<R> {
+impl<R: WaveNumber> From<WaveTransform<R>> for ComponentField<R> {
     fn from(transform: WaveTransform<R>) -> Self {
         let (cells, waves) = (vec![0.0; transform.cells()], transform.waves());
         Self { transform, cells, spectrum: vec![Complex::new(R::default(), R::default()); waves] }
@@ -23,7 +23,7 @@ impl<R: WaveNumber> From<WaveTransform<R>> for Part<R> {
 
 /// Transforms of `C` components: 1, normal forces, or 3, tractions.
 pub(crate) struct ComponentTransforms<R: WaveNumber, const C: usize> {
-    parts: [Part<R>; C],
+    parts: [ComponentField<R>; C],
 }
 
 impl<R: WaveNumber> From<WaveTransform<R>> for ComponentTransforms<R, 1> {
@@ -78,7 +78,7 @@ impl<R: WaveNumber, const C: usize> ComponentTransforms<R, C> {
 
     /// Transforms the forces \[N\] on a window that begins with an element; their waves are the spectra.
     pub(crate) fn forward(&mut self, first_element: i64, forces: &[[f64; C]]) {
-        self.parts.par_iter_mut().enumerate().for_each(|(component, Part { transform, cells, spectrum })| {
+        self.parts.par_iter_mut().enumerate().for_each(|(component, ComponentField { transform, cells, spectrum })| {
             cells.iter_mut().zip(forces).for_each(|(cell, force)| *cell = force[component]);
             transform.forward(first_element, cells, spectrum);
         });
@@ -86,7 +86,7 @@ impl<R: WaveNumber, const C: usize> ComponentTransforms<R, C> {
 
     /// Adds the displacements \[m\] of the waves in the spectra to the cells of the window.
     pub(crate) fn add_inverse(&mut self, first_element: i64, out: &mut [[f64; C]]) {
-        self.parts.par_iter_mut().for_each(|Part { transform, cells, spectrum }| {
+        self.parts.par_iter_mut().for_each(|ComponentField { transform, cells, spectrum }| {
             cells.fill(0.0);
             transform.add_inverse(spectrum, first_element, cells);
         });

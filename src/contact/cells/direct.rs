@@ -1,4 +1,4 @@
-//! The past of cells as convolution sums: the reference, for as many waves and lags as can be waited for.
+//! The history of cells as convolution sums: the reference, for as many waves and lags as can be waited for.
 //!
 //! By wave,
 //!
@@ -17,28 +17,28 @@ use realfft::RealFftPlanner;
 
 use super::component_transforms::ComponentTransforms;
 use super::wave_transform::WaveTransform;
-use super::zone::CellPast;
+use super::zone::CellHistory;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::in_parallel;
 use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
-use crate::tyre::influence::convolution_quadrature::Circle;
+use crate::tyre::influence::convolution_quadrature::ContourCircle;
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
 
 /// Part of the influence that is not 0: of displacements `to` by forces `from`.
 #[derive(Clone, Copy)]
-struct Part {
+struct MatrixPart {
     to: usize,
     from: usize,
     is_odd: bool,
 }
 
 /// Waves on the whole tyre and the forces of all steps that count, of `C` components.
-pub struct DirectPast<const C: usize> {
+pub struct DirectCellHistory<const C: usize> {
     transforms: ComponentTransforms<f64, C>,
     stages: usize,
     lags: usize,
-    parts: Vec<Part>,
+    parts: Vec<MatrixPart>,
     /// Weights wave by wave, lag by lag, by stage of the displacement, stage of the force, and part \[m/N\].
     weights: Vec<f64>,
     /// Forces \[N\] of steps modulo the lags, stage by stage, wave by wave.
@@ -48,7 +48,7 @@ pub struct DirectPast<const C: usize> {
     sum: Vec<[Complex64; C]>,
 }
 
-impl DirectPast<1> {
+impl DirectCellHistory<1> {
     /// Past of normal forces at rest, over `lags` lags, lag 0 included.
     pub fn new(
         sums: &CellSums,
@@ -59,7 +59,7 @@ impl DirectPast<1> {
         lags: usize,
     ) -> Self {
         let kinds: &[bool] = if sums.turns() { &[false, true] } else { &[false] };
-        let parts = kinds.iter().map(|&is_odd| Part { to: 0, from: 0, is_odd }).collect();
+        let parts = kinds.iter().map(|&is_odd| MatrixPart { to: 0, from: 0, is_odd }).collect();
         let values = |wave: &CellWave, at: &[CellSumsAt]| {
             let mut faces = Vec::with_capacity(at.len());
             sums.values(wave, at, &mut faces);
@@ -71,7 +71,7 @@ impl DirectPast<1> {
     }
 }
 
-impl DirectPast<COMPONENTS> {
+impl DirectCellHistory<COMPONENTS> {
     /// Past of tractions at rest, over `lags` lags, lag 0 included.
     pub(crate) fn of_tractions(
         sums: &CellSums,
@@ -85,7 +85,8 @@ impl DirectPast<COMPONENTS> {
             .flat_map(|pair| [(pair, false), (pair, true)])
             .filter(|&(pair, is_odd)| sums.turns() || TractionParts::is_even_at_rest(pair) != is_odd)
             .collect();
-        let part = |&(pair, is_odd): &(usize, bool)| Part { to: pair / COMPONENTS, from: pair % COMPONENTS, is_odd };
+        let part =
+            |&(pair, is_odd): &(usize, bool)| MatrixPart { to: pair / COMPONENTS, from: pair % COMPONENTS, is_odd };
         let parts = kinds.iter().map(part).collect();
         let values = |wave: &CellWave, at: &[CellSumsAt]| {
             let all: Vec<TractionParts> = at.iter().map(|at| sums.traction_parts(wave, at)).collect();
@@ -99,12 +100,12 @@ impl DirectPast<COMPONENTS> {
     }
 }
 
-impl<const C: usize> DirectPast<C> {
+impl<const C: usize> DirectCellHistory<C> {
     fn at_rest(
         transforms: ComponentTransforms<f64, C>,
         stages: usize,
         lags: usize,
-        parts: Vec<Part>,
+        parts: Vec<MatrixPart>,
         weights: Vec<f64>,
     ) -> Self {
         let (waves, zero) = (transforms.waves(), [Complex64::ZERO; C]);
@@ -113,7 +114,7 @@ impl<const C: usize> DirectPast<C> {
     }
 }
 
-impl<const C: usize> CellPast<C> for DirectPast<C> {
+impl<const C: usize> CellHistory<C> for DirectCellHistory<C> {
     fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [[f64; C]], meter: &mut Meter) {
         let Self { transforms, stages, lags, parts, weights, forces, step, sum } = self;
         if stage == 0 {
@@ -159,7 +160,7 @@ impl<const C: usize> CellPast<C> for DirectPast<C> {
     }
 }
 
-impl<const C: usize> Evolving for DirectPast<C> {
+impl<const C: usize> Evolving for DirectCellHistory<C> {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.all([&mut self.step, &mut self.forces])
     }
@@ -175,7 +176,7 @@ fn weights(
     values: impl Fn(&CellWave, &[CellSumsAt]) -> Vec<Vec<Complex64>> + Sync,
 ) -> Vec<f64> {
     let stages = rule.stages();
-    let circle = Circle::new(lags);
+    let circle = ContourCircle::new(lags);
     let points: Vec<Complex64> = circle.points().collect();
     let rates: Vec<_> = points.iter().map(|&zeta| rule.rates(zeta)).collect();
     let at: Vec<CellSumsAt> =
@@ -216,13 +217,13 @@ fn matrix_function(
     values: &[Complex64],
 ) -> [[Complex64; 3]; 3] {
     let mut result = [[Complex64::ZERO; 3]; 3];
-    for (i, (&own, &value)) in eigenvalues.iter().zip(values).enumerate() {
+    for (i, (&eigenvalue, &value)) in eigenvalues.iter().zip(values).enumerate() {
         let mut product = [[Complex64::ZERO; 3]; 3];
         (0..3).for_each(|k| product[k][k] = value);
         for (_, &other) in eigenvalues.iter().enumerate().filter(|(k, _)| *k != i) {
             let mut factor = matrix;
             (0..3).for_each(|k| factor[k][k] -= other);
-            let scale = (own - other).inv();
+            let scale = (eigenvalue - other).inv();
             product = std::array::from_fn(|row| {
                 std::array::from_fn(|column| {
                     (0..3).map(|k| product[row][k] * factor[k][column]).sum::<Complex64>() * scale

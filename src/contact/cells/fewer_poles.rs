@@ -1,4 +1,4 @@
-//! Fewer poles for the part of the past that the pass predicts.
+//! Fewer poles for the part of the history that the pass predicts.
 //!
 //! The pass over the poles hands on the displacements by forces later than a block; the earlier ones are summed with
 //! the exact first weights. Most of a wave's poles are there for its highest frequencies, which have decayed by then.
@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 
 use crate::time_rule::TimeRule;
-use crate::tyre::poles::Modes;
+use crate::tyre::poles::WaveModes;
 
 /// Samples between the lowest frequency and the highest, in addition to those at the poles' frequencies.
 const SAMPLES: usize = 16;
@@ -40,9 +40,9 @@ pub(super) struct FewerPoles {
 }
 
 impl FewerPoles {
-    pub(super) fn modes(&self) -> Modes<'_> {
+    pub(super) fn modes(&self) -> WaveModes<'_> {
         let Self { poles, residues, odd, pairs } = self;
-        Modes { poles, residues, odd, pairs: *pairs, constant: 0.0 }
+        WaveModes { poles, residues, odd, pairs: *pairs, constant: 0.0 }
     }
 }
 
@@ -57,7 +57,7 @@ struct Columns {
 impl Columns {
     /// Displacements by forces of more than `passed` steps ago, relative to |H|; `None` for a rule whose steps are no
     /// maps of one state.
-    fn new(modes: &Modes<'_>, rule: TimeRule, time_step: f64, passed: usize) -> Option<Self> {
+    fn new(modes: &WaveModes<'_>, rule: TimeRule, time_step: f64, passed: usize) -> Option<Self> {
         let maps: Option<Vec<_>> = modes.poles.iter().map(|&pole| rule.step_map(pole, time_step)).collect();
         let maps = maps?;
         let even = (0..SAMPLES).map(|n| PI * LOWEST.powf(n as f64 / (SAMPLES - 1) as f64));
@@ -80,8 +80,9 @@ impl Columns {
                 let mut row = Vec::with_capacity(unknowns);
                 for (index, map) in maps.iter().enumerate() {
                     let scale = modes.multiplicity(index) / size.max(floor);
-                    let own = scale * map.outputs[output] * map.inputs[input] * map.whole.powu(passed as u32);
-                    let [upper, lower] = [own / (1.0 - map.whole * zeta), own.conj() / (1.0 - map.whole.conj() * zeta)];
+                    let response = scale * map.outputs[output] * map.inputs[input] * map.whole.powu(passed as u32);
+                    let [upper, lower] =
+                        [response / (1.0 - map.whole * zeta), response.conj() / (1.0 - map.whole.conj() * zeta)];
                     if index < modes.pairs {
                         row.push(0.5 * (upper + lower));
                         row.push(Complex64::new(0.0, 0.5) * (upper - lower));
@@ -120,7 +121,7 @@ impl Columns {
 /// Poles that predict a wave's displacements by forces of more than `passed` steps ago to within `tolerance`; `None`
 /// where none can be left out, or for a two-step rule.
 pub(super) fn fewer_poles(
-    modes: &Modes<'_>,
+    modes: &WaveModes<'_>,
     rule: TimeRule,
     time_step: f64,
     passed: usize,
@@ -223,7 +224,7 @@ impl Residual {
         }
         for products in &mut self.products {
             let part = products[place] / pivot;
-            products.iter_mut().zip(&row).for_each(|(product, own)| *product -= part * own);
+            products.iter_mut().zip(&row).for_each(|(product, entry)| *product -= part * entry);
         }
     }
 }
@@ -263,7 +264,7 @@ mod tests {
     const PASSED: usize = 4;
 
     /// Displacements at the instants up to the fifth step after a force at a stage, and from there on.
-    fn late(modes: &Modes<'_>, residues: &[Complex64], rule: TimeRule, stage: usize) -> [Vec<f64>; 2] {
+    fn late(modes: &WaveModes<'_>, residues: &[Complex64], rule: TimeRule, stage: usize) -> [Vec<f64>; 2] {
         let mut response = vec![0.0; 400 * rule.stages()];
         for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {
             let weights = rule.coefficients(pole, modes.multiplicity(index) * residue, TIME_STEP);
@@ -287,15 +288,15 @@ mod tests {
         for (rule, tolerance) in
             [(TimeRule::Sdirk2, 1e-3), (TimeRule::Sdirk2, 1e-5), (TimeRule::Sdirk3, 1e-4), (TimeRule::Bdf1, 1e-4)]
         {
-            let modes = Modes { poles: &poles, residues: &residues, odd: &odd, pairs: 3, constant: 0.0 };
+            let modes = WaveModes { poles: &poles, residues: &residues, odd: &odd, pairs: 3, constant: 0.0 };
             let fewer = fewer_poles(&modes, rule, TIME_STEP, PASSED, tolerance).unwrap();
             let found = fewer.modes();
-            let order = |modes: &Modes<'_>| modes.poles.len() + modes.pairs;
+            let order = |modes: &WaveModes<'_>| modes.poles.len() + modes.pairs;
             println!("{rule:?}, {tolerance:e}: {} of {} poles", order(&found), order(&modes));
             assert!(order(&found) < order(&modes) && found.odd.len() == found.poles.len());
             for stage in 0..rule.stages() {
-                for (own, other) in [(modes.residues, found.residues), (modes.odd, found.odd)] {
-                    let [early, exact] = late(&modes, own, rule, stage);
+                for (residues, other) in [(modes.residues, found.residues), (modes.odd, found.odd)] {
+                    let [early, exact] = late(&modes, residues, rule, stage);
                     let [_, late] = late(&found, other, rule, stage);
                     let scale: f64 = early.iter().chain(&exact).map(|u| u.abs()).sum();
                     let missed: f64 = exact.iter().zip(&late).map(|(a, b)| (a - b).abs()).sum();
@@ -305,7 +306,7 @@ mod tests {
                 }
             }
         }
-        let modes = Modes { poles: &poles[..1], residues: &residues[..1], odd: &[], pairs: 1, constant: 0.0 };
+        let modes = WaveModes { poles: &poles[..1], residues: &residues[..1], odd: &[], pairs: 1, constant: 0.0 };
         assert!(fewer_poles(&modes, TimeRule::Sdirk2, TIME_STEP, PASSED, 1e-4).is_none());
         assert!(fewer_poles(&modes, TimeRule::Bdf2, TIME_STEP, PASSED, 1e-4).is_none());
     }

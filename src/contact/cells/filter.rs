@@ -10,7 +10,7 @@ use crate::numeric::Element;
 /// Vectors of a row that are summed together.
 const TOGETHER: usize = 4;
 
-/// Even stencil W with room for a product.
+/// Even stencil W with space for a product.
 pub(crate) struct Filter<R> {
     arch: Arch,
     pub(super) across: usize,

@@ -1,7 +1,7 @@
 //! Gaps between tread and road under a tyre that stands on it: where air may be.
 //!
-//! Cells are pressed on the road as it is at a place of the run, without a past, by the compliance at the rate s = V/a
-//! of a passage through half the patch: rubber that rolls is that stiff, and layers hardly move by their mass.
+//! Cells are pressed on the road as it is at a place of the run, without a history, by the compliance at the rate s =
+//! V/a of a passage through half the patch: rubber that rolls is that stiff, and layers hardly move by their mass.
 //! Cells that lie deeper than the least depth round the tyre at their place across are those of grooves across. These
 //! open and close within 0.2 ms: they do not stand still while they sound, and count as closed.
 
@@ -12,7 +12,7 @@ use crate::contact::static_contact::StaticContact;
 use crate::contact::tread::TreadSurface;
 use crate::scene::Axle;
 use crate::tyre::influence::CellSums;
-use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::blocks::TreadBlocks;
 
 /// Places of a run at which gaps are found.
 pub(crate) const PLACES: usize = 8;
@@ -74,7 +74,13 @@ pub(crate) struct StandingCells {
 
 impl StandingCells {
     /// Cells in a window that reaches so far from the contact's centre \[m\], with the compliance at a rate \[1/s\].
-    pub(crate) fn new(sums: &CellSums, tread: TreadSurface, blocks: Option<&Blocks>, rate: f64, reach: f64) -> Self {
+    pub(crate) fn new(
+        sums: &CellSums,
+        tread: TreadSurface,
+        blocks: Option<&TreadBlocks>,
+        rate: f64,
+        reach: f64,
+    ) -> Self {
         let grid = sums.grid();
         let rows = (0..grid.elements() as i64).map(|element| tread.row(element));
         let least = rows.fold(vec![f64::INFINITY; grid.across], |mut least, row| {
@@ -157,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_smooth_road_is_touched_by_the_patch_and_left_as_the_tyre_rises() {
+    fn a_smooth_road_is_touched_by_the_patch_between_rising_ends() {
         let axle = Axle::Load { load: 3400.0, tolerance: 0.1 };
         let tread = TreadSurface::from(vec![0.0; 6]);
         let at_rest = RestingCells::new(sums(), tread.clone(), None).under(&axle).unwrap();

@@ -64,7 +64,7 @@ pub(super) struct Gradients {
 
 /// A pass over all cells, compiled for the processor's instructions; loops go over the numbers of whole vectors side
 /// by side, so that no sum waits for another.
-enum Pass {
+enum VectorPass {
     /// r on A; how far the conditions are missed.
     Residual,
     /// z on A; z.r and z.(r - r_old).
@@ -79,7 +79,7 @@ enum Pass {
 
 struct Dispatched<'a> {
     gradients: &'a mut Gradients,
-    pass: Pass,
+    pass: VectorPass,
 }
 
 impl WithSimd for Dispatched<'_> {
@@ -90,19 +90,19 @@ impl WithSimd for Dispatched<'_> {
         let Gradients { count, miss, forces, residual, preconditioned, previous, direction, response, cut, .. } =
             self.gradients;
         // Entries behind belong to longer parts.
-        let room = 0..count.next_multiple_of(LANES);
-        let miss = miss[room.clone()].as_chunks_mut::<LANES>().0;
-        let forces = forces[room.clone()].as_chunks_mut::<LANES>().0;
-        let r = residual[room.clone()].as_chunks_mut::<LANES>().0;
-        let z = preconditioned[room.clone()].as_chunks_mut::<LANES>().0;
-        let previous = previous[room.clone()].as_chunks_mut::<LANES>().0;
-        let t = direction[room.clone()].as_chunks_mut::<LANES>().0;
-        let response = response[room.clone()].as_chunks::<LANES>().0;
-        let cut = cut[room].as_chunks_mut::<LANES>().0;
+        let padded = 0..count.next_multiple_of(LANES);
+        let miss = miss[padded.clone()].as_chunks_mut::<LANES>().0;
+        let forces = forces[padded.clone()].as_chunks_mut::<LANES>().0;
+        let r = residual[padded.clone()].as_chunks_mut::<LANES>().0;
+        let z = preconditioned[padded.clone()].as_chunks_mut::<LANES>().0;
+        let previous = previous[padded.clone()].as_chunks_mut::<LANES>().0;
+        let t = direction[padded.clone()].as_chunks_mut::<LANES>().0;
+        let response = response[padded.clone()].as_chunks::<LANES>().0;
+        let cut = cut[padded].as_chunks_mut::<LANES>().0;
         let [mut first, mut second] = [[0.0_f32; LANES]; 2];
         let total = |sums: [f32; LANES]| sums.into_iter().sum::<f32>();
         match self.pass {
-            Pass::Residual => {
+            VectorPass::Residual => {
                 for ((r, miss), forces) in r.iter_mut().zip(miss).zip(forces) {
                     for lane in 0..LANES {
                         let touches = (forces[lane] > 0.0) | (miss[lane] < 0.0);
@@ -113,7 +113,7 @@ impl WithSimd for Dispatched<'_> {
                 }
                 [first.into_iter().fold(0.0, f32::max), 0.0]
             }
-            Pass::Precondition => {
+            VectorPass::Precondition => {
                 for ((r, z), previous) in r.iter().zip(z).zip(previous) {
                     for lane in 0..LANES {
                         z[lane] = if r[lane].abs() > 0.0 { z[lane] } else { 0.0 };
@@ -124,7 +124,7 @@ impl WithSimd for Dispatched<'_> {
                 }
                 [total(first), total(second)]
             }
-            Pass::Direct(beta) => {
+            VectorPass::Direct(beta) => {
                 for ((r, forces), (z, t)) in r.iter().zip(forces).zip(z.iter().zip(t)) {
                     for lane in 0..LANES {
                         let next = if r[lane].abs() > 0.0 { z[lane] + beta * t[lane] } else { 0.0 };
@@ -135,7 +135,7 @@ impl WithSimd for Dispatched<'_> {
                 }
                 [total(first), 0.0]
             }
-            Pass::Curvature => {
+            VectorPass::Curvature => {
                 for (t, response) in t.iter().zip(response) {
                     for lane in 0..LANES {
                         first[lane] += t[lane] * response[lane];
@@ -143,15 +143,15 @@ impl WithSimd for Dispatched<'_> {
                 }
                 [total(first), 0.0]
             }
-            Pass::Advance(length) => {
+            VectorPass::Advance(length) => {
                 let steps = t.iter().zip(response);
                 for (((miss, forces), cut), (t, response)) in miss.iter_mut().zip(forces).zip(cut).zip(steps) {
                     for lane in 0..LANES {
                         miss[lane] += length * response[lane];
                         let next = forces[lane] + f64::from(length * t[lane]);
-                        let kept = if next > 0.0 { next } else { 0.0 };
-                        forces[lane] = kept;
-                        cut[lane] = (kept - next) as f32;
+                        let clipped = if next > 0.0 { next } else { 0.0 };
+                        forces[lane] = clipped;
+                        cut[lane] = (clipped - next) as f32;
                         first[lane] += if next < 0.0 { 1.0 } else { 0.0 };
                     }
                 }
@@ -163,14 +163,14 @@ impl WithSimd for Dispatched<'_> {
 
 impl Gradients {
     pub(super) fn new(cells: &InstantCells, radius: usize) -> Self {
-        let room = cells.cells().next_multiple_of(LANES);
-        let zeros = || vec![0.0; room];
+        let padded = cells.cells().next_multiple_of(LANES);
+        let zeros = || vec![0.0; padded];
         Self {
             arch: Arch::new(),
             count: 0,
             filter: Filter::new([cells.columns(), cells.across()], radius, cells.inverse_stencil(radius)),
             miss: zeros(),
-            forces: vec![0.0; room],
+            forces: vec![0.0; padded],
             residual: zeros(),
             preconditioned: zeros(),
             previous: zeros(),
@@ -222,7 +222,7 @@ impl Gradients {
         }
     }
 
-    fn pass(&mut self, pass: Pass) -> [f32; 2] {
+    fn pass(&mut self, pass: VectorPass) -> [f32; 2] {
         let arch = self.arch;
         arch.dispatch(Dispatched { gradients: self, pass })
     }
@@ -233,7 +233,7 @@ impl Gradients {
         let count = forces.len();
         self.forces[..count].copy_from_slice(forces);
         loop {
-            progress.residual = self.pass(Pass::Residual)[0];
+            progress.residual = self.pass(VectorPass::Residual)[0];
             if progress.iterations == most || progress.residual <= goal {
                 break;
             }
@@ -242,26 +242,26 @@ impl Gradients {
             }
             progress.iterations += 1;
             self.precondition(count);
-            let [mut product, mut change] = self.pass(Pass::Precondition);
+            let [mut product, mut change] = self.pass(VectorPass::Precondition);
             if product <= 0.0 {
                 // W cut down to A need not be positive definite; the residual itself always leads on.
                 self.preconditioned.copy_from_slice(&self.residual);
                 self.last = 0.0;
-                [product, change] = self.pass(Pass::Precondition);
+                [product, change] = self.pass(VectorPass::Precondition);
             }
             let beta = if self.last > 0.0 { (change / self.last).max(0.0) } else { 0.0 };
             self.last = product;
-            let [mut along, _] = self.pass(Pass::Direct(beta));
+            let [mut along, _] = self.pass(VectorPass::Direct(beta));
             if along <= 0.0 {
-                [along, _] = self.pass(Pass::Direct(0.0));
+                [along, _] = self.pass(VectorPass::Direct(0.0));
             }
             cells.single_displacement(&self.direction[..count], &mut self.response[..count]);
             progress.products += 1;
-            let length = along / self.pass(Pass::Curvature)[0];
+            let length = along / self.pass(VectorPass::Curvature)[0];
             if !(length.is_finite() && product > 0.0) {
                 break;
             }
-            let cuts = self.pass(Pass::Advance(length))[0] as u64;
+            let cuts = self.pass(VectorPass::Advance(length))[0] as u64;
             if cuts > 0 {
                 progress.cuts += cuts;
                 self.take_back(cells, count, cuts, &mut progress);
@@ -274,8 +274,8 @@ impl Gradients {
     /// Computes z, also off A.
     fn precondition(&mut self, count: usize) {
         let (residual, z) = (&self.residual[..count], &mut self.preconditioned[..count]);
-        let own = self.blocks.as_mut().map_or(residual, |blocks| blocks.taken_off(residual));
-        self.filter.apply(own, z);
+        let remaining = self.blocks.as_mut().map_or(residual, |blocks| blocks.taken_off(residual));
+        self.filter.apply(remaining, z);
     }
 
     /// Corrects u for the cuts: a few one by one, many by a product.

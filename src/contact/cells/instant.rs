@@ -14,7 +14,7 @@ use super::product::CellProduct;
 use crate::counters::Work;
 use crate::numeric::{Element, transform_length};
 use crate::tyre::influence::{CellGrid, CellInfluence};
-use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::blocks::TreadBlocks;
 
 /// G of the cells of a window \[m/N\].
 pub struct InstantCells {
@@ -113,7 +113,7 @@ impl InstantCells {
     }
 
     /// G of a window of the cells of a grid, whose blocks yield by themselves.
-    pub(crate) fn on_blocks(influence: CellInfluence, grid: &CellGrid, blocks: Option<&Blocks>) -> Self {
+    pub(crate) fn on_blocks(influence: CellInfluence, grid: &CellGrid, blocks: Option<&TreadBlocks>) -> Self {
         let (face, cells) = (grid.length() * grid.pitch(), influence.columns * grid.across);
         Self::new(influence).with_blocks(blocks.map(|blocks| BlockTerm::new(blocks, face, grid.across, cells)))
     }

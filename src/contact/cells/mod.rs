@@ -5,17 +5,17 @@
 //! - [`search`]: which cells touch, and with which forces.
 //!
 //! - [`wave_transform`]: between cells and waves; [`component_transforms`]: component by component;
-//! - [`past`]: displacements by past forces, by poles, most of it found in the background (`waves`, `short_ring`);
+//! - [`history`]: displacements by past forces, by poles, most of it found in the background (`waves`, `short_ring`);
 //!   [`direct`]: as sums, the reference;
 //! - [`resting`]: contact at rest; [`gaps`]: gaps under a tyre that stands on a road;
-//! - [`zone`]: one instant, from the past to the forces.
+//! - [`zone`]: one instant, from the history to the forces.
 //!
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
 //!
 //! A void in the tread is a cell that lies deeper than the others, and has all that they have. Tangential tractions
 //! stand beside the normal ones as arrays of the same shape: waves are lists of (n, m) and weight whatever component
-//! of C is asked for. A [`WavePast`](past::WavePast) belongs to one component, a [`DirectPast`](direct::DirectPast) to
-//! any number of them.
+//! of C is asked for. A [`WaveHistory`](history::WaveHistory) belongs to one component, a
+//! [`DirectCellHistory`](direct::DirectCellHistory) to any number of them.
 
 mod along_ring;
 mod block_shares;
@@ -26,8 +26,8 @@ mod fewer_poles;
 pub(in crate::contact) mod filter;
 pub(crate) mod gaps;
 mod gradients;
+pub(crate) mod history;
 pub(crate) mod instant;
-pub(crate) mod past;
 mod product;
 mod proportioning;
 pub(crate) mod resting;
@@ -42,7 +42,7 @@ pub(crate) mod zone;
 pub use instant::InstantCells;
 pub(crate) use product::CellProduct;
 pub(crate) use search::{CellSearch, SINGLE};
-pub(crate) use zone::{CellPast, CellZone};
+pub(crate) use zone::{CellHistory, CellZone};
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

@@ -74,7 +74,7 @@ impl<R: Element> CellProduct<R> {
         let arch = Arch::new();
         let width = lanes::<R>(arch);
         let (p_padded, padded) = (p.next_multiple_of(MOST), across.next_multiple_of(MOST));
-        let room = |numbers: usize| Aligned::<R>::new(numbers);
+        let array = |numbers: usize| Aligned::<R>::new(numbers);
         let (whole_t, whole_h) = (2 * q * p_padded, 4 * q * p_padded);
         let mut this = Self {
             columns,
@@ -84,12 +84,12 @@ impl<R: Element> CellProduct<R> {
             crosswise: Transform::new(q),
             shift_along: (0..p.min(columns)).map(|n| unit(n, 4 * p)).collect(),
             shift_across: (0..q.min(across)).map(|j| unit(j, 2 * q)).collect(),
-            toeplitz: room(whole_t),
-            toeplitz_odd: odd.map(|_| room(whole_t)),
-            hankel: room(whole_h),
-            spectrum: room(2 * p_padded * padded),
-            turned: room(2 * p_padded * padded),
-            scratch: [room(2 * p.max(q) * MOST), room(2 * p.max(q) * MOST)],
+            toeplitz: array(whole_t),
+            toeplitz_odd: odd.map(|_| array(whole_t)),
+            hankel: array(whole_h),
+            spectrum: array(2 * p_padded * padded),
+            turned: array(2 * p_padded * padded),
+            scratch: [array(2 * p.max(q) * MOST), array(2 * p.max(q) * MOST)],
             free_field: Vec::with_capacity(2 * p * q),
             norm_bound: 0.0,
         };
@@ -307,9 +307,9 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             if j >= across {
                 break;
             }
-            // The transform ends where the waves are kept.
-            let (own, room) = (&mut spectrum[..2 * p * width], &mut first[..2 * p * width]);
-            let [begin, end] = if this.along.ends_where_it_begins() { [own, room] } else { [room, own] };
+            // The transform ends where the waves are stored.
+            let (stored, scratch) = (&mut spectrum[..2 * p * width], &mut first[..2 * p * width]);
+            let [begin, end] = if this.along.ends_where_it_begins() { [stored, scratch] } else { [scratch, stored] };
             let from = waves::<R, S>(begin);
             let (near, far) = forces.split_at(forces.len().min(p * across));
             for ((row, &[re, im]), from) in near.chunks_exact(across).zip(&this.shift_along).zip(&mut *from) {
@@ -361,7 +361,7 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             respond::<R, S>(simd, &mut waves(result)[..q], symbol(q..2 * q), q - 1);
             let [result, other] = this.crosswise.run(simd, result, other);
             let (odd, even) = (waves::<R, S>(result), waves::<R, S>(other));
-            // The even ones in the remaining room, the odd ones' result kept among the cells.
+            // The even ones in the remaining space, the odd ones' result stored among the cells.
             even[..near.len()].copy_from_slice(near);
             even[near.len()..q].fill([zero; 2]);
             for (even, &cell) in even.iter_mut().zip(&*far) {
@@ -423,13 +423,13 @@ struct Symbol<'a, R: Element, S: Simd> {
 #[inline(always)]
 fn answer<R: Element, S: Simd>(
     simd: S,
-    own: Wave<R, S>,
+    wave: Wave<R, S>,
     other: Wave<R, S>,
     toeplitz: R::Vector<S>,
     hankel: Wave<R, S>,
 ) -> Wave<R, S> {
     let [re, im] = product::<R, S>(simd, hankel, other);
-    [R::mul_add(simd, toeplitz, own[1], im), R::mul_add(simd, toeplitz, own[0], re)]
+    [R::mul_add(simd, toeplitz, wave[1], im), R::mul_add(simd, toeplitz, wave[0], re)]
 }
 
 /// U(k) = T(k) F(k) + H(k) F(-k), in place, with real and imaginary parts exchanged for the inverse transform; -k is
@@ -445,15 +445,15 @@ fn respond<R: Element, S: Simd>(
     for m in 0..length {
         let other = (mirror - m) % length;
         if m <= other {
-            let (own, opposite) = (waves[m], waves[other]);
+            let (wave, opposite) = (waves[m], waves[other]);
             let mut answers = [
-                answer::<R, S>(simd, own, opposite, toeplitz[m], hankel[m]),
-                answer::<R, S>(simd, opposite, own, toeplitz[other], hankel[other]),
+                answer::<R, S>(simd, wave, opposite, toeplitz[m], hankel[m]),
+                answer::<R, S>(simd, opposite, wave, toeplitz[other], hankel[other]),
             ];
             if let Some(odd) = odd {
                 let [first, second] = answers;
                 answers =
-                    [with_odd::<R, S>(simd, first, own, odd[m]), with_odd::<R, S>(simd, second, opposite, odd[other])];
+                    [with_odd::<R, S>(simd, first, wave, odd[m]), with_odd::<R, S>(simd, second, opposite, odd[other])];
             }
             [waves[m], waves[other]] = answers;
         }
@@ -462,6 +462,6 @@ fn respond<R: Element, S: Simd>(
 
 /// Adds i T' F, real and imaginary parts exchanged.
 #[inline(always)]
-fn with_odd<R: Element, S: Simd>(simd: S, [im, re]: Wave<R, S>, own: Wave<R, S>, odd: R::Vector<S>) -> Wave<R, S> {
-    [R::mul_add(simd, odd, own[0], im), R::mul_add(simd, R::neg(simd, odd), own[1], re)]
+fn with_odd<R: Element, S: Simd>(simd: S, [im, re]: Wave<R, S>, wave: Wave<R, S>, odd: R::Vector<S>) -> Wave<R, S> {
+    [R::mul_add(simd, odd, wave[0], im), R::mul_add(simd, R::neg(simd, odd), wave[1], re)]
 }

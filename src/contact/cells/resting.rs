@@ -10,7 +10,7 @@ use crate::contact::static_contact::{StaticContact, carrying};
 use crate::contact::tread::TreadSurface;
 use crate::scene::Axle;
 use crate::tyre::influence::CellSums;
-use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::blocks::TreadBlocks;
 
 /// Relative tolerance of the load.
 const LOAD_TOLERANCE: f64 = 1e-6;
@@ -25,13 +25,13 @@ pub(crate) struct RestingCells {
     sums: CellSums,
     /// The undeformed tread, its first element under the axle, and its blocks.
     tread: TreadSurface,
-    blocks: Option<Blocks>,
+    blocks: Option<TreadBlocks>,
     /// A window that holds every cell that can touch down to a depth, and that depth \[m\].
     window: PressedWindow,
     deepest: f64,
 }
 
-/// Cells of a window that are pressed on a road without a past.
+/// Cells of a window that are pressed on a road without a history.
 pub(super) struct PressedWindow {
     pub(super) geometry: Geometry,
     pub(super) search: CellSearch,
@@ -41,7 +41,7 @@ pub(super) struct PressedWindow {
 }
 
 impl RestingCells {
-    pub(crate) fn new(sums: CellSums, tread: TreadSurface, blocks: Option<Blocks>) -> Self {
+    pub(crate) fn new(sums: CellSums, tread: TreadSurface, blocks: Option<TreadBlocks>) -> Self {
         let deepest = FIRST_DEPTH * radius(&sums);
         let window = window_to(&sums, blocks.as_ref(), deepest);
         Self { sums, tread, blocks, window, deepest }
@@ -83,7 +83,7 @@ fn radius(sums: &CellSums) -> f64 {
 }
 
 /// A window that holds every cell that can touch down to a depth \[m\].
-fn window_to(sums: &CellSums, blocks: Option<&Blocks>, deepest: f64) -> PressedWindow {
+fn window_to(sums: &CellSums, blocks: Option<&TreadBlocks>, deepest: f64) -> PressedWindow {
     let reach = Geometry::half_chord(radius(sums), deepest) + 2.0 * sums.grid().length();
     PressedWindow::new(sums, blocks, 0.0, reach, TOLERANCE)
 }
@@ -91,10 +91,10 @@ fn window_to(sums: &CellSums, blocks: Option<&Blocks>, deepest: f64) -> PressedW
 impl PressedWindow {
     /// A window that reaches so far from the contact's centre \[m\], with the compliance at a rate \[1/s\];
     /// `tolerance` relative to the indentation.
-    pub(super) fn new(sums: &CellSums, blocks: Option<&Blocks>, rate: f64, reach: f64, tolerance: f64) -> Self {
+    pub(super) fn new(sums: &CellSums, blocks: Option<&TreadBlocks>, rate: f64, reach: f64, tolerance: f64) -> Self {
         let grid = sums.grid();
         let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
-        let influence = sums.kept_instant(rate, geometry.columns);
+        let influence = sums.cached_instant(rate, geometry.columns);
         let zeros = vec![0.0; geometry.columns * grid.across];
         let search = CellSearch::new(InstantCells::on_blocks(influence, grid, blocks), tolerance);
         Self { geometry, search, required: zeros.clone(), forces: zeros }

@@ -20,7 +20,7 @@ use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::Recursion;
 use crate::tyre::influence::{CellInfluence, WaveValues};
-use crate::tyre::poles::Modes;
+use crate::tyre::poles::WaveModes;
 use crate::tyre::poles::pole_model::PoleModel;
 
 /// Widest vectors of a tile: its rows are long enough for the processor to read ahead, and some fit into its nearest
@@ -34,7 +34,7 @@ pub struct RingParts<'m, N: WaveNumber = f64> {
     /// From cells to waves and back.
     pub transform: WaveTransform<N>,
     /// Influence of each stage's forces at the next instant between the cells that the transform covers, a part of the
-    /// window, by [`first_influences`](super::past::first_influences); `None`: it covers all of the window.
+    /// window, by [`first_influences`](super::history::first_influences); `None`: it covers all of the window.
     pub next_instant: Option<Vec<CellInfluence>>,
     /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never. On a ring
     /// shorter than the tyre the window comes back to where it was, and slowly recovering deformation would still be
@@ -92,9 +92,11 @@ impl<N: WaveNumber> RingWaves<N> {
         // A deformation at rest on the road moves through the tyre with the window.
         let rate = |wave: usize| angles[wave] / (*substeps as f64 * time_step);
         let [fast, slow] = by_precision::<N>(waves, |wave| is_slow(&modes(wave), time_step, rate(wave), allowed));
-        let group = |own: Range<usize>| WavenumberGroup::new(own.start, own.map(modes), rule, time_step, instants);
+        let group =
+            |range: Range<usize>| WavenumberGroup::new(range.start, range.map(modes), rule, time_step, instants);
         let mut groups: Vec<WavenumberGroup<N>> = fast.into_iter().map(group).collect();
-        let group = |own: Range<usize>| WavenumberGroup::new(own.start, own.map(modes), rule, time_step, instants);
+        let group =
+            |range: Range<usize>| WavenumberGroup::new(range.start, range.map(modes), rule, time_step, instants);
         let mut precise: Vec<WavenumberGroup<f64>> = slow.into_iter().map(group).collect();
         let mut remembered = Vec::new();
         if let Some(after) = parts.forgotten_after {
@@ -188,8 +190,8 @@ impl<N: WaveNumber> RingWaves<N> {
         let mut block = Block { arch: *arch, recursion, instants, turned, forces, old, predicted };
         // 1. Share of the groups that the pass takes at this instant.
         let share = |groups: usize| instant * groups / instants..(instant + 1) * groups / instants;
-        let (own, slow) = (share(groups.len()), share(precise.len()));
-        groups[own].iter_mut().for_each(|group| block.pass(group));
+        let (fast, slow) = (share(groups.len()), share(precise.len()));
+        groups[fast].iter_mut().for_each(|group| block.pass(group));
         precise[slow].iter_mut().for_each(|group| block.pass(group));
         if instant + 1 == instants && !remembered.is_empty() {
             *earliest = (*earliest + 1) % remembered.len();
@@ -258,37 +260,37 @@ struct Block<'a, N, R> {
 impl<N: Element, R: Recursion> Block<'_, N, R> {
     fn pass<E: Element>(&mut self, group: &mut WavenumberGroup<E>) {
         let (size, instants, first) = (tile::<N>(), self.instants, group.wavenumbers().start);
-        let (tile, own) = (first / size, first % size);
+        let (tile, offset) = (first / size, first % size);
         // Tiles are whole groups: behind the last wave there are zeros.
         let part = |instant: usize, part: usize| {
-            let first = 2 * size * instant + part * size + own;
+            let first = 2 * size * instant + part * size + offset;
             first..first + E::MOST_LANES
         };
         let of_tile = 2 * instants * size;
         let forces = &self.forces[2 * of_tile * tile..][..2 * of_tile];
-        for (instant, own) in group.forces.chunks_exact_mut(2 * E::MOST_LANES).enumerate() {
+        for (instant, pair) in group.forces.chunks_exact_mut(2 * E::MOST_LANES).enumerate() {
             let place = slot(instant, instants, self.turned);
-            for (number, own) in own.chunks_exact_mut(E::MOST_LANES).enumerate() {
-                copy(&forces[part(place, number)], own, |force| E::rounded(force.double()));
+            for (number, values) in pair.chunks_exact_mut(E::MOST_LANES).enumerate() {
+                copy(&forces[part(place, number)], values, |force| E::rounded(force.double()));
             }
         }
         let lanes = N::MOST_LANES;
         let of_group = 2 * instants * lanes;
         if let Some(old) = self.old.get_mut(first / lanes * of_group..).and_then(|old| old.get_mut(..of_group)) {
             let rows = old.chunks_exact_mut(lanes).zip(group.old_forces.chunks_exact_mut(E::MOST_LANES));
-            for (row, (old, own)) in rows.enumerate() {
+            for (row, (old, values)) in rows.enumerate() {
                 let old = &mut old[first % lanes..][..E::MOST_LANES];
-                copy(old, own, |force| E::rounded(force.into()));
+                copy(old, values, |force| E::rounded(force.into()));
                 let place = slot(row / 2, instants, self.turned);
                 copy(&forces[part(place, row % 2)], old, |force| force.double() as f32);
             }
         }
         pass(group, self.arch, self.recursion);
         let predicted = &mut self.predicted[2 * of_tile * tile..][..2 * of_tile];
-        for (instant, own) in group.displacement.chunks_exact(2 * E::MOST_LANES).enumerate() {
+        for (instant, pair) in group.displacement.chunks_exact(2 * E::MOST_LANES).enumerate() {
             let place = slot(instants + instant, instants, self.turned);
-            for (number, own) in own.chunks_exact(E::MOST_LANES).enumerate() {
-                copy(own, &mut predicted[part(place, number)], |displacement| N::rounded(displacement.double()));
+            for (number, values) in pair.chunks_exact(E::MOST_LANES).enumerate() {
+                copy(values, &mut predicted[part(place, number)], |displacement| N::rounded(displacement.double()));
             }
         }
     }
@@ -336,7 +338,7 @@ pub(in crate::contact) fn by_precision<N: Element>(
 /// True if single precision would move a wave's poles too far: for a pole that decays by d a step it changes the
 /// displacement by its rounding over |d + i phi|, phi the phase by which a force at rest on the road moves on in a
 /// step; `rate` is that phase over the time step \[rad/s\].
-pub(in crate::contact) fn is_slow(modes: &Modes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {
+pub(in crate::contact) fn is_slow(modes: &WaveModes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {
     let s = Complex64::new(0.0, rate);
     let mut moved = 0.0;
     for (index, (pole, residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
@@ -386,7 +388,7 @@ fn responses<N: Element>(
     let mut responses = vec![0.0; stages * lags];
     let mut rest = within.as_mut_slice();
     for (tile, turns) in turning.iter().enumerate() {
-        let (own, others) = rest.split_at_mut(of_tile(turns));
+        let (tile_responses, others) = rest.split_at_mut(of_tile(turns));
         rest = others;
         for wave in waves_of::<N>(tile, model.len()) {
             let modes = model.wave(wave);
@@ -394,7 +396,7 @@ fn responses<N: Element>(
                 responses.fill(0.0);
                 add_responses(&modes, residues, rule, time_step, lags, &mut responses);
                 for (row, value) in responses.iter().enumerate() {
-                    own[(row * kinds(*turns) + kind) * size + wave % size] = N::rounded(*value);
+                    tile_responses[(row * kinds(*turns) + kind) * size + wave % size] = N::rounded(*value);
                 }
             }
         }
@@ -434,17 +436,17 @@ impl<N: Element> Weighted<'_, N> {
         let forces = N::vectors::<S>(self.forces).chunks_exact(4 * self.instants * of_field);
         let mut within = N::vectors::<S>(self.within);
         for ((sums, forces), &turns) in sums.zip(forces).zip(self.turning) {
-            let (own, others) = within.split_at(self.stages * (2 * self.instants - 1) * kinds(turns) * of_field);
+            let (responses, others) = within.split_at(self.stages * (2 * self.instants - 1) * kinds(turns) * of_field);
             within = others;
             // Four forces at a time, so that sums are read and written a fourth as often.
             let mut number = self.earlier.start;
             while number < self.earlier.end {
                 let remaining = self.earlier.end - number;
                 match (remaining >= 4, turns) {
-                    (true, true) => self.add_forces::<S, INSTANTS, 4, true>(simd, sums, own, forces, number),
-                    (true, false) => self.add_forces::<S, INSTANTS, 4, false>(simd, sums, own, forces, number),
-                    (false, true) => self.add_forces::<S, INSTANTS, 1, true>(simd, sums, own, forces, number),
-                    (false, false) => self.add_forces::<S, INSTANTS, 1, false>(simd, sums, own, forces, number),
+                    (true, true) => self.add_forces::<S, INSTANTS, 4, true>(simd, sums, responses, forces, number),
+                    (true, false) => self.add_forces::<S, INSTANTS, 4, false>(simd, sums, responses, forces, number),
+                    (false, true) => self.add_forces::<S, INSTANTS, 1, true>(simd, sums, responses, forces, number),
+                    (false, false) => self.add_forces::<S, INSTANTS, 1, false>(simd, sums, responses, forces, number),
                 }
                 number += if remaining >= 4 { 4 } else { 1 };
             }

@@ -223,12 +223,12 @@ impl CellSearch {
             return CellResiduals::default();
         }
         let mut is_same = true;
-        for ((force, &d), own) in forces.iter_mut().zip(required).zip(&mut self.required) {
+        for ((force, &d), stored) in forces.iter_mut().zip(required).zip(&mut self.required) {
             let good = (d > f64::NEG_INFINITY) & (*force >= 0.0) & (*force < f64::INFINITY);
-            let kept = if good { *force } else { 0.0 };
-            is_same &= kept.to_bits() == force.to_bits();
-            *force = kept;
-            *own = if d > NOWHERE { d } else { NOWHERE };
+            let clipped = if good { *force } else { 0.0 };
+            is_same &= clipped.to_bits() == force.to_bits();
+            *force = clipped;
+            *stored = if d > NOWHERE { d } else { NOWHERE };
         }
         let (margin, d) = (if self.is_single() { MARGIN } else { 0 }, &self.required);
         let needed = self.columns_of(|cell| forces[cell] > 0.0 || d[cell] > 0.0, margin);
@@ -297,7 +297,7 @@ impl CellSearch {
         let across = cells.across();
         let inside = part.start / across..part.end / across;
         let sums = forces[part.clone()].chunks_exact(across).map(|cells| cells.iter().sum::<f64>());
-        of_columns[inside.clone()].iter_mut().zip(sums).for_each(|(own, sum)| *own = sum);
+        of_columns[inside.clone()].iter_mut().zip(sums).for_each(|(total, sum)| *total = sum);
         let (of_columns, first) = (&of_columns[inside.clone()], inside.start);
         let mut columns = required.chunks_exact(across).enumerate();
         columns.all(|(column, d)| {

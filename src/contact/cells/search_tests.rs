@@ -150,7 +150,7 @@ fn hard_cases_end() {
 }
 
 #[test]
-fn rough_roads_roll_through_with_few_iterations_and_without_a_fallback() {
+fn rough_roads_take_few_iterations_and_no_fallback() {
     rough_roads_roll_through(false);
     rough_roads_roll_through(true);
 }
@@ -192,7 +192,7 @@ fn rough_roads_roll_through(turns: bool) {
 }
 
 #[test]
-fn a_skew_part_that_is_too_large_for_sweeps_is_told() {
+fn a_skew_part_that_is_too_large_for_sweeps_is_reported() {
     let (columns, across) = (12, 8);
     let required = RoughRoad::new(1).required(columns, across, 1024, 0);
     let by_sweeps = |skew: f64| {
@@ -266,7 +266,7 @@ fn time_of_rolling() {
 }
 
 #[test]
-fn a_coarse_tolerance_is_met_in_single_precision_in_half_of_the_iterations() {
+fn a_coarse_tolerance_takes_half_of_the_iterations() {
     let (columns, across) = (64, 30);
     let road = RoughRoad::new(5);
     let roll = |tolerance: f64| {

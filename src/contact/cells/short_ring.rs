@@ -37,13 +37,13 @@ impl Seen {
     }
 
     /// Takes the forces \[N\] of the window that begins with `first_element`, contact in the middle of the part;
-    /// returns whether there is room for all of them.
+    /// returns whether all of them fit.
     pub(crate) fn take(&mut self, first_element: i64, forces: &[f64]) -> bool {
         let [columns, seen] = [forces.len(), self.cells.len()].map(|numbers| numbers / self.column);
         let most = columns.saturating_sub(seen);
         let is_touched = |force: &f64| force.abs() > 0.0;
         let ends = forces.iter().position(is_touched).zip(forces.iter().rposition(is_touched));
-        let (first, has_room) = match ends.map(|(start, end)| (start / self.column, end / self.column)) {
+        let (first, fits) = match ends.map(|(start, end)| (start / self.column, end / self.column)) {
             None => (most / 2, true),
             Some((start, end)) => {
                 let free = seen.checked_sub(end - start + 1);
@@ -51,8 +51,8 @@ impl Seen {
             }
         };
         self.first = first_element + first as i64;
-        self.cells.iter_mut().zip(&forces[first * self.column..]).for_each(|(own, force)| *own = *force);
-        has_room
+        self.cells.iter_mut().zip(&forces[first * self.column..]).for_each(|(cell, force)| *cell = *force);
+        fits
     }
 
     /// Adds values on these cells to the window that begins with `first_element`.
@@ -101,7 +101,7 @@ impl<N: WaveNumber> NextInstant<N> {
     /// `first_element`.
     pub(super) fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
         let Self { products, forces, displacement, last } = self;
-        forces.iter_mut().zip(&last.cells).for_each(|(own, force)| *own = N::rounded(*force));
+        forces.iter_mut().zip(&last.cells).for_each(|(rounded, force)| *rounded = N::rounded(*force));
         products[stage].displacement(forces, displacement);
         last.add_moved(displacement, first_element, out);
     }

@@ -1,14 +1,14 @@
-//! Sums and pasts of cells against what they are by definition.
+//! Sums and histories of cells against what they are by definition.
 
 use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::direct::DirectPast;
-use super::past::{RingParts, WavePast, first_influences};
+use super::direct::DirectCellHistory;
+use super::history::{RingParts, WaveHistory, first_influences};
 use super::resting::RestingCells;
 use super::wave_transform::{WaveNumber, WaveTransform};
-use super::{CellPast, CellProduct};
+use super::{CellHistory, CellProduct};
 use crate::counters::Meter;
 use crate::scene::{DEFAULT, Law, PLATE, Scene, Sides, Tyre};
 use crate::time_rule::TimeRule;
@@ -96,13 +96,13 @@ fn the_closed_sum_is_what_ever_longer_ones_tend_to() {
 }
 
 #[test]
-fn both_pasts_are_the_convolution_with_the_definition() {
+fn both_histories_are_the_convolution_with_the_definition() {
     let tyre = tyre(PLATE);
     for rule in [TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
         let sums = sums(&tyre, FINITE, rule);
         let rows = sums.waves(WaveBand::WHOLE);
         let transform = || WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
-        let mut direct = DirectPast::new(&sums, &rows, transform(), rule, TIME_STEP, 64);
+        let mut direct = DirectCellHistory::new(&sums, &rows, transform(), rule, TIME_STEP, 64);
         let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: 1e-6, most_poles: 160 };
         let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
         let ring = RingParts {
@@ -113,7 +113,7 @@ fn both_pasts_are_the_convolution_with_the_definition() {
             substeps: 1,
             fewer_poles: None,
         };
-        let mut poles = WavePast::new([ring], rule, TIME_STEP);
+        let mut poles = WaveHistory::new([ring], rule, TIME_STEP);
         let mut meter = Meter::default();
         let stages = rule.stages();
         let (mut worst, mut largest) = (0.0_f64, 0.0_f64);
@@ -138,7 +138,7 @@ fn both_pasts_are_the_convolution_with_the_definition() {
 }
 
 #[test]
-fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
+fn short_waves_on_a_short_ring_are_those_of_the_whole_tyre() {
     // Contact is in the middle of the window, and short waves are seen four columns farther.
     let (elements, columns, seen, patch, across, time_step) = (512, 40, 32, 24, 24, 1.7e-4);
     let mut tyre = tyre(PLATE);
@@ -164,11 +164,11 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
     // window are remembered for as long as they stay in it.
     let remembered = elements / 4 - seen - 20;
     for (forgotten_after, bound) in [(Some(remembered), 1e-4), (None, 1e-3)] {
-        let mut pasts = [&whole[..], &parts].map(|rings| {
+        let mut histories = [&whole[..], &parts].map(|rings| {
             let rings = rings.iter().map(|(part, grid, rows, model)| {
-                let own = if *part > 1 { seen } else { columns };
-                let transform = WaveTransform::<f64>::new(grid, elements / part, own, rows);
-                let first = || first_influences(grid, [*part, own], rows, model, TimeRule::Sdirk2, time_step);
+                let width = if *part > 1 { seen } else { columns };
+                let transform = WaveTransform::<f64>::new(grid, elements / part, width, rows);
+                let first = || first_influences(grid, [*part, width], rows, model, TimeRule::Sdirk2, time_step);
                 RingParts {
                     model,
                     transform,
@@ -178,7 +178,7 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
                     fewer_poles: None,
                 }
             });
-            WavePast::new(rings, TimeRule::Sdirk2, time_step)
+            WaveHistory::new(rings, TimeRule::Sdirk2, time_step)
         });
         let ([mut worst, mut beyond], mut largest) = ([0.0_f64; 2], 0.0_f64);
         let inside = |column: usize, of: usize| (columns - of) / 2 <= column && column < (columns + of) / 2;
@@ -187,10 +187,10 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
             let cells = (0..columns).flat_map(|c| (0..across).map(move |j| (c, j)));
             let pressed = |(c, j)| if inside(c, patch) { force(instant / 7, first + c as i64, j) } else { 0.0 };
             let forces: Vec<f64> = cells.map(pressed).collect();
-            let [a, b] = pasts.each_mut().map(|past| {
+            let [a, b] = histories.each_mut().map(|history| {
                 let mut out = vec![0.0; columns * across];
-                past.add_displacement(first, &mut out, &mut Meter::default());
-                assert!(past.push(first, &forces));
+                history.add_displacement(first, &mut out, &mut Meter::default());
+                assert!(history.push(first, &forces));
                 out
             });
             for (cell, (a, b)) in a.iter().zip(&b).enumerate() {
@@ -207,7 +207,7 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
 }
 
 #[test]
-fn the_past_in_single_precision_and_by_fewer_poles_is_the_past() {
+fn single_precision_and_fewer_poles_give_the_same_history() {
     let (elements, columns, across, time_step) = (256, 24, 12, 1.7e-4);
     let tyre = tyre(DEFAULT);
     let options = CellFitOptions { top: 8.0 / time_step, tolerance: 1e-4, most_poles: 160 };
@@ -220,14 +220,18 @@ fn the_past_in_single_precision_and_by_fewer_poles_is_the_past() {
     );
     let rows = sums.waves(WaveBand::WHOLE);
     let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
-    fn past<N: WaveNumber>(model: &PoleModel, transform: WaveTransform<N>, fewer_poles: Option<f64>) -> WavePast<N> {
+    fn history<N: WaveNumber>(
+        model: &PoleModel,
+        transform: WaveTransform<N>,
+        fewer_poles: Option<f64>,
+    ) -> WaveHistory<N> {
         let ring = RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles };
-        WavePast::new([ring], TimeRule::Sdirk2, 1.7e-4)
+        WaveHistory::new([ring], TimeRule::Sdirk2, 1.7e-4)
     }
     let double = || WaveTransform::<f64>::new(sums.grid(), elements, columns, &rows);
     let single = || WaveTransform::<f32>::new(sums.grid(), elements, columns, &rows);
-    let (mut exact, mut fewer) = (past(&model, double(), None), past(&model, double(), Some(1e-4)));
-    let (mut rounded, mut both) = (past(&model, single(), None), past::<f32>(&model, single(), Some(1e-4)));
+    let (mut exact, mut fewer) = (history(&model, double(), None), history(&model, double(), Some(1e-4)));
+    let (mut rounded, mut both) = (history(&model, single(), None), history::<f32>(&model, single(), Some(1e-4)));
     let (mut errors, mut largest) = ([0.0_f64; 3], 0.0_f64);
     for instant in 0..1500 {
         let first = (instant / 2) as i64;
@@ -310,14 +314,14 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
     let sums = sums(&tyre, FINITE, rule);
     let rows = sums.waves(WaveBand::WHOLE);
     let transform = WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
-    let mut direct = DirectPast::new(&sums, &rows, transform, rule, TIME_STEP, lags);
+    let mut direct = DirectCellHistory::new(&sums, &rows, transform, rule, TIME_STEP, lags);
     // One impulse, seen by another cell: a trapezoidal sum on a separate circle.
-    let (own, other, points, radius) = ((2, 1), (5, 3), 512, 0.95_f64);
+    let (driven, other, points, radius) = ((2, 1), (5, 3), 512, 0.95_f64);
     let on_circle: Vec<(Complex64, Complex64)> = (0..points)
         .map(|k| {
             let zeta = Complex64::from_polar(radius, -std::f64::consts::TAU * k as f64 / points as f64);
             let s = rule.symbol(zeta) / TIME_STEP;
-            (zeta, response(&tyre, s, other.0 - own.0, [other.1, own.1], 6))
+            (zeta, response(&tyre, s, other.0 - driven.0, [other.1, driven.1], 6))
         })
         .collect();
     let weights: Vec<f64> = (0..20)
@@ -332,7 +336,7 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
         direct.add_displacement(0, 0, out.as_chunks_mut().0, &mut Meter::default());
         let mut forces = vec![0.0; COLUMNS * ACROSS];
         if lag == 0 {
-            forces[own.0 as usize * ACROSS + own.1] = 1.0;
+            forces[driven.0 as usize * ACROSS + driven.1] = 1.0;
         } else {
             let found = out[other.0 as usize * ACROSS + other.1];
             assert!((found - weight).abs() < 1e-9 * largest, "{lag}: {found:e} {weight:e}");

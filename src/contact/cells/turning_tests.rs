@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex64;
 
-use super::CellPast;
-use super::direct::DirectPast;
-use super::past::{RingParts, WavePast};
+use super::CellHistory;
+use super::direct::DirectCellHistory;
+use super::history::{RingParts, WaveHistory};
 use super::wave_transform::WaveTransform;
 use crate::counters::Meter;
 use crate::scene::{DEFAULT, Scene, Tyre};
@@ -49,18 +49,18 @@ fn forces(instant: usize, first: i64) -> Vec<f64> {
 }
 
 #[test]
-fn both_pasts_of_a_turning_tyre_are_the_same() {
+fn both_histories_of_a_turning_tyre_are_the_same() {
     let tyre = turning();
     for rule in [TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
         let sums = sums(&tyre, rule);
         let rows = sums.waves(WaveBand::WHOLE);
-        let mut direct = DirectPast::new(&sums, &rows, transform(&sums), rule, TIME_STEP, 64);
+        let mut direct = DirectCellHistory::new(&sums, &rows, transform(&sums), rule, TIME_STEP, 64);
         let model = fitted(&sums);
         assert!(model.turns());
         let still = fitted(&self::sums(&Tyre { angular_velocity: 0.0, ..tyre.clone() }, rule));
         assert!(!still.turns());
-        let past = |model| {
-            WavePast::new(
+        let history = |model| {
+            WaveHistory::new(
                 [RingParts {
                     model,
                     transform: transform(&sums),
@@ -73,7 +73,7 @@ fn both_pasts_of_a_turning_tyre_are_the_same() {
                 TIME_STEP,
             )
         };
-        let (mut poles, mut at_rest) = (past(&model), past(&still));
+        let (mut poles, mut at_rest) = (history(&model), history(&still));
         let mut meter = Meter::default();
         let stages = rule.stages();
         let [mut worst, mut largest, mut by_turning] = [0.0_f64; 3];
@@ -102,13 +102,13 @@ fn both_pasts_of_a_turning_tyre_are_the_same() {
 }
 
 #[test]
-fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
+fn direct_sums_when_turning_are_those_by_frequency() {
     let tyre = turning();
     let (rule, lags) = (TimeRule::Bdf2, 64);
     let sums = sums(&tyre, rule);
     let rows = sums.waves(WaveBand::WHOLE);
-    let mut direct = DirectPast::new(&sums, &rows, transform(&sums), rule, TIME_STEP, lags);
-    let (own, points, radius) = ((4, 1), 160, 0.85_f64);
+    let mut direct = DirectCellHistory::new(&sums, &rows, transform(&sums), rule, TIME_STEP, lags);
+    let (driven, points, radius) = ((4, 1), 160, 0.85_f64);
     // One impulse, seen by cells before and behind it, as the sum over signed waves on a separate circle.
     let grid = sums.grid();
     let waves: Vec<(usize, usize, &CellWave)> =
@@ -116,7 +116,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
     let response = |values: &[FaceValues], distance: i64, j: usize| {
         let mut sum = Complex64::ZERO;
         for (&(m, n, _), value) in waves.iter().zip(values) {
-            let shapes = grid.shape(m, j) * grid.shape(m, own.1);
+            let shapes = grid.shape(m, j) * grid.shape(m, driven.1);
             let turn = Complex64::cis(TAU * (n as i64 * distance) as f64 / ELEMENTS as f64);
             let odd = Complex64::i() * value.odd[0];
             // The last wave has one sign alone, and no odd part.
@@ -132,7 +132,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
             let s = rule.symbol(zeta) / TIME_STEP;
             let (at, mut values) = (sums.at(s), Vec::new());
             waves.iter().for_each(|(.., wave)| sums.values(wave, [&at], &mut values));
-            (zeta, others.map(|(element, j)| response(&values, element - own.0, j)))
+            (zeta, others.map(|(element, j)| response(&values, element - driven.0, j)))
         })
         .collect();
     let weights = |place: usize, lag: i32| {
@@ -149,7 +149,7 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
         direct.add_displacement(0, 0, out.as_chunks_mut().0, &mut Meter::default());
         let mut forces = vec![0.0; COLUMNS * ACROSS];
         if lag == 0 {
-            forces[own.0 as usize * ACROSS + own.1] = 1.0;
+            forces[driven.0 as usize * ACROSS + driven.1] = 1.0;
         } else {
             for ((element, j), weight) in others.into_iter().zip(weights) {
                 let found = out[element as usize * ACROSS + j];
@@ -163,11 +163,11 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
 }
 
 #[test]
-fn a_past_of_a_turning_tyre_goes_on_from_its_state() {
+fn a_history_of_a_turning_tyre_goes_on_from_its_state() {
     let rule = TimeRule::Sdirk2;
     let sums = sums(&turning(), rule);
     let model = fitted(&sums);
-    let past = || {
+    let history = || {
         let ring = RingParts {
             model: &model,
             transform: transform(&sums),
@@ -176,17 +176,17 @@ fn a_past_of_a_turning_tyre_goes_on_from_its_state() {
             substeps: 1,
             fewer_poles: None,
         };
-        WavePast::new([ring], rule, TIME_STEP)
+        WaveHistory::new([ring], rule, TIME_STEP)
     };
     let mut meter = Meter::default();
-    let mut instant = |past: &mut WavePast, instant: usize| {
+    let mut instant = |history: &mut WaveHistory, instant: usize| {
         let mut out = vec![0.0; COLUMNS * ACROSS];
         let first = (instant / 4) as i64;
-        past.add_displacement(first, &mut out, &mut meter);
-        past.push(first, &forces(instant, first));
+        history.add_displacement(first, &mut out, &mut meter);
+        history.push(first, &forces(instant, first));
         out
     };
-    let (mut one, mut other) = (past(), past());
+    let (mut one, mut other) = (history(), history());
     for number in 0..61 {
         instant(&mut one, number);
     }

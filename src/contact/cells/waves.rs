@@ -1,15 +1,15 @@
-//! Work in the background: displacements by the past at the coming instant, ring by ring.
+//! Work in the background: displacements by the history at the coming instant, ring by ring.
 
 use super::ring_waves::RingWaves;
 use super::short_ring::ShortRing;
 use super::wave_transform::WaveNumber;
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage};
-use crate::numeric::background::Task;
+use crate::numeric::background::BackgroundTask;
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
 
 /// The waves of all rings, and what is to be done for them.
-pub(super) struct Waves<N: WaveNumber> {
+pub(super) struct BackgroundWaves<N: WaveNumber> {
     /// Ring by ring; a short one with its cells.
     pub rings: Vec<(RingWaves<N>, Option<ShortRing<N>>)>,
     rule: TimeRule,
@@ -24,7 +24,7 @@ pub(super) struct Waves<N: WaveNumber> {
     in_background: bool,
 }
 
-impl<N: WaveNumber> Waves<N> {
+impl<N: WaveNumber> BackgroundWaves<N> {
     pub(super) fn new(rings: Vec<(RingWaves<N>, Option<ShortRing<N>>)>, rule: TimeRule) -> Self {
         Self { rings, rule, instant: 0, last: None, cpu: None, spent: Spent::default(), in_background: false }
     }
@@ -42,7 +42,7 @@ impl<N: WaveNumber> Waves<N> {
     }
 }
 
-impl<N: WaveNumber> Task for Waves<N> {
+impl<N: WaveNumber> BackgroundTask for BackgroundWaves<N> {
     fn carry_out(&mut self, in_background: bool) {
         self.in_background = in_background;
         let mut clock = Clock::start(self.cpu);
@@ -51,13 +51,13 @@ impl<N: WaveNumber> Task for Waves<N> {
     }
 }
 
-struct Advance<'a, N: WaveNumber>(&'a mut Waves<N>);
+struct Advance<'a, N: WaveNumber>(&'a mut BackgroundWaves<N>);
 
 impl<N: WaveNumber> WithRecursion for Advance<'_, N> {
     type Output = ();
 
     fn with<R: Recursion>(self, recursion: R) {
-        let Waves { rings, instant, last, .. } = self.0;
+        let BackgroundWaves { rings, instant, last, .. } = self.0;
         for (waves, short) in rings {
             if let Some(short) = short {
                 if let Some(last) = *last {

@@ -8,14 +8,15 @@ use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
 use crate::contact::footprint::StageMut;
 use crate::contact::tread::TreadSurface;
-use crate::contact::zone::{Instant, Solved, Zone};
+use crate::contact::zone::{ContactZone, Instant, Solved};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
 use crate::storage::state::{Evolving, evolving};
 
-/// A method to carry the past of cells under forces in `C` components: 1, normal forces, or 3, tractions.
-pub trait CellPast<const C: usize>: Evolving + Send {
+/// A history of forces on cells: displacements by those of past steps, in `C` components: 1, normal forces, or 3,
+/// tractions.
+pub trait CellHistory<const C: usize>: Evolving + Send {
     /// Adds the displacements by past forces at a stage of the coming step \[m\]. Stages are taken in their order, the
     /// forces of each pushed before the next.
     fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [[f64; C]], meter: &mut Meter);
@@ -32,7 +33,7 @@ pub(crate) struct CellZone {
     margin: usize,
     /// The undeformed tread.
     tread: TreadSurface,
-    past: Box<dyn CellPast<1>>,
+    history: Box<dyn CellHistory<1>>,
     search: CellSearch,
     /// Forces of the last instant, then of this one \[N\], and the element that they begin with.
     forces: Vec<f64>,
@@ -49,7 +50,7 @@ impl CellZone {
     pub(crate) fn new(
         instant: InstantCells,
         tread: TreadSurface,
-        past: Box<dyn CellPast<1>>,
+        history: Box<dyn CellHistory<1>>,
         tolerance: f64,
         margin: usize,
     ) -> Self {
@@ -58,7 +59,7 @@ impl CellZone {
             across,
             margin,
             tread,
-            past,
+            history,
             search: CellSearch::new(instant, tolerance),
             forces: vec![0.0; cells],
             first_element: i64::MIN,
@@ -74,7 +75,7 @@ impl CellZone {
     }
 }
 
-impl Zone for CellZone {
+impl ContactZone for CellZone {
     fn solve(
         &mut self,
         at: Instant<'_>,
@@ -90,7 +91,7 @@ impl Zone for CellZone {
         let old = &mut self.old;
         let mut laps = meter.laps();
         old.fill(0.0);
-        self.past.add_displacement(stage, first_element, old.as_chunks_mut().0, meter);
+        self.history.add_displacement(stage, first_element, old.as_chunks_mut().0, meter);
         meter.lap(&mut laps, Stage::History);
         let required = self.required.chunks_exact_mut(self.across).zip(old.chunks_exact(self.across));
         for ((element, (required, old)), rise) in (first_element..).zip(required).zip(rises) {
@@ -126,7 +127,7 @@ impl Zone for CellZone {
         let largest_displacement = largest_or_zero(&self.required);
         let largest_force = largest_or_zero(&self.forces);
         meter.lap(&mut laps, Stage::ActiveSet);
-        let is_seen = self.past.push(stage, first_element, self.forces.as_chunks().0);
+        let is_seen = self.history.push(stage, first_element, self.forces.as_chunks().0);
         meter.lap(&mut laps, Stage::History);
         let (old, u) = (&self.old, self.search.displacement());
         output.write(self.output_cells(), self.across, &self.forces, &self.required, |cell| old[cell] + u[cell]);
@@ -164,4 +165,4 @@ impl Zone for CellZone {
     }
 }
 
-evolving!(CellZone: past, search, forces, first_element);
+evolving!(CellZone: history, search, forces, first_element);

@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 
 use super::factors::FactorCache;
 use super::residue::Residue;
-use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface};
+use super::sweeps::{PATIENCE, PointLaw, SearchCounts, Surface};
 use super::unsolved::Unsolved;
 use crate::counters::Meter;
 use crate::numeric::largest_or_zero;
@@ -106,7 +106,7 @@ pub struct ActiveSet {
 impl ActiveSet {
     /// Search over `columns` points; `influence[j]` is G0 of points j apart \[m/N\], springs included in
     /// `influence[0]`. `tolerance` is how far d may exceed G0 F off the set, relative to the largest d;
-    /// `cached_factors` are kept at most.
+    /// `cached_factors` are cached at most.
     pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64, cached_factors: usize) -> Self {
         Self {
             surface: Surface::new(influence, columns),
@@ -150,9 +150,9 @@ impl ActiveSet {
 
     /// Brings the estimate of the forces near the solution for `d` and takes its positive ones for the set.
     fn guess(&mut self, d: &[f64]) {
-        let own = self.surface.influence[0].recip();
+        let stiffness = self.surface.influence[0].recip();
         let reach = self.surface.reach(d);
-        let _ = self.surface.sweep(Prescribed { own }, SWEEPS, d, reach.clone(), false);
+        let _ = self.surface.sweep(Prescribed { stiffness }, SWEEPS, d, reach.clone(), false);
         if self.surface.is_skew() {
             self.surface.displaced_within(d, reach);
         }
@@ -333,13 +333,13 @@ impl Evolving for ActiveSet {
 #[derive(Clone, Copy)]
 struct Prescribed {
     /// 1/G0_ii.
-    own: f64,
+    stiffness: f64,
 }
 
-impl OwnForce for Prescribed {
+impl PointLaw for Prescribed {
     #[inline(always)]
     fn force(&mut self, _: usize, force: f64, residual: f64) -> f64 {
-        (force + residual * self.own).max(0.0)
+        (force + residual * self.stiffness).max(0.0)
     }
 }
 

@@ -24,9 +24,9 @@ use super::pattern_index::PatternIndex;
 use super::tiles::{LINE, packed_length};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Aligned;
-use crate::storage::state::{StateError, StateStream, Value, ensure};
+use crate::storage::state::{StateError, StateStream, StateValue, ensure};
 
-/// Largest memory of the factors \[bytes\]: as many as fit are kept, however many were asked for.
+/// Largest memory of the factors \[bytes\]: as many as fit are cached, however many were asked for.
 const LARGEST_MEMORY: usize = 256 << 20;
 
 /// Exact counts of the events in the cache.
@@ -166,26 +166,26 @@ impl FactorCache {
         };
         self.neighbour.keep(slot, points);
         self.last = (slot, false);
-        self.solve_own(slot, values)
+        self.solve_one(slot, values)
     }
 
     /// Solves for another d on the points of the last solution, with the factor that served there.
     pub fn solve_again(&mut self, points: &[usize], influence: &[f64], values: &mut [f64]) -> Result<(), Singular> {
         match self.last {
-            (slot, false) => self.solve_own(slot, values),
+            (slot, false) => self.solve_one(slot, values),
             (slot, true) => self.solve_beside_again(slot, points, influence, values),
         }
     }
 
     /// Solves with the factor of the set itself.
-    fn solve_own(&mut self, slot: usize, values: &mut [f64]) -> Result<(), Singular> {
+    fn solve_one(&mut self, slot: usize, values: &mut [f64]) -> Result<(), Singular> {
         self.values.part(0, values.len()).copy_from_slice(values);
         self.solve_stored(slot, values.len(), 1)?;
         values.copy_from_slice(self.values.part(0, values.len()));
         Ok(())
     }
 
-    /// Solves for the right-hand sides in `self.values`, one to a stride, with a kept factor.
+    /// Solves for the right-hand sides in `self.values`, one to a stride, with a stored factor.
     fn solve_stored(&mut self, slot: usize, rows: usize, columns: usize) -> Result<(), Singular> {
         self.used[slot] = true;
         let entries = (rows * rows * columns) as u64;
@@ -322,7 +322,11 @@ impl FactorCache {
             self.factorise(slot, &points, influence, &mut meter).map_err(|Singular| StateError::Value)?;
             self.index.insert(slot, &self.pattern);
         }
-        state.all([&mut Value(&mut self.counts), &mut Value(&mut self.work), &mut Value(&mut self.making)])
+        state.all([
+            &mut StateValue(&mut self.counts),
+            &mut StateValue(&mut self.work),
+            &mut StateValue(&mut self.making),
+        ])
     }
 }
 
@@ -389,7 +393,7 @@ mod tests {
     }
 
     #[test]
-    fn a_restored_cache_solves_to_the_same_bits_and_drops_the_same_factors() {
+    fn a_restored_cache_gives_the_same_bits_and_drops_alike() {
         let row: Vec<f64> = (0..100).map(influence).collect();
         let round = |cache: &mut FactorCache, round: usize| {
             let points: Vec<usize> =

@@ -126,11 +126,11 @@ impl WithSimd for ByPanels<'_> {
         let (factors, _) = factors.as_chunks_mut::<PANEL>();
         for j in (0..rows).step_by(PANEL) {
             let end = rows.min(j + PANEL);
-            let (own, begin) = (j / LINE, first_column(j / LINE, band));
-            let last = matrix.len().min((own + band).saturating_add(1).saturating_mul(LINE * rows));
-            let block = &mut matrix[own * LINE * rows..last];
+            let (number, begin) = (j / LINE, first_column(j / LINE, band));
+            let last = matrix.len().min((number + band).saturating_add(1).saturating_mul(LINE * rows));
+            let block = &mut matrix[number * LINE * rows..last];
             let factors = &mut factors[..j];
-            // 1. -D L of the panel's own rows, by column before it.
+            // 1. -D L of the panel's rows, by column before it.
             let before = factors[begin..].iter_mut().zip(block[LINE * begin..].chunks_exact(LINE));
             for ((factors, tile), &pivot) in before.zip(&pivots[begin..]) {
                 let [k, l, m, n] = tile[j % LINE..j % LINE + PANEL] else { continue };
@@ -143,13 +143,13 @@ impl WithSimd for ByPanels<'_> {
                 Corner::of(block, j, end)?.write(block, j, end);
                 break;
             }
-            // 2. The panel's own rows first, then L and D of its corner.
+            // 2. The panel's rows first, then L and D of its corner.
             let mut stream = 0;
             while stream < LINE / S::F64_LANES {
                 stream = panel.open(block, stream, streams);
             }
             let corner = Corner::of(block, j, end)?;
-            pivots[j..end].iter_mut().zip(corner.pivots).for_each(|(own, pivot)| *own = -pivot);
+            pivots[j..end].iter_mut().zip(corner.pivots).for_each(|(stored, pivot)| *stored = -pivot);
             panel.divide(&corner, block, if end % LINE == 0 { LINE / S::F64_LANES } else { 0 }, stream);
             // 3. The rows below.
             while stream < streams {
@@ -167,7 +167,7 @@ impl WithSimd for ByPanels<'_> {
 #[derive(Clone, Copy)]
 struct Panel<'a, S> {
     simd: S,
-    /// -D L of the panel's own rows, by column before it.
+    /// -D L of the panel's rows, by column before it.
     factors: &'a [[f64; PANEL]],
     /// Column after its last.
     end: usize,
@@ -315,11 +315,11 @@ impl Corner {
             let scale = pivot.recip();
             scales[k] = scale;
             let (done, open) = lower.split_at_mut(k + 1);
-            let own = &mut done[k];
-            own[k + 1..].iter_mut().for_each(|value| *value *= scale);
+            let pivot_column = &mut done[k];
+            pivot_column[k + 1..].iter_mut().for_each(|value| *value *= scale);
             for (next, column) in (k + 1..).zip(open) {
-                let factor = -own[next] * pivot;
-                for (value, &above) in column[next..].iter_mut().zip(&own[next..]) {
+                let factor = -pivot_column[next] * pivot;
+                for (value, &above) in column[next..].iter_mut().zip(&pivot_column[next..]) {
                     *value = above.mul_add(factor, *value);
                 }
             }
@@ -346,9 +346,9 @@ impl Corner {
     #[inline(always)]
     fn write(&self, block: &mut [f64], j: usize, end: usize) {
         for (k, tile) in block[LINE * j..LINE * end].chunks_exact_mut(LINE).enumerate() {
-            let own = &mut tile[j % LINE..][..end - j];
-            own[k] = self.pivots[k];
-            own[k + 1..].copy_from_slice(&self.lower[k][k + 1..end - j]);
+            let column = &mut tile[j % LINE..][..end - j];
+            column[k] = self.pivots[k];
+            column[k + 1..].copy_from_slice(&self.lower[k][k + 1..end - j]);
         }
     }
 }
@@ -374,7 +374,7 @@ impl WithSimd for Substitutions<'_> {
         // 1. Forwards.
         for (number, block) in factor.chunks_exact(LINE * rows).enumerate() {
             let (solved, open) = right.split_at_mut(LINE * number);
-            let (before, own) = block.split_at(LINE * solved.len());
+            let (before, diagonal) = block.split_at(LINE * solved.len());
             let first = first_column(number, band);
             let (before, _) = S::as_simd_f64s(&before[LINE * first..]);
             let (open_vectors, _) = S::as_mut_simd_f64s(&mut open[..LINE]);
@@ -389,10 +389,10 @@ impl WithSimd for Substitutions<'_> {
                 *open = simd.sub_f64s(*open, simd.add_f64s(simd.add_f64s(a, b), simd.add_f64s(c, d)));
             }
             let Some(x) = open.first_chunk_mut::<LINE>() else { break };
-            let (own, mut values) = (corner(own), *x);
+            let (columns, mut values) = (corner(diagonal), *x);
             for c in 0..LINE {
                 for r in c + 1..LINE {
-                    values[r] = own[c][r].mul_add(-values[c], values[r]);
+                    values[r] = columns[c][r].mul_add(-values[c], values[r]);
                 }
             }
             *x = values;
@@ -403,11 +403,11 @@ impl WithSimd for Substitutions<'_> {
         sums.fill(zero);
         for (number, block) in factor.chunks_exact(LINE * rows).enumerate().rev() {
             let begin = LINE * number;
-            let (before, own) = block.split_at(LINE * begin);
+            let (before, diagonal) = block.split_at(LINE * begin);
             let Some(x) = right[begin..].first_chunk_mut::<LINE>() else { break };
-            let (before_sums, own_sums) = sums.split_at_mut(vectors * begin);
-            let (own, mut taken, mut values) = (corner(own), [0.0; LINE], *x);
-            for (taken, sums) in taken.iter_mut().zip(own_sums.chunks_exact(vectors)) {
+            let (before_sums, block_sums) = sums.split_at_mut(vectors * begin);
+            let (columns, mut taken, mut values) = (corner(diagonal), [0.0; LINE], *x);
+            for (taken, sums) in taken.iter_mut().zip(block_sums.chunks_exact(vectors)) {
                 let mut sum = sums[0];
                 for &more in &sums[1..] {
                     sum = simd.add_f64s(sum, more);
@@ -415,12 +415,12 @@ impl WithSimd for Substitutions<'_> {
                 *taken = simd.reduce_sum_f64s(sum);
             }
             for c in 0..LINE {
-                values[c] = values[c] / own[c][c] - taken[c];
+                values[c] = values[c] / columns[c][c] - taken[c];
             }
             for c in (0..LINE).rev() {
                 // The latest unknown last: the others do not wait for it.
                 for r in (c + 1..LINE).rev() {
-                    values[c] = (-own[c][r]).mul_add(values[r], values[c]);
+                    values[c] = (-columns[c][r]).mul_add(values[r], values[c]);
                 }
             }
             *x = values;
@@ -441,8 +441,8 @@ impl WithSimd for Substitutions<'_> {
 /// Columns of L and D where a block meets its own rows, from its tiles there on. A last block may have fewer; unknowns
 /// are zero there.
 #[inline(always)]
-fn corner(own: &[f64]) -> [[f64; LINE]; LINE] {
-    let (tiles, _) = own.as_chunks::<LINE>();
+fn corner(block: &[f64]) -> [[f64; LINE]; LINE] {
+    let (tiles, _) = block.as_chunks::<LINE>();
     match tiles.first_chunk() {
         Some(tiles) => *tiles,
         None => std::array::from_fn(|c| tiles.get(c).copied().unwrap_or([1.0; LINE])),

@@ -45,7 +45,7 @@
 //! whose band does not halve the error in the norm of P: then max |O_n|/E_n remains, as in `active_set`, so that the
 //! search is certain to end.
 //!
-//! Nothing is kept from step to step but the forces. A factor of the whole matrix that is kept has other slopes, and
+//! Nothing is stored from step to step but the forces. A stored factor of the whole matrix has other slopes, and
 //! the older it is, the larger the error that a correction leaves: bench `linear_solvers`.
 //!
 //! Cost of a round of m points and a band of w columns: m w^2/2 multiply-adds for the factors (m^3/6 of the whole
@@ -57,7 +57,7 @@ use super::active_set::{CORRECTIONS, ExpectedSearch, Residuals};
 use super::ldlt::Ldlt;
 use super::pieces::{HeldPiece, LocalSlice};
 use super::residue::Residue;
-use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface, move_on};
+use super::sweeps::{PATIENCE, PointLaw, SearchCounts, Surface, move_on};
 use super::tiles::{LINE, add_to_diagonal, packed_length};
 use super::unsolved::Unsolved;
 use crate::counters::{Meter, Stage, Work};
@@ -112,7 +112,7 @@ pub(crate) struct LocalSet {
     /// Scratch for those of the next round.
     next_points: Vec<usize>,
     /// c (1/s_i - 1) of the points \[m/N\].
-    own: Vec<f64>,
+    diagonal: Vec<f64>,
     /// (S(v) - c F)/s of the points \[m\].
     residual: Vec<f64>,
     /// Blocks of columns of a band of the matrix that serves in place of the whole.
@@ -158,7 +158,7 @@ impl LocalSet {
             reach: 0..0,
             points: Vec::with_capacity(columns),
             next_points: Vec::with_capacity(columns),
-            own: Vec::with_capacity(columns),
+            diagonal: Vec::with_capacity(columns),
             residual: Vec::with_capacity(columns),
             band,
             matrix: Aligned::new(packed_length(columns)),
@@ -306,9 +306,9 @@ impl LocalSet {
     /// skew part of G0 as they were before the sweeps.
     fn sweep(&mut self, slices: SlicesUnder<'_>, y: &[f64], sweeps: usize, lagged: bool) {
         let Self { law, pieces, surface, reach, points, .. } = self;
-        let (own, law) = (surface.influence[0], *law);
+        let (influence, law) = (surface.influence[0], *law);
         points.clear();
-        let alone = SliceAlone { own, law, slices, pieces: &mut *pieces };
+        let alone = SliceAlone { influence, law, slices, pieces: &mut *pieces };
         let (forces, residual) = surface.sweep(alone, sweeps, y, reach.clone(), lagged);
         for (column, (residual, force)) in reach.clone().zip(residual.iter().zip(forces)) {
             let v = residual + self.compliance * force;
@@ -374,8 +374,9 @@ impl LocalSet {
             self.surface.displace(forces);
             return Ok(0);
         }
-        self.own.clear();
-        self.own.extend(self.points.iter().map(|&point| self.compliance * (self.pieces[point].slope.recip() - 1.0)));
+        self.diagonal.clear();
+        self.diagonal
+            .extend(self.points.iter().map(|&point| self.compliance * (self.pieces[point].slope.recip() - 1.0)));
         let mut band = if rows < POINTS_OF_A_BAND * self.band { rows } else { self.band };
         self.factorise(band, meter)?;
         let mut solves = 0;
@@ -425,7 +426,7 @@ impl LocalSet {
         let mut laps = meter.laps();
         let matrix = self.matrix.part(0, packed_length(rows));
         self.solver.assemble_band(&self.points, &self.surface.influence, matrix, band);
-        add_to_diagonal(matrix, &self.own);
+        add_to_diagonal(matrix, &self.diagonal);
         self.solver.factorise_band(matrix, rows, band)?;
         meter.lap(&mut laps, Stage::Factorisation);
         let width = band_width(rows, band);
@@ -458,17 +459,17 @@ evolving!(LocalSet: surface);
 /// The law of a point alone.
 struct SliceAlone<'a> {
     /// G0_ii.
-    own: f64,
+    influence: f64,
     law: LocalSlice,
     slices: SlicesUnder<'a>,
     pieces: &'a mut [HeldPiece],
 }
 
-impl OwnForce for SliceAlone<'_> {
+impl PointLaw for SliceAlone<'_> {
     #[inline(always)]
     fn force(&mut self, column: usize, force: f64, residual: f64) -> f64 {
         let slices = self.slices;
-        self.pieces[column].force(residual + self.own * force, self.law, || slices.get(column))
+        self.pieces[column].force(residual + self.influence * force, self.law, || slices.get(column))
     }
 }
 

@@ -38,15 +38,15 @@ fn pressed(curve: &StiffnessCurve, v: f64) -> f64 {
     if v > 0.0 { curve.displacement_at(v) } else { 0.0 }
 }
 
-/// S(w) with w + (own/c - 1) S(w) = y, by bisection: the left side grows with w.
-fn in_series(curve: &StiffnessCurve, y: f64, own: f64, compliance: f64) -> f64 {
-    let (mut low, mut high) = (0.0, y * (compliance / own).max(1.0));
+/// S(w) with w + (influence/c - 1) S(w) = y, by bisection: the left side grows with w.
+fn in_series(curve: &StiffnessCurve, y: f64, influence: f64, compliance: f64) -> f64 {
+    let (mut low, mut high) = (0.0, y * (compliance / influence).max(1.0));
     if y <= 0.0 {
         return 0.0;
     }
     for _ in 0..200 {
         let w = 0.5 * (low + high);
-        if w + (own / compliance - 1.0) * pressed(curve, w) < y { low = w } else { high = w }
+        if w + (influence / compliance - 1.0) * pressed(curve, w) < y { low = w } else { high = w }
     }
     pressed(curve, 0.5 * (low + high))
 }
@@ -75,8 +75,8 @@ fn violation(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y: &
     let largest = curves.iter().zip(y).map(|(curve, &y)| pressed(curve, y)).fold(0.0, f64::max);
     let of = |i: usize| {
         let u: f64 = forces.iter().enumerate().map(|(j, f)| influence[i.abs_diff(j)] * f).sum();
-        let own = compliance * forces[i];
-        (own - pressed(&curves[i], y[i] - (u - own))).abs()
+        let spring = compliance * forces[i];
+        (spring - pressed(&curves[i], y[i] - (u - spring))).abs()
     };
     (0..y.len()).map(of).fold(0.0, f64::max) / largest
 }
@@ -142,7 +142,7 @@ proptest! {
     }
 
     #[test]
-    fn instantaneous_slices_press_more_than_equation_4_and_every_slice_more_when_deeper(
+    fn slices_press_more_than_equation_4_and_more_when_deeper(
         curves in slices(),
         y in prop::collection::vec(-0.5..1.5_f64, 12),
         deeper in 0.0..0.5_f64,
@@ -233,7 +233,7 @@ fn nothing_touches_when_nothing_is_required() {
 }
 
 #[test]
-fn one_point_alone_follows_its_own_curve() {
+fn one_point_alone_follows_its_curve() {
     let influence = decaying(8, 1.0);
     let curves: Vec<_> = (0..8).map(|_| curve(0.0, &[(0.1, 1.0), (0.2, 2.0), (0.0, 5.0)])).collect();
     let slices = queue(&curves);

@@ -7,7 +7,7 @@
 //! - `sweeps`: the beginning of both;
 //! - `residue`: where the corrections for a tyre that turns end;
 //! - `unsolved`: why there are no forces;
-//! - `factors`: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
+//! - `factors`: cached factorisations, found by `pattern_index` or served by a `neighbour_set`;
 //! - `ldlt`: how they are made, of whole matrices and of bands, in `tiles`.
 
 pub(crate) mod active_set;

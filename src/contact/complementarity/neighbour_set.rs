@@ -1,6 +1,6 @@
 //! A set of points solved with the factor of another one that differs from it by few points.
 //!
-//! With S0 the set whose factor is kept, A the points that have come and R those that have gone, F_0 = G_00^-1 (d_0 +
+//! With S0 the set whose factor is stored, A the points that have come and R those that have gone, F_0 = G_00^-1 (d_0 +
 //! E_R lambda - G_0A F_A), where lambda holds the points R at no force, as if they were pulled off. F_R = 0 and the
 //! points A give a symmetric system for lambda and F_A,
 //!
@@ -13,7 +13,7 @@
 //! (Vanderbei 1995, *SIAM J. Optim.* 5, 100). Entries of d_0 and G_0A at points that have gone are free: lambda makes
 //! up for them; they are zero.
 //!
-//! Cost: one solution with the kept factor for every point that differs and one more, instead of a factorisation.
+//! Cost: one solution with the stored factor for every point that differs and one more, instead of a factorisation.
 
 use std::cmp::Ordering;
 
@@ -26,12 +26,12 @@ pub(crate) const MOST_DIFFERENT: usize = 16;
 /// `linear_solvers`.
 const POINTS_TO_A_DIFFERENCE: usize = 8;
 
-/// The set whose factor is kept, and how another one differs from it. Nothing allocates after [`Self::new`].
+/// The set whose factor is stored, and how another one differs from it. Nothing allocates after [`Self::new`].
 pub(super) struct NeighbourSet {
-    /// Slot of the kept factor, if there is one.
+    /// Slot of the stored factor, if there is one.
     pub(super) slot: Option<usize>,
     /// S0, rising, by column when its factor was last used; negative ones have left the window since.
-    kept: Vec<i64>,
+    stored: Vec<i64>,
     /// Points of both sets, as positions in S0 and in the set asked for.
     stayed: Vec<(usize, usize)>,
     /// A, as positions in the set asked for.
@@ -41,11 +41,11 @@ pub(super) struct NeighbourSet {
 }
 
 impl NeighbourSet {
-    /// Nothing kept, with space for sets of at most `points` points.
+    /// Nothing stored, with space for sets of at most `points` points.
     pub(super) fn new(points: usize) -> Self {
         Self {
             slot: None,
-            kept: Vec::with_capacity(points),
+            stored: Vec::with_capacity(points),
             stayed: Vec::with_capacity(points),
             come: Vec::with_capacity(MOST_DIFFERENT + 1),
             gone: Vec::with_capacity(MOST_DIFFERENT + 1),
@@ -55,13 +55,13 @@ impl NeighbourSet {
     /// Keeps a set and the slot of its factor.
     pub(super) fn keep(&mut self, slot: usize, points: &[usize]) {
         self.slot = Some(slot);
-        self.kept.clear();
-        self.kept.extend(points.iter().map(|&point| point as i64));
+        self.stored.clear();
+        self.stored.extend(points.iter().map(|&point| point as i64));
     }
 
     /// Moves on by `by` elements: column i becomes column i - `by`.
     pub(super) fn advance(&mut self, by: usize) {
-        self.kept.iter_mut().for_each(|point| *point -= by as i64);
+        self.stored.iter_mut().for_each(|point| *point -= by as i64);
     }
 
     /// Slot of a factor that serves for the points, if they differ little enough from its set: then A and R are known.
@@ -72,12 +72,12 @@ impl NeighbourSet {
         self.come.clear();
         self.gone.clear();
         let (mut new, mut old) = (0, 0);
-        while new < points.len() || old < self.kept.len() {
+        while new < points.len() || old < self.stored.len() {
             if self.come.len() + self.gone.len() > most {
                 return None;
             }
-            let order = match (points.get(new), self.kept.get(old)) {
-                (Some(&point), Some(kept)) => (point as i64).cmp(kept),
+            let order = match (points.get(new), self.stored.get(old)) {
+                (Some(&point), Some(stored)) => (point as i64).cmp(stored),
                 (Some(_), None) => Ordering::Less,
                 _ => Ordering::Greater,
             };
@@ -94,7 +94,7 @@ impl NeighbourSet {
 
     /// Number of points of S0.
     pub(crate) fn stored_points(&self) -> usize {
-        self.kept.len()
+        self.stored.len()
     }
 
     /// Number of points that differ.
@@ -216,10 +216,10 @@ impl NeighbourSet {
 
 impl Evolving for NeighbourSet {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        let most = self.kept.capacity();
+        let most = self.stored.capacity();
         state.value(&mut self.slot)?;
-        state.growing(&mut self.kept)?;
-        ensure(self.kept.len() <= most && self.kept.is_sorted())
+        state.growing(&mut self.stored)?;
+        ensure(self.stored.len() <= most && self.stored.is_sorted())
     }
 }
 
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_that_change_by_points_and_move_on_are_solved_to_rounding() {
+    fn sets_that_change_and_move_on_are_solved_to_rounding() {
         const COLUMNS: usize = 150;
         let row: Vec<f64> = (0..COLUMNS).map(influence).collect();
         let mut cache = FactorCache::new(64, COLUMNS);
@@ -267,8 +267,8 @@ mod tests {
     fn points_that_come_at_either_end_go_or_both() {
         const COLUMNS: usize = 60;
         let row: Vec<f64> = (0..COLUMNS).map(influence).collect();
-        let kept: Vec<usize> = (10..50).collect();
-        let without = |gone: &[usize]| kept.iter().copied().filter(|point| !gone.contains(point)).collect::<Vec<_>>();
+        let stored: Vec<usize> = (10..50).collect();
+        let without = |gone: &[usize]| stored.iter().copied().filter(|point| !gone.contains(point)).collect::<Vec<_>>();
         let with = |come: &[usize], mut points: Vec<usize>| {
             points.extend(come);
             points.sort_unstable();
@@ -277,13 +277,13 @@ mod tests {
         let sets = [
             without(&[10]),
             without(&[23, 49]),
-            with(&[9], kept.clone()),
-            with(&[5, 50], kept.clone()),
+            with(&[9], stored.clone()),
+            with(&[5, 50], stored.clone()),
             with(&[8, 55], without(&[10, 30])),
         ];
         for points in sets {
             let mut cache = FactorCache::new(8, COLUMNS);
-            cache.solve(&kept, &row, &mut vec![1.0; kept.len()], &mut Meter::default()).unwrap();
+            cache.solve(&stored, &row, &mut vec![1.0; stored.len()], &mut Meter::default()).unwrap();
             let d: Vec<f64> = points.iter().map(|&point| (point as f64).cos()).collect();
             let mut forces = d.clone();
             cache.solve(&points, &row, &mut forces, &mut Meter::default()).unwrap();

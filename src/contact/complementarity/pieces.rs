@@ -17,8 +17,8 @@ pub(crate) struct LocalSlice {
 
 impl LocalSlice {
     /// Slice for G0_ii and c \[m/N\].
-    pub(crate) fn new(own: f64, compliance: f64) -> Self {
-        Self { stiffness: compliance.recip(), excess: own / compliance - 1.0 }
+    pub(crate) fn new(influence: f64, compliance: f64) -> Self {
+        Self { stiffness: compliance.recip(), excess: influence / compliance - 1.0 }
     }
 }
 

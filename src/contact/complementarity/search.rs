@@ -28,7 +28,7 @@ pub(crate) enum Search {
     /// Each point alone, see `LocalSlice`.
     Alone {
         /// G0_ii \[m/N\].
-        own: f64,
+        point_influence: f64,
         /// The slice on it.
         slice: LocalSlice,
         /// Where in its curve every column is.
@@ -42,15 +42,15 @@ impl Search {
     /// neighbours: by the paper's coupling, each yields with the compliance G0_ii.
     pub(crate) fn new(influence: Vec<f64>, odd: &[f64], coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
         let columns = influence.len();
-        let (own, tolerance) = (influence[0], numerics.contact_tolerance);
+        let (point_influence, tolerance) = (influence[0], numerics.contact_tolerance);
         match (coupled, law) {
             (false, law) => {
                 let compliance = match law {
                     SliceLaw::Local(compliance) => compliance,
-                    SliceLaw::Explicit => own,
+                    SliceLaw::Explicit => point_influence,
                 };
                 let pieces = vec![HeldPiece::default(); columns];
-                Self::Alone { own, slice: LocalSlice::new(own, compliance), pieces }
+                Self::Alone { point_influence, slice: LocalSlice::new(point_influence, compliance), pieces }
             }
             (true, SliceLaw::Explicit) => {
                 let search = ActiveSet::new(influence, columns, tolerance, numerics.cached_factors);
@@ -102,12 +102,12 @@ impl Search {
             Self::Local(search) => {
                 search.search(slices, required, forces, meter).map_err(|unsolved| error(unsolved, search.points()))
             }
-            Self::Alone { own, slice, pieces } => {
+            Self::Alone { point_influence, slice, pieces } => {
                 let columns = forces.iter_mut().zip(&mut *required).zip(pieces).enumerate();
                 for (column, ((force, required), piece)) in columns {
                     *force = piece.force(*required, *slice, || slices.get(column));
                     if *force > 0.0 {
-                        *required = *own * *force;
+                        *required = *point_influence * *force;
                     }
                 }
                 Ok(Residuals::default())
@@ -120,7 +120,7 @@ impl Search {
         let (factor, displaced) = match self {
             Self::Explicit(search) => (1.0, search.displacement()),
             Self::Local(search) => (1.0, search.displacement()),
-            Self::Alone { own, .. } => (*own, forces),
+            Self::Alone { point_influence, .. } => (*point_influence, forces),
         };
         out.iter_mut().zip(displaced).for_each(|(out, displaced)| *out += factor * displaced);
     }

@@ -103,7 +103,7 @@ fn rough(columns: usize, instant: usize) -> Vec<f64> {
 }
 
 #[test]
-fn corrections_are_few_and_counted_and_a_symmetric_problem_takes_none() {
+fn corrections_are_few_and_none_for_a_symmetric_problem() {
     const COLUMNS: usize = 40;
     let shares: Vec<f64> = (0..=RING / 2).map(|n| (n as f64 * 0.7).sin()).collect();
     // As many corrections as ln 1e-13/ln skew, and those of exchanged sets.
@@ -128,7 +128,7 @@ fn corrections_are_few_and_counted_and_a_symmetric_problem_takes_none() {
 }
 
 #[test]
-fn a_tolerance_below_rounding_is_rounding_and_the_end_is_certain() {
+fn a_tolerance_below_rounding_ends_at_rounding() {
     // Nearly singular: a smooth row on a fine grid.
     const COLUMNS: usize = 40;
     let shares: Vec<f64> = (0..=RING / 2).map(|n| (n as f64 * 1.3).cos()).collect();
@@ -149,7 +149,7 @@ fn a_tolerance_below_rounding_is_rounding_and_the_end_is_certain() {
 }
 
 #[test]
-fn a_restored_search_of_an_unsymmetric_problem_goes_on_in_the_same_bits() {
+fn a_restored_unsymmetric_search_continues_in_the_same_bits() {
     const COLUMNS: usize = 40;
     let shares: Vec<f64> = (0..=RING / 2).map(|n| (n as f64 * 0.7).sin()).collect();
     let [even, odd] = rows(0.05, 0.02, &shares);

@@ -100,10 +100,10 @@ impl Surface {
     pub(super) fn advance(&mut self, by: usize) {
         let columns = self.estimate.len();
         let by = by.min(columns);
-        let left_behind = self.estimate[..by].iter().any(|force| *force != 0.0);
+        let leaves_forces = self.estimate[..by].iter().any(|force| *force != 0.0);
         move_on(&mut self.estimate, by);
         move_on(&mut self.displacement[..columns], by);
-        for column in if left_behind { 0 } else { columns - by }..columns {
+        for column in if leaves_forces { 0 } else { columns - by }..columns {
             let row = self.row[..columns + column].iter().rev();
             let sum = row.zip(&self.estimate).fold(0.0, |sum: f64, (row, &force)| row.mul_add(force, sum));
             self.displacement[column] = sum;
@@ -162,12 +162,12 @@ impl Surface {
     }
 
     /// Brings the estimate of the forces nearer to the solution where y is the penetration without forces; returns
-    /// them and y - G0 F of the columns within reach. The displacement kept does not belong to the estimate until it
+    /// them and y - G0 F of the columns within reach. The stored displacement does not belong to the estimate until it
     /// is computed again. `lagged`: the displacements by a skew part of G0 stay as they are; the sweeps then go to the
     /// minimum of a convex function, which they find from anywhere.
     pub(super) fn sweep(
         &mut self,
-        law: impl OwnForce,
+        law: impl PointLaw,
         sweeps: usize,
         y: &[f64],
         reach: Range<usize>,
@@ -178,9 +178,10 @@ impl Surface {
         residual.clear();
         residual.extend(y[reach.clone()].iter().zip(&displacement[reach.clone()]).map(|(y, u)| y - u));
         residual.resize(reach.len().next_multiple_of(BLOCK), 0.0);
-        let own = (row.len() - BLOCK) / 2;
-        let at = |place: Option<usize>| -place.and_then(|place| row[..2 * own + 1].get(place)).copied().unwrap_or(0.0);
-        let near = std::array::from_fn(|c| std::array::from_fn(|other| at((own + other).checked_sub(c))));
+        let middle = (row.len() - BLOCK) / 2;
+        let at =
+            |place: Option<usize>| -place.and_then(|place| row[..2 * middle + 1].get(place)).copied().unwrap_or(0.0);
+        let near = std::array::from_fn(|c| std::array::from_fn(|other| at((middle + other).checked_sub(c))));
         let estimate = &mut estimate[reach.clone()];
         let sweeps =
             Sweeps { sweeps, law, first: reach.start, estimate: &mut *estimate, residual: &mut *residual, row, near };
@@ -238,7 +239,7 @@ pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
 }
 
 /// The law of a point alone.
-pub(super) trait OwnForce {
+pub(super) trait PointLaw {
     /// Force of the point while all others stay as they are, from its force so far and the penetration `residual` by
     /// all of them.
     fn force(&mut self, column: usize, force: f64, residual: f64) -> f64;
@@ -262,7 +263,7 @@ struct Sweeps<'a, L> {
     near: [[f64; BLOCK]; BLOCK],
 }
 
-impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
+impl<L: PointLaw> WithSimd for Sweeps<'_, L> {
     /// Forces changed.
     type Output = usize;
 
@@ -275,18 +276,18 @@ impl<L: OwnForce> WithSimd for Sweeps<'_, L> {
             for (number, estimate) in estimate.chunks_mut(BLOCK).enumerate() {
                 let begin = BLOCK * number;
                 // Within the block a change counts at once.
-                let (mut own, mut changes) = ([0.0; BLOCK], [0.0; BLOCK]);
-                own.copy_from_slice(&residual[begin..begin + BLOCK]);
+                let (mut current, mut changes) = ([0.0; BLOCK], [0.0; BLOCK]);
+                current.copy_from_slice(&residual[begin..begin + BLOCK]);
                 let mut changed = false;
                 for (c, (estimate, near)) in estimate.iter_mut().zip(&near).enumerate() {
-                    let force = law.force(first + begin + c, *estimate, own[c]);
+                    let force = law.force(first + begin + c, *estimate, current[c]);
                     let change = force - *estimate;
                     *estimate = force;
                     // With the sign that subtracts it.
                     changes[c] = -change;
                     changed |= change != 0.0;
-                    for (own, near) in own.iter_mut().zip(near) {
-                        *own = near.mul_add(change, *own);
+                    for (current, near) in current.iter_mut().zip(near) {
+                        *current = near.mul_add(change, *current);
                     }
                 }
                 if changed {

@@ -45,7 +45,7 @@ impl WithSimd for Assembly<'_> {
         let (tiles, _) = matrix.as_chunks_mut::<LINE>();
         let blocks = tiles.chunks_exact_mut(points.len().max(1)).zip(points.chunks(LINE));
         for (number, (tiles, lines)) in blocks.enumerate() {
-            let (before, own) = tiles.split_at_mut(LINE * number);
+            let (before, corner) = tiles.split_at_mut(LINE * number);
             let begin = first_column(number, band);
             let (before, points) = (&mut before[begin..], &points[begin..]);
             let (first, last) = (lines[0], lines[lines.len() - 1]);
@@ -56,13 +56,13 @@ impl WithSimd for Assembly<'_> {
                         None => gather(tile, lines, point, influence),
                     }
                 }
-                for (c, tile) in own.iter_mut().enumerate().take(LINE) {
+                for (c, tile) in corner.iter_mut().enumerate().take(LINE) {
                     if let Some(values) = both_ways[LINE - 1 - c..].first_chunk() {
                         *tile = *values;
                     }
                 }
             } else {
-                for (tile, &point) in before.iter_mut().chain(own.iter_mut().take(LINE)).zip(points) {
+                for (tile, &point) in before.iter_mut().chain(corner.iter_mut().take(LINE)).zip(points) {
                     gather(tile, lines, point, influence);
                 }
             }

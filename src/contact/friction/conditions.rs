@@ -27,7 +27,7 @@ use super::product::Vector;
 pub(crate) struct Conditions<'a> {
     /// Required displacements d \[m\]; -infinity where a cell cannot touch.
     pub required: &'a [f64],
-    /// Slip of the step without the displacements by its own forces \[m\].
+    /// Slip of the step without the displacements by its forces \[m\].
     pub shift: &'a [[f64; 2]],
     /// Coefficient of friction mu.
     pub friction: &'a [f64],
@@ -35,7 +35,7 @@ pub(crate) struct Conditions<'a> {
 
 /// State of a cell near a guess.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum State {
+pub(crate) enum CellState {
     /// No force.
     Open,
     /// Pressed, no slip.
@@ -78,18 +78,18 @@ impl Conditions<'_> {
 
     /// State of a cell near a guess. Rigidities along x and y have to be the same for the projection to be one onto a
     /// disc.
-    pub(crate) fn state(&self, cell: usize, force: Vector, displacement: Vector, rigidity: Vector) -> State {
+    pub(crate) fn state(&self, cell: usize, force: Vector, displacement: Vector, rigidity: Vector) -> CellState {
         let [x, y, z] = self.trial(cell, force, displacement, rigidity);
         if z.is_nan() || z <= 0.0 {
-            return State::Open;
+            return CellState::Open;
         }
         let (bound, size) = (self.friction[cell] * force[2].max(0.0), length([x, y]));
         if size > bound || self.friction[cell] <= 0.0 {
             let beta = if size > 0.0 { bound / size } else { 0.0 };
             let direction = if size > 0.0 { [x / size, y / size] } else { [1.0, 0.0] };
-            State::Slipping(direction, 1.0 - beta, beta * rigidity[0])
+            CellState::Slipping(direction, 1.0 - beta, beta * rigidity[0])
         } else {
-            State::Sticking
+            CellState::Sticking
         }
     }
 

@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn creep_finds_the_mean_torque_of_0_of_stiff_and_soft_tyres_that_lag_behind() {
+    fn creep_finds_a_mean_torque_of_0_for_stiff_and_soft_tyres() {
         let at_rest = StaticContact { indentation: 0.018, force: 3400.0, stiffness: 2e5, length: 0.1 };
         let (revolution, warm_up, steps) = (256, 1400, 14_000);
         for stiffness in [8.0, 20.0, 40.0] {

@@ -77,7 +77,7 @@ pub(super) fn late_channels(
             let both = |pole: Complex64| [(s - pole).inv(), after(pole, rule, time_step, passed, zeta)];
             let [upper, late_upper] = both(pole);
             let [lower, late_lower] = if index < pairs { both(pole.conj()) } else { [Complex64::ZERO; 2] };
-            whole.iter_mut().zip(residues).take(parts).for_each(|(whole, own)| add(whole, own, [upper, lower]));
+            whole.iter_mut().zip(residues).take(parts).for_each(|(whole, residue)| add(whole, residue, [upper, lower]));
             late.push([late_upper, late_lower]);
         }
         Sample { late, size: norm(&whole[0]).hypot(norm(&whole[1])) }
@@ -101,7 +101,10 @@ pub(super) fn late_channels(
     for &(_, index) in &order {
         let mut error = 0.0_f64;
         for (sum, sample) in sums.iter_mut().zip(&samples) {
-            sum.iter_mut().zip(&residues[index]).take(parts).for_each(|(sum, own)| add(sum, own, sample.late[index]));
+            sum.iter_mut()
+                .zip(&residues[index])
+                .take(parts)
+                .for_each(|(sum, residue)| add(sum, residue, sample.late[index]));
             error = error.max(norm(&sum[0]).hypot(norm(&sum[1])) / sample.size);
         }
         if error > LEFT_OUT * tolerance {

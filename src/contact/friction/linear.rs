@@ -8,18 +8,18 @@
 
 use std::ops::Range;
 
-use super::conditions::{Conditions, State};
+use super::conditions::{CellState, Conditions};
 use super::nearby::NearbyInverse;
 use super::product::{Vector, WindowProduct};
 use crate::tyre::influence::{COMPONENTS, TractionInfluence};
 
-/// Directions that are kept before a restart.
+/// Directions that are stored before a restart.
 const DIRECTIONS: usize = 60;
 
 /// Equations of the pressed cells.
 pub(crate) struct Equations {
     /// Pressed cells with their states, and the places of their first unknowns.
-    cells: Vec<(usize, State, usize)>,
+    cells: Vec<(usize, CellState, usize)>,
     unknowns: usize,
     /// Reciprocal diagonal of the equations.
     scale: Vec<f64>,
@@ -33,7 +33,7 @@ pub(crate) struct Equations {
     across: usize,
 }
 
-pub(crate) struct Solved {
+pub(crate) struct LinearSolution {
     /// Products with the influence.
     pub products: u64,
 }
@@ -43,8 +43,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Equations {
-    /// Equations for the window of an influence; `own` is that of a cell on itself \[m/N\].
-    pub(crate) fn new(influence: &TractionInfluence, own: Vector) -> Self {
+    /// Equations for the window of an influence; `diagonal` is that of a cell on itself \[m/N\].
+    pub(crate) fn new(influence: &TractionInfluence, diagonal: Vector) -> Self {
         let cells = influence.cells();
         Self {
             cells: Vec::new(),
@@ -55,18 +55,18 @@ impl Equations {
             part: 0..cells,
             forces: vec![[0.0; 3]; cells],
             displacements: vec![[0.0; 3]; cells],
-            nearby: NearbyInverse::new(influence, own),
+            nearby: NearbyInverse::new(influence, diagonal),
             across: influence.across,
         }
     }
 
-    /// Sets the equations up; `own` is the influence of a cell on itself \[m/N\].
+    /// Sets the equations up; `diagonal` is the influence of a cell on itself \[m/N\].
     pub(crate) fn set(
         &mut self,
         product: &WindowProduct,
         conditions: &Conditions<'_>,
-        states: impl Iterator<Item = (usize, State)>,
-        own: Vector,
+        states: impl Iterator<Item = (usize, CellState)>,
+        diagonal: Vector,
     ) {
         (self.unknowns, self.cells) = (0, std::mem::take(&mut self.cells));
         self.cells.clear();
@@ -76,16 +76,16 @@ impl Equations {
             let [sx, sy] = conditions.shift[cell];
             let first = self.unknowns;
             match state {
-                State::Open => continue,
-                State::Sticking => {
+                CellState::Open => continue,
+                CellState::Sticking => {
                     self.right.extend([conditions.required[cell], -sx, -sy]);
-                    self.scale.extend([1.0 / own[2], 1.0 / own[0], 1.0 / own[1]]);
+                    self.scale.extend([1.0 / diagonal[2], 1.0 / diagonal[0], 1.0 / diagonal[1]]);
                     self.unknowns += 3;
                 }
-                State::Slipping([ex, ey], rest, rigidity) => {
-                    let across = own[0] * ey * ey + own[1] * ex * ex;
+                CellState::Slipping([ex, ey], rest, rigidity) => {
+                    let across = diagonal[0] * ey * ey + diagonal[1] * ex * ex;
                     self.right.extend([conditions.required[cell], -rigidity * (ex * sy - ey * sx)]);
-                    self.scale.extend([1.0 / own[2], 1.0 / (rest + rigidity * across)]);
+                    self.scale.extend([1.0 / diagonal[2], 1.0 / (rest + rigidity * across)]);
                     self.unknowns += 2;
                 }
             }
@@ -102,7 +102,7 @@ impl Equations {
         for &(cell, state, first) in &self.cells {
             let z = unknowns[first];
             self.forces[cell] = match state {
-                State::Slipping([ex, ey], ..) => {
+                CellState::Slipping([ex, ey], ..) => {
                     let (along, tau) = (friction[cell] * z, unknowns[first + 1]);
                     [along * ex - tau * ey, along * ey + tau * ex, z]
                 }
@@ -131,7 +131,7 @@ impl Equations {
             let [x, y, z] = self.displacements[cell];
             out[first] = z * self.scale[first];
             match state {
-                State::Slipping([ex, ey], rest, rigidity) => {
+                CellState::Slipping([ex, ey], rest, rigidity) => {
                     let across = rigidity * (ex * y - ey * x) + rest * unknowns[first + 1];
                     out[first + 1] = across * self.scale[first + 1];
                 }
@@ -148,7 +148,7 @@ impl Equations {
         let Self { cells, nearby, part, .. } = self;
         for &(cell, state, first) in &*cells {
             *nearby.ask(cell, 2) = residuals[first];
-            if state == State::Sticking {
+            if state == CellState::Sticking {
                 (*nearby.ask(cell, 0), *nearby.ask(cell, 1)) = (residuals[first + 1], residuals[first + 2]);
             }
         }
@@ -156,7 +156,7 @@ impl Equations {
         for &(cell, state, first) in &*cells {
             out[first] = nearby.found(cell, 2);
             match state {
-                State::Slipping(..) => out[first + 1] = residuals[first + 1],
+                CellState::Slipping(..) => out[first + 1] = residuals[first + 1],
                 _ => (out[first + 1], out[first + 2]) = (nearby.found(cell, 0), nearby.found(cell, 1)),
             }
             (0..COMPONENTS).for_each(|component| *nearby.ask(cell, component) = 0.0);
@@ -172,14 +172,14 @@ impl Equations {
         forces: &mut [Vector],
         [reduction, least]: [f64; 2],
         most: u64,
-    ) -> Solved {
+    ) -> LinearSolution {
         let (count, friction) = (self.unknowns, conditions.friction);
         let mut unknowns = vec![0.0; count];
         for &(cell, state, first) in &self.cells {
             let [x, y, z] = forces[cell];
             unknowns[first] = z;
             match state {
-                State::Slipping([ex, ey], ..) => unknowns[first + 1] = ex * y - ey * x,
+                CellState::Slipping([ex, ey], ..) => unknowns[first + 1] = ex * y - ey * x,
                 _ => (unknowns[first + 1], unknowns[first + 2]) = (x, y),
             }
         }
@@ -189,7 +189,7 @@ impl Equations {
             self.apply(product, friction, &unknowns, &mut residual);
             products += 1;
             let right = self.right.iter().zip(&self.scale);
-            residual.iter_mut().zip(right).for_each(|(own, (right, scale))| *own = right * scale - *own);
+            residual.iter_mut().zip(right).for_each(|(value, (right, scale))| *value = right * scale - *value);
             let first = dot(&residual, &residual).sqrt();
             if products == 1 {
                 goal = least.max(reduction * first);
@@ -201,17 +201,17 @@ impl Equations {
             products += steps.len() as u64;
             let mut change = vec![0.0; count];
             for (step, direction) in steps.iter().zip(&self.directions) {
-                change.iter_mut().zip(direction).for_each(|(own, direction)| *own += step * direction);
+                change.iter_mut().zip(direction).for_each(|(value, direction)| *value += step * direction);
             }
             self.precondition(&change, &mut residual);
-            unknowns.iter_mut().zip(&residual).for_each(|(own, change)| *own += change);
+            unknowns.iter_mut().zip(&residual).for_each(|(value, change)| *value += change);
             if steps.len() < DIRECTIONS {
                 break;
             }
         }
         self.expand(friction, &unknowns);
         forces.copy_from_slice(&self.forces);
-        Solved { products }
+        LinearSolution { products }
     }
 
     /// Steps along the directions that make a residual smallest.

@@ -10,7 +10,7 @@
 //! - [`modal`]: displacements by past forces, by poles, its `wave_group` and `late` channels;
 //! - [`free_creep`]: creep of a wheel that rolls freely;
 //! - [`law`]: coefficients of friction and bonds from step to step;
-//! - [`zone`]: one step, from the past to the forces.
+//! - [`zone`]: one step, from the history to the forces.
 
 pub(crate) mod conditions;
 pub(crate) mod free_creep;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::product::Vector;
 use super::wave_group::{STEPS, Stepping, WaveGroup};
-use crate::contact::cells::CellPast;
+use crate::contact::cells::CellHistory;
 use crate::contact::cells::component_transforms::ComponentTransforms;
 use crate::contact::cells::ring_waves::{allowed_rounding, by_precision, is_slow};
 use crate::contact::cells::short_ring::Seen;
@@ -17,7 +17,7 @@ use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Element;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::tyre::influence::COMPONENTS;
-use crate::tyre::poles::Modes;
+use crate::tyre::poles::WaveModes;
 use crate::tyre::poles::traction_model::TractionModel;
 
 /// Least number of groups that a thread takes at a time.
@@ -36,8 +36,8 @@ struct Ring<R: WaveNumber> {
     earliest: usize,
 }
 
-/// Waves of all rings and their past, in single or double precision.
-pub(crate) struct TractionWaves<R: WaveNumber = f64> {
+/// Waves of all rings and their history, in single or double precision.
+pub(crate) struct TractionHistory<R: WaveNumber = f64> {
     rings: Vec<Ring<R>>,
     /// Step of the block that comes next.
     step: usize,
@@ -68,7 +68,7 @@ impl<R: WaveNumber> Ring<R> {
             let rate = angles[wave] / (substeps as f64 * time_step);
             (0..COMPONENTS).any(|component| {
                 let [even, _] = model.residues(wave, component, component);
-                let modes = Modes { poles, residues: &even, odd: &[], pairs, constant: 0.0 };
+                let modes = WaveModes { poles, residues: &even, odd: &[], pairs, constant: 0.0 };
                 even.iter().any(|residue| residue.norm() > 0.0) && is_slow(&modes, time_step, rate, allowed)
             })
         };
@@ -83,7 +83,7 @@ impl<R: WaveNumber> Ring<R> {
     fn work(&self) -> Work {
         let mut work = self.transform.work() * 2;
         let of_pass = self.groups.iter().map(WaveGroup::work).chain(self.precise.iter().map(WaveGroup::work));
-        of_pass.for_each(|own| work += own);
+        of_pass.for_each(|count| work += count);
         work
     }
 
@@ -110,14 +110,14 @@ impl<R: WaveNumber> Ring<R> {
         }
     }
 
-    /// Takes the forces of a step of the block \[N\]; returns whether there is room for all of them.
+    /// Takes the forces of a step of the block \[N\]; returns whether all of them fit.
     fn push(&mut self, step: usize, first_element: i64, forces: &[Vector]) -> bool {
         let Self { transform, groups, precise, seen, .. } = self;
-        let mut has_room = true;
+        let mut fits = true;
         match seen {
             None => transform.forward(first_element, forces),
             Some(seen) => {
-                has_room = seen.take(first_element, forces.as_flattened());
+                fits = seen.take(first_element, forces.as_flattened());
                 transform.forward(seen.first, seen.cells.as_chunks().0);
             }
         }
@@ -125,7 +125,7 @@ impl<R: WaveNumber> Ring<R> {
             groups.iter_mut().for_each(|group| take(group, step, component, spectrum));
             precise.iter_mut().for_each(|group| take(group, step, component, spectrum));
         }
-        has_room
+        fits
     }
 }
 
@@ -139,7 +139,7 @@ impl<R: WaveNumber> Evolving for Ring<R> {
     }
 }
 
-impl<R: WaveNumber> TractionWaves<R> {
+impl<R: WaveNumber> TractionHistory<R> {
     pub(crate) fn new<'m>(rings: impl IntoIterator<Item = TractionRing<'m, R>>) -> Self {
         let rings: Vec<Ring<R>> = rings.into_iter().map(Ring::new).collect();
         let mut work = Work::default();
@@ -148,7 +148,7 @@ impl<R: WaveNumber> TractionWaves<R> {
     }
 }
 
-impl<R: WaveNumber> CellPast<COMPONENTS> for TractionWaves<R> {
+impl<R: WaveNumber> CellHistory<COMPONENTS> for TractionHistory<R> {
     fn add_displacement(&mut self, _: usize, first_element: i64, out: &mut [Vector], meter: &mut Meter) {
         let Self { rings, step, arch, work } = self;
         meter.add_work(Stage::History, *work);
@@ -158,13 +158,13 @@ impl<R: WaveNumber> CellPast<COMPONENTS> for TractionWaves<R> {
     fn push(&mut self, _: usize, first_element: i64, forces: &[Vector]) -> bool {
         let step = self.step;
         self.step = (step + 1) % STEPS;
-        let mut has_room = true;
-        self.rings.iter_mut().for_each(|ring| has_room &= ring.push(step, first_element, forces));
-        has_room
+        let mut fits = true;
+        self.rings.iter_mut().for_each(|ring| fits &= ring.push(step, first_element, forces));
+        fits
     }
 }
 
-impl<R: WaveNumber> Evolving for TractionWaves<R> {
+impl<R: WaveNumber> Evolving for TractionHistory<R> {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.all([&mut self.step, &mut self.rings])?;
         ensure(self.step < STEPS)
@@ -175,8 +175,8 @@ impl<R: WaveNumber> Evolving for TractionWaves<R> {
 /// `tyre::poles::tractions`.
 fn give<E: Element, R: WaveNumber>(group: &WaveGroup<E>, component: usize, spectrum: &mut [Complex<R>]) {
     let [re, im] = group.displacement(component);
-    let own = spectrum[group.waves.clone()].iter_mut();
-    for (value, (re, im)) in own.zip(re.iter().zip(im)) {
+    let waves = spectrum[group.waves.clone()].iter_mut();
+    for (value, (re, im)) in waves.zip(re.iter().zip(im)) {
         let (re, im) = (R::rounded(re.double()), R::rounded(im.double()));
         *value = if component == 0 { Complex::new(re, im) } else { Complex::new(im, -re) };
     }

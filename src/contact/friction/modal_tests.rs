@@ -1,13 +1,13 @@
-//! The past by poles against sums over all past forces.
+//! The history by poles against sums over all past forces.
 
 use std::sync::atomic::AtomicBool;
 
-use super::modal::{TractionRing, TractionWaves};
+use super::modal::{TractionHistory, TractionRing};
 use super::product::Vector;
 use super::wave_group::Stepping;
-use crate::contact::cells::CellPast;
+use crate::contact::cells::CellHistory;
 use crate::contact::cells::component_transforms::ComponentTransforms;
-use crate::contact::cells::direct::DirectPast;
+use crate::contact::cells::direct::DirectCellHistory;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::counters::Meter;
 use crate::scene::{DEFAULT, Sides, Tyre};
@@ -36,7 +36,8 @@ fn model(sums: &CellSums, band: WaveBand) -> TractionModel {
     fit_tractions(sums, &sums.traction_rows(band), &options, &AtomicBool::new(false)).unwrap()
 }
 
-/// Rolls with forces that come and go, the same for every past; returns the displacements by past forces of all steps.
+/// Rolls with forces that come and go, the same for every history; returns the displacements by past forces of all
+/// steps.
 fn roll(mut step: impl FnMut(i64, &[Vector], &mut [Vector])) -> Vec<Vector> {
     let mut all = Vec::new();
     for number in 0..STEPS {
@@ -54,10 +55,10 @@ fn roll(mut step: impl FnMut(i64, &[Vector], &mut [Vector])) -> Vec<Vector> {
     all
 }
 
-/// Goes on with another past from the state: a part that is missing in it has another value there.
-fn resume<P: CellPast<3>>(past: &mut P, other: &mut P) {
-    SavedState::of(past).unwrap().restore(other).unwrap();
-    std::mem::swap(past, other);
+/// Goes on with another history from the state: a part that is missing in it has another value there.
+fn resume<P: CellHistory<3>>(history: &mut P, other: &mut P) {
+    SavedState::of(history).unwrap().restore(other).unwrap();
+    std::mem::swap(history, other);
 }
 
 fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRule) -> Vec<Vector> {
@@ -66,13 +67,13 @@ fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRul
         let transform = ComponentTransforms::of_tractions(sums.grid(), [ELEMENTS, COLUMNS], &rows);
         let stepping =
             Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after: None };
-        TractionWaves::<R>::new([TractionRing { model, transform, seen: None, stepping }])
+        TractionHistory::<R>::new([TractionRing { model, transform, seen: None, stepping }])
     };
-    let (mut past, mut other) = (new(), new());
+    let (mut history, mut other) = (new(), new());
     roll(|first, forces, out| {
-        past.add_displacement(0, first, out, &mut Meter::default());
-        past.push(0, first, forces);
-        resume(&mut past, &mut other);
+        history.add_displacement(0, first, out, &mut Meter::default());
+        history.push(0, first, forces);
+        resume(&mut history, &mut other);
     })
 }
 
@@ -81,7 +82,7 @@ fn difference(a: &[Vector], b: &[Vector], component: usize) -> f64 {
     a.iter().zip(b).fold(0.0_f64, |worst, (a, b)| worst.max((a[component] - b[component]).abs())) / largest
 }
 
-/// Compares the past by poles of a tyre with sums.
+/// Compares the history by poles of a tyre with sums.
 fn hold(name: &str, tyre: &Tyre) {
     let sums = sums(tyre);
     let (model, rows) = (model(&sums, WaveBand::WHOLE), sums.traction_rows(WaveBand::WHOLE));
@@ -90,7 +91,7 @@ fn hold(name: &str, tyre: &Tyre) {
     assert!(model.error() <= TOLERANCE, "{name}: {:e}", model.error());
     for rule in [TimeRule::Bdf2, TimeRule::Bdf1] {
         let transform = ComponentTransforms::of_tractions(sums.grid(), [ELEMENTS, COLUMNS], &rows);
-        let mut direct = DirectPast::of_tractions(&sums, &rows, transform, rule, TIME_STEP, STEPS + 2);
+        let mut direct = DirectCellHistory::of_tractions(&sums, &rows, transform, rule, TIME_STEP, STEPS + 2);
         let exact = roll(|first, forces, out| {
             direct.add_displacement(0, first, out, &mut Meter::default());
             direct.push(0, first, forces);
@@ -106,12 +107,12 @@ fn hold(name: &str, tyre: &Tyre) {
 }
 
 #[test]
-fn the_past_by_poles_is_that_of_sums() {
+fn the_history_by_poles_is_that_of_sums() {
     hold("flat", &tyre(0.25));
     hold("guided", &Tyre { sides: Sides::Guided, ..tyre(0.25) });
 }
 
-/// Rolls with forces on some columns of a window, over a past in bands; returns the displacements of all steps.
+/// Rolls with forces on some columns of a window, over a history in bands; returns the displacements of all steps.
 fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usize>) -> Vec<Vector> {
     let [elements, columns, seen] = [128, 48, 22];
     let grid = CellGrid::new(tyre, elements, ACROSS);
@@ -128,20 +129,20 @@ fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usiz
             Stepping { rule: TimeRule::Bdf2, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after };
         TractionRing { model, transform, seen: is_short.then_some(ACROSS), stepping }
     };
-    let [mut past, mut other] = [(); 2].map(|()| TractionWaves::<f64>::new(bands.iter().zip(&models).map(&ring)));
+    let [mut history, mut other] = [(); 2].map(|()| TractionHistory::<f64>::new(bands.iter().zip(&models).map(&ring)));
     let mut all = Vec::new();
     for number in 0..2 * elements {
         let first = (number / 2) as i64;
         let mut out = vec![[0.0; 3]; columns * ACROSS];
-        past.add_displacement(0, first, &mut out, &mut Meter::default());
+        history.add_displacement(0, first, &mut out, &mut Meter::default());
         let force = |cell: usize| {
             let place = (first as usize * ACROSS + cell) as f64;
             let is_touched = (18..28).contains(&(cell / ACROSS));
             if is_touched { [0.7, 1.3, 2.9].map(|rate| 1.0 + (rate * place).sin()) } else { [0.0; 3] }
         };
         let forces: Vec<Vector> = (0..columns * ACROSS).map(force).collect();
-        assert!(past.push(0, first, &forces), "no room");
-        resume(&mut past, &mut other);
+        assert!(history.push(0, first, &forces), "no room");
+        resume(&mut history, &mut other);
         // About the contact.
         all.extend_from_slice(&out[14 * ACROSS..32 * ACROSS]);
     }
@@ -169,7 +170,7 @@ fn short_rings_carry_what_waves_of_the_whole_tyre_do() {
 
 #[test]
 #[ignore = "minutes: waves of a curved tyre"]
-fn the_past_of_a_turning_tyre_by_poles_is_that_of_sums() {
+fn the_history_of_a_turning_tyre_by_poles_is_that_of_sums() {
     let curved = crate::scene::Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
     hold("curved", &curved);
     hold("turning", &Tyre { angular_velocity: -100.0, ..curved });

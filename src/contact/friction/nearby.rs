@@ -23,8 +23,8 @@ pub(super) struct NearbyInverse {
 }
 
 /// Middle of the inverses of the free fields T_xx, T_yy and T_zz, by distance along and across, (`RADIUS` + 1)^2,
-/// times `own`.
-fn inverse_stencils(influence: &TractionInfluence, own: Vector) -> [Vec<f64>; COMPONENTS] {
+/// times `diagonal`.
+fn inverse_stencils(influence: &TractionInfluence, diagonal: Vector) -> [Vec<f64>; COMPONENTS] {
     /// Floor of the waves of T, as a part of the largest.
     const FLOOR: f64 = 1e-3;
     let (columns, across) = (influence.columns, influence.across);
@@ -45,7 +45,7 @@ fn inverse_stencils(influence: &TractionInfluence, own: Vector) -> [Vec<f64>; CO
                 let sides = if k == 0 { 1.0 } else { 2.0 };
                 sides * cosine(k * i, p) * cosine(l * j, q) / wave.max(FLOOR * largest)
             };
-            own[component] / (p * q) as f64 * waves.iter().enumerate().map(wave).sum::<f64>()
+            diagonal[component] / (p * q) as f64 * waves.iter().enumerate().map(wave).sum::<f64>()
         };
         (0..=RADIUS).flat_map(|i| (0..=RADIUS).map(move |j| (i, j))).map(|(i, j)| near(i, j)).collect()
     };
@@ -53,11 +53,11 @@ fn inverse_stencils(influence: &TractionInfluence, own: Vector) -> [Vec<f64>; CO
 }
 
 impl NearbyInverse {
-    /// Inverses for an influence; `own` is that of a cell on itself \[m/N\].
-    pub(super) fn new(influence: &TractionInfluence, own: Vector) -> Self {
+    /// Inverses for an influence; `diagonal` is that of a cell on itself \[m/N\].
+    pub(super) fn new(influence: &TractionInfluence, diagonal: Vector) -> Self {
         let size = [influence.columns, influence.across];
         let fields = || std::array::from_fn(|_| vec![0.0; influence.cells()]);
-        let filters = inverse_stencils(influence, own).map(|stencil| Filter::new(size, RADIUS, stencil));
+        let filters = inverse_stencils(influence, diagonal).map(|stencil| Filter::new(size, RADIUS, stencil));
         Self { filters, asked: fields(), found: fields() }
     }
 

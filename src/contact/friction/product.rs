@@ -43,7 +43,7 @@ pub(crate) struct WindowProduct {
     work: Work,
 }
 
-/// G in the waves of a window, with room for a product.
+/// G in the waves of a window, with space for a product.
 pub(crate) struct TractionProduct<R = f64> {
     columns: usize,
     across: usize,
@@ -168,7 +168,7 @@ impl<R: WaveNumber> TractionProduct<R> {
             }
         }
         let rows = COMPONENTS * SIDES * half;
-        let room = || vec![R::default(); rows * 2 * waves];
+        let zeros = || vec![R::default(); rows * 2 * waves];
         let mut this = Self {
             columns,
             across,
@@ -178,8 +178,8 @@ impl<R: WaveNumber> TractionProduct<R> {
             blocks: Vec::new(),
             weights: Vec::new(),
             rows: vec![R::default(); rows * columns],
-            forces: room(),
-            displacements: room(),
+            forces: zeros(),
+            displacements: zeros(),
             arch: Arch::new(),
         };
         for pair in 0..COMPONENTS * COMPONENTS {

@@ -74,7 +74,7 @@ pub(crate) struct FrictionSearch {
     /// Cells that are considered.
     part: Range<usize>,
     /// Influence of a cell in the middle on itself \[m/N\].
-    own: Vector,
+    diagonal: Vector,
     rigidity: Vector,
     tolerance: f64,
     equations: Equations,
@@ -90,14 +90,14 @@ impl FrictionSearch {
         let cells = influence.cells();
         let middle = influence.columns / 2 * influence.across + influence.across / 2;
         let block = influence.block(middle, middle);
-        let own = [block[0][0], block[1][1], block[2][2]];
-        let tangential = 1.0 / own[0].max(own[1]);
+        let diagonal = [block[0][0], block[1][1], block[2][2]];
+        let tangential = 1.0 / diagonal[0].max(diagonal[1]);
         Self {
-            equations: Equations::new(&influence, own),
+            equations: Equations::new(&influence, diagonal),
             product: WindowProduct::new(influence),
             part: 0..cells,
-            own,
-            rigidity: [tangential, tangential, 1.0 / own[2]],
+            diagonal,
+            rigidity: [tangential, tangential, 1.0 / diagonal[2]],
             tolerance,
             displacements: vec![[0.0; 3]; cells],
             best: vec![[0.0; 3]; cells],
@@ -158,7 +158,7 @@ impl FrictionSearch {
                 continue;
             }
             let [n, t] = conditions.missed(cell, force, u, self.rigidity);
-            // A NaN is kept.
+            // A NaN stays.
             normal = if n > normal || n.is_nan() { n } else { normal };
             tangential = if t > tangential || t.is_nan() { t } else { tangential };
             largest = largest.max(force[2]);
@@ -168,7 +168,7 @@ impl FrictionSearch {
             power[1] += possible + force[0] * gx + force[1] * gy;
         }
         let scale = if largest > 0.0 { largest } else { normal.max(f64::MIN_POSITIVE) };
-        let dissipation = if power[0] > 0.0 { power[1] / (power[0] * self.own[0] * largest) } else { 0.0 };
+        let dissipation = if power[0] > 0.0 { power[1] / (power[0] * self.diagonal[0] * largest) } else { 0.0 };
         FrictionResiduals { normal: normal / scale, tangential: tangential / scale, dissipation }
     }
 
@@ -248,7 +248,7 @@ impl FrictionSearch {
     fn newton_step(&mut self, conditions: &Conditions<'_>, forces: &mut [Vector], missed: f64) -> FrictionResiduals {
         let (displacements, rigidity) = (&self.displacements, self.rigidity);
         let state = |cell: usize| (cell, conditions.state(cell, forces[cell], displacements[cell], rigidity));
-        self.equations.set(&self.product, conditions, self.part.clone().map(state), self.own);
+        self.equations.set(&self.product, conditions, self.part.clone().map(state), self.diagonal);
         let largest = forces.iter().fold(0.0_f64, |largest, force| largest.max(force[2]));
         let exact = [missed.clamp(FINE, COARSE), 0.3 * self.tolerance * largest];
         let solved = self.equations.solve(&mut self.product, conditions, forces, exact, MOST_PRODUCTS);

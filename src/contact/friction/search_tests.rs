@@ -122,14 +122,14 @@ impl Rolling<'_> {
         let cells = columns * across;
         let mut search = FrictionSearch::new(self.influence.clone(), 1e-9);
         let mut forces = vec![[0.0; 3]; cells];
-        let mut past = [vec![[0.0; 2]; cells], vec![[0.0; 2]; cells]];
+        let mut previous = [vec![[0.0; 2]; cells], vec![[0.0; 2]; cells]];
         let friction = vec![self.friction; cells];
         let mut mean = [0.0; 3];
         for step in 0..self.columns_rolled * substeps {
             let substep = step % substeps;
             if step > 0 && substep == 0 {
                 // Cells are material; the contact stays where it is, and with it the guess.
-                past.iter_mut().for_each(|past| past.copy_within(across.., 0));
+                previous.iter_mut().for_each(|previous| previous.copy_within(across.., 0));
             }
             let place = |cell: usize| {
                 let moved = substep as f64 / substeps as f64;
@@ -141,14 +141,14 @@ impl Rolling<'_> {
                 .map(|cell| {
                     let [x, y] = place(cell);
                     let creep = (self.creep)(x, y).map(|creep| creep * self.dx / (1.5 * substeps as f64));
-                    [0, 1].map(|c| creep[c] - (4.0 * past[0][cell][c] - past[1][cell][c]) / 3.0)
+                    [0, 1].map(|c| creep[c] - (4.0 * previous[0][cell][c] - previous[1][cell][c]) / 3.0)
                 })
                 .collect();
             let conditions = Conditions { required: &required, shift: &shift, friction: &friction };
             let residuals = search.solve(&conditions, &mut forces);
             assert!(!search.is_unsettled(), "step {step}: {residuals:?}");
-            past.swap(0, 1);
-            past[0].iter_mut().zip(search.displacements()).for_each(|(past, u)| *past = [u[0], u[1]]);
+            previous.swap(0, 1);
+            previous[0].iter_mut().zip(search.displacements()).for_each(|(previous, u)| *previous = [u[0], u[1]]);
             if step >= (self.columns_rolled - 1) * substeps {
                 for force in &forces {
                     mean.iter_mut().zip(force).for_each(|(mean, force)| *mean += force / substeps as f64);
@@ -243,7 +243,7 @@ fn rough(columns: usize, across: usize, friction: f64, steps: usize) -> Friction
     let cells = columns * across;
     let mut search = FrictionSearch::new(influence, 1e-9);
     let mut forces = vec![[0.0; 3]; cells];
-    let mut past = [vec![[0.0; 2]; cells], vec![[0.0; 2]; cells]];
+    let mut previous = [vec![[0.0; 2]; cells], vec![[0.0; 2]; cells]];
     let friction = vec![friction; cells];
     for step in 0..steps {
         let random = |n: usize, c: f64| ((c * n as f64).sin() * 43758.5453).fract();
@@ -254,7 +254,9 @@ fn rough(columns: usize, across: usize, friction: f64, steps: usize) -> Friction
             })
             .collect();
         let shift: Vec<[f64; 2]> = (0..cells)
-            .map(|cell| [0, 1].map(|c| 0.1 * (1.0 - c as f64) - (4.0 * past[0][cell][c] - past[1][cell][c]) / 3.0))
+            .map(|cell| {
+                [0, 1].map(|c| 0.1 * (1.0 - c as f64) - (4.0 * previous[0][cell][c] - previous[1][cell][c]) / 3.0)
+            })
             .collect();
         let conditions = Conditions { required: &required, shift: &shift, friction: &friction };
         let residuals = search.solve(&conditions, &mut forces);
@@ -264,9 +266,9 @@ fn rough(columns: usize, across: usize, friction: f64, steps: usize) -> Friction
             let [x, y] = onto_disc([force[0], force[1]], friction[cell] * force[2]);
             assert!(force[2] >= 0.0 && (x - force[0]).hypot(y - force[1]) <= 1e-12 * (1.0 + force[2]));
         }
-        past.swap(0, 1);
-        past[0].iter_mut().zip(search.displacements()).for_each(|(past, u)| *past = [u[0], u[1]]);
-        past.iter_mut().for_each(|past| past.copy_within(across.., 0));
+        previous.swap(0, 1);
+        previous[0].iter_mut().zip(search.displacements()).for_each(|(previous, u)| *previous = [u[0], u[1]]);
+        previous.iter_mut().for_each(|previous| previous.copy_within(across.., 0));
         forces.copy_within(across.., 0);
         forces[cells - across..].fill([0.0; 3]);
     }

@@ -12,7 +12,7 @@ use crate::tyre::influence::TractionInfluence;
 const OWN_STEPS: usize = 2;
 
 /// Improves the forces by `sweeps` sweeps. `cells` lists the cells that may touch; `displacements` are those of the
-/// forces, and are kept so on these cells.
+/// forces, and remain so on these cells.
 pub(super) fn sweep(
     influence: &TractionInfluence,
     conditions: &Conditions<'_>,
@@ -22,8 +22,8 @@ pub(super) fn sweep(
     sweeps: usize,
 ) {
     let Some(&middle) = cells.first() else { return };
-    let own = influence.block(middle, middle);
-    let rigidity = 1.0 / own[0][0].max(own[1][1]);
+    let block = influence.block(middle, middle);
+    let rigidity = 1.0 / block[0][0].max(block[1][1]);
     for sweep in 0..sweeps {
         let mut visit = |cell: usize| {
             let block = influence.block(cell, cell);

@@ -25,12 +25,12 @@ use crate::numeric::Element;
 use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{COMPONENTS, PAIRS};
-use crate::tyre::poles::Modes;
-use crate::tyre::poles::traction_model::{Channel, TractionModel};
+use crate::tyre::poles::WaveModes;
+use crate::tyre::poles::traction_model::{PoleChannel, TractionModel};
 
 /// Steps of a block.
 pub(crate) const STEPS: usize = 8;
-/// Blocks whose forces are kept.
+/// Blocks whose forces are stored.
 const BLOCKS: usize = 3;
 /// Lags of the first weights: to the first step of the previous block.
 const LAGS: usize = 2 * STEPS - 1;
@@ -51,7 +51,7 @@ struct Channels<E, const PARTS: usize> {
     remainder: Vec<E>,
 }
 
-/// Rule, time step and the other parameters of a past by poles.
+/// Rule, time step and the other parameters of a history by poles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stepping {
     /// Time rule.
@@ -97,7 +97,7 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
         waves.iter_mut().for_each(|channels| channels.sort_by_key(|channel| !forgets(channel)));
         let count = waves.iter().map(Vec::len).max().unwrap_or(0);
         let forgetting =
-            waves.iter().map(|channels| channels.iter().filter(|own| forgets(own)).count()).max().unwrap_or(0);
+            waves.iter().map(|channels| channels.iter().filter(|channel| forgets(channel)).count()).max().unwrap_or(0);
         let mut remainder = vec![E::default(); forgetting * 2 * PARTS * E::MOST_LANES];
         for (number, record) in remainder.chunks_exact_mut(2 * PARTS * E::MOST_LANES).enumerate() {
             for (lane, channels) in waves.iter().enumerate() {
@@ -157,26 +157,27 @@ impl<E: Element> WaveGroup<E> {
         let (mut pairs, mut reals) = (Vec::new(), Vec::new());
         for wave in waves.clone() {
             let (poles, of_pairs, channels) = model.wave(wave);
-            let channel = |(index, (&pole, &Channel { input, output, odd })): (usize, (&Complex64, &Channel))| {
-                let times = if index < of_pairs { 2.0 } else { 1.0 };
-                let (g, w) = rule.coefficients(pole, Complex64::new(times, 0.0), time_step);
-                let remainder = match blocks {
-                    0 => [Complex64::ZERO; 2],
-                    _ => remainder_after(g, rule.before_last(), blocks * STEPS, FORGOTTEN * tolerance),
+            let channel =
+                |(index, (&pole, &PoleChannel { input, output, odd })): (usize, (&Complex64, &PoleChannel))| {
+                    let times = if index < of_pairs { 2.0 } else { 1.0 };
+                    let (g, w) = rule.coefficients(pole, Complex64::new(times, 0.0), time_step);
+                    let remainder = match blocks {
+                        0 => [Complex64::ZERO; 2],
+                        _ => remainder_after(g, rule.before_last(), blocks * STEPS, FORGOTTEN * tolerance),
+                    };
+                    Coefficients {
+                        g,
+                        remainder,
+                        input,
+                        output: output.map(|value| value * w),
+                        odd: odd.map(|value| value * w),
+                    }
                 };
-                Coefficients {
-                    g,
-                    remainder,
-                    input,
-                    output: output.map(|value| value * w),
-                    odd: odd.map(|value| value * w),
-                }
-            };
             let late = late_channels(model, wave, rule, time_step, STEPS, tolerance);
             let all = poles.iter().zip(channels).enumerate();
-            let (own, others): (Vec<_>, Vec<_>) =
+            let (paired, others): (Vec<_>, Vec<_>) =
                 all.filter(|(index, _)| late[*index]).partition(|(index, _)| *index < of_pairs);
-            pairs.push(own.into_iter().map(channel).collect());
+            pairs.push(paired.into_iter().map(channel).collect());
             reals.push(others.into_iter().map(channel).collect());
         }
         let turns = model.turns();
@@ -210,7 +211,7 @@ impl<E: Element> WaveGroup<E> {
             for pair in 0..PAIRS {
                 let of_pair = model.residues(wave, pair / COMPONENTS, pair % COMPONENTS);
                 for (part, residues) in of_pair.iter().enumerate().take(parts) {
-                    let modes = Modes { poles, residues, odd: &[], pairs, constant: 0.0 };
+                    let modes = WaveModes { poles, residues, odd: &[], pairs, constant: 0.0 };
                     let mut response = [0.0; LAGS];
                     add_responses(&modes, residues, rule, time_step, LAGS, &mut response);
                     for (lag, value) in response.into_iter().enumerate() {
@@ -248,8 +249,8 @@ impl<E: Element> WaveGroup<E> {
     /// Real and imaginary parts of a component in the forces of a step of the block, to be written.
     pub(super) fn force_mut(&mut self, step: usize, component: usize) -> [&mut [E]; SYSTEMS] {
         let step = (BLOCKS - 1) * STEPS + step;
-        let own = &mut self.forces[(step * FIELD + component * SYSTEMS) * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES];
-        let (re, im) = own.split_at_mut(E::MOST_LANES);
+        let force = &mut self.forces[(step * FIELD + component * SYSTEMS) * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES];
+        let (re, im) = force.split_at_mut(E::MOST_LANES);
         [re, im]
     }
 

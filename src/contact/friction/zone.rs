@@ -5,10 +5,10 @@
 //!    c_2 u'')/c_0 + W dt/c_0, with the cell's displacements u' and u'' one and two steps ago and the backward
 //!    difference c;
 //! 3. the forces (module `search`);
-//! 4. slip v = (u + shift) c_0/dt, coefficients of friction and bonds of the next step; the forces join the past.
+//! 4. slip v = (u + shift) c_0/dt, coefficients of friction and bonds of the next step; the forces join the history.
 //!
 //! W = (V (xi - phi y), V (alpha + phi x)) is the creep of a rigid wheel, risen over the ramp. Two columns ahead of the
-//! window are carried along, so that cells have a past when they come in.
+//! window are carried along, so that cells have a history when they come in.
 
 use std::ops::Range;
 
@@ -17,13 +17,13 @@ use super::free_creep::FreeCreep;
 use super::law::CellLaw;
 use super::product::Vector;
 use super::search::{FrictionCounts, FrictionSearch};
-use crate::contact::cells::CellPast;
+use crate::contact::cells::CellHistory;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
 use crate::contact::footprint::{StageMut, TangentialPart};
 use crate::contact::geometry::Geometry;
 use crate::contact::tread::TreadSurface;
-use crate::contact::zone::{Instant, Solved, Zone};
+use crate::contact::zone::{ContactZone, Instant, Solved};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
@@ -38,7 +38,7 @@ pub(crate) const AHEAD: usize = 2;
 const FULL: f64 = 1.0 - 1e-7;
 
 /// Motion of the wheel and the cells under it.
-pub(crate) struct Rolling {
+pub(crate) struct CellMotion {
     /// Window of the elements whose forces are reported.
     pub geometry: Geometry,
     /// Columns by which the search window is longer at either end.
@@ -62,7 +62,7 @@ pub(crate) struct Rolling {
     pub time_step: f64,
 }
 
-impl Rolling {
+impl CellMotion {
     /// Columns ahead of a window of `columns` columns that are carried along: none where it is the whole tyre.
     pub(crate) fn ahead(&self, columns: usize) -> usize {
         AHEAD.min(self.geometry.elements - columns)
@@ -81,8 +81,8 @@ impl Rolling {
 
 /// Cells of a window with friction, column by column, and of [`AHEAD`] columns before it.
 pub(crate) struct FrictionZone {
-    rolling: Rolling,
-    past: Box<dyn CellPast<COMPONENTS>>,
+    rolling: CellMotion,
+    history: Box<dyn CellHistory<COMPONENTS>>,
     search: FrictionSearch,
     law: CellLaw,
     /// Forces of the last step, then of this one \[N\], and the element that they begin with; without the pull.
@@ -104,8 +104,8 @@ pub(crate) struct FrictionZone {
 
 impl FrictionZone {
     pub(crate) fn new(
-        rolling: Rolling,
-        past: Box<dyn CellPast<COMPONENTS>>,
+        rolling: CellMotion,
+        history: Box<dyn CellHistory<COMPONENTS>>,
         search: FrictionSearch,
         law: CellLaw,
     ) -> Self {
@@ -114,7 +114,7 @@ impl FrictionZone {
         let zeros = || vec![[0.0; 3]; cells];
         let by_pull = if law.has_adhesion() { zeros() } else { Vec::new() };
         Self {
-            past,
+            history,
             search,
             law,
             forces: zeros(),
@@ -180,8 +180,8 @@ impl FrictionZone {
             let creep = self.rolling.creep(at.step, element, j);
             let last = [0, 1].map(|ago: usize| self.last[ago][place]);
             self.shift[cell] = [0, 1].map(|component: usize| {
-                let past = one * last[0][component] + two * last[1][component];
-                self.old[cell][component] + past / now + creep[component]
+                let previous = one * last[0][component] + two * last[1][component];
+                self.old[cell][component] + previous / now + creep[component]
             });
             self.friction[cell] = self.law.friction(place);
         }
@@ -217,12 +217,12 @@ impl FrictionZone {
         }
         let ends = [0, output_cells.len().saturating_sub(across)];
         for cell in 0..self.forces.len() {
-            let (place, own) = (self.place(cell), self.search.displacements()[cell]);
-            self.last[0][place] = [0, 1].map(|component| own[component] + self.old[cell][component]);
+            let (place, displacement) = (self.place(cell), self.search.displacements()[cell]);
+            self.last[0][place] = [0, 1].map(|component| displacement[component] + self.old[cell][component]);
             let force = self.forces[cell];
-            let slip = [0, 1].map(|component| (own[component] + self.shift[cell][component]) * rate);
+            let slip = [0, 1].map(|component| (displacement[component] + self.shift[cell][component]) * rate);
             let (speed, is_pressed) = (slip[0].hypot(slip[1]), force[2] > 0.0);
-            let gap = own[2] - self.required[cell];
+            let gap = displacement[2] - self.required[cell];
             part.bonded += usize::from(cell < window && self.law.pull(place) > 0.0);
             self.law.follow(place, is_pressed.then_some(speed), gap);
             if !is_pressed {
@@ -231,7 +231,7 @@ impl FrictionZone {
             let bound = self.friction[cell] * force[2];
             let element = self.first_element + (cell / across) as i64;
             let creep = self.rolling.creep(step, element, cell % across);
-            // Slip less creep is the surface's own motion.
+            // Slip less creep is the surface's motion.
             part.power += (0..2).map(|axis| force[axis] * (slip[axis] - rate * creep[axis])).sum::<f64>();
             let is_slipping = force[0].hypot(force[1]) >= FULL * bound;
             part.slipping += usize::from(is_slipping);
@@ -267,7 +267,7 @@ impl FrictionZone {
     }
 }
 
-impl Zone for FrictionZone {
+impl ContactZone for FrictionZone {
     fn solve(
         &mut self,
         at: Instant<'_>,
@@ -282,7 +282,7 @@ impl Zone for FrictionZone {
         let mut laps = meter.laps();
         self.advance(first_element);
         self.old.fill([0.0; 3]);
-        self.past.add_displacement(stage, first_element, &mut self.old, meter);
+        self.history.add_displacement(stage, first_element, &mut self.old, meter);
         meter.lap(&mut laps, Stage::History);
         self.pull();
         self.set_up(&at, road);
@@ -304,7 +304,7 @@ impl Zone for FrictionZone {
             *all = [force[0], force[1], force[2] + all[2]];
         }
         self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);
-        let is_seen = self.past.push(stage, first_element, &self.all);
+        let is_seen = self.history.push(stage, first_element, &self.all);
         meter.lap(&mut laps, Stage::History);
         self.follow(step, output.tangential.as_deref_mut());
         let (window, across) = (self.window(), self.across());
@@ -357,8 +357,8 @@ impl Zone for FrictionZone {
 
 impl Evolving for FrictionZone {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        let Self { rolling, past, search, law, forces, first_element, last, .. } = self;
-        state.all([past, search, law, forces, first_element, last, &mut rolling.free])?;
+        let Self { rolling, history, search, law, forces, first_element, last, .. } = self;
+        state.all([history, search, law, forces, first_element, last, &mut rolling.free])?;
         if let Some(free) = &rolling.free {
             rolling.longitudinal = free.creep();
         }

@@ -2,9 +2,9 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::wavenumber_group::{PoleRows, Record, TOGETHER, WavenumberGroup};
+use super::wavenumber_group::{PoleRecord, PoleRows, TOGETHER, WavenumberGroup};
 use crate::numeric::Element;
-use crate::time_rule::recursion::{MOST_STAGES, Number, Recursion, State, StepMaps};
+use crate::time_rule::recursion::{MOST_STAGES, Number, PoleState, Recursion, StepMaps};
 
 /// Passes over blocks of instants: takes in the forces of the last one, passes over those between, then predicts
 /// u_old over the next as if no more forces came.
@@ -58,16 +58,18 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
     #[inline(always)]
     fn pass<const PARTS: usize, const TURNS: bool>(&mut self, rows: &mut PoleRows<E, PARTS>) {
         let (forgets, records) = rows.vectors::<S>();
-        for (Record { coefficients, odd, states, left }, forgets) in records.zip(forgets.chunks_exact(TOGETHER)) {
+        for (PoleRecord { coefficients, odd, states, remainder }, forgets) in
+            records.zip(forgets.chunks_exact(TOGETHER))
+        {
             let (one, other) = coefficients.split_at(coefficients.len() / TOGETHER);
             let (one_odd, other_odd) = odd.split_at(odd.len() / TOGETHER);
             let (one_states, other_states) = states.split_at_mut(states.len() / TOGETHER);
-            let (one_left, other_left) = left.split_at(left.len() / TOGETHER);
-            let one_left = if forgets[0] { one_left } else { &[] };
-            let other_left = if forgets[1] { other_left } else { &[] };
+            let (one_remainder, other_remainder) = remainder.split_at(remainder.len() / TOGETHER);
+            let one_remainder = if forgets[0] { one_remainder } else { &[] };
+            let other_remainder = if forgets[1] { other_remainder } else { &[] };
             for vector in 0..Self::VECTORS {
-                let one = self.take_in::<PARTS>(vector, one, one_states, one_left);
-                let other = self.take_in::<PARTS>(vector, other, other_states, other_left);
+                let one = self.take_in::<PARTS>(vector, one, one_states, one_remainder);
+                let other = self.take_in::<PARTS>(vector, other, other_states, other_remainder);
                 if TURNS {
                     let one_odd = PoleRows::<E, PARTS>::ratios::<S>(one_odd, vector);
                     let other_odd = PoleRows::<E, PARTS>::ratios::<S>(other_odd, vector);
@@ -86,11 +88,11 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         vector: usize,
         coefficients: &[E::Vector<S>],
         states: &mut [E::Vector<S>],
-        left: &[E::Vector<S>],
+        remainder: &[E::Vector<S>],
     ) -> Driven<E, S, PARTS> {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let zero = [E::splat(simd, E::default()); PARTS];
-        let mut systems = [State { end: zero, before: zero }; 2];
+        let mut systems = [PoleState { end: zero, before: zero }; 2];
         let of_system = PoleRows::<E, PARTS>::evolving(R::LOOKS_BACK) / 2;
         for part in 0..PARTS {
             for (which, system) in systems.iter_mut().enumerate() {
@@ -102,10 +104,10 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         }
         let maps =
             self.recursion.maps::<E, S, PARTS>(simd, PoleRows::<E, PARTS>::poles(simd, coefficients, vector, vectors));
-        let systems = if left.is_empty() {
-            self.drive::<PARTS, false>(vector, &maps, systems, left)
+        let systems = if remainder.is_empty() {
+            self.drive::<PARTS, false>(vector, &maps, systems, remainder)
         } else {
-            self.drive::<PARTS, true>(vector, &maps, systems, left)
+            self.drive::<PARTS, true>(vector, &maps, systems, remainder)
         };
         for (which, system) in systems.iter().enumerate() {
             for part in 0..PARTS {
@@ -119,15 +121,15 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         Driven { maps, re, im }
     }
 
-    /// The systems after the block's forces, less the remainder `left` of the forces that are forgotten meanwhile.
+    /// The systems after the block's forces, less the `remainder` of the forces that are forgotten meanwhile.
     #[inline(always)]
     fn drive<const PARTS: usize, const FORGETS: bool>(
         &self,
         vector: usize,
         maps: &StepMaps<E, S, PARTS>,
-        mut systems: [State<E, S, PARTS>; 2],
-        left: &[E::Vector<S>],
-    ) -> [State<E, S, PARTS>; 2] {
+        mut systems: [PoleState<E, S, PARTS>; 2],
+        remainder: &[E::Vector<S>],
+    ) -> [PoleState<E, S, PARTS>; 2] {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let kinds = PoleRows::<E, PARTS>::evolving(R::LOOKS_BACK) / (2 * PARTS);
         let of_step = 2 * vectors * R::STAGES;
@@ -144,7 +146,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
                 for stage in 0..R::STAGES {
                     let old = old_step[(2 * stage + which) * vectors + vector];
                     for part in 0..PARTS {
-                        let of = |kind: usize| left[((stage * kinds + kind) * PARTS + part) * vectors + vector];
+                        let of = |kind: usize| remainder[((stage * kinds + kind) * PARTS + part) * vectors + vector];
                         system.end[part] = E::negate_mul_add(simd, of(0), old, system.end[part]);
                         if R::LOOKS_BACK {
                             system.before[part] = E::negate_mul_add(simd, of(1), old, system.before[part]);
@@ -223,6 +225,6 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
 #[derive(Clone, Copy)]
 struct Driven<E: Element, S: Simd, const PARTS: usize> {
     maps: StepMaps<E, S, PARTS>,
-    re: State<E, S, PARTS>,
-    im: State<E, S, PARTS>,
+    re: PoleState<E, S, PARTS>,
+    im: PoleState<E, S, PARTS>,
 }

@@ -14,7 +14,7 @@
 use pulp::Arch;
 use rayon::prelude::*;
 
-use super::PastForces;
+use super::ForceHistory;
 use crate::contact::windows::add_windows;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Ring;
@@ -111,7 +111,7 @@ impl DirectHistory {
     }
 }
 
-impl PastForces for DirectHistory {
+impl ForceHistory for DirectHistory {
     fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
         let kernel = &self.kernel;
         let width = padded(self.columns);

@@ -10,7 +10,7 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use super::block_pass::pass;
 use super::wavenumber_group::WavenumberGroup;
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
-use crate::numeric::background::Task;
+use crate::numeric::background::BackgroundTask;
 use crate::numeric::{Element, transform_multiply_adds};
 use crate::storage::state::evolving;
 use crate::time_rule::TimeRule;
@@ -96,7 +96,7 @@ impl Far {
 
 evolving!(Far: rings, groups);
 
-impl Task for Far {
+impl BackgroundTask for Far {
     fn carry_out(&mut self, in_background: bool) {
         self.in_background = in_background;
         self.rule.with_recursion(OverAllPoles(self));

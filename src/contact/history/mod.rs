@@ -33,8 +33,8 @@ pub(crate) use wavenumber_group::expected_multiply_adds;
 use crate::counters::Meter;
 use crate::storage::state::Evolving;
 
-/// A method to carry the past.
-pub trait PastForces: Evolving + Send {
+/// A history of forces: displacements by those of past steps.
+pub trait ForceHistory: Evolving + Send {
     /// Writes u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`. It is
     /// called once for every stage of a step, and the caller times it as
     /// [`Stage::History`](crate::counters::Stage::History): `meter` is for its work, and for the times of its parts.

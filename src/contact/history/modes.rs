@@ -1,4 +1,4 @@
-//! The past carried by poles: convolution quadrature as a recursion, block by block.
+//! The history carried by poles: convolution quadrature as a recursion, block by block.
 //!
 //! For H_n(s) = sum_r R_r/(s - lambda_r) the quadrature sum_p w_p F_(l-p) is exactly the same rule stepping a' = lambda
 //! a + F for every pole (docs/theory.md 5; the rules stand in `time_rule::recursion`). States and coefficients
@@ -24,7 +24,7 @@
 
 use num_complex::Complex64;
 
-use super::PastForces;
+use super::ForceHistory;
 use super::far::Far;
 use super::near::{self, NearForces};
 use super::transfer::{first_weight, odd_first_weight};
@@ -35,7 +35,7 @@ use crate::numeric::{Ring, transform_multiply_adds};
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::poles::{Modes, RationalModel};
+use crate::tyre::poles::{RationalModel, WaveModes};
 
 /// Instants of a block at most; a block is a whole number of steps. The other thread passes over the states, which
 /// happens less often with more of them; the march and the transforms hardly depend on them. Measured in runs on two
@@ -177,10 +177,10 @@ fn first_influences(
     let mut odd_weights = vec![0.0; if model.turns() { weights.len() } else { 0 }];
     for n in 0..wavenumbers {
         let modes = model.modes(n, field)?;
-        let own = n * stages * lags;
-        add_responses(&modes, modes.residues, rule, time_step, lags, &mut weights[own..own + stages * lags]);
-        if let Some(own) = odd_weights.get_mut(own..own + stages * lags) {
-            add_responses(&modes, modes.odd, rule, time_step, lags, own);
+        let start = n * stages * lags;
+        add_responses(&modes, modes.residues, rule, time_step, lags, &mut weights[start..start + stages * lags]);
+        if let Some(odd_weights) = odd_weights.get_mut(start..start + stages * lags) {
+            add_responses(&modes, modes.odd, rule, time_step, lags, odd_weights);
         }
     }
     let mut ring = Ring::new(model.elements);
@@ -198,7 +198,7 @@ fn first_influences(
 /// Adds the displacements by poles with these residues 1, 2, ... instants after a unit force at a stage, all of one
 /// stage together.
 pub(crate) fn add_responses(
-    modes: &Modes<'_>,
+    modes: &WaveModes<'_>,
     residues: &[Complex64],
     rule: TimeRule,
     time_step: f64,
@@ -213,7 +213,7 @@ pub(crate) fn add_responses(
     }
 }
 
-impl PastForces for ModalHistory {
+impl ForceHistory for ModalHistory {
     fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
         if self.instant == 0 {
             self.turn(meter);

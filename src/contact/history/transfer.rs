@@ -5,11 +5,11 @@
 use num_complex::Complex64;
 
 use crate::time_rule::{Rates, TimeRule};
-use crate::tyre::poles::{Direction, Modes};
+use crate::tyre::poles::{Direction, WaveModes};
 
 /// w(zeta) of the waves of one direction, at rest of those of both, for a rule and a time step \[s\].
 pub(crate) struct Transfer<'a> {
-    pub modes: Modes<'a>,
+    pub modes: WaveModes<'a>,
     pub direction: Direction,
     pub rule: TimeRule,
     pub time_step: f64,
@@ -34,11 +34,11 @@ impl Transfer<'_> {
 
 /// First weight w_0 of one wavenumber \[m/N\], the influence between the points in contact within a step, or within a
 /// stage; of a tyre that turns that of the even part.
-pub(crate) fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
+pub(crate) fn first_weight(modes: &WaveModes<'_>, rule: TimeRule, time_step: f64) -> f64 {
     modes.evaluate(Complex64::new(rule.first_rate(time_step), 0.0)).re
 }
 
 /// First weight of the odd part \[m/N\].
-pub(crate) fn odd_first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
-    first_weight(&Modes { residues: modes.odd, odd: &[], constant: 0.0, ..*modes }, rule, time_step)
+pub(crate) fn odd_first_weight(modes: &WaveModes<'_>, rule: TimeRule, time_step: f64) -> f64 {
+    first_weight(&WaveModes { residues: modes.odd, odd: &[], constant: 0.0, ..*modes }, rule, time_step)
 }

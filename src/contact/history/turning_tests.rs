@@ -81,7 +81,7 @@ fn moved(angular_velocity: f64, bump: Bump, parts: usize) -> Vec<Vec<f64>> {
 /// Displacements at the ends of the parts by a history and the influence within an instant. The window is the whole
 /// ring and moves on with the road.
 fn marched(
-    history: &mut dyn PastForces,
+    history: &mut dyn ForceHistory,
     row: &[f64],
     rule: TimeRule,
     bump: Bump,
@@ -139,14 +139,14 @@ fn row(first: [&[f64]; 2]) -> Vec<f64> {
     kernel.instant.iter().zip(&kernel.odd).map(|(even, odd)| even + odd).collect()
 }
 
-fn modal(model: &RationalModel, rule: TimeRule, time_step: f64) -> (Box<dyn PastForces>, Vec<f64>) {
+fn modal(model: &RationalModel, rule: TimeRule, time_step: f64) -> (Box<dyn ForceHistory>, Vec<f64>) {
     let history = ModalHistory::new(model, Field::Surface, rule, time_step, ELEMENTS).unwrap();
     let first = ModalHistory::first_weights(model, Field::Surface, rule, time_step).unwrap();
     let odd = ModalHistory::odd_first_weights(model, Field::Surface, rule, time_step).unwrap();
     (Box::new(history), row([&first, &odd]))
 }
 
-fn direct(weights: &Weights, substeps: usize) -> (Box<dyn PastForces>, Vec<f64>) {
+fn direct(weights: &Weights, substeps: usize) -> (Box<dyn ForceHistory>, Vec<f64>) {
     let history = DirectHistory::new(LagKernel::new(weights, ELEMENTS, ELEMENTS, substeps), ELEMENTS, substeps);
     let wavenumbers = 0..=ELEMENTS / 2;
     let first: Vec<f64> = wavenumbers.clone().map(|n| weights.of(n)[0]).collect();
@@ -162,7 +162,7 @@ fn difference(found: &[Vec<f64>], exact: &[Vec<f64>]) -> f64 {
 }
 
 #[test]
-fn forces_on_a_ring_that_turns_and_in_the_roads_frame_move_it_as_its_equations_of_motion() {
+fn a_turning_ring_moves_as_its_equations_of_motion() {
     const PARTS: usize = 5;
     for speed in [80.0, 250.0] {
         let angular_velocity = -speed / 3.6 / RADIUS;
@@ -198,7 +198,7 @@ fn forces_on_a_ring_that_turns_and_in_the_roads_frame_move_it_as_its_equations_o
 }
 
 #[test]
-fn first_weights_of_a_passive_ring_that_turns_are_less_odd_than_its_rotation_is_fast() {
+fn first_weights_of_a_passive_turning_ring_are_hardly_odd() {
     let angular_velocity = -250.0 / 3.6 / RADIUS;
     let model = turning_ring::model(ELEMENTS, angular_velocity);
     for rule in [TimeRule::Bdf1, TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
@@ -226,7 +226,7 @@ fn work_of_a_pass_is_counted_with_its_odd_parts() {
         let work = |model: &RationalModel, odd: bool| {
             let modes = (1..=GROUP).map(|n| {
                 let modes = model.modes(n, Field::Surface).unwrap();
-                if odd { modes } else { crate::tyre::poles::Modes { odd: &[], ..modes } }
+                if odd { modes } else { crate::tyre::poles::WaveModes { odd: &[], ..modes } }
             });
             WavenumberGroup::<f64>::new(1, modes, rule, 1e-4, steps * rule.stages()).work()
         };

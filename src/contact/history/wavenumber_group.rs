@@ -11,8 +11,8 @@ use crate::numeric::lanes::dispatch;
 use crate::numeric::{Element, largest_or_zero};
 use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
-use crate::time_rule::recursion::{MOST_STAGES, Number, Poles, Recursion, State, WithRecursion};
-use crate::tyre::poles::Modes;
+use crate::time_rule::recursion::{MOST_STAGES, Number, PoleState, Poles, Recursion, WithRecursion};
+use crate::tyre::poles::WaveModes;
 
 /// Part of the remainder of a force in the slowest pole below which the others may keep theirs.
 const FORGOTTEN: f64 = 1e-9;
@@ -38,17 +38,17 @@ pub(super) struct PoleRows<E, const PARTS: usize> {
     pub(super) turns: bool,
     looks_back: bool,
     /// Numbers of a pole's remainder.
-    left: usize,
+    remainder: usize,
     /// Which poles have a remainder that counts.
     pub(super) forgets: Vec<bool>,
 }
 
 /// Numbers, or vectors, of the poles that stand together, as described at [`PoleRows`].
-pub(super) struct Record<'a, T> {
+pub(super) struct PoleRecord<'a, T> {
     pub(super) coefficients: &'a mut [T],
     pub(super) odd: &'a mut [T],
     pub(super) states: &'a mut [T],
-    pub(super) left: &'a mut [T],
+    pub(super) remainder: &'a mut [T],
 }
 
 impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
@@ -61,7 +61,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
 
     /// Numbers of each kind that a pole has.
     fn lengths(&self) -> [usize; 4] {
-        [Self::FIXED, if self.turns { PARTS } else { 0 }, Self::evolving(self.looks_back), self.left]
+        [Self::FIXED, if self.turns { PARTS } else { 0 }, Self::evolving(self.looks_back), self.remainder]
     }
 
     /// Splits numbers, each of `of_number` elements, into records.
@@ -70,19 +70,19 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         lengths: [usize; 4],
         numbers: &mut [T],
         of_number: usize,
-    ) -> impl Iterator<Item = Record<'_, T>> {
-        let [fixed, odd, evolving, left] = lengths.map(|length| TOGETHER * length * of_number);
-        numbers.chunks_exact_mut(fixed + odd + evolving + left).map(move |record| {
+    ) -> impl Iterator<Item = PoleRecord<'_, T>> {
+        let [fixed, odd, evolving, remainder] = lengths.map(|length| TOGETHER * length * of_number);
+        numbers.chunks_exact_mut(fixed + odd + evolving + remainder).map(move |record| {
             let (coefficients, rest) = record.split_at_mut(fixed);
             let (odd, rest) = rest.split_at_mut(odd);
-            let (states, left) = rest.split_at_mut(evolving);
-            Record { coefficients, odd, states, left }
+            let (states, remainder) = rest.split_at_mut(evolving);
+            PoleRecord { coefficients, odd, states, remainder }
         })
     }
 
     /// Which poles have a remainder that counts, and the records as vectors.
     #[inline(always)]
-    pub(super) fn vectors<S: Simd>(&mut self) -> (&[bool], impl Iterator<Item = Record<'_, E::Vector<S>>>) {
+    pub(super) fn vectors<S: Simd>(&mut self) -> (&[bool], impl Iterator<Item = PoleRecord<'_, E::Vector<S>>>) {
         let lengths = self.lengths();
         let numbers = E::vectors_mut::<S>(&mut self.numbers);
         (&self.forgets, Self::records(lengths, numbers, E::MOST_LANES / E::lanes::<S>()))
@@ -91,12 +91,12 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     /// Rows from each wavenumber's g, w and q, without motion; of a tyre that `turns`, or at rest.
     fn new(wavenumbers: &[Vec<[Complex64; 3]>], looks_back: bool, turns: bool) -> Self {
         let poles = wavenumbers.iter().map(Vec::len).max().unwrap_or(0).next_multiple_of(TOGETHER);
-        let mut this = Self { numbers: Vec::new(), turns, looks_back, left: 0, forgets: vec![false; poles] };
+        let mut this = Self { numbers: Vec::new(), turns, looks_back, remainder: 0, forgets: vec![false; poles] };
         let lengths = this.lengths();
         this.numbers = vec![E::default(); poles * lengths.iter().sum::<usize>() * E::MOST_LANES];
         for (first, record) in (0..).step_by(TOGETHER).zip(Self::records(lengths, &mut this.numbers, E::MOST_LANES)) {
-            for (lane, own) in wavenumbers.iter().enumerate() {
-                for (index, &[g, w, q]) in own.iter().skip(first).take(TOGETHER).enumerate() {
+            for (lane, channels) in wavenumbers.iter().enumerate() {
+                for (index, &[g, w, q]) in channels.iter().skip(first).take(TOGETHER).enumerate() {
                     put_parts::<E, PARTS>(record.coefficients, index * Self::FIXED, lane, &[g, w]);
                     if turns {
                         put_parts::<E, PARTS>(record.odd, index * PARTS, lane, &[q]);
@@ -113,28 +113,28 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     fn forget<S: Simd, R: Recursion>(&mut self, simd: S, recursion: R, steps: usize) {
         let (vectors, kinds) = (E::MOST_LANES / E::lanes::<S>(), Self::evolving(R::LOOKS_BACK) / (2 * PARTS));
         let known = Self::records(self.lengths(), &mut self.numbers, E::MOST_LANES);
-        self.left = R::STAGES * kinds * PARTS;
+        self.remainder = R::STAGES * kinds * PARTS;
         let mut wider = Self { numbers: Vec::new(), forgets: Vec::new(), ..*self };
         let lengths = wider.lengths();
         // 1. Wider rows, with space for the remainders.
         wider.numbers = vec![E::default(); self.forgets.len() * lengths.iter().sum::<usize>() * E::MOST_LANES];
-        for (own, known) in Self::records(lengths, &mut wider.numbers, E::MOST_LANES).zip(known) {
-            own.coefficients.copy_from_slice(known.coefficients);
-            own.odd.copy_from_slice(known.odd);
-            own.states.copy_from_slice(known.states);
+        for (wide, known) in Self::records(lengths, &mut wider.numbers, E::MOST_LANES).zip(known) {
+            wide.coefficients.copy_from_slice(known.coefficients);
+            wide.odd.copy_from_slice(known.odd);
+            wide.states.copy_from_slice(known.states);
         }
         let largest = |values: &[E]| values.iter().fold(0.0_f64, |largest, value| largest.max(value.double().abs()));
         let mut sizes = Vec::with_capacity(self.forgets.len());
-        let of_pole = self.left * vectors;
+        let of_pole = self.remainder * vectors;
         // 2. Remainder of a unit force at each stage, pole by pole.
-        for Record { coefficients, left, .. } in wider.vectors::<S>().1 {
-            let poles = coefficients.chunks_exact(Self::FIXED * vectors).zip(left.chunks_exact_mut(of_pole));
-            for (coefficients, left) in poles {
+        for PoleRecord { coefficients, remainder, .. } in wider.vectors::<S>().1 {
+            let poles = coefficients.chunks_exact(Self::FIXED * vectors).zip(remainder.chunks_exact_mut(of_pole));
+            for (coefficients, remainder) in poles {
                 for vector in 0..vectors {
                     let maps = recursion.maps::<E, S, PARTS>(simd, Self::poles(simd, coefficients, vector, vectors));
                     for stage in 0..R::STAGES {
                         let zero = [E::splat(simd, E::default()); PARTS];
-                        let mut states = [State { end: zero, before: zero }; 2];
+                        let mut states = [PoleState { end: zero, before: zero }; 2];
                         let mut forces = [E::splat(simd, E::default()); MOST_STAGES];
                         forces[stage] = E::splat(simd, E::rounded(1.0));
                         R::take_in(simd, &maps, forces, &mut states[0]);
@@ -142,7 +142,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
                         R::skip(simd, &maps, [state, other], steps);
                         for (kind, number) in [states[0].end, states[0].before].into_iter().enumerate().take(kinds) {
                             for (part, value) in number.into_iter().enumerate() {
-                                left[((stage * kinds + kind) * PARTS + part) * vectors + vector] = value;
+                                remainder[((stage * kinds + kind) * PARTS + part) * vectors + vector] = value;
                             }
                         }
                     }
@@ -150,11 +150,11 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
             }
         }
         // 3. Poles whose remainder counts beside the largest one.
-        for Record { odd, left, .. } in Self::records(lengths, &mut wider.numbers, E::MOST_LANES) {
+        for PoleRecord { odd, remainder, .. } in Self::records(lengths, &mut wider.numbers, E::MOST_LANES) {
             // Displacements by the odd part of a pole may be larger.
             let mut ratios = odd.chunks_exact(PARTS * E::MOST_LANES).map(|ratios| largest(ratios).max(1.0));
-            let of_poles = left.chunks_exact(self.left * E::MOST_LANES);
-            sizes.extend(of_poles.map(|left| largest(left) * ratios.next().unwrap_or(1.0)));
+            let of_poles = remainder.chunks_exact(self.remainder * E::MOST_LANES);
+            sizes.extend(of_poles.map(|remainder| largest(remainder) * ratios.next().unwrap_or(1.0)));
         }
         let scale = FORGOTTEN * largest_or_zero(&sizes);
         wider.forgets = sizes.iter().map(|size| *size > scale).collect();
@@ -271,7 +271,7 @@ impl<E: Element> WavenumberGroup<E> {
     /// pass leaves out the coming block, which is under way while the next is predicted.
     pub(crate) fn new<'m>(
         first: usize,
-        modes: impl IntoIterator<Item = Modes<'m>>,
+        modes: impl IntoIterator<Item = WaveModes<'m>>,
         rule: TimeRule,
         time_step: f64,
         instants: usize,
@@ -332,8 +332,8 @@ impl<E: Element> WavenumberGroup<E> {
 
     /// The group's part of u_old at an instant, wavenumber by wavenumber: real and imaginary parts.
     pub(crate) fn displacement(&self, instant: usize) -> impl Iterator<Item = [E; 2]> {
-        let own = &self.displacement[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES];
-        let (re, im) = own.split_at(E::MOST_LANES);
+        let values = &self.displacement[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES];
+        let (re, im) = values.split_at(E::MOST_LANES);
         re.iter().zip(im).map(|(re, im)| [*re, *im]).take(self.count)
     }
 }

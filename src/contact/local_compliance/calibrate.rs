@@ -64,16 +64,16 @@ pub(crate) struct Calibration {
     /// Elements that a patch is cut into.
     pub elements: usize,
     /// Fit of the approach; differences in m.
-    pub by_approach: Fit,
+    pub by_approach: ComplianceFit,
     /// Fit of the line pressures; differences relative to the mean pressure.
-    pub by_line_pressure: Fit,
+    pub by_line_pressure: ComplianceFit,
     /// Pressure by pressure.
-    pub levels: Vec<Level>,
+    pub levels: Vec<PressureLevel>,
 }
 
 /// A fitted compliance.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Fit {
+pub(crate) struct ComplianceFit {
     /// kappa \[m/Pa\], all patches together.
     pub compliance: f64,
     /// kappa of each patch alone \[m/Pa\].
@@ -86,7 +86,7 @@ pub(crate) struct Fit {
 
 /// Patches under one mean pressure; means over the patches.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Level {
+pub(crate) struct PressureLevel {
     /// Mean pressure \[Pa\].
     pub pressure: f64,
     /// Approach of the contact in three dimensions \[m\].
@@ -192,14 +192,14 @@ fn mean_square_difference(one: &[f64], other: &[f64], unit: f64) -> f64 {
 }
 
 /// Best c by a misfit, over all patches and for each, as kappa; `formula` is c by formula \[m\].
-fn fit(pressed: &[Pressed], formula: f64, modulus: f64, misfit: impl Fn(&Pressed, f64) -> f64 + Sync) -> Fit {
+fn fit(pressed: &[Pressed], formula: f64, modulus: f64, misfit: impl Fn(&Pressed, f64) -> f64 + Sync) -> ComplianceFit {
     let together = |c: f64| {
         let misfits = in_parallel::map(pressed, |patch| misfit(patch, c));
         misfits.iter().sum::<f64>() / misfits.len() as f64
     };
     let (best, least) = least(together);
     let by_patch = in_parallel::map(pressed, |patch| self::least(|c| misfit(patch, c)).0 / modulus);
-    Fit {
+    ComplianceFit {
         compliance: best / modulus,
         by_patch,
         rms_difference: least.sqrt(),
@@ -234,7 +234,14 @@ fn least(function: impl Fn(f64) -> f64) -> (f64, f64) {
     if at_left <= at_right { (left.exp(), at_left) } else { (right.exp(), at_right) }
 }
 
-fn level(pressed: &[Pressed], index: usize, pressure: f64, modulus: f64, fits: [&Fit; 2], formula: f64) -> Level {
+fn level(
+    pressed: &[Pressed],
+    index: usize,
+    pressure: f64,
+    modulus: f64,
+    fits: [&ComplianceFit; 2],
+    formula: f64,
+) -> PressureLevel {
     let mean = |value: &dyn Fn(&Pressed) -> f64| pressed.iter().map(value).sum::<f64>() / pressed.len() as f64;
     let [approach, line] = fits.map(|fit| fit.compliance * modulus);
     let approach_of_law = [approach, formula].map(|c| mean(&|patch| approach_by_law(patch, c, pressure)));
@@ -247,7 +254,7 @@ fn level(pressed: &[Pressed], index: usize, pressure: f64, modulus: f64, fits: [
         let (one, other): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
         (correlation(&one, &other), mean_square_difference(&one, &other, pressure).sqrt())
     });
-    Level {
+    PressureLevel {
         pressure: pressure * modulus,
         approach: mean(&|patch| patch.found[index].0),
         approach_of_law,
@@ -283,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn dense_asphalt_pressed_has_about_the_compliance_of_the_formula() {
+    fn pressed_dense_asphalt_has_about_the_formulas_compliance() {
         let loaded = scene("kind = \"made\"\nseed = 1");
         let limits = crate::road::Limits::default();
         let (tyre, road) = (&loaded.scene.tyre, &loaded.scene.road);
@@ -302,7 +309,7 @@ mod tests {
             assert!((level.approach - level.approach_of_law[0]).abs() < 0.05 * level.approach, "{level:?}");
             assert!(level.correlation.iter().all(|correlation| correlation.is_some_and(|c| c > 0.9)), "{level:?}");
         }
-        let rising = |of: fn(&Level) -> f64| found.levels.windows(2).all(|pair| of(&pair[0]) < of(&pair[1]));
+        let rising = |of: fn(&PressureLevel) -> f64| found.levels.windows(2).all(|pair| of(&pair[0]) < of(&pair[1]));
         assert!(rising(|level| level.approach) && rising(|level| level.contact_fraction));
     }
 

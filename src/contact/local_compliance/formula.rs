@@ -89,7 +89,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn measured_roads_are_taken_at_their_own_spacing_whatever_the_elements() {
+    fn measured_roads_keep_their_spacing_whatever_the_elements() {
         let file = reference(CHIP_SEAL);
         let of = |lateral: &str, element: f64| {
             let loaded = scene(&format!(

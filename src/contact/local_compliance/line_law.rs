@@ -88,8 +88,8 @@ impl ElementLine {
         let slopes: Vec<f64> = self.curves.iter().zip(v).map(|(curve, &v)| curve.stiffness_at(v)).collect();
         let matrix = Mat::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
             (true, true) => {
-                let own = if i == j { 1.0 - slopes[j] } else { 0.0 };
-                own + self.influence[i.abs_diff(j)] * slopes[j] / compliance
+                let diagonal = if i == j { 1.0 - slopes[j] } else { 0.0 };
+                diagonal + self.influence[i.abs_diff(j)] * slopes[j] / compliance
             }
             (true, false) => -1.0,
             (false, true) => slopes[j] / n as f64,
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn elements_that_are_level_are_the_half_spaces_own() {
+    fn level_elements_are_those_of_the_half_space() {
         let heights = (0..32).map(|place| height(place / 2)).collect();
         let map = HeightMap { heights, extent: Extent { nx: 16, ny: 2 }, dx: GRID.dx, dy: GRID.dy };
         let mut contact = PeriodicContact::new(&map).unwrap();

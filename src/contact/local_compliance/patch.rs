@@ -102,10 +102,10 @@ fn periodic(heights: &[f64], (rows, columns): (usize, usize), grid: PatchGrid) -
     let across: Vec<(f64, f64)> = fade(extent.ny, columns);
     let mut faded = Vec::with_capacity(extent.cells());
     for (i, &(here, beyond)) in along.iter().enumerate() {
-        for (j, &(own, other)) in across.iter().enumerate() {
+        for (j, &(inside, other)) in across.iter().enumerate() {
             let row = |i: usize| {
                 let row = &piece[i * columns..];
-                own * row[j] + if other > 0.0 { other * row[j + extent.ny] } else { 0.0 }
+                inside * row[j] + if other > 0.0 { other * row[j + extent.ny] } else { 0.0 }
             };
             faded.push(here * row(i) + if beyond > 0.0 { beyond * row(i + extent.nx) } else { 0.0 });
         }

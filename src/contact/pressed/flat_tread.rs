@@ -31,10 +31,10 @@ pub(crate) struct FlatTread {
 impl FlatTread {
     /// Tread of a tyre; `None` for a tyre without layers.
     pub(crate) fn of(tyre: &Tyre) -> Option<Self> {
-        let (own, effective_modulus) = tyre.layers.last().zip(tread_modulus(tyre))?;
-        let modulus = effective_modulus * (1.0 - own.material.poisson * own.material.poisson);
-        let material = Material { law: Law::Elastic, modulus, ..own.material.clone() };
-        let tread = Layer { name: "tread".to_owned(), tension: [0.0; 2], material, ..own.clone() };
+        let (layer, effective_modulus) = tyre.layers.last().zip(tread_modulus(tyre))?;
+        let modulus = effective_modulus * (1.0 - layer.material.poisson * layer.material.poisson);
+        let material = Material { law: Law::Elastic, modulus, ..layer.material.clone() };
+        let tread = Layer { name: "tread".to_owned(), tension: [0.0; 2], material, ..layer.clone() };
         Some(Self { tread, effective_modulus })
     }
 
@@ -82,7 +82,7 @@ impl FlatTread {
         let tyre = self.ring(round as f64 * cell, lattice.width() + 2.0 * beside, lattice.width());
         let grid = CellGrid::new(&tyre, round, lattice.columns);
         let truncation = CellTruncation { lateral_terms: None, aliases: None };
-        let mut influence = CellSums::new(&tyre, grid, truncation, TOLERANCE, 1.0).kept_instant(0.0, rows);
+        let mut influence = CellSums::new(&tyre, grid, truncation, TOLERANCE, 1.0).cached_instant(0.0, rows);
         influence.hankel.fill(0.0);
         let is_far = |distance: usize, length: f64| distance as f64 * length > REACH * self.tread.thickness;
         for (along, row) in influence.toeplitz.chunks_exact_mut(lattice.columns).enumerate() {

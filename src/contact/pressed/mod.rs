@@ -3,7 +3,7 @@
 //! - [`flat_tread`]: the tyre's outermost layer on a rigid base, and displacements by forces on its cells and lines;
 //! - [`yielding`]: by how much a slice yields under its force, as a concave curve, and as a curve of stiffness;
 //! - [`press`]: a block of road pressed deeper and deeper;
-//! - [`strip`]: the blocks of a road, slice by slice as the tyre reaches them, kept on disk.
+//! - [`strip`]: the blocks of a road, slice by slice as the tyre reaches them, cached on disk.
 
 pub(crate) mod flat_tread;
 pub(crate) mod press;

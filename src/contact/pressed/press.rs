@@ -75,8 +75,8 @@ impl Press {
     }
 
     /// Presses a block whose cells have these heights \[m\], element by element, -infinity where there is no road;
-    /// returns how the slices `own` of it yield. No result depends on what was pressed before.
-    pub(crate) fn press(&mut self, heights: &[f64], own: Range<usize>) -> Vec<Yielding> {
+    /// returns how the slices `slices` of it yield. No result depends on what was pressed before.
+    pub(crate) fn press(&mut self, heights: &[f64], slices: Range<usize>) -> Vec<Yielding> {
         let cells = self.lattice.cells();
         for (relief, row) in self.relief.chunks_mut(self.lattice.columns).zip(heights.chunks(self.lattice.columns)) {
             relief.iter_mut().zip(row).zip(&self.crown).for_each(|((relief, z), crown)| *relief = z - crown);
@@ -89,8 +89,8 @@ impl Press {
         }
         self.relief.iter_mut().for_each(|relief| *relief -= highest);
         let top = self.top_depth();
-        let mut points: Vec<Vec<[f64; 2]>> = vec![Vec::with_capacity(APPROACHES); own.len()];
-        let mut held = vec![0.0; own.len()];
+        let mut points: Vec<Vec<[f64; 2]>> = vec![Vec::with_capacity(APPROACHES); slices.len()];
+        let mut held = vec![0.0; slices.len()];
         self.forces.fill(0.0);
         for approach in 1..=APPROACHES {
             let depth = top * (approach as f64 / APPROACHES as f64).powf(CLOSER);
@@ -98,7 +98,7 @@ impl Press {
             for (sum, forces) in self.sums.iter_mut().zip(self.forces.chunks(cells)) {
                 *sum = forces.iter().sum();
             }
-            for ((place, points), held) in own.clone().zip(&mut points).zip(&mut held) {
+            for ((place, points), held) in slices.clone().zip(&mut points).zip(&mut held) {
                 *held = depth - highest + peaks[place] - self.line_displacement(place);
                 if self.sums[place] > 0.0 {
                     points.push([self.sums[place], *held]);
@@ -112,7 +112,7 @@ impl Press {
                 Yielding::above(peaks[place], &points, self.spring)
             }
         };
-        own.zip(points).zip(held).map(curve).collect()
+        slices.zip(points).zip(held).map(curve).collect()
     }
 
     /// Presses to a depth \[m\], starting from the present forces; returns their sum \[N\].

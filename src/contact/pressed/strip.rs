@@ -19,28 +19,28 @@ use crate::road::slices::{SliceError, StiffnessCurve};
 use crate::road::{Lattice, RoadSurface};
 use crate::scene::Tyre;
 use crate::storage::cache::key;
-use crate::storage::{Cache, Cached, Format, Kind};
+use crate::storage::{Cache, CacheKind, Cached, Format};
 
 /// Road that is pressed beyond either end of the slices that a block gives, in thicknesses of the tread: an end has
 /// influence up to four of them away (p of two blocks then differs by some 0.01 mm, as their approaches do).
 pub(crate) const BEYOND: f64 = 10.0;
 /// Length of the slices that a block gives, in circumferences of the tyre.
-const OWN: f64 = 0.4;
+const INNER: f64 = 0.4;
 
 /// Elements whose slices a block gives, and those beyond them on either side, for a tyre's circumference, its tread's
 /// thickness, and elements of a length \[m\].
 pub(crate) fn block_elements(circumference: f64, thickness: f64, element: f64) -> [i64; 2] {
-    let own = OWN * circumference;
-    [own, (BEYOND * thickness).min(0.5 * own)].map(|length| (length / element).round().max(1.0) as i64)
+    let inner = INNER * circumference;
+    [inner, (BEYOND * thickness).min(0.5 * inner)].map(|length| (length / element).round().max(1.0) as i64)
 }
 
-/// How the slices of a block yield, as it is kept on disk.
+/// How the slices of a block yield, as it is cached on disk.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub(crate) struct CachedBlock(Vec<Yielding>);
 
 impl Cached for CachedBlock {
-    const KIND: Kind =
-        Kind { extension: "pressed", format: Format { magic: b"TWAVEPRS", version: 2, name: "a pressed road" } };
+    const KIND: CacheKind =
+        CacheKind { extension: "pressed", format: Format { magic: b"TWAVEPRS", version: 2, name: "a pressed road" } };
 
     fn is_valid(&self) -> bool {
         self.0.iter().all(Yielding::is_valid)
@@ -53,7 +53,7 @@ pub struct PressedRoad {
     lattice: Lattice,
     crown: Vec<f64>,
     /// Elements whose slices a block gives.
-    own: i64,
+    inner: i64,
     /// Elements beyond them on either side.
     beyond: i64,
     /// Made when a block is not on disk.
@@ -69,9 +69,9 @@ impl PressedRoad {
     /// tyre without layers.
     pub fn new(tyre: &Tyre, lattice: Lattice, crown: Vec<f64>) -> Option<Self> {
         let tread = FlatTread::of(tyre)?;
-        let [own, beyond] = block_elements(tyre.circumference, tread.thickness(), lattice.dx);
-        let heights = vec![0.0; (own + 2 * beyond) as usize * lattice.cells()];
-        Some(Self { tread, lattice, crown, own, beyond, press: None, is_cached: true, block: None, heights })
+        let [inner, beyond] = block_elements(tyre.circumference, tread.thickness(), lattice.dx);
+        let heights = vec![0.0; (inner + 2 * beyond) as usize * lattice.cells()];
+        Some(Self { tread, lattice, crown, inner, beyond, press: None, is_cached: true, block: None, heights })
     }
 
     /// The same without the cache on disk.
@@ -88,13 +88,14 @@ impl PressedRoad {
     /// How the slices of a block yield: `count` of them from the element `first` on.
     fn yielding(&mut self, surface: &mut RoadSurface, first: i64, count: usize) -> Result<CachedBlock, MakingError> {
         self.read_heights(surface, first)?;
-        let own = self.beyond as usize..self.beyond as usize + count;
-        let Self { tread, lattice, crown, press, heights, own: all, beyond, .. } = self;
-        let elements = (*all + 2 * *beyond) as usize;
-        let key = key::<CachedBlock>(&(&*tread, &*lattice, &*crown, APPROACHES, TOP_PRESSURE, own.clone(), &*heights));
+        let slices = self.beyond as usize..self.beyond as usize + count;
+        let Self { tread, lattice, crown, press, heights, inner, beyond, .. } = self;
+        let elements = (*inner + 2 * *beyond) as usize;
+        let key =
+            key::<CachedBlock>(&(&*tread, &*lattice, &*crown, APPROACHES, TOP_PRESSURE, slices.clone(), &*heights));
         let make = || {
             let press = press.get_or_insert_with(|| Press::new(tread, *lattice, crown.clone(), elements));
-            Ok::<_, Infallible>(CachedBlock(press.press(heights, own)))
+            Ok::<_, Infallible>(CachedBlock(press.press(heights, slices)))
         };
         let cache = if self.is_cached { Cache::open().ok() } else { None };
         let Ok(block) = match (cache, key) {
@@ -107,7 +108,7 @@ impl PressedRoad {
     /// Reads the heights of a block, -infinity where there is no road.
     fn read_heights(&mut self, surface: &mut RoadSurface, first: i64) -> Result<(), MakingError> {
         let cells = self.lattice.cells();
-        let window = first - self.beyond..first + self.own + self.beyond;
+        let window = first - self.beyond..first + self.inner + self.beyond;
         let (lowest, highest) = surface.elements().unwrap_or((i64::MIN, i64::MAX - 1));
         let there = window.start.max(lowest)..window.end.min(highest + 1);
         self.heights.fill(f64::NEG_INFINITY);
@@ -125,10 +126,10 @@ impl PressedRoad {
     fn curve(&mut self, surface: &mut RoadSurface, element: i64) -> Result<StiffnessCurve, MakingError> {
         let period = surface.period();
         let element = period.map_or(element, |period| element.rem_euclid(period));
-        let first = element.div_euclid(self.own) * self.own;
+        let first = element.div_euclid(self.inner) * self.inner;
         if self.block.as_ref().is_none_or(|(of, _)| *of != first) {
             // A block at the end of a period gives fewer.
-            let end = period.map_or(first + self.own, |period| (first + self.own).min(period));
+            let end = period.map_or(first + self.inner, |period| (first + self.inner).min(period));
             let CachedBlock(slices) = self.yielding(surface, first, (end - first) as usize)?;
             let spring = self.spring();
             self.block = Some((first, slices.iter().map(|slice| slice.curve(spring)).collect()));

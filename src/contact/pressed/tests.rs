@@ -105,8 +105,8 @@ fn forces_and_yielding_are_those_of_the_dense_matrix() {
         let required: Vec<f64> = relief.iter().map(|z| depth + z - highest).collect();
         let forces = dense(&influence.toeplitz, 8, &required);
         let largest = forces.iter().copied().fold(0.0, f64::max);
-        let (own, _) = press.at_depth(depth);
-        assert!(own.iter().zip(&forces).all(|(a, b)| (a - b).abs() < 2e-3 * largest), "{depth}");
+        let (exact, _) = press.at_depth(depth);
+        assert!(exact.iter().zip(&forces).all(|(a, b)| (a - b).abs() < 2e-3 * largest), "{depth}");
         let sums: Vec<f64> = forces.chunks(lattice.cells()).map(|cells| cells.iter().sum()).collect();
         let mean = sums.iter().sum::<f64>() / sums.len() as f64;
         for (i, slice) in found.iter().enumerate() {
@@ -144,14 +144,14 @@ fn a_thick_tread_is_pressed_as_indent_says() {
             .unwrap();
     let slices = |cells: &[f64]| cells.chunks(2 * columns).map(|cells| cells.iter().sum::<f64>()).collect::<Vec<_>>();
     let expected = slices(&found.pressure.iter().map(|p| p * 1e-6).collect::<Vec<_>>());
-    let own = slices(forces);
-    for (own, expected) in own.iter().zip(&expected) {
-        assert!((own - expected).abs() < 0.02 * load, "{own} {expected} of {load}");
+    let by_slice = slices(forces);
+    for (force, expected) in by_slice.iter().zip(&expected) {
+        assert!((force - expected).abs() < 0.02 * load, "{force} {expected} of {load}");
     }
 }
 
 #[test]
-fn a_level_road_is_flat_and_a_spike_is_held_by_its_own_cell() {
+fn a_level_road_is_flat_and_a_spike_is_held_by_its_cell() {
     let flat = FlatTread::of(&tyre(0.013, 0.49)).unwrap();
     let elements = 9;
     let mut press = Press::new(&flat, COARSE, vec![0.0; 6], elements);
@@ -185,10 +185,10 @@ fn surface(lattice: Lattice) -> RoadSurface {
     RoadSurface::open(&Road::Made(MadeRoad { seed: 4, ..MadeRoad::default() }), lattice, Limits::default()).unwrap()
 }
 
-fn curves(kept: bool, chunks: &[(i64, i64)]) -> Vec<StiffnessCurve> {
+fn curves(cached: bool, chunks: &[(i64, i64)]) -> Vec<StiffnessCurve> {
     let crown = (0..6).map(|column| COARSE.y(column).powi(2) / 4.0).collect();
     let road = PressedRoad::new(&tyre(0.013, 0.49), COARSE, crown).unwrap();
-    let mut road = if kept { road } else { road.uncached() };
+    let mut road = if cached { road } else { road.uncached() };
     let mut surface = surface(COARSE);
     chunks.iter().flat_map(|chunk| road.curves(&mut surface, chunk.0..chunk.1).unwrap()).collect()
 }
@@ -246,7 +246,7 @@ fn no_result_depends_on_the_unit_of_a_curve() {
 
 proptest! {
     #[test]
-    fn curves_are_convex_and_their_yielding_is_the_least_concave_one_above_the_points(
+    fn curves_are_convex_and_yield_by_the_least_concave_majorant(
         points in prop::collection::vec((1e-3..1e3_f64, -1e-4..3e-3_f64), 0..25),
         c in 1e-8..1e-4_f64,
     ) {

@@ -154,7 +154,7 @@ fn lateral_models(
     let (tyre, options) = (&plan.decisions.tyre, plan.lateral_fit());
     let cache = Cache::open().ok();
     let key = |m: usize| options.key(tyre, m).ok();
-    let mut cached = |m: usize| cache.as_ref()?.kept::<RationalModel>(&key(m)?, &mut job.warnings);
+    let mut cached = |m: usize| cache.as_ref()?.get::<RationalModel>(&key(m)?, &mut job.warnings);
     let mut models: Vec<Option<RationalModel>> = numbers.iter().map(|&m| cached(m)).collect();
     let known = numbers.iter().zip(&models);
     let missing: Vec<usize> = known.filter(|(_, model)| model.is_none()).map(|(&m, _)| m).collect();

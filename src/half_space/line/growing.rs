@@ -13,13 +13,13 @@
 //!
 //! So F(y) = sum_k w_k max(0, y - y_k) exactly, w_k > 0, sum w_k = 1^T G^-1 1. Step 2 costs n^3/6 multiply-adds for the
 //! whole curve, one factorisation; the rest is O(n^2). The lower triangle is packed by columns and rows change place
-//! with their pivots, so that the inner loop runs over contiguous cells with sums kept in registers.
+//! with their pivots, so that the inner loop runs over contiguous cells with sums held in registers.
 
 use pulp::{Arch, NullaryFnOnce, Simd, WithSimd};
 
 use super::influence::LineInfluence;
 
-/// Most cells whose sums are kept in registers together: eight registers of eight lanes.
+/// Most cells whose sums are held in registers together: eight registers of eight lanes.
 const WIDE: usize = 64;
 
 /// Load curve of one profile after [`Self::follow`]; its work arrays serve the next one. Sized on first use.

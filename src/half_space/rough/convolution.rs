@@ -4,7 +4,7 @@
 //!
 //! 1. Real transforms of the nx input rows, padded to my; rows of zeros only are skipped.
 //! 2. For eight columns of the half-spectrum at a time: gather, complex transform of length mx, product with the real
-//!    spectrum of the even kernel, inverse transform, first nx values kept. A padded column is never stored.
+//!    spectrum of the even kernel, inverse transform, first nx values retained. A padded column is never stored.
 //! 3. Inverse real transforms of the rows that are wanted.
 //!
 //! Rows and columns are independent and rayon shares them out; every value is computed the same way by whichever

@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_branch_point_with_a_delay_takes_the_terms_that_root_exponential_convergence_predicts() {
+    fn a_branch_point_with_a_delay_converges_root_exponentially() {
         // sqrt type singularity at -1, with a smooth factor: error about exp(-pi sqrt(2 m/2)) for m poles.
         let f = |s: Complex64| (s + 1.0).powf(-0.4) * (-(s * 0.01)).exp();
         let points = axis(300, 1e-3, 200.0);

@@ -7,19 +7,19 @@
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::Parts;
+use super::ComplexParts;
 use super::partial_fractions::{is_pair, order};
 
 /// Columns of equal length, one after the other.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Columns {
+pub(super) struct ColumnMatrix {
     /// Length of a column.
     pub rows: usize,
     /// Entries, column by column.
     pub entries: Vec<f64>,
 }
 
-impl Columns {
+impl ColumnMatrix {
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         Self { rows, entries: vec![0.0; rows * columns] }
     }
@@ -33,14 +33,14 @@ impl Columns {
 #[derive(Clone, Debug)]
 pub(super) struct Points {
     /// s_k; 1 where filled up.
-    at: Parts,
+    at: ComplexParts,
     /// Weights; 0 where filled up.
     weights: Vec<f64>,
 }
 
 impl Points {
     pub(super) fn new(points: &[Complex64], weights: &[f64]) -> Self {
-        let at = Parts::new(points.iter().copied(), 1.0);
+        let at = ComplexParts::new(points.iter().copied(), 1.0);
         let mut weights = weights.to_vec();
         weights.resize(at.re.len(), 0.0);
         Self { at, weights }
@@ -63,7 +63,7 @@ impl Points {
 
     /// Writes the basis functions (`left`, as [`Points::fill`] writes them) times `scale` and a response, and the
     /// weighted response itself as the last column.
-    pub(super) fn multiply(&self, left: &[f64], response: &Parts, scale: f64, columns: &mut [f64]) {
+    pub(super) fn multiply(&self, left: &[f64], response: &ComplexParts, scale: f64, columns: &mut [f64]) {
         Arch::new().dispatch(Multiply { points: self, left, response, scale, columns });
     }
 }
@@ -115,7 +115,7 @@ impl WithSimd for Fill<'_> {
 struct Multiply<'a> {
     points: &'a Points,
     left: &'a [f64],
-    response: &'a Parts,
+    response: &'a ComplexParts,
     scale: f64,
     columns: &'a mut [f64],
 }

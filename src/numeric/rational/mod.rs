@@ -20,7 +20,7 @@ mod secular;
 pub(crate) mod vector_fitting;
 
 pub(crate) use partial_fractions::PartialFractions;
-pub(crate) use parts::Parts;
+pub(crate) use parts::ComplexParts;
 pub(crate) use samples::Samples;
 
 use thiserror::Error;

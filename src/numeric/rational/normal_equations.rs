@@ -19,12 +19,12 @@ use std::ops::Range;
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::basis::{Columns, Points};
+use super::basis::{ColumnMatrix, Points};
 use super::partial_fractions::order;
-use super::{Parts, Samples};
+use super::{ComplexParts, Samples};
 use crate::numeric::MOST_LANES;
 
-/// Columns and rows of a block of products that is kept in registers.
+/// Columns and rows of a block of products that is held in registers.
 const BLOCK: usize = 4;
 /// A pivot below this fraction of its diagonal entry has lost its digits.
 const LEAST_PIVOT: f64 = 1e-14;
@@ -39,10 +39,10 @@ pub(super) fn sigma(samples: &Samples, poles: &[Complex64], with_constant: bool)
     let (left, right) = (count + usize::from(with_constant), count + 1);
     let points = Points::new(&samples.points, &samples.point_weights);
     // C, then every B_q.
-    let mut columns = Columns::zeros(points.rows(), left + right * samples.responses.len());
+    let mut columns = ColumnMatrix::zeros(points.rows(), left + right * samples.responses.len());
     points.fill(poles, with_constant, &mut columns.entries);
     for (q, response) in samples.responses.iter().enumerate() {
-        let response = Parts::new(response.iter().copied(), 0.0);
+        let response = ComplexParts::new(response.iter().copied(), 0.0);
         let (known, rest) = columns.entries.split_at_mut((left + q * right) * columns.rows);
         points.multiply(&known[..count * columns.rows], &response, samples.weights[q], rest);
     }
@@ -76,26 +76,26 @@ pub(super) fn sigma(samples: &Samples, poles: &[Complex64], with_constant: bool)
 
 /// S (lower triangle) from C (`left` columns) and the B_q (`right` columns each); `None` where a pivot of C^T C has
 /// lost its digits.
-fn reduced(columns: &Columns, left: usize, right: usize) -> Option<Columns> {
+fn reduced(columns: &ColumnMatrix, left: usize, right: usize) -> Option<ColumnMatrix> {
     // 1. C^T C = L L^T, and L^-1.
     let padded = left.next_multiple_of(MOST_LANES);
-    let mut factor = Columns::zeros(padded, left);
+    let mut factor = ColumnMatrix::zeros(padded, left);
     products([columns, columns], 0..left, 0..left, &mut factor);
     if !factorise(&mut factor, left) {
         return None;
     }
-    let mut inverse = Columns::zeros(padded, left);
+    let mut inverse = ColumnMatrix::zeros(padded, left);
     invert(&factor, left, &mut inverse);
     // 2. Sum over q of B_q^T B_q - W_q^T W_q.
-    let mut reduced = Columns::zeros(right.next_multiple_of(MOST_LANES), right);
+    let mut reduced = ColumnMatrix::zeros(right.next_multiple_of(MOST_LANES), right);
     let mut part = reduced.clone();
-    let (mut mixed, mut projected) = (Columns::zeros(padded, right), Columns::zeros(padded, right));
+    let (mut mixed, mut projected) = (ColumnMatrix::zeros(padded, right), ColumnMatrix::zeros(padded, right));
     let number = columns.entries.len() / columns.rows;
     for start in (left..number).step_by(right) {
-        let own = start..start + right;
-        products([columns, columns], own.clone(), own.clone(), &mut part);
+        let range = start..start + right;
+        products([columns, columns], range.clone(), range.clone(), &mut part);
         accumulate(&mut reduced, &part, 1.0);
-        products([columns, columns], 0..left, own, &mut mixed);
+        products([columns, columns], 0..left, range, &mut mixed);
         products([&inverse, &mixed], 0..left, 0..right, &mut projected);
         products([&projected, &projected], 0..right, 0..right, &mut part);
         accumulate(&mut reduced, &part, -1.0);
@@ -103,7 +103,7 @@ fn reduced(columns: &Columns, left: usize, right: usize) -> Option<Columns> {
     Some(reduced)
 }
 
-fn accumulate(sum: &mut Columns, part: &Columns, sign: f64) {
+fn accumulate(sum: &mut ColumnMatrix, part: &ColumnMatrix, sign: f64) {
     for (sum, part) in sum.entries.iter_mut().zip(&part.entries) {
         *sum += sign * part;
     }
@@ -111,15 +111,15 @@ fn accumulate(sum: &mut Columns, part: &Columns, sign: f64) {
 
 /// Products of columns: `target` column j - right.start, row i - left.start is column i of the first times column j of
 /// the second, for i in `left`, j in `right`. Of columns times themselves only the lower triangle is valid.
-fn products(columns: [&Columns; 2], left: Range<usize>, right: Range<usize>, target: &mut Columns) {
+fn products(columns: [&ColumnMatrix; 2], left: Range<usize>, right: Range<usize>, target: &mut ColumnMatrix) {
     Arch::new().dispatch(Products { columns, left, right, target });
 }
 
 struct Products<'a> {
-    columns: [&'a Columns; 2],
+    columns: [&'a ColumnMatrix; 2],
     left: Range<usize>,
     right: Range<usize>,
-    target: &'a mut Columns,
+    target: &'a mut ColumnMatrix,
 }
 
 impl WithSimd for Products<'_> {
@@ -163,12 +163,12 @@ impl WithSimd for Products<'_> {
 
 /// Cholesky: replaces the lower triangle of a symmetric positive definite matrix by L, L L^T the matrix. `false`: a
 /// pivot has lost its digits.
-fn factorise(matrix: &mut Columns, size: usize) -> bool {
+fn factorise(matrix: &mut ColumnMatrix, size: usize) -> bool {
     Arch::new().dispatch(Factorise { matrix, size })
 }
 
 struct Factorise<'a> {
-    matrix: &'a mut Columns,
+    matrix: &'a mut ColumnMatrix,
     size: usize,
 }
 
@@ -177,21 +177,21 @@ impl WithSimd for Factorise<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> bool {
-        let Self { matrix: Columns { rows, entries }, size } = self;
+        let Self { matrix: ColumnMatrix { rows, entries }, size } = self;
         let rows = *rows;
         let least: Vec<f64> = (0..size).map(|j| LEAST_PIVOT * entries[j * rows + j]).collect();
         for k in 0..size {
-            let (own, after) = entries[k * rows..].split_at_mut(rows);
-            let pivot = own[k];
+            let (column, after) = entries[k * rows..].split_at_mut(rows);
+            let pivot = column[k];
             if pivot.is_nan() || pivot <= least[k] {
                 return false;
             }
             let inverse = pivot.sqrt().recip();
-            for entry in &mut own[k..size] {
+            for entry in &mut column[k..size] {
                 *entry *= inverse;
             }
             for (j, other) in (k + 1..size).zip(after.chunks_exact_mut(rows)) {
-                subtract(&mut other[j..size], &own[j..size], own[j]);
+                subtract(&mut other[j..size], &column[j..size], column[j]);
             }
         }
         true
@@ -199,14 +199,14 @@ impl WithSimd for Factorise<'_> {
 }
 
 /// Writes row i of L^-1 as column i of `target`, for all rows.
-fn invert(factor: &Columns, size: usize, target: &mut Columns) {
+fn invert(factor: &ColumnMatrix, size: usize, target: &mut ColumnMatrix) {
     Arch::new().dispatch(Invert { factor, size, target });
 }
 
 struct Invert<'a> {
-    factor: &'a Columns,
+    factor: &'a ColumnMatrix,
     size: usize,
-    target: &'a mut Columns,
+    target: &'a mut ColumnMatrix,
 }
 
 impl WithSimd for Invert<'_> {
@@ -228,7 +228,7 @@ impl WithSimd for Invert<'_> {
 }
 
 /// Solves L L^T x = y in place.
-fn solve(factor: &Columns, right: &mut [f64]) {
+fn solve(factor: &ColumnMatrix, right: &mut [f64]) {
     let size = right.len();
     Arch::new().dispatch(Forward { factor, right });
     for i in (0..size).rev() {
@@ -239,7 +239,7 @@ fn solve(factor: &Columns, right: &mut [f64]) {
 }
 
 struct Forward<'a> {
-    factor: &'a Columns,
+    factor: &'a ColumnMatrix,
     right: &'a mut [f64],
 }
 
@@ -254,7 +254,7 @@ impl WithSimd for Forward<'_> {
 
 /// Solves L x = y in place, the first `zeros` entries of y being 0.
 #[inline(always)]
-fn forward<S: Simd>(_: S, factor: &Columns, zeros: usize, right: &mut [f64]) {
+fn forward<S: Simd>(_: S, factor: &ColumnMatrix, zeros: usize, right: &mut [f64]) {
     let size = right.len();
     for i in zeros..size {
         let column = &factor.column(i)[..size];
@@ -276,20 +276,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_factor_times_its_transpose_is_the_matrix_and_its_inverse_inverts_it() {
+    fn a_factor_times_its_transpose_is_the_matrix() {
         for size in [1, 5, 8, 21] {
             let rows = 24;
-            let mut columns = Columns::zeros(rows, size);
+            let mut columns = ColumnMatrix::zeros(rows, size);
             for (k, entry) in columns.entries.iter_mut().enumerate() {
                 *entry = ((k * 7 + 3) % 11) as f64 - 5.0 + if k % rows == k / rows { 9.0 } else { 0.0 };
             }
             let exact = |i: usize, j: usize| -> f64 {
                 columns.column(i).iter().zip(columns.column(j)).map(|(a, b)| a * b).sum()
             };
-            let mut factor = Columns::zeros(rows, size);
+            let mut factor = ColumnMatrix::zeros(rows, size);
             products([&columns, &columns], 0..size, 0..size, &mut factor);
             assert!(factorise(&mut factor, size));
-            let mut inverse = Columns::zeros(rows, size);
+            let mut inverse = ColumnMatrix::zeros(rows, size);
             invert(&factor, size, &mut inverse);
             for i in 0..size {
                 for j in 0..=i {
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn columns_that_depend_on_each_other_are_reported() {
-        let mut columns = Columns::zeros(8, 3);
+        let mut columns = ColumnMatrix::zeros(8, 3);
         for (k, entry) in columns.entries.iter_mut().enumerate() {
             *entry = if k < 16 { (k % 5) as f64 } else { (k % 5) as f64 + ((k + 2) % 5) as f64 };
         }
@@ -315,7 +315,7 @@ mod tests {
         for (entry, (a, b)) in columns.entries[16..].iter_mut().zip(first.iter().zip(&second)) {
             *entry = a - 2.0 * b;
         }
-        let mut square = Columns::zeros(8, 3);
+        let mut square = ColumnMatrix::zeros(8, 3);
         products([&columns, &columns], 0..3, 0..3, &mut square);
         assert!(!factorise(&mut square, 3));
     }

@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pair_equals_its_two_conjugate_terms_and_the_value_is_real_on_the_real_axis() {
+    fn a_pair_is_its_two_conjugate_terms_and_real_on_the_real_axis() {
         let (pole, residue) = (Complex64::new(-3.0, 40.0), Complex64::new(2.0, -5.0));
         let model =
             PartialFractions { poles: vec![pole, (-7.0).into()], residues: vec![residue, 1.5.into()], constant: 0.25 };

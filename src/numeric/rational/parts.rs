@@ -9,14 +9,14 @@ use crate::numeric::MOST_LANES;
 
 /// Complex numbers as real and imaginary parts, filled up to whole vectors.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Parts {
+pub(crate) struct ComplexParts {
     /// Real parts.
     pub re: Vec<f64>,
     /// Imaginary parts.
     pub im: Vec<f64>,
 }
 
-impl Parts {
+impl ComplexParts {
     /// Filled up to whole vectors with the real number `filler`.
     pub(crate) fn new(values: impl Iterator<Item = Complex64>, filler: f64) -> Self {
         let (mut re, mut im): (Vec<f64>, Vec<f64>) = values.map(|value| (value.re, value.im)).unzip();
@@ -33,9 +33,9 @@ impl Parts {
 
 impl PartialFractions {
     /// Values at many points, equal to [`PartialFractions::evaluate`] to rounding.
-    pub(crate) fn evaluate_all(&self, points: &Parts) -> Parts {
+    pub(crate) fn evaluate_all(&self, points: &ComplexParts) -> ComplexParts {
         let length = points.re.len();
-        let mut values = Parts { re: vec![self.constant; length], im: vec![0.0; length] };
+        let mut values = ComplexParts { re: vec![self.constant; length], im: vec![0.0; length] };
         Arch::new().dispatch(Evaluate { model: self, points, values: &mut values });
         values
     }
@@ -43,8 +43,8 @@ impl PartialFractions {
 
 struct Evaluate<'a> {
     model: &'a PartialFractions,
-    points: &'a Parts,
-    values: &'a mut Parts,
+    points: &'a ComplexParts,
+    values: &'a mut ComplexParts,
 }
 
 impl WithSimd for Evaluate<'_> {
@@ -92,7 +92,7 @@ mod tests {
         };
         let points: Vec<_> =
             (0..13).map(|k| Complex64::new(f64::from(k % 3) * 11.0, 3f64.powi(k) * 0.1)).chain([5.0.into()]).collect();
-        let values = model.evaluate_all(&Parts::new(points.iter().copied(), 1.0));
+        let values = model.evaluate_all(&ComplexParts::new(points.iter().copied(), 1.0));
         for (k, &s) in points.iter().enumerate() {
             let exact = model.evaluate(s);
             assert!((values.get(k) - exact).norm() < 1e-14 * exact.norm(), "{s}: {} {exact}", values.get(k));

@@ -167,8 +167,8 @@ mod tests {
 
     fn sigma(poles: &[Complex64], residues: &[Complex64], s: Complex64) -> Complex64 {
         let terms = poles.iter().zip(residues).map(|(&p, &c)| {
-            let own = c / (s - p);
-            if is_pair(p) { own + c.conj() / (s - p.conj()) } else { own }
+            let term = c / (s - p);
+            if is_pair(p) { term + c.conj() / (s - p.conj()) } else { term }
         });
         terms.sum::<Complex64>() + 1.0
     }

@@ -21,7 +21,7 @@
 use faer::Mat;
 use num_complex::Complex64;
 
-use super::basis::{Columns, Points};
+use super::basis::{ColumnMatrix, Points};
 use super::least_squares::{back_substitute, eliminate};
 use super::partial_fractions::{fold_conjugates, is_pair, order, sort, stabilise};
 use super::{PartialFractions, RationalError, Samples, normal_equations, secular};
@@ -100,12 +100,12 @@ pub(crate) fn relocate(
     // 2. Elimination of the residues; the rows below R determine (c, d).
     eliminate(matrix.as_mut(), left);
 
-    let kept = rows - left;
-    let mut reduced = Mat::<f64>::zeros(kept * responses + 1, right + 1);
+    let remaining = rows - left;
+    let mut reduced = Mat::<f64>::zeros(remaining * responses + 1, right + 1);
     for q in 0..responses {
         for j in 0..right {
-            for i in 0..kept {
-                reduced[(q * kept + i, j)] = matrix[(left + i, left + q * right + j)];
+            for i in 0..remaining {
+                reduced[(q * remaining + i, j)] = matrix[(left + i, left + q * right + j)];
             }
         }
     }
@@ -113,9 +113,9 @@ pub(crate) fn relocate(
     // together.
     let heavy = (responses as f64 / points as f64).sqrt();
     for (j, sum) in sums.iter().enumerate() {
-        reduced[(kept * responses, j)] = sum * heavy;
+        reduced[(remaining * responses, j)] = sum * heavy;
     }
-    reduced[(kept * responses, right)] = points as f64 * heavy;
+    reduced[(remaining * responses, right)] = points as f64 * heavy;
     eliminate(reduced.as_mut(), right);
     let mut sigma = vec![0.0; right];
     back_substitute(&reduced, right, right, &mut sigma);
@@ -208,7 +208,7 @@ pub(crate) fn regularised_residues(
     let (points, responses) = (samples.points.len(), samples.responses.len());
     let ridges = if ridge > 0.0 { left } else { 0 };
     let prepared = Points::new(&samples.points, &samples.point_weights);
-    let mut columns = Columns::zeros(prepared.rows(), left);
+    let mut columns = ColumnMatrix::zeros(prepared.rows(), left);
     prepared.fill(poles, with_constant, &mut columns.entries);
     let half = columns.rows / 2;
     // The ridges stand below the samples, one row per coefficient; the responses are right-hand sides.

@@ -4,7 +4,7 @@ use super::row::{Decided, DecisionRow, given};
 use super::values::Decisions;
 use crate::scene::{BlockModel, Scene, Slices, Switch, TreadPattern, Zone};
 use crate::tyre::tread_pattern::PatternFault;
-use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::blocks::TreadBlocks;
 use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
 
 /// Share of void beyond which a pattern is noted.
@@ -64,9 +64,9 @@ pub(crate) fn tread_map(scene: &Scene, decisions: &Decisions) -> Option<Result<T
 }
 
 /// Blocks of a map over cells; `None` if no block has a separate compliance.
-pub(crate) fn tread_blocks(scene: &Scene, map: &TreadMap) -> Option<Blocks> {
+pub(crate) fn tread_blocks(scene: &Scene, map: &TreadMap) -> Option<TreadBlocks> {
     let pattern = scene.pattern().filter(|_| scene.contact.zone == Zone::Cells)?;
-    Blocks::new(map, pattern, scene)
+    TreadBlocks::new(map, pattern, scene)
 }
 
 fn pattern(scene: &Scene, decisions: &mut Decisions) -> Decided {

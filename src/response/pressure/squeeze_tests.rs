@@ -17,7 +17,7 @@ use crate::response::vibration::{Across, SegmentLayout};
 use crate::scene::{AirMotion, TimeRule};
 use crate::test_models::{CIRCUMFERENCE, plate_tyre};
 use crate::tyre::influence::SurfaceWaves;
-use crate::tyre::tread_pattern::blocks::{Blocks, NO_BLOCK};
+use crate::tyre::tread_pattern::blocks::{NO_BLOCK, TreadBlocks};
 use crate::tyre::tread_pattern::squeeze::Squeeze;
 
 const ELEMENTS: usize = 128;
@@ -196,7 +196,7 @@ fn squeeze_is_silent_in_a_uniform_field_only() {
     let block = |i: usize, j: usize| if i % 4 < 3 && j < 2 { (i / 4) as u32 } else { NO_BLOCK };
     let of_cell = (0..ELEMENTS).flat_map(|i| (0..ACROSS).map(move |j| block(i, j))).collect();
     let count = ELEMENTS / 4;
-    let blocks = Blocks::whole(of_cell, &vec![5e-10; count]);
+    let blocks = TreadBlocks::whole(of_cell, &vec![5e-10; count]);
     let forces = Geometry::new(CIRCUMFERENCE, ELEMENTS, 1, 0.0, 0.1 * CIRCUMFERENCE);
     let level = |along: fn(f64) -> f64, aside: fn(f64) -> f64| {
         let mut volumes = SqueezedVolumes::new(Squeeze::new(&blocks, ACROSS), &forces);

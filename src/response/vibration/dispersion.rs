@@ -10,7 +10,7 @@
 //! 2. Of each branch the part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
 //!
 //! With rotation, waves with the rotation and against it differ: each direction has separate branches, of the poles
-//! that have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)). The rotation Om shifts a
+//! that have a residue in it (see [`WaveModes::residue`](crate::tyre::poles::WaveModes::residue)). The rotation Om shifts a
 //! wave of an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola extrapolates the frequency
 //! without that shift.
 //!

@@ -25,7 +25,7 @@ use num_complex::Complex64;
 use pulp::Arch;
 
 use crate::time_rule::RungeKutta;
-use crate::tyre::poles::Modes;
+use crate::tyre::poles::WaveModes;
 
 /// Bins that are evaluated together, for vector instructions.
 const LANE: usize = 64;
@@ -53,7 +53,7 @@ struct Pole {
 
 /// H_n as it is needed here: the modes, a factor of them, and a compliance that is added \[m/N\].
 pub(super) struct ScaledModes<'a> {
-    pub(super) modes: Modes<'a>,
+    pub(super) modes: WaveModes<'a>,
     pub(super) scale: f64,
     pub(super) added_compliance: f64,
     /// Constant of the odd part, which the modes do not hold \[m/N\].
@@ -69,7 +69,7 @@ impl<'a> ScaledModes<'a> {
     /// The odd part; `None` at rest.
     pub(super) fn odd(&self) -> Option<ScaledModes<'a>> {
         let modes = self.modes;
-        let odd = Modes { residues: modes.odd, odd: &[], constant: self.odd_constant, ..modes };
+        let odd = WaveModes { residues: modes.odd, odd: &[], constant: self.odd_constant, ..modes };
         self.turns().then_some(ScaledModes { modes: odd, added_compliance: 0.0, odd_constant: 0.0, ..*self })
     }
 
@@ -222,7 +222,7 @@ mod tests {
         let poles = [Complex64::new(-900.0, 2500.0), Complex64::new(-700.0, 0.0)];
         let residues = [Complex64::new(0.3, -2.0), Complex64::new(1.5, 0.0)];
         let tyre = ScaledModes {
-            modes: Modes { poles: &poles, residues: &residues, odd: &[], pairs: 1, constant: 2e-3 },
+            modes: WaveModes { poles: &poles, residues: &residues, odd: &[], pairs: 1, constant: 2e-3 },
             scale: 0.8,
             added_compliance: 5e-4,
             odd_constant: 0.0,

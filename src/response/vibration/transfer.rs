@@ -20,7 +20,7 @@ use super::products;
 use super::stage_transfer::{ScaledModes, StageTransfer};
 use crate::scene::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::poles::{Modes, RationalModel, TangentialModel};
+use crate::tyre::poles::{RationalModel, TangentialModel, WaveModes};
 
 /// Velocity that is observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -303,7 +303,7 @@ const LANE: usize = 64;
 
 /// The constant plus the sum of the poles' contributions at every s. A pair is (b s + a)/(s^2 - p s + m), a real pole
 /// b/(s - lambda). Plain loops over many s, which the compiler vectorises.
-fn partial_fractions(modes: &Modes<'_>, constant: f64, symbols: &[Complex64], out: &mut [Complex64]) {
+fn partial_fractions(modes: &WaveModes<'_>, constant: f64, symbols: &[Complex64], out: &mut [Complex64]) {
     let arch = Arch::new();
     for (symbols, out) in symbols.chunks(LANE).zip(out.chunks_mut(LANE)) {
         let (mut s, mut square, mut sum) = ([[0.0; LANE]; 2], [[0.0; LANE]; 2], [[constant; LANE], [0.0; LANE]]);
@@ -346,7 +346,7 @@ mod tests {
     fn many_points_at_once_are_the_partial_fractions() {
         let poles = [Complex64::new(-30.0, 600.0), Complex64::new(-900.0, 2e4), (-55.0).into()];
         let residues = [Complex64::new(0.3, -2.0), Complex64::new(-4.0, 9.0), 7.0.into()];
-        let modes = Modes { poles: &poles, residues: &residues, odd: &[], pairs: 2, constant: 1e-3 };
+        let modes = WaveModes { poles: &poles, residues: &residues, odd: &[], pairs: 2, constant: 1e-3 };
         let points: Vec<Complex64> = (0..150).map(|k| Complex64::new(f64::from(k % 7), f64::from(k) * 211.0)).collect();
         let mut values = vec![Complex64::ZERO; points.len()];
         partial_fractions(&modes, modes.constant, &points, &mut values);

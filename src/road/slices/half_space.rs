@@ -48,11 +48,11 @@ pub(super) fn follow(
     depths: &mut Vec<f64>,
     contact: &mut GrowingContact,
 ) -> f64 {
-    let own = highest(heights);
+    let top = highest(heights);
     depths.clear();
-    depths.extend(heights.iter().map(|&height| own - height));
+    depths.extend(heights.iter().map(|&height| top - height));
     contact.follow(line, depths);
-    peak - own
+    peak - top
 }
 
 fn highest(heights: &[f64]) -> f64 {

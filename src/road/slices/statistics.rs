@@ -6,7 +6,7 @@ use super::StiffnessCurve;
 
 /// Spread of one quantity over the slices of a road.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Spread {
+pub(crate) struct SliceSpread {
     /// Arithmetic mean.
     pub mean: f64,
     /// 5 % quantile.
@@ -23,10 +23,10 @@ pub(crate) struct LevelStatistics {
     /// Penetration y \[m\].
     pub penetration: f64,
     /// S(y) \[m\].
-    pub displacement: Spread,
+    pub displacement: SliceSpread,
     /// Normalised stiffness s(y): for independent springs the share of the width in contact, on the half-space the
     /// stiffness of the cells in contact relative to the flat slice's.
-    pub stiffness: Spread,
+    pub stiffness: SliceSpread,
 }
 
 /// Statistics of curves at each of `penetrations` \[m\]; `None` without curves.
@@ -48,12 +48,12 @@ pub(crate) fn statistics(curves: &[StiffnessCurve], penetrations: &[f64]) -> Opt
 }
 
 /// Spread of the values, which get sorted; quantiles are those of the nearest rank. `None` without values.
-fn spread(values: &mut [f64]) -> Option<Spread> {
+fn spread(values: &mut [f64]) -> Option<SliceSpread> {
     values.sort_unstable_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;
     let quantile = |share: f64| values[(share * last as f64).round() as usize];
     let mean = values.iter().sum::<f64>() / values.len() as f64;
-    Some(Spread { mean, low: quantile(0.05), median: quantile(0.5), high: quantile(0.95) })
+    Some(SliceSpread { mean, low: quantile(0.05), median: quantile(0.5), high: quantile(0.95) })
 }
 
 #[cfg(test)]
@@ -67,7 +67,7 @@ mod tests {
         let heights: Vec<f64> = (0..101).flat_map(|k| [0.0, -1e-5 * f64::from(k)]).collect();
         let curves = SliceBuilder::winkler(2).unwrap().build_rows(&heights).unwrap();
         let levels = statistics(&curves, &[5.05e-4]).unwrap();
-        let Spread { mean, low, median, high } = levels[0].stiffness;
+        let SliceSpread { mean, low, median, high } = levels[0].stiffness;
         // Slices 0 to 50 touch with both columns, 51 to 100 with one.
         assert!((mean - (51.0 + 0.5 * 50.0) / 101.0).abs() < 1e-12);
         assert!((low - 0.5).abs() < 1e-12 && (median - 1.0).abs() < 0.51 && (high - 1.0).abs() < 1e-12);

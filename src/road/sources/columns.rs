@@ -8,14 +8,14 @@ use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::scene::{LengthUnit, MissingHeight};
 use crate::storage::input::excerpt;
-use crate::storage::separated::{self, Record, Table};
+use crate::storage::separated::{self, Record, SeparatedTable};
 
 /// Least number of counting values for which a column is taken as a counter.
 const FEWEST_COUNTED: usize = 8;
 
 /// A point of a file: distance and height \[m\], height NaN if missing, and its line from 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Point {
+pub(super) struct FilePoint {
     pub(super) distance: f64,
     pub(super) height: f64,
     pub(super) line: u64,
@@ -201,7 +201,7 @@ impl Titles {
     }
 
     /// Finds the titles of so many cells in the records before the numbers, or in a comment.
-    pub(super) fn find(table: &Table<'_>, before: &[Record<'_>], first: u64, cells: usize) -> Option<Self> {
+    pub(super) fn find(table: &SeparatedTable<'_>, before: &[Record<'_>], first: u64, cells: usize) -> Option<Self> {
         // 1. A line of titles has as many words as there are columns, none of them a number; empty cells at its end do
         //    not
         // count.
@@ -383,7 +383,7 @@ pub(super) fn column_of(wanted: &str, names: &[String], cells: usize) -> Result<
 
 /// The columns of some roles, with what is needed to convert their values to metres.
 #[derive(Clone, Debug)]
-pub(super) struct Columns<const N: usize> {
+pub(super) struct FileColumns<const N: usize> {
     roles: [Role; N],
     /// Their indices from 0.
     numbers: [usize; N],
@@ -398,7 +398,7 @@ pub(super) struct Columns<const N: usize> {
     pub(super) words: BTreeMap<String, usize>,
 }
 
-impl<const N: usize> Columns<N> {
+impl<const N: usize> FileColumns<N> {
     /// Finds the units of columns, in their titles or in the scene; both must agree.
     pub(super) fn with_units(
         roles: [Role; N],
@@ -444,7 +444,12 @@ impl<const N: usize> Columns<N> {
     }
 
     /// Value \[m\] of a role in a record; that of the last role may be missing, and is NaN then.
-    pub(super) fn value(&mut self, table: &Table<'_>, record: &Record<'_>, role: usize) -> Result<f64, FileFault> {
+    pub(super) fn value(
+        &mut self,
+        table: &SeparatedTable<'_>,
+        record: &Record<'_>,
+        role: usize,
+    ) -> Result<f64, FileFault> {
         let (line, column, may_lack) = (record.line, self.numbers[role], role + 1 == N);
         let cell = match record.cells.get(column) {
             Some(cell) => *cell,

@@ -9,7 +9,7 @@
 //! 2. Mean and slope, along and across, are subtracted as the scene says, then waves longer than it wants.
 //! 3. Heights that still span more than a texture can are refused.
 
-use super::height_map::{HeightMap, LARGE_SPAN, fill, remove_plane};
+use super::height_map::{LARGE_SPAN, RoadHeightMap, fill, remove_plane};
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
@@ -32,7 +32,7 @@ const SPIKES_ALLOWED: f64 = 0.25;
 /// # Errors
 /// Spikes nearly everywhere, a trend that cannot be removed, or an implausible span.
 pub(crate) fn condition(
-    map: &mut HeightMap,
+    map: &mut RoadHeightMap,
     level: Levelling,
     longest: Option<f64>,
     report: &mut RoadReport,
@@ -75,7 +75,7 @@ pub(crate) fn condition(
 }
 
 /// Interpolates spikes and marks them; returns their number.
-fn drop_spikes(map: &mut HeightMap) -> usize {
+fn drop_spikes(map: &mut RoadHeightMap) -> usize {
     let (rows, columns) = (map.rows(), map.columns);
     let mut is_spike = vec![false; map.heights.len()];
     for _ in 0..MOST_PASSES {
@@ -174,7 +174,7 @@ fn lone(line: &[f64], spacing: f64, mut call: impl FnMut(usize)) {
     for (index, height) in line.iter().enumerate() {
         let from = index.saturating_sub(half).min(line.len().saturating_sub(width));
         let part = &line[from..(from + width).min(line.len())];
-        // The median is sought where it may matter only.
+        // The median is computed only where it may matter.
         if part.iter().any(|other| (other - height).abs() >= limit) {
             around.clear();
             around.extend_from_slice(part);

@@ -7,12 +7,12 @@
 
 use std::path::Path;
 
-use super::columns::{self, Columns, Fault, Point, Titles};
+use super::columns::{self, Fault, FileColumns, FilePoint, Titles};
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::scene::{LengthUnit, MissingHeight};
 use crate::storage::input::excerpt;
-use crate::storage::separated::{self, Record, Table};
+use crate::storage::separated::{self, Record, SeparatedTable};
 
 const MARK: &str = "ERDFILE";
 /// Keys of data in text form: free, and by a Fortran format.
@@ -47,7 +47,7 @@ pub(super) fn points(
     [distance_unit, height_unit]: [Option<LengthUnit>; 2],
     chosen: Option<&[String]>,
     missing: Option<&[MissingHeight]>,
-) -> Result<(Vec<Point>, Columns<1>), RoadError> {
+) -> Result<(Vec<FilePoint>, FileColumns<1>), RoadError> {
     read(bytes, distance_unit, height_unit, chosen, missing).map_err(|fault| fault.at(path))
 }
 
@@ -57,7 +57,7 @@ fn read(
     height_unit: Option<LengthUnit>,
     chosen: Option<&[String]>,
     missing: Option<&[MissingHeight]>,
-) -> Result<(Vec<Point>, Columns<1>), Fault> {
+) -> Result<(Vec<FilePoint>, FileColumns<1>), Fault> {
     let text = separated::decoded(bytes);
     let header = header(&text)?;
     let unit = match (header.step_unit, distance_unit) {
@@ -79,9 +79,9 @@ fn read(
     let titles = Titles::new(header.lines, names);
     let roles = [columns::HEIGHT];
     let channel = columns::choose(roles, Some(&titles), header.channels, chosen, String::new)?;
-    let mut columns = Columns::with_units(roles, channel, Some(&titles), [height_unit], true)?;
+    let mut columns = FileColumns::with_units(roles, channel, Some(&titles), [height_unit], true)?;
     columns.missing = missing.map(<[_]>::to_vec);
-    let table = Table::of(b"");
+    let table = SeparatedTable::of(b"");
     let step = header.step * unit.metres();
     let rest = (1..).zip(text.lines()).skip(header.lines as usize);
     let cells = rest.flat_map(|(line, text)| {
@@ -94,7 +94,7 @@ fn read(
         sample.cells.push(cell);
         if sample.cells.len() == header.channels {
             let height = columns.value(&table, &sample, 0)?;
-            points.push(Point { distance: points.len() as f64 * step, height, line });
+            points.push(FilePoint { distance: points.len() as f64 * step, height, line });
             sample.cells.clear();
         }
     }

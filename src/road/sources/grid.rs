@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::height_map::{HeightMap, LARGEST_SPACING_OF_TABLE, fill_missing, origins, plausible_spacing};
-use super::raster::{self, Raster};
+use super::height_map::{LARGEST_SPACING_OF_TABLE, RoadHeightMap, fill_missing, origins, plausible_spacing};
+use super::raster::{self, HeightRaster};
 use super::{missing, rounded, table};
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
@@ -56,7 +56,7 @@ fn open(spec: &GridRoad) -> Result<(Array, (usize, usize)), RoadError> {
 }
 
 /// Reads an array, within a limit of bytes.
-fn array(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
+fn array(spec: &GridRoad, limit: u64) -> Result<HeightRaster, RoadError> {
     let path = &spec.file;
     let (dx, dy) = spacings(spec)?;
     let (file, (rows, columns)) = open(spec)?;
@@ -71,11 +71,11 @@ fn array(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
         return Err(RoadError::file(path, FileFault::Infinite { row, column, value: heights[place] }));
     }
     heights.iter_mut().for_each(|height| *height *= unit);
-    Ok(Raster { dx, dy, columns, heights, unit, described: None, words: BTreeMap::new() })
+    Ok(HeightRaster { dx, dy, columns, heights, unit, described: None, words: BTreeMap::new() })
 }
 
 /// Reads text, within a limit of bytes.
-fn text(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
+fn text(spec: &GridRoad, limit: u64) -> Result<HeightRaster, RoadError> {
     let bytes = table::bytes(&spec.file, limit)?;
     raster::read(spec, &bytes)
 }
@@ -90,11 +90,11 @@ pub(super) fn read(
     contact_width: f64,
     limit: u64,
     report: &mut RoadReport,
-) -> Result<HeightMap, RoadError> {
+) -> Result<RoadHeightMap, RoadError> {
     let path = &spec.file;
     let fault = |fault| RoadError::file(path, fault);
     let raster = if spec.is_array() { array(spec, limit)? } else { text(spec, limit)? };
-    let Raster { dx, dy, columns, mut heights, .. } = raster;
+    let HeightRaster { dx, dy, columns, mut heights, .. } = raster;
     let plausible = |spacing| plausible_spacing(spacing, LARGEST_SPACING_OF_TABLE).map_err(fault);
     [dx, dy].into_iter().try_for_each(plausible)?;
     let width = columns as f64 * dy;
@@ -114,5 +114,5 @@ pub(super) fn read(
     let origins = origins(&heights);
     report.missing = fill_missing(path, &mut heights, columns, MISSING_ALLOWED, &mut report.notes)?;
     let first_y = -0.5 * (columns as f64 - 1.0) * dy;
-    Ok(HeightMap { path: path.clone(), dx, dy, first_y, columns, heights, origins })
+    Ok(RoadHeightMap { path: path.clone(), dx, dy, first_y, columns, heights, origins })
 }

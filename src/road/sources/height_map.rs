@@ -36,7 +36,7 @@ const MOST_PRODUCTS: f64 = 1e11;
 /// Heights on a uniform lattice. Row r lies at road coordinate r `dx`, column c at y = `first_y` + c `dy` from the
 /// tyre's middle. A single column with `dy` = 0 is level across.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HeightMap {
+pub struct RoadHeightMap {
     /// File that it was read from, for messages.
     pub path: PathBuf,
     /// Row spacing \[m\].
@@ -53,7 +53,7 @@ pub struct HeightMap {
     pub origins: Vec<HeightOrigin>,
 }
 
-impl HeightMap {
+impl RoadHeightMap {
     /// Heights along the road in each column.
     pub fn rows(&self) -> usize {
         self.heights.len() / self.columns.max(1)
@@ -313,7 +313,7 @@ mod tests {
     #[test]
     fn trend_longer_than_asked_goes_and_shorter_stays() {
         let wave = |r: usize, wavelength: f64| (2.0 * std::f64::consts::PI * r as f64 * 0.01 / wavelength).cos();
-        let mut map = HeightMap {
+        let mut map = RoadHeightMap {
             path: PathBuf::new(),
             dx: 0.01,
             dy: 0.0,

@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_far_outside_all_others_is_taken_for_missing_and_told() {
+    fn a_number_far_outside_all_others_is_reported_as_missing() {
         for value in [-99.99, -9999.0, 999.0, 30.0] {
             let mut heights = with(value, 50);
             assert_eq!(marked(&mut heights, None).unwrap(), [RoadNote::TakenForMissing { value, count: 20 }]);
@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_among_the_others_that_is_always_alone_is_refused_until_it_is_named() {
+    fn a_number_that_is_always_alone_is_refused_until_named() {
         // A hill of 200 mm: no number lies outside it.
         let hill = |heights: &mut [f64], value: f64| {
             let missing = 1e-3 * value;

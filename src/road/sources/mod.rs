@@ -26,8 +26,8 @@ use super::lattice::{Lattice, same};
 use super::report::{RoadNote, RoadReport};
 use super::texture::{ProfileSpectrum, bands_between};
 use crate::scene::{AtEnd, Lateral, Levelling, ProfileRoad, Road};
-use height_map::HeightMap;
-use made::{Design, Shape, TargetSpectrum};
+use height_map::RoadHeightMap;
+use made::{HeightShape, RoadDesign, TargetSpectrum};
 
 /// Spacing of isotropic surfaces made after a profile \[m\].
 const ISOTROPIC_SPACING: f64 = 0.001;
@@ -49,9 +49,9 @@ pub(super) enum Source {
     /// The plane z = 0.
     Smooth,
     /// A texture to be drawn.
-    Made(Design),
+    Made(RoadDesign),
     /// A measured piece, and its continuation past its end.
-    Measured(HeightMap, AtEnd),
+    Measured(RoadHeightMap, AtEnd),
 }
 
 impl Source {
@@ -64,13 +64,13 @@ impl Source {
         let (mut map, at_end, level, longest) = match spec {
             Road::Smooth => return Ok(Self::Smooth),
             Road::Made(made) => {
-                let shape = Shape::new(made.skewness, made.kurtosis)?;
+                let shape = HeightShape::new(made.skewness, made.kurtosis)?;
                 let target = TargetSpectrum::of(made)?;
                 if let Some(texture) = made.texture {
                     let ([depth, within], origin) = (texture.depth(), texture.origin());
                     report.notes.push(RoadNote::NamedTexture { texture: texture.name(), depth, within, origin });
                 }
-                return Ok(Self::Made(Design { target, shape, spacing: made.spacing, seed: made.seed }));
+                return Ok(Self::Made(RoadDesign { target, shape, spacing: made.spacing, seed: made.seed }));
             }
             Road::Profile(profile) if profile.lateral == Lateral::Isotropic => {
                 return isotropic(profile, bytes, report).map(Self::Made);
@@ -94,7 +94,7 @@ impl Source {
 }
 
 /// Surface with the levels of a profile.
-fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<Design, RoadError> {
+fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<RoadDesign, RoadError> {
     let mut map = profile::read(spec, bytes, report)?;
     conditioning::condition(&mut map, spec.level, spec.longest_wavelength, report)?;
     map.check_smoothness(false, &mut report.notes)?;
@@ -117,7 +117,7 @@ fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<
     }
     let target = TargetSpectrum::measured(&levels)?;
     report.notes.push(RoadNote::MadeIsotropic { longest: target.longest(), shortest: target.shortest() });
-    Ok(Design { target, shape: None, spacing, seed: spec.seed })
+    Ok(RoadDesign { target, shape: None, spacing, seed: spec.seed })
 }
 
 impl Lattice {

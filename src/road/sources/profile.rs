@@ -8,8 +8,8 @@
 //! 4. Interpolate linearly to a uniform spacing, the mean of the file's, across dropouts as well.
 //!    Road coordinate 0 is the first point used.
 
-use super::columns::Point;
-use super::height_map::{HeightMap, LARGEST_SPACING_OF_TABLE, plausible_spacing};
+use super::columns::FilePoint;
+use super::height_map::{LARGEST_SPACING_OF_TABLE, RoadHeightMap, plausible_spacing};
 use super::signature::refuse_other_kinds;
 use super::{missing, rounded, table};
 use crate::road::error::RoadError;
@@ -38,7 +38,7 @@ const FEWEST_POINTS: usize = 8;
 /// # Errors
 /// For a missing file, no numbers where they should be (with line and column), no units, too few points, too many
 /// missing.
-pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
+pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<RoadHeightMap, RoadError> {
     let path = &spec.file;
     let fault = |fault| RoadError::file(path, fault);
     let bytes = table::bytes(path, limit)?;
@@ -82,10 +82,10 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
     rounded::add_notes(points.iter().map(|point| point.height), &mut report.notes);
     let Uniform { dx, heights, origins } = uniform(&points, &mut report.notes).map_err(fault)?;
     plausible_spacing(dx, LARGEST_SPACING_OF_TABLE).map_err(fault)?;
-    Ok(HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights, origins })
+    Ok(RoadHeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights, origins })
 }
 
-fn sort(points: &mut [Point], notes: &mut Vec<RoadNote>) {
+fn sort(points: &mut [FilePoint], notes: &mut Vec<RoadNote>) {
     let steps = points.windows(2).filter(|pair| pair[1].distance < pair[0].distance).count();
     if steps > 0 {
         notes.push(RoadNote::Unsorted { steps });
@@ -97,15 +97,15 @@ fn sort(points: &mut [Point], notes: &mut Vec<RoadNote>) {
 ///
 /// # Errors
 /// Many of them; too few points.
-fn merged(points: Vec<Point>, notes: &mut Vec<RoadNote>) -> Result<Vec<Point>, FileFault> {
+fn merged(points: Vec<FilePoint>, notes: &mut Vec<RoadNote>) -> Result<Vec<FilePoint>, FileFault> {
     let before = points.len();
     let coincide =
-        |pair: &&[Point]| pair[1].distance <= pair[0].distance && (pair[1].height - pair[0].height).abs() > 0.0;
+        |pair: &&[FilePoint]| pair[1].distance <= pair[0].distance && (pair[1].height - pair[0].height).abs() > 0.0;
     let count = points.windows(2).filter(coincide).count();
     if count as f64 > COINCIDING_ALLOWED * before as f64 {
         return Err(FileFault::Coinciding { count, total: before });
     }
-    let mut merged: Vec<Point> = Vec::with_capacity(points.len());
+    let mut merged: Vec<FilePoint> = Vec::with_capacity(points.len());
     let mut valid = 0.0;
     for point in points {
         match merged.last_mut() {
@@ -132,7 +132,7 @@ fn merged(points: Vec<Point>, notes: &mut Vec<RoadNote>) -> Result<Vec<Point>, F
 }
 
 /// Turns points that no road has into dropouts; returns their number.
-fn drop_outliers(points: &mut [Point], notes: &mut Vec<RoadNote>) -> usize {
+fn drop_outliers(points: &mut [FilePoint], notes: &mut Vec<RoadNote>) -> usize {
     let mut heights: Vec<f64> = points.iter().map(|point| point.height).filter(|height| !height.is_nan()).collect();
     let Some(centre) = median(&mut heights) else { return 0 };
     let mut deviations: Vec<f64> = heights.iter().map(|height| (height - centre).abs()).collect();
@@ -170,7 +170,7 @@ struct Uniform {
 
 /// Heights on a uniform lattice from the first point to the last, by linear interpolation between valid points. Refuses
 /// a profile most of which would be invented, in particular one with a far outlying distance.
-fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileFault> {
+fn uniform(points: &[FilePoint], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileFault> {
     // 1. Spacing.
     let first = points[0].distance;
     let span = points[points.len() - 1].distance - first;
@@ -194,7 +194,7 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileF
         notes.push(RoadNote::Resampled { smallest, largest, spacing: dx });
     }
     // 3. Interpolation; `after` is the first valid point not before the current distance.
-    let valid: Vec<Point> = points.iter().filter(|point| !point.height.is_nan()).copied().collect();
+    let valid: Vec<FilePoint> = points.iter().filter(|point| !point.height.is_nan()).copied().collect();
     let mut after = 0;
     let mut origins = vec![HeightOrigin::Measured; intervals as usize + 1];
     let heights = (0..=intervals as usize).map(|index| {
@@ -203,7 +203,7 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileF
             after += 1;
         }
         let neighbours = (after.checked_sub(1).and_then(|before| valid.get(before)), valid.get(after));
-        let off = |point: &Point| (point.distance - distance).abs();
+        let off = |point: &FilePoint| (point.distance - distance).abs();
         let nearest = neighbours.0.map_or(f64::INFINITY, off).min(neighbours.1.map_or(f64::INFINITY, off));
         if nearest > NEARBY * dx {
             origins[index] = HeightOrigin::Missing;

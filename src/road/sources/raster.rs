@@ -14,7 +14,7 @@ use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::scene::{GridRoad, LengthUnit};
 use crate::storage::input::excerpt;
-use crate::storage::separated::{self, Table};
+use crate::storage::separated::{self, SeparatedTable};
 
 /// Largest distance of a point from its place on the grid, in spacings.
 const OFF_GRID: f64 = 0.2;
@@ -27,7 +27,7 @@ const MOST_PLACES: f64 = 2.0;
 
 /// Heights on a grid, rows along x, columns across in the order of y.
 #[derive(Debug)]
-pub(super) struct Raster {
+pub(super) struct HeightRaster {
     pub(super) dx: f64,
     pub(super) dy: f64,
     pub(super) columns: usize,
@@ -46,7 +46,7 @@ pub(super) struct Raster {
 /// # Errors
 /// For text that is neither kind of grid; units that are not stated; points off the grid; invalid numbers, with their
 /// line.
-pub(super) fn read(spec: &GridRoad, bytes: &[u8]) -> Result<Raster, RoadError> {
+pub(super) fn read(spec: &GridRoad, bytes: &[u8]) -> Result<HeightRaster, RoadError> {
     let path: &Path = &spec.file;
     refuse_unreadable(bytes).map_err(|fault| RoadError::file(path, fault))?;
     let text = separated::decoded(bytes);
@@ -56,9 +56,9 @@ pub(super) fn read(spec: &GridRoad, bytes: &[u8]) -> Result<Raster, RoadError> {
 }
 
 /// Reads x, y and z in each line.
-fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
+fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<HeightRaster, Fault> {
     // 1. Columns and points.
-    let table = Table::of(bytes);
+    let table = SeparatedTable::of(bytes);
     let layout = Layout::of(&table, 3)?;
     let roles: [Role; 3] = [columns::DISTANCE, columns::ACROSS, columns::HEIGHT];
     let units = [spec.distance_unit, spec.distance_unit, spec.height_unit];
@@ -85,7 +85,7 @@ fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
         (heights[place], lines[place]) = (height, line);
     }
     let (dx, dy, described) = (along.step, across.step, Some(used.described()));
-    Ok(Raster { dx, dy, columns, heights, unit: used.unit(), words: used.words, described })
+    Ok(HeightRaster { dx, dy, columns, heights, unit: used.unit(), words: used.words, described })
 }
 
 /// Evenly spaced positions on a line \[m\].
@@ -127,7 +127,7 @@ impl Axis {
 }
 
 /// Reads an ESRI grid: a header of keys and values, then rows from the highest y down; x is along the road.
-fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
+fn esri(text: &str, spec: &GridRoad) -> Result<HeightRaster, Fault> {
     let unit = |unit: Option<LengthUnit>, key| unit.map(LengthUnit::metres).ok_or(Fault::Unit(key));
     // 1. Header.
     let mut header = BTreeMap::new();
@@ -148,7 +148,7 @@ fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
         value => Err(FileFault::NotPositive { what, value }),
     };
     let (rows, columns) = (size("ncols", "ncols")?, size("nrows", "nrows")?);
-    let step = |own: &'static str| given(own).map_or_else(|| needed("cellsize"), Ok);
+    let step = |key: &'static str| given(key).map_or_else(|| needed("cellsize"), Ok);
     let metres = unit(spec.distance_unit, "distance_unit")?;
     let (dx, dy) = (step("dx")? * metres, step("dy")? * metres);
     let unit = unit(spec.height_unit, "height_unit")?;
@@ -182,5 +182,5 @@ fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
         return Err(FileFault::Rows { expected: columns as u64, found: (found / rows) as u64 }.into());
     }
     let described = Some(format!("an ESRI grid, its {rows} columns along the road, its {columns} rows across"));
-    Ok(Raster { dx, dy, columns, heights, unit, words: words_for_none, described })
+    Ok(HeightRaster { dx, dy, columns, heights, unit, words: words_for_none, described })
 }

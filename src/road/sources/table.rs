@@ -9,7 +9,7 @@
 
 use std::path::Path;
 
-use super::columns::{self, Columns, Point, Role, Titles};
+use super::columns::{self, FileColumns, FilePoint, Role, Titles};
 use super::erd;
 use super::missing::note_words;
 use super::signature::refuse_unreadable;
@@ -19,7 +19,7 @@ use crate::road::report::RoadNote;
 use crate::scene::{LengthUnit, ProfileRoad};
 use crate::storage::InputError;
 use crate::storage::input::{self, excerpt};
-use crate::storage::separated::{Record, Table};
+use crate::storage::separated::{Record, SeparatedTable};
 
 /// Bytes in memory for a byte of text, if points have a digit each.
 const GROWTH: u64 = 24;
@@ -59,7 +59,7 @@ pub(super) fn points(
     spec: &ProfileRoad,
     bytes: &[u8],
     notes: &mut Vec<RoadNote>,
-) -> Result<(Vec<Point>, f64), RoadError> {
+) -> Result<(Vec<FilePoint>, f64), RoadError> {
     let missing = spec.missing.as_deref();
     let fault = |fault| RoadError::file(&spec.file, fault);
     refuse_unreadable(bytes).map_err(fault)?;
@@ -70,7 +70,7 @@ pub(super) fn points(
         let columns = format!("{}, a sample every {step:.4} mm", used.described());
         (points, columns, used.unit(), used.words)
     } else {
-        let table = Table::of(bytes);
+        let table = SeparatedTable::of(bytes);
         let layout = Layout::of(&table, 2).map_err(fault)?;
         if layout.first == u64::MAX {
             return Err(fault(FileFault::TooFewPoints { found: 0, needed: 2 }));
@@ -79,9 +79,9 @@ pub(super) fn points(
         let mut used =
             layout.columns(&table, roles, units, spec.columns.as_deref()).map_err(|error| error.at(&spec.file))?;
         used.missing = missing.map(<[_]>::to_vec);
-        let point = |(line, [distance, height]): (u64, [f64; 2])| Point { distance, height, line };
+        let point = |(line, [distance, height]): (u64, [f64; 2])| FilePoint { distance, height, line };
         let points = layout.values(&table, &mut used).map(|values| values.map(point));
-        let points: Vec<Point> = points.collect::<Result<_, _>>().map_err(fault)?;
+        let points: Vec<FilePoint> = points.collect::<Result<_, _>>().map_err(fault)?;
         used.refuse_counters(|column| points.iter().map(move |point| [point.distance, point.height][column]))
             .map_err(fault)?;
         refuse_point_count(&table, &points).map_err(fault)?;
@@ -113,7 +113,7 @@ impl Layout {
     ///
     /// # Errors
     /// If it is not a table of numbers, or has one column.
-    pub(super) fn of(table: &Table<'_>, least: usize) -> Result<Self, FileFault> {
+    pub(super) fn of(table: &SeparatedTable<'_>, least: usize) -> Result<Self, FileFault> {
         if table.is_binary() {
             return Err(FileFault::NotRead);
         }
@@ -175,18 +175,18 @@ impl Layout {
     /// each other; heights that may count downwards.
     pub(super) fn columns<const N: usize>(
         &self,
-        table: &Table<'_>,
+        table: &SeparatedTable<'_>,
         roles: [Role; N],
         units: [Option<LengthUnit>; N],
         chosen: Option<&[String]>,
-    ) -> Result<Columns<N>, columns::Fault> {
+    ) -> Result<FileColumns<N>, columns::Fault> {
         if self.decimals_may_be_parted && self.cells > N && chosen.is_none() {
             let line = excerpt(table.line(self.first));
             return Err(FileFault::DecimalCommas { line: self.first, found: line, cells: self.cells }.into());
         }
         let titles = self.titles.as_ref();
         let columns = columns::choose(roles, titles, self.cells, chosen, || table.line(self.first).to_owned())?;
-        let columns = Columns::with_units(roles, columns, titles, units, chosen.is_some())?;
+        let columns = FileColumns::with_units(roles, columns, titles, units, chosen.is_some())?;
         if chosen.is_none() && !self.captif {
             columns.refuse_downwards()?;
         }
@@ -197,8 +197,8 @@ impl Layout {
     /// then.
     pub(super) fn values<'a, const N: usize>(
         &self,
-        table: &'a Table<'_>,
-        columns: &'a mut Columns<N>,
+        table: &'a SeparatedTable<'_>,
+        columns: &'a mut FileColumns<N>,
     ) -> impl Iterator<Item = Result<(u64, [f64; N]), FileFault>> {
         let (first, usual) = (self.first, self.cells);
         table.records().skip_while(move |record| record.line < first).map(move |record| {
@@ -217,7 +217,7 @@ impl Layout {
 
 /// Refuses a first line of spacing and number of the points: a number in it is that of the points after it, and its
 /// distance is none that they continue.
-fn refuse_point_count(table: &Table<'_>, points: &[Point]) -> Result<(), FileFault> {
+fn refuse_point_count(table: &SeparatedTable<'_>, points: &[FilePoint]) -> Result<(), FileFault> {
     let [first, second, third, ..] = points else { return Ok(()) };
     let step = third.distance - second.distance;
     if (second.distance - first.distance - step).abs() <= 0.5 * step.abs() {
@@ -234,7 +234,7 @@ fn refuse_point_count(table: &Table<'_>, points: &[Point]) -> Result<(), FileFau
 }
 
 /// Refuses points of more than one pass over the road; a small disorder is none.
-fn refuse_passes(points: &[Point]) -> Result<(), FileFault> {
+fn refuse_passes(points: &[FilePoint]) -> Result<(), FileFault> {
     let steps = points.windows(2).map(|pair| (pair[1].distance - pair[0].distance).abs());
     let mut steps: Vec<f64> = steps.filter(|&step| step > 0.0).collect();
     if steps.is_empty() {

@@ -43,7 +43,7 @@ fn cells_are_about_two_millimetres_unless_the_scene_says_so() {
 }
 
 #[test]
-fn a_grid_with_an_odd_number_of_rows_on_an_element_is_used_bit_for_bit() {
+fn an_odd_number_of_rows_on_an_element_is_used_bit_for_bit() {
     let folder = tempfile::tempdir().unwrap();
     let (spec, heights) = grid(&folder, 30, 4, 0.0015, 0.03, AtEnd::Repeat);
     let lattice = Lattice::choose(&spec, 0.0045, 0.12, None, None).unwrap();

@@ -98,7 +98,7 @@ fn numbers_for_missing_heights_are_found_in_maps() {
 }
 
 #[test]
-fn words_that_the_scene_names_are_missing_and_told_by_name() {
+fn words_that_the_scene_names_are_missing_and_reported() {
     let folder = tempfile::tempdir().unwrap();
     let line = |i: usize| match i % 40 {
         7 => format!("{i},wet\n"),
@@ -130,7 +130,7 @@ fn spikes_of_a_profile_change_neither_depth_nor_levels() {
 }
 
 #[test]
-fn spikes_of_several_points_and_at_other_spacings_go_and_steep_segments_are_not_valid() {
+fn spikes_of_several_points_are_removed_at_any_spacing() {
     let folder = tempfile::tempdir().unwrap();
     for (spacing, width) in [
         (0.02_f64, 1),
@@ -206,7 +206,7 @@ fn outliers_of_maps_are_interpolated_along_and_across() {
 }
 
 #[test]
-fn tilted_maps_are_levelled_and_told() {
+fn tilted_maps_are_levelled_and_reported() {
     let right = |road: &RoadDescription, wanted: f64| {
         assert!((road.rms - wanted).abs() < 0.005e-3, "{} for {wanted}", road.rms);
     };
@@ -227,8 +227,8 @@ fn tilted_maps_are_levelled_and_told() {
         _ => false,
     };
     assert!(tilted.report.notes.iter().any(slopes), "{:?}", tilted.report.notes);
-    let kept = of("tilted_3_and_5_percent", Levelling::Off);
-    assert!(kept.rms > 3e-3 && kept.report.notes.contains(&RoadNote::NotLevelled));
+    let tilted = of("tilted_3_and_5_percent", Levelling::Off);
+    assert!(tilted.rms > 3e-3 && tilted.report.notes.contains(&RoadNote::NotLevelled));
     assert!(of("tilted_3_and_5_percent", Levelling::Mean).rms > 3e-3);
     // Other slopes, on both kinds of map.
     let folder = tempfile::tempdir().unwrap();

@@ -355,7 +355,7 @@ fn includes_stay_inside_the_folder() {
 }
 
 #[test]
-fn repeated_and_mirrored_cobbles_go_on() {
+fn repeated_and_mirrored_cobbles_continue() {
     for at_end in [AtEnd::Repeat, AtEnd::Mirror] {
         let mut road = open(&Road::OpenCrg(OpenCrgRoad { at_end, ..spec(reference(COBBLES)) }), lattice());
         assert!(road.extent().is_none());

@@ -1,14 +1,14 @@
 //! Drawn roads: levels in all directions, Gaussian heights, no seams between patches, independent patches and levels.
 
 use super::*;
-use crate::road::sources::made::{Design, Patches, RingSpectrum, TargetSpectrum, Texture};
+use crate::road::sources::made::{Patches, RingSpectrum, RoadDesign, TargetSpectrum, Texture};
 use crate::road::texture::{ProfileSpectrum, nearest_band};
 use crate::scene::MadeRoad;
 
 const SPACING: f64 = 0.001;
 
 fn texture(target: &TargetSpectrum, lattice: Lattice) -> Texture {
-    let design = Design { target: target.clone(), shape: None, spacing: SPACING, seed: 4 };
+    let design = RoadDesign { target: target.clone(), shape: None, spacing: SPACING, seed: 4 };
     Texture::new(&design, lattice, 1 << 30).unwrap()
 }
 

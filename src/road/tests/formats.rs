@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::road::sources::conditioning::condition;
-use crate::road::sources::height_map::HeightMap;
+use crate::road::sources::height_map::RoadHeightMap;
 use crate::road::texture::HeightOrigin;
 use crate::scene::{LengthUnit, ProfileRoad};
 
@@ -12,7 +12,7 @@ fn profile(file: PathBuf, [distance_unit, height_unit]: [Option<LengthUnit>; 2])
     ProfileRoad { distance_unit, height_unit, ..super::measured::profile(file) }
 }
 
-fn read(spec: &ProfileRoad) -> Result<(HeightMap, Vec<RoadNote>), RoadError> {
+fn read(spec: &ProfileRoad) -> Result<(RoadHeightMap, Vec<RoadNote>), RoadError> {
     let mut report = RoadReport::default();
     let mut map = crate::road::sources::profile::read(spec, u64::MAX, &mut report)?;
     condition(&mut map, spec.level, spec.longest_wavelength, &mut report)?;
@@ -32,7 +32,7 @@ fn lines(delimiter: &str, decimal: &str) -> String {
 }
 
 #[test]
-fn a_counter_beside_distance_and_height_leaves_the_profile_its_depth() {
+fn a_counter_beside_distance_and_height_is_no_height() {
     for (name, reported) in [
         (
             "number_distance_height",
@@ -119,7 +119,7 @@ fn titles_units_encodings_and_comments_are_understood() {
 }
 
 #[test]
-fn tables_that_can_be_read_in_more_than_one_way_are_refused_with_the_choice() {
+fn ambiguous_tables_are_refused_with_the_choice() {
     let folder = tempfile::tempdir().unwrap();
     let message = |text: &str, units: [Option<LengthUnit>; 2]| {
         read(&profile(write(&folder, "table", text.as_bytes()), units)).unwrap_err().to_string()
@@ -177,7 +177,7 @@ fn with_line(text: &str, number: usize, line: &str) -> String {
 }
 
 #[test]
-fn titles_that_name_other_quantities_or_units_are_refused_by_name() {
+fn titles_of_other_quantities_or_units_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let of = |text: &str| read(&profile(write(&folder, "table", text.as_bytes()), MILLIMETRES));
     let pass = lines(",", ".");
@@ -217,7 +217,7 @@ fn titles_that_name_other_quantities_or_units_are_refused_by_name() {
 }
 
 #[test]
-fn lines_that_do_not_fit_the_table_are_refused_with_their_number() {
+fn lines_that_do_not_fit_are_refused_with_their_number() {
     let folder = tempfile::tempdir().unwrap();
     let of = |text: &str| read(&profile(write(&folder, "table", text.as_bytes()), MILLIMETRES));
     let [blanks, commas, semicolons] = [" ", ",", ";"].map(|delimiter| lines(delimiter, "."));
@@ -246,7 +246,7 @@ fn lines_that_do_not_fit_the_table_are_refused_with_their_number() {
 }
 
 #[test]
-fn channels_of_an_erd_file_are_chosen_by_name_and_have_its_units() {
+fn channels_of_an_erd_file_are_chosen_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let numbers: String = (0..20).map(|i| format!("{:.3}, {:.3}\n", f64::from(i).sin(), f64::from(i).cos())).collect();
     let header = "ERDFILEV2.00\n 2, 20, -1, 1, 5, 0.25, -1,\nTITLE   Lane 1\nSHORTNAMLElev.  RElev.  \n\

@@ -18,7 +18,7 @@ fn height(row: usize, column: usize) -> f64 {
 }
 
 #[test]
-fn points_in_any_order_and_esri_grids_are_the_same_road_as_their_array() {
+fn points_and_esri_grids_are_the_same_road_as_their_array() {
     let folder = tempfile::tempdir().unwrap();
     let place = |at: usize| (at / 8, at % 8);
     let array = npy(&[30, 8], npyz::Order::C, (0..240).map(|at| height(place(at).0, place(at).1)));
@@ -53,7 +53,7 @@ fn points_in_any_order_and_esri_grids_are_the_same_road_as_their_array() {
 }
 
 #[test]
-fn rounded_coordinates_make_the_grid_that_they_were_rounded_from() {
+fn rounded_coordinates_make_the_grid_before_rounding() {
     let folder = tempfile::tempdir().unwrap();
     let points = (0..4).flat_map(|y| (0..80).map(move |x| (x, y)));
     let line = |(x, y): (usize, usize)| format!("{:.2} {y} {:.4}\n", 0.125 * x as f64, 0.1 * height(x, y));
@@ -90,7 +90,7 @@ fn text_that_is_no_grid_is_refused_with_its_line() {
 }
 
 #[test]
-fn a_road_narrower_than_the_contact_is_described_and_rolled_on_with_its_mirror_images() {
+fn a_narrow_road_is_continued_by_its_mirror_images() {
     let crg = |widen| {
         let (file, at_end) = (reference("measured/width/narrow_100mm.crg"), AtEnd::Refuse);
         let (missing, level) = (None, Levelling::Slope);

@@ -81,9 +81,9 @@ fn captif_spike_of_47_mm_counts_as_dropout() {
         let dropped = |note: &RoadNote| if let RoadNote::Outliers { count, .. } = note { *count } else { 0 };
         (map.span(), report.notes.iter().map(dropped).sum::<usize>())
     };
-    let ((span, spikes), (own_span, own_spikes)) = (of(file), of(reference(CHIP_SEAL)));
-    assert_eq!(spikes, own_spikes + 1);
-    assert!(span < 0.02 && (span - own_span).abs() < 1e-4, "{span} {own_span}");
+    let ((span, spikes), (clean_span, clean_spikes)) = (of(file), of(reference(CHIP_SEAL)));
+    assert_eq!(spikes, clean_spikes + 1);
+    assert!(span < 0.02 && (span - clean_span).abs() < 1e-4, "{span} {clean_span}");
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn holes_of_every_kind_of_file_make_segments_invalid() {
 }
 
 #[test]
-fn unsorted_and_repeated_distances_are_put_right_and_told() {
+fn unsorted_and_repeated_distances_are_mended_and_reported() {
     let folder = tempfile::tempdir().unwrap();
     let height = |i: usize| (i as f64 * 0.3).sin();
     let mut sorted = String::new();

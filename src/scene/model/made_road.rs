@@ -51,8 +51,8 @@ impl MadeRoad {
 
     /// The named texture, also if it is the default one; `None` if the road has a spectrum instead.
     pub fn named(&self) -> Option<NamedTexture> {
-        let own = self.wavelengths.is_some() || self.levels.is_some() || self.power_law.is_some();
-        self.texture.or_else(|| (!own).then_some(NamedTexture::DEFAULT))
+        let has_spectrum = self.wavelengths.is_some() || self.levels.is_some() || self.power_law.is_some();
+        self.texture.or_else(|| (!has_spectrum).then_some(NamedTexture::DEFAULT))
     }
 }
 

@@ -83,7 +83,7 @@ impl Material {
 
 impl Law {
     /// Its word, and the keys that only some laws have.
-    const fn own(self) -> (&'static str, &'static [&'static str]) {
+    const fn word_and_keys(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Elastic => ("elastic", &[]),
             Self::PowerLaw => ("power-law", &["loss_factor", "reference_frequency", "corner_frequency"]),
@@ -94,24 +94,24 @@ impl Law {
 }
 
 /// A material as it is written: without modulus and Poisson's ratio if the layer is orthotropic.
-pub(super) struct Written<'a> {
+pub(super) struct WrittenMaterial<'a> {
     pub(super) material: &'a Material,
     pub(super) isotropic: bool,
 }
 
-impl Serialize for Written<'_> {
+impl Serialize for WrittenMaterial<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let Self { material, isotropic } = *self;
-        let (word, own) = material.law.own();
+        let (word, keys) = material.law.word_and_keys();
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("law", word)?;
         for (key, value, written) in [
             ("modulus", material.modulus, isotropic),
-            ("loss_factor", material.loss_factor, own.contains(&"loss_factor")),
+            ("loss_factor", material.loss_factor, keys.contains(&"loss_factor")),
             ("poisson", material.poisson, isotropic),
             ("density", material.density, true),
-            ("reference_frequency", material.reference_frequency, own.contains(&"reference_frequency")),
-            ("corner_frequency", material.corner_frequency, own.contains(&"corner_frequency")),
+            ("reference_frequency", material.reference_frequency, keys.contains(&"reference_frequency")),
+            ("corner_frequency", material.corner_frequency, keys.contains(&"corner_frequency")),
         ] {
             if written {
                 map.serialize_entry(key, &value)?;
@@ -127,7 +127,7 @@ impl Serialize for Written<'_> {
 
 impl Serialize for Material {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        Written { material: self, isotropic: true }.serialize(serializer)
+        WrittenMaterial { material: self, isotropic: true }.serialize(serializer)
     }
 }
 
@@ -153,9 +153,9 @@ fn material(table: &mut Table<'_>) -> Option<Material> {
         ("weights", of_prony),
         ("times", of_prony),
     ] {
-        match law.map(Law::own) {
+        match law.map(Law::word_and_keys) {
             None => table.pass(&[key]),
-            Some((word, own)) if !own.contains(&key) => table.refuse(&[key], &format!("law = \"{word}\""), right),
+            Some((word, keys)) if !keys.contains(&key) => table.refuse(&[key], &format!("law = \"{word}\""), right),
             Some(_) => {}
         }
     }

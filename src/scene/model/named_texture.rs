@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_of_the_chip_seal_are_the_mean_of_the_stations_and_those_of_dense_asphalt_are_like_them() {
+    fn levels_of_the_textures_are_the_means_of_the_stations() {
         let table = std::fs::read_to_string(reference("roads/captif_aylesbury_levels.csv")).unwrap();
         let rows = table.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect());
         let rows: Vec<Vec<f64>> = rows.collect();
@@ -167,7 +167,7 @@ mod tests {
 
     /// The rule of the module's head, recomputed: levels of the dense asphalt at 11/8 times the wavelength, shifted.
     #[test]
-    fn scaled_levels_are_those_of_the_dense_asphalt_at_longer_waves_shifted() {
+    fn scaled_levels_are_the_dense_asphalts_at_longer_waves() {
         let parent: Vec<f64> = NamedTexture::DenseAsphalt11.levels().map(|(_, level)| level).collect();
         let moved = 10.0 * (11.0_f64 / 8.0).log10();
         let at = |place: f64| {
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_default_lies_six_to_nine_decibels_over_the_test_track_at_long_waves() {
+    fn the_default_is_6_to_9_db_above_the_test_track_at_long_waves() {
         let [iso, default] = [NamedTexture::Iso10844, NamedTexture::DEFAULT].map(|of| of.levels().collect::<Vec<_>>());
         let differences = default.iter().zip(&iso).take(4).map(|((_, default), (_, iso))| default - iso);
         for difference in differences {

@@ -8,7 +8,7 @@ use toml::de::DeValue;
 use super::cords::{CORDS, Cords, MOST_CORD_LOSSES, ORTHOTROPIC, Orthotropic};
 use super::inflation::{CAVITY, Cavity, INFLATION, Inflation};
 use super::material::{
-    FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, Written, corner_frequency, reference_frequency,
+    FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, WrittenMaterial, corner_frequency, reference_frequency,
 };
 use super::sidewall::{SIDEWALL, Sidewall};
 use crate::scene::Problem;
@@ -138,7 +138,7 @@ impl Serialize for Layer {
         map.serialize_entry("name", name)?;
         map.serialize_entry("thickness", thickness)?;
         map.serialize_entry("tension", tension)?;
-        map.serialize_entry("material", &Written { material, isotropic: orthotropic.is_none() })?;
+        map.serialize_entry("material", &WrittenMaterial { material, isotropic: orthotropic.is_none() })?;
         if !cords.is_empty() {
             map.serialize_entry("cords", cords)?;
         }
@@ -159,12 +159,12 @@ impl Layer {
     /// frequency: Q_tt h \[N/m\].
     pub fn hoop_stiffness(&self) -> f64 {
         let Material { modulus, poisson, .. } = self.material;
-        let own = match &self.orthotropic {
+        let layer = match &self.orthotropic {
             Some(orthotropic) => orthotropic.constants().plane[0],
             None => modulus / (1.0 - poisson * poisson),
         };
         let cords: f64 = self.cords.iter().map(|cords| cords.shares_in(self.thickness)[0]).sum();
-        (own + cords) * self.thickness
+        (layer + cords) * self.thickness
     }
 
     /// True if the layer is under tension in any direction.

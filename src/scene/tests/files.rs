@@ -162,7 +162,7 @@ fn a_missing_tyre_file_is_a_mistake_at_its_path() {
 }
 
 #[test]
-fn road_files_are_relative_to_the_scene_and_the_hash_does_not_know_where_that_is() {
+fn road_files_are_relative_to_the_scene_whatever_its_place() {
     let scene = edited("kind = \"smooth\"", "kind = \"grid\"\nfile = \"maps/a.npy\"\ndx = 0.01\ndy = 0.01");
     let (first, path) = folder_with(&scene, None);
     let (_second, other) = folder_with(&scene, None);

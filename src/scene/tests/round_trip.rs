@@ -486,7 +486,7 @@ proptest! {
     }
 
     #[test]
-    fn a_scene_cut_or_garbled_anywhere_is_refused_or_read_without_a_panic(
+    fn a_garbled_scene_is_refused_or_read_without_a_panic(
         cut in 0..BASE.len(), length in 0..40_usize, put in "[\\[\\]{}=\",.a0-9\n-]{0,4}",
     ) {
         let mut text = BASE.to_owned();

@@ -9,7 +9,7 @@
 use num_complex::Complex64;
 use thiserror::Error;
 
-use crate::storage::separated::{Record, Table};
+use crate::storage::separated::{Record, SeparatedTable};
 
 /// Smallest patch that is accepted \[m\]: a smaller number is in another unit, and its sums would not end.
 pub(crate) const SMALLEST_PATCH: f64 = 1e-3;
@@ -137,7 +137,7 @@ pub(crate) fn sides(width: f64) -> String {
 /// # Errors
 /// [`MeasuredError`], with line and column.
 pub fn read(bytes: &[u8], width: f64) -> Result<Vec<MeasuredPoint>, MeasuredError> {
-    let table = Table::of(bytes);
+    let table = SeparatedTable::of(bytes);
     let (mut columns, mut points) = (None, Vec::new());
     for record in table.records() {
         match &columns {
@@ -189,7 +189,7 @@ impl Columns {
     fn point(
         &self,
         ValueColumns { patch, value, polar }: &ValueColumns,
-        table: &Table<'_>,
+        table: &SeparatedTable<'_>,
         record: &Record<'_>,
         width: f64,
     ) -> Result<MeasuredPoint, MeasuredError> {

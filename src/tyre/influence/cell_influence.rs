@@ -59,19 +59,19 @@ impl CellInfluence {
             let (mut ring, mut start) = (Ring::new(grid.elements() / part), 0);
             for CellRow { m, folded, first, waves } in of_ring {
                 // Folded rows already hold the cells' weight: each stands for several lateral numbers.
-                let own_weight = grid.lateral_weight(*m) / grid.waves().lateral_norm(*m);
-                let weight = if *folded { 1.0 } else { own_weight };
-                let own = start..start + waves.len();
+                let cell_weight = grid.lateral_weight(*m) / grid.waves().lateral_norm(*m);
+                let weight = if *folded { 1.0 } else { cell_weight };
+                let range = start..start + waves.len();
                 let value = |values: &[f64], n: usize| {
                     let place = n.checked_sub(*first).filter(|place| *place < waves.len());
-                    place.map_or(0.0, |place| weight * values[own.start + place])
+                    place.map_or(0.0, |place| weight * values[range.start + place])
                 };
                 rows.numbers.push(*m);
                 rows.even.push(ring.elements_of(|n| value(even, n))[..columns].to_vec());
                 if !odd.is_empty() {
                     rows.odd.push(ring.odd_elements_of(|n| value(odd, n))[..columns].to_vec());
                 }
-                start = own.end;
+                start = range.end;
             }
         }
         rows.together(grid, columns)
@@ -79,13 +79,14 @@ impl CellInfluence {
 
     /// Combines every value with that of another influence.
     fn change(&mut self, other: &Self, change: impl Fn(&mut f64, f64)) {
-        let all =
-            |own: &mut [f64], other: &[f64]| own.iter_mut().zip(other).for_each(|(own, other)| change(own, *other));
+        let all = |values: &mut [f64], other: &[f64]| {
+            values.iter_mut().zip(other).for_each(|(value, other)| change(value, *other))
+        };
         all(&mut self.toeplitz, &other.toeplitz);
         all(&mut self.hankel, &other.hankel);
-        if let (Some(own), Some(other)) = (&mut self.odd, &other.odd) {
-            all(&mut own.toeplitz, &other.toeplitz);
-            all(&mut own.hankel, &other.hankel);
+        if let (Some(odd), Some(other)) = (&mut self.odd, &other.odd) {
+            all(&mut odd.toeplitz, &other.toeplitz);
+            all(&mut odd.hankel, &other.hankel);
         }
     }
 }
@@ -97,13 +98,13 @@ impl AddAssign<&Self> for CellInfluence {
             hankel: vec![0.0; odd.hankel.len()],
         };
         self.odd = self.odd.take().or_else(|| other.odd.as_ref().map(zeros));
-        self.change(other, |own, other| *own += other);
+        self.change(other, |value, other| *value += other);
     }
 }
 
 impl SubAssign<&Self> for CellInfluence {
     fn sub_assign(&mut self, other: &Self) {
-        self.change(other, |own, other| *own -= other);
+        self.change(other, |value, other| *value -= other);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Influence functions between cells: by wave for the past, summed for the instant of the force.
+//! Influence functions between cells: by wave for the history, summed for the instant of the force.
 //!
 //! ```text
 //! u_ij = sum_n sum_m (1/L)(2/B) exp(i kx (x_i - x_i')) sinc^2(kx dx/2) s_m(y_j) s_m(y_j') C_zz(kx_n, ky_m, s) F_i'j'
@@ -148,9 +148,9 @@ impl CellSums {
             let weight = grid.lateral_weight(m);
             let mut odd = if turns { vec![0.0; elements / 2 + 1] } else { Vec::new() };
             let mut row = around.sum(ring, |n| {
-                let [even, own_odd] = compliance(n, m);
+                let [even, odd_part] = compliance(n, m);
                 if turns {
-                    around.fold_odd(&mut odd, n, weight * own_odd);
+                    around.fold_odd(&mut odd, n, weight * odd_part);
                 }
                 weight * even
             });
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn the_instants_influence_of_a_turning_tyre_is_the_double_sum_over_signed_waves() {
+    fn influence_when_turning_is_the_double_sum_over_signed_waves() {
         let (tyre, across, columns) = (turning(), 4, 9);
         let truncation = CellTruncation { lateral_terms: Some(6), aliases: Some(1) };
         let sums = sums(&tyre, across, truncation);
@@ -392,7 +392,7 @@ mod tests {
             assert!((found - exact).norm() < 1e-9 * scale, "{distance} {j} {other}: {found:e} {exact:e}");
             largest = largest.max(skew.abs() / scale);
         }
-        println!("skew part {largest:.1e} of a cell's own influence");
+        println!("skew part {largest:.1e} of the influence of a cell on itself");
         assert!(largest > 1e-4, "{largest:e}");
         let still = Tyre { angular_velocity: 0.0, ..tyre.clone() };
         assert!(self::sums(&still, across, truncation).instant(s, columns).odd.is_none());
@@ -400,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_of_one_cell_across_add_up_to_the_slices_own() {
+    fn waves_of_one_cell_across_add_up_to_those_of_slices() {
         let tyre = turning();
         let first = CellGrid::new(&tyre, ELEMENTS, 1).waves().first_lateral_number();
         let sums = sums(&tyre, 1, CellTruncation { lateral_terms: Some(first + 6), aliases: Some(1) });
@@ -458,9 +458,9 @@ mod tests {
                     let resting = at[1].normal(n, m, Field::Surface);
                     all += weight * resting;
                     if k > usual {
-                        let Parts { even: own, odd: own_odd } = at[0].normal_parts(n.abs(), m, Field::Surface);
-                        even += weight * (own - resting).norm();
-                        odd += weight * own_odd.norm();
+                        let Parts { even: turning, odd: turning_odd } = at[0].normal_parts(n.abs(), m, Field::Surface);
+                        even += weight * (turning - resting).norm();
+                        odd += weight * turning_odd.norm();
                     }
                 }
             }

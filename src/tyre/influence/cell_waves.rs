@@ -1,4 +1,4 @@
-//! Waves that carry the past of contact cells: geometry only.
+//! Waves that carry the history of contact cells: geometry only.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -10,9 +10,9 @@ use super::cell_grid::CellGrid;
 /// Where the sums over waves end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CellTruncation {
-    /// Largest m of the past and, if given, of the instant.
+    /// Largest m of the history and, if given, of the instant.
     pub lateral_terms: Option<usize>,
-    /// Largest alias |p| of the past and, if given, of the instant.
+    /// Largest alias |p| of the history and, if given, of the instant.
     pub aliases: Option<usize>,
 }
 

@@ -26,14 +26,14 @@ const WRAPPED: f64 = 1e-12;
 
 /// The circle |zeta| = rho on which H is sampled for a number of weights.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Circle {
+pub(crate) struct ContourCircle {
     /// Number K of points on the whole circle.
     pub length: usize,
     /// Radius rho.
     pub radius: f64,
 }
 
-impl Circle {
+impl ContourCircle {
     /// For lags 0..`lags`: K at least twice as many, a power of two.
     pub(crate) fn new(lags: usize) -> Self {
         let length = (2 * lags).next_power_of_two().max(16);
@@ -58,13 +58,13 @@ pub(crate) struct Contour {
     /// s_k for k = 0..=K/2 \[1/s\].
     pub points: Vec<Complex64>,
     /// Their circle in the plane of zeta.
-    pub circle: Circle,
+    pub circle: ContourCircle,
 }
 
 impl Contour {
     /// `time_step` in s.
     pub(crate) fn new(rule: TimeRule, time_step: f64, lags: usize) -> Self {
-        let circle = Circle::new(lags);
+        let circle = ContourCircle::new(lags);
         Self { points: circle.points().map(|zeta| rule.symbol(zeta) / time_step).collect(), circle }
     }
 }
@@ -76,7 +76,7 @@ pub struct Weights {
     pub values: Vec<f64>,
     /// Those of the odd part O_n, in the same order; empty at rest.
     pub odd: Vec<f64>,
-    /// Number of lags kept, the columns of `values`.
+    /// Number of lags stored, the columns of `values`.
     pub lags: usize,
     /// Static influence Ht_n(0), n = 0..=N/2 \[m/N\].
     pub at_rest: Vec<f64>,
@@ -138,11 +138,11 @@ impl Weights {
                     if sum.in_lockstep(field) {
                         faces.clear();
                         sum.faces(n, &at, field, faces);
-                        let own = |faces: &FaceValues| (faces.driven, faces.odd[0], faces.evaluations);
-                        values.extend(faces.iter().map(own));
+                        let of_face = |faces: &FaceValues| (faces.driven, faces.odd[0], faces.evaluations);
+                        values.extend(faces.iter().map(of_face));
                     } else {
-                        let own = |value: InfluenceValue| (value.value, value.odd, value.evaluations);
-                        values.extend(at.iter().map(|at| own(sum.value(n, at, field))));
+                        let of_value = |value: InfluenceValue| (value.value, value.odd, value.evaluations);
+                        values.extend(at.iter().map(|at| of_value(sum.value(n, at, field))));
                     }
                     from_circle.weights(values.iter().map(|value| value.0), &scale, row);
                     if !odd_row.is_empty() {
@@ -167,12 +167,12 @@ impl Weights {
         self.odd.get(n * self.lags..(n + 1) * self.lags).unwrap_or_default()
     }
 
-    /// Fraction of the static influence that lies beyond the lags kept: since sum_p w_p = H(0), the truncation of the
+    /// Fraction of the static influence that lies beyond the lags stored: since sum_p w_p = H(0), the truncation of the
     /// memory is measured, not estimated.
     pub fn truncated(&self) -> f64 {
         let total: f64 = self.at_rest.iter().sum();
-        let kept: f64 = self.values.iter().sum();
-        ((total - kept) / total).abs()
+        let stored: f64 = self.values.iter().sum();
+        ((total - stored) / total).abs()
     }
 }
 

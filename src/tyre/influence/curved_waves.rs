@@ -1,4 +1,4 @@
-//! The waves of a curved tyre, each prepared when it is first asked for, and kept.
+//! The waves of a curved tyre, each prepared when it is first asked for, and stored.
 //!
 //! Waves so short that they do not feel the tread's thickness are a flat layer's, as in the sums' tail: the same wave
 //! is in the tail at one s and evaluated at another, and a difference would be a step in H_n(s). What that leaves out,

@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn flows_of_waves_both_ways_are_those_of_stack_and_arc_at_rest_and_turning() {
+    fn flows_of_waves_both_ways_are_those_of_stack_and_arc() {
         let rule = SplitRule::new(0.26);
         let (lateral, mut worst) = (vec![0, 1, 2, 6], 0.0_f64);
         for angular_velocity in [0.0, -71.6] {
@@ -200,12 +200,12 @@ mod tests {
     fn waves_are_the_same_bits_with_flows_and_without() {
         let tyre = Tyre { angular_velocity: -71.6, ..Scene::with_tyre(PATH, &[]).unwrap().scene.tyre };
         let rule = SplitRule::new(0.26);
-        let [silent, with_sides] =
+        let [without_sides, with_sides] =
             [None, Some(&rule)].map(|rule| SurfaceWaves::with_flank(&tyre, 20, vec![0, 2], [600.0, 1e-4], rule));
-        assert_eq!([silent.pieces(), with_sides.pieces()], [0, PIECES]);
+        assert_eq!([without_sides.pieces(), with_sides.pieces()], [0, PIECES]);
         let mut values = [[Complex64::ZERO; 2]; 2];
         for (n, frequency) in [(0, 30.0), (7, 333.0), (-7, 333.0), (20, 599.0)] {
-            silent.at(n, frequency, &mut values[0]);
+            without_sides.at(n, frequency, &mut values[0]);
             with_sides.at(n, frequency, &mut values[1]);
             assert_eq!(values[0], values[1], "n = {n}, {frequency} Hz");
         }

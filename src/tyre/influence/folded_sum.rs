@@ -33,7 +33,7 @@ use super::half_space_tail::{HalfSpaceTail, HalfSpaceTailAt, series_limit};
 use super::kernel::{Field, Kernel, KernelAt};
 use super::moments::{self, EXPLICIT_ALIASES};
 use super::projection::Projection;
-use super::short_waves::{self, Change, ShortWaves};
+use super::short_waves::{self, ShortWaves, SumChange};
 use crate::numeric::{Ring, in_parallel};
 use crate::scene::{Numerics, Tyre};
 use crate::tyre::layers::curved::sidewall_bytes;
@@ -76,7 +76,7 @@ pub struct InfluenceSum {
 pub struct SumAt {
     pub(super) kernel: KernelAt,
     pub(super) tail: Option<HalfSpaceTailAt>,
-    curvature: Option<Change<Complex64>>,
+    curvature: Option<SumChange<Complex64>>,
 }
 
 /// Most bytes of a [`SumAt`]: of a flat tyre, of a curved one, and of one that turns. A test counts them for the
@@ -87,7 +87,7 @@ const POINT_BYTES: [f64; 3] = [6e3, 2e4, 3e4];
 #[derive(Debug)]
 struct Curvature {
     waves: ShortWaves,
-    moments: Vec<Change<f64>>,
+    moments: Vec<SumChange<f64>>,
 }
 
 /// A value of Ht_n and its cost.
@@ -160,8 +160,8 @@ impl InfluenceSum {
 
     /// Most bytes of [`Self::at_all`] at so many s.
     pub fn expected_bytes(tyre: &Tyre, points: usize) -> f64 {
-        let own = POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())];
-        points as f64 * (own + sidewall_bytes(tyre))
+        let point_bytes = POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())];
+        points as f64 * (point_bytes + sidewall_bytes(tyre))
     }
 
     /// Wavenumbers and weights of the contact elements.
@@ -185,7 +185,7 @@ impl InfluenceSum {
         both.map(|(kernel, change)| self.with_kernel(kernel, Some(change))).collect()
     }
 
-    fn with_kernel(&self, kernel: KernelAt, curvature: Option<Change<Complex64>>) -> SumAt {
+    fn with_kernel(&self, kernel: KernelAt, curvature: Option<SumChange<Complex64>>) -> SumAt {
         SumAt { tail: self.tail.as_ref().map(|tail| tail.at(kernel.tread())), kernel, curvature }
     }
 
@@ -309,7 +309,7 @@ mod tests {
     use crate::tyre::influence::convolution_quadrature::Contour;
 
     #[test]
-    fn the_kernel_on_a_contour_holds_no_more_than_is_expected_of_flat_and_curved_tyres() {
+    fn the_kernel_on_a_contour_holds_no_more_than_is_expected() {
         let mut misses = Vec::new();
         for (text, angular_velocity) in [(PLATE, 0.0), (DEFAULT, 0.0), (DEFAULT, -70.0)] {
             for (elements, tolerance) in [(256, 1e-4), (512, 1e-7), (2048, 1e-5)] {
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn lanes_and_sums_until_a_bound_have_the_parts_of_the_scalar_sums_of_a_tyre_that_turns() {
+    fn turning_lanes_and_bounded_sums_are_the_scalar_sums() {
         let tyre = turning();
         let points = [0.0, 60.0, 600.0, 6e3, 2e4].map(|w| Complex64::new(0.0, w));
         let points: Vec<_> = points.into_iter().chain([Complex64::new(1e4, 0.0), Complex64::new(3e3, -4e3)]).collect();

@@ -113,7 +113,7 @@ mod tests {
     use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 
     #[test]
-    fn a_looser_sum_agrees_with_one_that_evaluates_far_more_of_the_layered_compliance() {
+    fn a_looser_sum_agrees_with_one_of_far_more_evaluations() {
         for (loss_factor, saves) in [(0.25, true), (0.5, true), (0.02, false)] {
             let tyre = tyre(loss_factor);
             let sum =

@@ -198,7 +198,7 @@ mod tests {
     use crate::tyre::influence::{Projection, Truncation};
 
     #[test]
-    fn lanes_equal_the_scalar_sums_wherever_groups_mix_ways_and_cut_offs() {
+    fn lanes_that_mix_ways_and_cut_offs_equal_the_scalar_sums() {
         let fixed = Truncation::Fixed { lateral_terms: Some(5), aliases: Some(2) };
         for (loss_factor, truncation, cords) in [
             (0.01, Truncation::Tail, false),

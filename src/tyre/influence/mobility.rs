@@ -124,9 +124,9 @@ pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobil
 /// Weights of a patch of side length `a` up to its last lobe, or to `highest` \[1/m\].
 fn patch_weights(a: f64, highest: f64, waves: Waves) -> PatchWeights {
     let Waves { circumference: length, width, .. } = waves;
-    let own = (2.0 * PI * LOBES / a).min(highest);
-    let columns = (own * length / (2.0 * PI)) as usize + 1;
-    let rows = (own * width / (2.0 * PI)) as usize + 1;
+    let limit = (2.0 * PI * LOBES / a).min(highest);
+    let columns = (limit * length / (2.0 * PI)) as usize + 1;
+    let rows = (limit * width / (2.0 * PI)) as usize + 1;
     let square = |x: f64| sinc(x).powi(2);
     PatchWeights {
         // n and -n together.

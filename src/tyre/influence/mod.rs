@@ -19,6 +19,7 @@
 //!   it.
 
 mod bounded_sum;
+mod cached_instant;
 mod cell_grid;
 mod cell_influence;
 pub(crate) mod cell_sums;
@@ -29,7 +30,6 @@ mod flank_waves;
 pub(crate) mod folded_sum;
 mod half_space_bands;
 mod half_space_tail;
-mod kept_instant;
 pub(in crate::tyre) mod kernel;
 pub(in crate::tyre) mod lane_sum;
 pub(crate) mod mobility;

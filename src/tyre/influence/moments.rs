@@ -163,9 +163,9 @@ pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
     // 1. How far terms go: a_m^2 oscillates like cos(m angle).
     let angle = PI * projection.contact_width / projection.waves.width;
     let beat = angle.sin().abs();
-    let past = ((PARTS_PER_BEAT / beat) as usize).clamp(EXPLICIT_LATERAL, MOST_LATERAL);
+    let beyond = ((PARTS_PER_BEAT / beat) as usize).clamp(EXPLICIT_LATERAL, MOST_LATERAL);
     let first = projection.waves.first_lateral_number();
-    let last = 2 * ((highest * projection.waves.width / (2.0 * PI)) as usize + past) + first;
+    let last = 2 * ((highest * projection.waves.width / (2.0 * PI)) as usize + beyond) + first;
     // 2. Explicit terms.
     let mean = |m: f64| {
         let ky = PI * m / projection.waves.width;

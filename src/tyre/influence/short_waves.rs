@@ -48,7 +48,7 @@ const NODES: usize = 10;
 pub(super) const EXPECTED_WAVES: f64 = (11 * NODES * DIRECTIONS.len()) as f64;
 /// Values of c^2, and powers of it.
 const DIRECTIONS: [f64; 3] = [0.0, 0.5, 1.0];
-/// k times the depth of the tread that is kept under a wave.
+/// k times the depth of the tread that is retained under a wave.
 const DEEP: f64 = 30.0;
 /// Least ratio of the last band's wavenumber to that of the shortest wave prepared.
 const LEAST_REACH: f64 = 4.0;
@@ -84,7 +84,7 @@ pub(super) type Terms<T> = Vec<[T; DIRECTIONS.len()]>;
 
 /// Even part of the change, and its odd part where the tyre turns; or moments of the weights for both.
 #[derive(Clone, Debug)]
-pub(super) struct Change<T> {
+pub(super) struct SumChange<T> {
     pub(super) even: Terms<T>,
     pub(super) odd: Terms<T>,
 }
@@ -125,7 +125,7 @@ impl ShortWaves {
     }
 
     /// Moments of weights by signed k_x (`longitudinal`) and by k_y^2 (`lateral`).
-    pub(super) fn moments(&self, longitudinal: &[(f64, f64)], lateral: &[Weighted]) -> Change<f64> {
+    pub(super) fn moments(&self, longitudinal: &[(f64, f64)], lateral: &[Weighted]) -> SumChange<f64> {
         let even = self.moments_of(longitudinal, lateral, |_| 1.0, Band::beyond);
         let odd = if self.tyre.turns() {
             let beyond =
@@ -134,7 +134,7 @@ impl ShortWaves {
         } else {
             Vec::new()
         };
-        Change { even, odd }
+        SumChange { even, odd }
     }
 
     /// Moments with the weights times a `factor` of k_x/k; `beyond` distributes those at a k^2 beyond the bands to the
@@ -179,19 +179,19 @@ impl ShortWaves {
     }
 
     /// The change at s \[1/s\].
-    pub(super) fn at(&self, s: Complex64) -> Change<Complex64> {
+    pub(super) fn at(&self, s: Complex64) -> SumChange<Complex64> {
         let mut changes = Vec::with_capacity(1);
         dispatch(Changes { bands: &self.bands, turns: self.tyre.turns(), points: &[s], changes: &mut changes });
-        changes.pop().unwrap_or_else(|| Change { even: Vec::new(), odd: Vec::new() })
+        changes.pop().unwrap_or_else(|| SumChange { even: Vec::new(), odd: Vec::new() })
     }
 
     /// The change at s = 0, from waves prepared for it alone.
-    pub(super) fn resting(&self) -> Change<Complex64> {
+    pub(super) fn resting(&self) -> SumChange<Complex64> {
         self.at_rest().at(Complex64::ZERO)
     }
 
     /// The change at each s of a list, on all threads.
-    pub(super) fn at_all(&self, points: &[Complex64]) -> Vec<Change<Complex64>> {
+    pub(super) fn at_all(&self, points: &[Complex64]) -> Vec<SumChange<Complex64>> {
         // All waves first: groups of s would wait for each other's.
         let waves: Vec<(&Band, usize)> =
             self.bands.iter().flat_map(|band| (0..band.waves.len()).map(move |place| (band, place))).collect();
@@ -240,11 +240,11 @@ impl Band {
             vec![low]
         };
         let (mut tyre, mut stack) = (tyre.clone(), stack.clone());
-        let kept = DEEP / low.sqrt();
+        let retained = DEEP / low.sqrt();
         for layers in [&mut tyre.layers, &mut stack.layers] {
-            if let Some(mut tread) = layers.pop_if(|tread| kept < tread.thickness) {
-                tread.tension = tread.tension.map(|tension| tension * (kept / tread.thickness));
-                tread.thickness = kept;
+            if let Some(mut tread) = layers.pop_if(|tread| retained < tread.thickness) {
+                tread.tension = tread.tension.map(|tension| tension * (retained / tread.thickness));
+                tread.thickness = retained;
                 layers.clear();
                 layers.push(tread);
                 (stack.pressure, stack.sidewall_mass, stack.cavity) = (0.0, 0.0, None);
@@ -326,7 +326,7 @@ struct Changes<'a> {
     bands: &'a [Band],
     turns: bool,
     points: &'a [Complex64],
-    changes: &'a mut Vec<Change<Complex64>>,
+    changes: &'a mut Vec<SumChange<Complex64>>,
 }
 
 impl WithSimd for Changes<'_> {
@@ -336,7 +336,7 @@ impl WithSimd for Changes<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let terms = self.bands.iter().map(|band| band.squares.len()).sum();
         for group in self.points.chunks(S::F64_LANES) {
-            let mut changes: [Change<Complex64>; MOST_LANES] = std::array::from_fn(|_| Change {
+            let mut changes: [SumChange<Complex64>; MOST_LANES] = std::array::from_fn(|_| SumChange {
                 even: Vec::with_capacity(terms),
                 odd: Vec::with_capacity(if self.turns { terms } else { 0 }),
             });

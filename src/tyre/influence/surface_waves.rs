@@ -23,7 +23,7 @@ use crate::numeric::lagrange::uniform_cubic;
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES, SplitRule};
 use crate::scene::Tyre;
-use crate::storage::{Cache, Cached, Format, Kind};
+use crate::storage::{Cache, CacheKind, Cached, Format};
 use crate::tyre::layers::curved::sidewall_waves;
 use crate::tyre::layers::cylinder::EdgeMotion;
 
@@ -92,7 +92,7 @@ impl SurfaceWaves {
         rows.into_par_iter().enumerate().for_each(|(n, ((rows, backwards), flows))| {
             let flank = by_edge.as_deref().zip(flows).map(|(by_edge, rows)| FlankRows { waves, by_edge, rows });
             let backwards = backwards.unwrap_or_default();
-            dispatch(Rows { n: n as i64, lateral: &lateral, at: &at, rows, backwards, flank });
+            dispatch(FieldRows { n: n as i64, lateral: &lateral, at: &at, rows, backwards, flank });
         });
         Self { waves, lateral, around, points, stiffnesses, backwards, flank }
     }
@@ -199,8 +199,8 @@ impl SurfaceWaves {
 }
 
 impl Cached for SurfaceWaves {
-    const KIND: Kind =
-        Kind { extension: "waves", format: Format { magic: b"TWAVESRF", version: 1, name: "waves of a tread" } };
+    const KIND: CacheKind =
+        CacheKind { extension: "waves", format: Format { magic: b"TWAVESRF", version: 1, name: "waves of a tread" } };
 
     fn is_valid(&self) -> bool {
         let numbers = self.around * self.lateral.len() * self.points;
@@ -237,7 +237,7 @@ fn coordinate(frequency: f64) -> f64 {
 }
 
 /// All frequencies of the waves of one n. A type, not a closure: see `lane_sum`.
-struct Rows<'a> {
+struct FieldRows<'a> {
     n: i64,
     lateral: &'a [usize],
     at: &'a [KernelAt],
@@ -255,7 +255,7 @@ struct FlankRows<'a> {
     rows: [&'a mut [Complex32]; 2],
 }
 
-impl WithSimd for Rows<'_> {
+impl WithSimd for FieldRows<'_> {
     type Output = ();
 
     #[inline(always)]

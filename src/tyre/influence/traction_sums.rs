@@ -86,7 +86,7 @@ impl TractionParts {
     }
 
     /// Parts of a half-space's wave at a real s, kx >= 0 \[m/Pa\].
-    fn of_half_space(half_space: &HalfSpace, sides: Sides, kx: f64, ky: f64) -> Self {
+    fn of_half_space(half_space: &TractionHalfSpace, sides: Sides, kx: f64, ky: f64) -> Self {
         let k = kx.hypot(ky);
         let HalfSpaceTraction { along, mixed, outward, shear } =
             HalfSpaceTraction::new(half_space.kappa, half_space.ratio / (k * k));
@@ -164,7 +164,7 @@ fn lateral_phase(grid: &CellGrid, m: usize, j: usize) -> [f64; 2] {
 }
 
 /// The tread as a half-space at one real s.
-struct HalfSpace {
+struct TractionHalfSpace {
     /// Wavenumber from which on the tread is a half-space \[1/m\].
     from: f64,
     kappa: f64,
@@ -173,7 +173,7 @@ struct HalfSpace {
     inverse_shear: f64,
 }
 
-impl HalfSpace {
+impl TractionHalfSpace {
     fn of(sums: &CellSums, at: &KernelAt) -> Option<Self> {
         let thickness = sums.kernel.tread()?.thickness;
         let tread = at.tread();
@@ -186,7 +186,7 @@ impl HalfSpace {
     }
 
     /// C_xx, C_yy and C_zz \[m/Pa\].
-    fn own(&self, sides: Sides, kx: f64, ky: f64) -> [f64; COMPONENTS] {
+    fn diagonal(&self, sides: Sides, kx: f64, ky: f64) -> [f64; COMPONENTS] {
         let parts = TractionParts::of_half_space(self, sides, kx, ky);
         [0, 4, 8].map(|pair| parts.even[pair].re)
     }
@@ -197,8 +197,8 @@ impl HalfSpace {
         let factor = 4.0 / (PI * length * length * highest);
         let mut rest = [0.0; COMPONENTS];
         for [u, weight] in on_unit() {
-            let own = self.own(sides, highest / u, ky);
-            rest.iter_mut().zip(own).for_each(|(rest, own)| *rest += factor * weight * own);
+            let diagonal = self.diagonal(sides, highest / u, ky);
+            rest.iter_mut().zip(diagonal).for_each(|(rest, diagonal)| *rest += factor * weight * diagonal);
         }
         rest
     }
@@ -211,8 +211,8 @@ struct NumberRows {
 }
 
 impl WaveBand {
-    /// Waves that carry the past of tractions: those of normal forces, and on the whole tyre with supported sides the
-    /// lateral motion that is uniform across. A band may be folded with supported sides only: the mean of the sines
+    /// Waves that carry the history of tractions: those of normal forces, and on the whole tyre with supported sides
+    /// the lateral motion that is uniform across. A band may be folded with supported sides only: the mean of the sines
     /// differs from number to number.
     pub fn traction_rows(self, grid: &CellGrid, truncation: CellTruncation) -> Vec<CellRow> {
         let mut rows = self.rows(grid, truncation);
@@ -224,7 +224,7 @@ impl WaveBand {
 }
 
 impl CellSums {
-    /// Waves of a band that carry the past of tractions.
+    /// Waves of a band that carry the history of tractions.
     pub fn traction_rows(&self, band: WaveBand) -> Vec<CellRow> {
         band.traction_rows(&self.grid, self.truncation)
     }
@@ -232,7 +232,7 @@ impl CellSums {
     /// Parts of a wave's influence at s \[m/N\].
     pub fn traction_parts(&self, wave: &CellWave, CellSumsAt(at): &CellSumsAt) -> TractionParts {
         let mut sum = TractionParts::ZERO;
-        // Odd parts of a wave that is its own mirror cancel.
+        // Odd parts of a wave that is its diagonal mirror cancel.
         let sides = if wave.is_mirror { 0.0 } else { 1.0 };
         for &(n, m, weight) in &wave.terms {
             let parts = TractionParts::of_wave(at, self.grid.waves().sides, n.abs(), m);
@@ -245,7 +245,7 @@ impl CellSums {
     /// Influence between cells at a real s \[1/s\], up to `columns` along.
     pub(crate) fn traction_instant(&self, s: f64, columns: usize) -> TractionInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
-        let (grid, tail) = (&self.grid, HalfSpace::of(self, &at));
+        let (grid, tail) = (&self.grid, TractionHalfSpace::of(self, &at));
         let (elements, waves) = (grid.elements(), grid.waves());
         let (last, last_m) = self.last_of_instant();
         let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none());
@@ -295,7 +295,7 @@ fn both_ways(even: &[f64], odd: &[f64]) -> Vec<f64> {
 
 /// Adds the waves beyond the last lateral number, ky > `last` \[1/m\]: the mean of sin^2 cos, for a cell and its
 /// neighbours.
-fn add_lateral_rest(influence: &mut TractionInfluence, around: &Around<'_>, tail: &HalfSpace, last: f64) {
+fn add_lateral_rest(influence: &mut TractionInfluence, around: &Around<'_>, tail: &TractionHalfSpace, last: f64) {
     let (grid, across, columns) = (around.grid, influence.across, influence.columns);
     let (width, sides) = (influence.width(), grid.waves().sides);
     let factor = 4.0 / (PI * grid.pitch() * grid.pitch() * last);
@@ -304,7 +304,7 @@ fn add_lateral_rest(influence: &mut TractionInfluence, around: &Around<'_>, tail
         let ky = last / u;
         let rest = tail.rest(around, sides, ky);
         for (component, rest) in rest.into_iter().enumerate() {
-            let mut row = around.sum(&mut ring, |n| tail.own(sides, grid.waves().kx(n), ky)[component]);
+            let mut row = around.sum(&mut ring, |n| tail.diagonal(sides, grid.waves().kx(n), ky)[component]);
             add_mean(&mut row, rest);
             let table = &mut influence.pairs[component * (COMPONENTS + 1)].toeplitz;
             for (distance, cells) in table.chunks_exact_mut(width).enumerate() {

@@ -32,10 +32,10 @@ fn double_sum(sums: &CellSums, s: f64, distance: i64, [j, other]: [usize; 2]) ->
             let mirrored = in_shapes(&at.full(-n, m), waves.sides);
             for (pair, sum) in sum.iter_mut().enumerate() {
                 let is_mirror = (n + half).rem_euclid(elements) == 0;
-                let own = if is_mirror { 0.5 * (compliance[pair] + mirrored[pair]) } else { compliance[pair] };
+                let value = if is_mirror { 0.5 * (compliance[pair] + mirrored[pair]) } else { compliance[pair] };
                 let [a, b] = [pair / COMPONENTS, pair % COMPONENTS];
                 let shapes = traction_shape(grid, a, m, j) * traction_shape(grid, b, m, other);
-                *sum += (wave * own).re * shapes;
+                *sum += (wave * value).re * shapes;
             }
         }
     }
@@ -43,7 +43,7 @@ fn double_sum(sums: &CellSums, s: f64, distance: i64, [j, other]: [usize; 2]) ->
 }
 
 #[test]
-fn the_instants_influence_of_tractions_is_the_double_sum_over_signed_waves() {
+fn influence_of_tractions_is_the_double_sum_over_signed_waves() {
     let turning = Tyre { angular_velocity: -200.0, ..tyre(DEFAULT) };
     for (name, tyre) in [("plate", tyre(PLATE)), ("curved", tyre(DEFAULT)), ("turning", turning)] {
         for aliases in [0, 1] {
@@ -68,7 +68,7 @@ fn the_instants_influence_of_tractions_is_the_double_sum_over_signed_waves() {
 }
 
 #[test]
-fn influence_at_rest_is_that_of_the_opposite_pair_and_normal_forces_are_those_of_cells() {
+fn influence_at_rest_is_reciprocal_and_that_of_cells() {
     for text in [PLATE, DEFAULT] {
         let mut tyre = tyre(text);
         tyre.angular_velocity = 0.0;
@@ -109,9 +109,9 @@ fn the_closed_sum_of_tractions_is_what_longer_ones_tend_to() {
         let difference = |other: &TractionInfluence| {
             let cells = influence_cells(&closed);
             let worst = cells.iter().map(|&(a, b)| {
-                let (own, other) = (closed.block(a, b), other.block(a, b));
-                let pairs = own.as_flattened().iter().zip(other.as_flattened());
-                pairs.fold(0.0_f64, |worst, (own, other)| worst.max((own - other).abs()))
+                let (block, other) = (closed.block(a, b), other.block(a, b));
+                let pairs = block.as_flattened().iter().zip(other.as_flattened());
+                pairs.fold(0.0_f64, |worst, (entry, other)| worst.max((entry - other).abs()))
             });
             worst.fold(0.0, f64::max) / closed.block(4, 4)[2][2]
         };
@@ -154,7 +154,7 @@ fn of_bin(sums: &CellSums, band: WaveBand, bin: usize, s: f64, shape: impl Fn(us
 }
 
 #[test]
-fn lateral_numbers_that_are_the_same_on_cells_are_taken_together_with_their_signs() {
+fn lateral_numbers_alike_on_cells_are_summed_with_their_signs() {
     // Sides are a whole number of cells away.
     let tyre = Tyre { width: 0.20, contact_width: 0.12, sides: Sides::Supported, ..tyre(PLATE) };
     let sums = CellSums::new(&tyre, CellGrid::new(&tyre, 64, 6), CellTruncation::default(), 1e-8, 8e4);

@@ -7,7 +7,7 @@ use crate::scene::{DEFAULT, PLATE, Scene, Tyre};
 use crate::tyre::influence::FaceValues;
 
 #[test]
-fn interpolated_answers_are_the_kernels_on_elements_and_for_tractions() {
+fn interpolated_answers_are_those_of_the_kernel() {
     let tyre = |text: &str| Scene::from_str(text, "scene").unwrap().scene.tyre;
     let turning = Tyre { angular_velocity: -100.0, ..tyre(DEFAULT) };
     for (name, tyre) in [("plate", tyre(PLATE)), ("curved", tyre(DEFAULT)), ("turning", turning)] {

@@ -167,11 +167,11 @@ impl TractionWave {
             let zero = Matrix3::default();
             let stiffness = near().fold(zero, |all, (sample, weight)| sum(&all, &scaled(&sample.stiffness, weight)));
             let aliases = near().fold(zero, |all, (sample, weight)| sum(&all, &scaled(&sample.aliases, weight)));
-            let own = scaled(&inverse(stiffness), self.weight);
+            let compliance = scaled(&inverse(stiffness), self.weight);
             let follows: [Complex64; COMPONENTS] =
                 std::array::from_fn(|c| near().map(|(sample, weight)| weight * sample.follows[c]).sum());
-            let bottom = std::array::from_fn(|b| (0..COMPONENTS).map(|c| follows[c] * own[c][b]).sum());
-            TractionAnswer { surface: sum(&own, &aliases), bottom }
+            let bottom = std::array::from_fn(|b| (0..COMPONENTS).map(|c| follows[c] * compliance[c][b]).sum());
+            TractionAnswer { surface: sum(&compliance, &aliases), bottom }
         };
         let forwards = of(&self.ways[0]);
         let backwards = self.ways.get(1).map_or_else(|| forwards.mirrored(), of);

@@ -30,7 +30,7 @@ mod tests {
     use crate::tyre::layers::compliance::Stack;
 
     #[test]
-    fn a_flat_tyre_answers_as_its_layers_and_a_curved_one_as_them_where_waves_are_short() {
+    fn flat_tyres_are_their_layers_and_curved_ones_at_short_waves() {
         let norm = |matrix: &Matrix3| matrix.iter().flatten().map(|value| value.norm()).fold(0.0, f64::max);
         for (scene, around, allowed) in [(PLATE, 7, 1e-14), (DEFAULT, 300, 3e-2)] {
             let tyre = Scene::from_str(scene, "scene").unwrap().scene.tyre;

@@ -200,7 +200,7 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
         let name = match (&case.tyre, &case.sidewall) {
             (Some(name), None) => name,
             (None, Some(name)) => {
-                let Some((_, sidewall)) = sidewalls.iter().find(|(own, _)| own == name) else {
+                let Some((_, sidewall)) = sidewalls.iter().find(|(known, _)| known == name) else {
                     return Err(CasesError::UnknownSidewall { index, name: name.clone() });
                 };
                 let Some(n) = case.n else { return Err(refuse("a case of a sidewall has n")) };
@@ -209,7 +209,7 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
             }
             _ => return Err(refuse("a case names either a tyre or a sidewall")),
         };
-        let Some((_, asked)) = tyres.iter().find(|(own, _)| own == name) else {
+        let Some((_, asked)) = tyres.iter().find(|(known, _)| known == name) else {
             return Err(CasesError::UnknownTyre { index, name: name.clone() });
         };
         let answer = match (asked, case) {

@@ -62,7 +62,7 @@ struct PoleBlock {
 }
 
 /// Properties of the modes of a layer that turns.
-pub(super) struct Modes<'a> {
+pub(super) struct TurningModes<'a> {
     /// lambda_j, rising.
     pub squares: &'a [f64],
     /// m_j and h_j, in rows.
@@ -83,8 +83,8 @@ struct Pole {
 
 impl CoriolisModes {
     /// `faces`: Gam'.
-    pub(super) fn new(faces: Entries, modes: &Modes<'_>) -> Self {
-        let Modes { squares, moving, pulls, modal, ref parts, low } = *modes;
+    pub(super) fn new(faces: Entries, modes: &TurningModes<'_>) -> Self {
+        let TurningModes { squares, moving, pulls, modal, ref parts, low } = *modes;
         let count = squares.len();
         // 1. Distinct lambda_j.
         let mut apart = squares.to_vec();
@@ -111,8 +111,8 @@ impl CoriolisModes {
             let mut block = PoleBlock { squares: [1.0; BLOCK], sets: [[[0.0; BLOCK]; ENTRIES]; SETS] };
             for (place, pole) in poles.iter().enumerate() {
                 block.squares[place] = pole.square;
-                for (set, own) in block.sets.iter_mut().zip(&pole.sets) {
-                    set.iter_mut().zip(own).for_each(|(entry, own)| entry[place] = *own);
+                for (set, pole_set) in block.sets.iter_mut().zip(&pole.sets) {
+                    set.iter_mut().zip(pole_set).for_each(|(entry, value)| entry[place] = *value);
                 }
             }
             block
@@ -204,9 +204,9 @@ impl Residues<'_> {
         for k in 0..ENTRIES {
             constant[k] += w[k] - u[k];
         }
-        // 2. Of B, by powers of 1/(lambda_a + x): F_j = own_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) + ...,
-        // with own_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes divide by
-        // lambda_j - lambda_a; their contributions are summed before they are multiplied.
+        // 2. Of B, by powers of 1/(lambda_a + x): F_j = singular_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) and
+        // so on, with singular_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes
+        // divide by lambda_j - lambda_a; their contributions are summed before they are multiplied.
         let weight = |k: usize| if k == a { -1.0 } else { square / (squares[k] - square) };
         let (mut rest, mut slope) = (h[a], [0.0; 6]);
         let (mut others, mut coupled, mut sum, mut sum_of_squares) = ([0.0; 6], vec![0.0; count], 0.0, 0.0);
@@ -227,16 +227,16 @@ impl Residues<'_> {
         for (k, coupled) in coupled.into_iter().enumerate() {
             add(&mut others, coupled * weight(k), &m[k]);
         }
-        let own = m[a].map(|m| m * square * modal[(a, a)]);
+        let singular = m[a].map(|m| m * square * modal[(a, a)]);
         let moved = scaled(&twice_symmetric(&m[a], &m[a]), 0.5 * square * square);
-        let (whole, bend) = (twice_symmetric(&rest, &rest), twice_symmetric(&own, &slope));
-        let (pulled, cross) = (twice_symmetric(&m[a], &others), twice_symmetric(&own, &rest));
+        let (whole, bend) = (twice_symmetric(&rest, &rest), twice_symmetric(&singular, &slope));
+        let (pulled, cross) = (twice_symmetric(&m[a], &others), twice_symmetric(&singular, &rest));
         let mut powers = [[0.0; ENTRIES]; 3];
         for k in 0..ENTRIES {
             powers[0][k] = 0.5 * whole[k] + bend[k] + square * pulled[k] - sum_of_squares * moved[k];
             powers[1][k] = cross[k] + sum * moved[k];
         }
-        powers[2] = scaled(&twice_symmetric(&own, &own), 0.5);
+        powers[2] = scaled(&twice_symmetric(&singular, &singular), 0.5);
         let [first, second, third] = powers;
         // 3. By powers of y = lambda_a/(lambda_a + x).
         let over = square.recip();
@@ -257,7 +257,7 @@ fn together(high: &[Pole]) -> [Pole; POLES] {
         let scale = ((places[p] - one) * (places[p] - other)).recip();
         let [constant, linear, bend] = [scale * one * other, -scale * (one + other), scale];
         let mut sets = [[0.0; ENTRIES]; SETS];
-        for Pole { square, sets: own } in high {
+        for Pole { square, sets: replaced } in high {
             let t = square.recip();
             let powers = [
                 constant + t * (linear + t * bend),
@@ -265,8 +265,8 @@ fn together(high: &[Pole]) -> [Pole; POLES] {
                 constant + t * (3.0 * linear + t * 6.0 * bend),
             ];
             for k in 0..ENTRIES {
-                sets[0][k] += powers[0] * own[0][k] + powers[1] * own[1][k];
-                sets[2][k] += powers[0] * own[2][k] + powers[1] * own[3][k] + powers[2] * own[4][k];
+                sets[0][k] += powers[0] * replaced[0][k] + powers[1] * replaced[1][k];
+                sets[2][k] += powers[0] * replaced[2][k] + powers[1] * replaced[3][k] + powers[2] * replaced[4][k];
             }
         }
         Pole { square: places[p].recip(), sets }

@@ -193,7 +193,7 @@ impl InnerFace {
     }
 }
 
-struct LayerAt {
+struct CurvedLayerAt {
     /// n, k_y \[1/m\].
     n: f64,
     lateral: f64,
@@ -210,7 +210,7 @@ struct LayerAt {
     unit: f64,
 }
 
-impl LayerAt {
+impl CurvedLayerAt {
     /// Number of steps through a thickness h from the radius r on, none longer than `step` over (wavenumber + 1/h).
     fn steps(&self, r: f64, h: f64, step: f64) -> f64 {
         let q = self.inertia + self.tension * (self.n / r).powi(2);
@@ -379,7 +379,7 @@ impl CurvedStack {
         if let Some(sidewall) = &self.sidewall {
             inner.hold(&mut impedance, &sidewall.impedance(n, s));
         }
-        // 2. Outwards through the layers; only impedance and transfer of displacement are kept.
+        // 2. Outwards through the layers; only impedance and transfer of displacement are stored.
         let n = n as f64;
         let mut transfer = identity();
         for layer in &self.layers {
@@ -445,12 +445,12 @@ impl CurvedStack {
     }
 }
 
-fn layer_at(layer: &Layer, rotation: Rotation, n: f64, ky: f64, s: Complex64, r: f64) -> LayerAt {
+fn layer_at(layer: &Layer, rotation: Rotation, n: f64, ky: f64, s: Complex64, r: f64) -> CurvedLayerAt {
     let elasticity = ElasticityAt::new(layer, s);
     let [along, across] = rotation.prestress(layer, r);
     let density = layer.material.density;
     let [steep_along, steep_across] = elasticity.steepness();
-    LayerAt {
+    CurvedLayerAt {
         n,
         lateral: ky,
         inertia: s * s * density + across * ky * ky,

@@ -7,7 +7,7 @@ use std::ops::Range;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::coriolis::{CoriolisModes, Modes};
+use super::coriolis::{CoriolisModes, TurningModes};
 use super::layer_wave::{LayerWave, by_fields, whole_inertia};
 use super::radial_polynomials::RadialProducts;
 use super::triangle::{BLOCK, ENTRIES, upper, upper_places};
@@ -55,7 +55,7 @@ struct Block {
     /// lambda_j; 1 past the last one.
     stiffness: [f64; BLOCK],
     /// gamma_pj by part.
-    own: Vec<[f64; BLOCK]>,
+    diagonals: Vec<[f64; BLOCK]>,
     terms: Terms,
 }
 
@@ -143,8 +143,8 @@ impl LayerModes {
                 }
                 let modal = vectors.transpose() * matrix.submatrix(6, 6, modes, modes) * vectors;
                 let (coupled, inner) = (coupling(&matrix), &modal * &following);
-                let own = (following.transpose() * &coupled, following.transpose() * &inner);
-                let faces = reduced(&matrix, &own.0, Some(&own.1));
+                let products = (following.transpose() * &coupled, following.transpose() * &inner);
+                let faces = reduced(&matrix, &products.0, Some(&products.1));
                 if has_cords {
                     let entry = |row, column| if column < modes { modal[(row, column)] } else { 0.0 };
                     let all = (0..BLOCK).flat_map(|row| (row + 1..BLOCK).map(move |column| (row, column)));
@@ -188,7 +188,7 @@ impl LayerModes {
             };
             Block {
                 stiffness: padded(&|j| squares[j], 1.0),
-                own: parts.iter().map(|(.., gamma)| padded(&|j| gamma[j], 0.0)).collect(),
+                diagonals: parts.iter().map(|(.., gamma)| padded(&|j| gamma[j], 0.0)).collect(),
                 terms,
             }
         };
@@ -200,10 +200,10 @@ impl LayerModes {
             });
             let modal = vectors.transpose() * exchange.submatrix(6, 6, modes, modes) * vectors;
             let (coupled, inner) = (coupling(&exchange), &modal * &following);
-            let own = (following.transpose() * &coupled, following.transpose() * &inner);
+            let products = (following.transpose() * &coupled, following.transpose() * &inner);
             let squares: Vec<f64> = squares.iter().copied().collect();
             let pulls = coupled + inner;
-            let of = Modes {
+            let of = TurningModes {
                 squares: &squares,
                 moving: &moving,
                 pulls: &pulls,
@@ -211,7 +211,7 @@ impl LayerModes {
                 parts: parts.iter().map(|(_, pulling, _)| pulling).collect(),
                 low: squares.iter().filter(|&&square| square < wave.shear_waves).count(),
             };
-            Box::new(CoriolisModes::new(reduced(&exchange, &own.0, Some(&own.1)), &of))
+            Box::new(CoriolisModes::new(reduced(&exchange, &products.0, Some(&products.1)), &of))
         });
         Some(Self {
             coriolis,
@@ -275,8 +275,8 @@ impl LayerModes {
             entries[k] = (shear * stiff[k]).plus_scaled(heavy[k], inertia);
         }
         for (deviation, part) in deviation.iter().zip(&self.parts) {
-            for (entry, own) in entries.iter_mut().zip(&part.faces) {
-                *entry = entry.plus_scaled(*own, *deviation);
+            for (entry, value) in entries.iter_mut().zip(&part.faces) {
+                *entry = entry.plus_scaled(*value, *deviation);
             }
         }
         entries
@@ -319,8 +319,8 @@ impl Block {
     fn impedance<T: ComplexField>(&self, values: &LayerValues<T>, deviation: &[T; MOST_PARTS], j: usize) -> T {
         let LayerValues { shear, inertia, .. } = *values;
         let mut sum = shear * self.stiffness[j];
-        for (own, deviation) in self.own.iter().zip(deviation) {
-            sum = sum.plus_scaled(own[j], *deviation);
+        for (diagonal, deviation) in self.diagonals.iter().zip(deviation) {
+            sum = sum.plus_scaled(diagonal[j], *deviation);
         }
         sum + inertia
     }
@@ -366,11 +366,11 @@ fn force_of<T: ComplexField>(
 }
 
 /// Entries of the faces in a matrix, with those of the interior that follows them: `cross` and its transpose, and
-/// `own`.
-fn reduced(matrix: &Mat<f64>, cross: &Mat<f64>, own: Option<&Mat<f64>>) -> [f64; ENTRIES] {
+/// `square`.
+fn reduced(matrix: &Mat<f64>, cross: &Mat<f64>, square: Option<&Mat<f64>>) -> [f64; ENTRIES] {
     upper(|row, column| {
-        let own = own.map_or(0.0, |own| own[(row, column)]);
-        matrix[(row, column)] + cross[(row, column)] + cross[(column, row)] + own
+        let square = square.map_or(0.0, |square| square[(row, column)]);
+        matrix[(row, column)] + cross[(row, column)] + cross[(column, row)] + square
     })
 }
 

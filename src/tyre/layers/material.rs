@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn power_law_has_its_loss_factor_well_above_the_corner_and_a_finite_static_modulus() {
+    fn power_law_has_its_loss_factor_and_a_finite_static_modulus() {
         let e = modulus(&rubber(Law::PowerLaw), Complex64::new(0.0, 2.0 * PI * 1000.0));
         assert!((e.im / e.re - 0.25).abs() < 1e-3);
         let gamma = 0.25_f64.atan() / PI;

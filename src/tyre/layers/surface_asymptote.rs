@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn series_equals_the_closed_form_where_that_does_not_cancel_and_1_minus_nu_at_rest() {
+    fn series_equals_the_closed_form_and_1_minus_nu_at_rest() {
         for nu in [0.0, 0.3, 0.49, 0.4999] {
             let kappa = crate::tyre::layers::material::modulus_ratio(nu);
             let phi = series(kappa);

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use super::fit::{FitError, FitOptions, FitTimes, fit_timed};
 use super::model::RationalModel;
 use crate::scene::Tyre;
-use crate::storage::{Cache, Cached, Format, Kind};
+use crate::storage::{Cache, CacheKind, Cached, Format};
 
 /// A model and its origin.
 #[derive(Debug)]
@@ -21,8 +21,10 @@ pub struct Fetched {
 }
 
 impl Cached for RationalModel {
-    const KIND: Kind =
-        Kind { extension: "influence", format: Format { magic: b"TWAVEINF", version: 12, name: "an influence model" } };
+    const KIND: CacheKind = CacheKind {
+        extension: "influence",
+        format: Format { magic: b"TWAVEINF", version: 12, name: "an influence model" },
+    };
 
     fn is_valid(&self) -> bool {
         let rows = self.elements / 2 + 1;
@@ -62,7 +64,7 @@ mod tests {
     use crate::tyre::poles::turning_ring;
 
     #[test]
-    fn a_turning_model_survives_the_cache_and_is_refused_without_all_its_odd_parts() {
+    fn a_cached_turning_model_is_refused_without_all_odd_parts() {
         let directory = tempfile::tempdir().unwrap();
         let cache = Cache::at(directory.path().to_path_buf(), u64::MAX);
         let model = turning_ring::model(16, -70.0);

@@ -1,4 +1,4 @@
-//! Rational models of the waves that carry the past of contact cells: one fit for each pair (n, m).
+//! Rational models of the waves that carry the history of contact cells: one fit for each pair (n, m).
 //!
 //! A pair is a single wave and a few aliases of little weight: its function has far fewer resonances than a sum over
 //! m. Each lateral number is a row of fits, each started from its neighbour with one n less; rows go to threads as

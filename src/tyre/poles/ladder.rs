@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use num_complex::Complex64;
 
-use crate::numeric::rational::Parts;
+use crate::numeric::rational::ComplexParts;
 
 /// Intervals on the imaginary axis; a power of two, so that intervals can be halved.
 pub(super) const RUNGS: usize = 2048;
@@ -33,7 +33,7 @@ pub(super) struct Ladder {
     /// Points of the passivity check: every eighth rung of the axis, and beyond the band.
     pub checked: Vec<Complex64>,
     /// `checked` as real and imaginary parts.
-    pub checked_parts: Parts,
+    pub checked_parts: ComplexParts,
 }
 
 impl Ladder {
@@ -45,6 +45,6 @@ impl Ladder {
         let checked: Vec<_> = points.iter().skip(4).step_by(8).copied().chain(beyond).collect();
         let below_top = |rung: usize| 0.5_f64.powf(0.4 * (REAL.end - 1 - rung) as f64);
         points.extend(REAL.map(|rung| Complex64::new(top * below_top(rung), 0.0)));
-        Self { top, checked_parts: Parts::new(checked.iter().copied(), 1.0), points, checked }
+        Self { top, checked_parts: ComplexParts::new(checked.iter().copied(), 1.0), points, checked }
     }
 }

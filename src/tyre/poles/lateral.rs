@@ -2,7 +2,7 @@
 //! resolved across the strip.
 //!
 //! A model is like that of a strip's sum over m, without its shapes, which the user of the model applies. Unlike the
-//! waves that carry the past of cells, which move to shorter rings where they are short, these have every n, all
+//! waves that carry the history of cells, which move to shorter rings where they are short, these have every n, all
 //! aliases of the instant's lobes, and the belt. Of a tyre that turns they have odd parts as a strip's do.
 
 use std::sync::atomic::AtomicBool;

@@ -11,7 +11,7 @@
 //! - [`pole_model`]: poles and residues of a list of functions; [`model`]: of every wavenumber;
 //! - `row`: a row of fits, each started from its neighbour;
 //! - [`cache`]: models in the cache on disk;
-//! - [`cells`]: fits of single waves, the past of contact cells;
+//! - [`cells`]: fits of single waves, the history of contact cells;
 //! - [`tractions`]: all components of tractions, over common poles; [`traction_model`]: the stored part of them;
 //! - [`lateral`]: models of the waves of one lateral number, both faces;
 //! - `tangential`: sideways motion of the surface under normal forces, over the same poles;
@@ -56,5 +56,5 @@ pub use fit::fit_unless_stopped;
 pub(crate) use fit::{FitOptions, FitTimes, fit_timed};
 pub(crate) use model::RationalModel;
 pub use modes::Direction;
-pub(crate) use modes::Modes;
+pub(crate) use modes::WaveModes;
 pub(crate) use tangential::{TangentialModel, lateral_tangential_model, tangential_model};

@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::modes::Modes;
+use super::modes::WaveModes;
 use super::pole_model::PoleModel;
 use crate::tyre::influence::Field;
 
@@ -64,13 +64,13 @@ impl RationalModel {
 
     /// Poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven one; any
     /// other gives `None`.
-    pub fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
+    pub fn modes(&self, n: usize, field: Field) -> Option<WaveModes<'_>> {
         let face = match field {
             Field::Bottom => 1,
             field if field == self.driven => 0,
             _ => return None,
         };
-        Some(Modes { constant: self.constants[n][face], ..self.waves.modes(n, face) })
+        Some(WaveModes { constant: self.constants[n][face], ..self.waves.modes(n, face) })
     }
 
     /// True for a tyre that turns: the model then has odd parts.

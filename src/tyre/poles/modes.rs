@@ -7,7 +7,7 @@ use crate::numeric::rational::partial_fractions::evaluate;
 
 /// Poles of one wavenumber with the residues of one face.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Modes<'a> {
+pub struct WaveModes<'a> {
     /// lambda: `pairs` complex ones (Im > 0), then the real ones \[1/s\].
     pub poles: &'a [Complex64],
     /// R, in the order of the poles \[m/(N s)\].
@@ -57,7 +57,7 @@ impl Direction {
     }
 }
 
-impl Modes<'_> {
+impl WaveModes<'_> {
     /// Weight of a pole in a sum of real parts: 2 where it stands for a pair.
     pub fn multiplicity(&self, index: usize) -> f64 {
         if index < self.pairs { 2.0 } else { 1.0 }
@@ -87,7 +87,7 @@ impl Modes<'_> {
     /// True if a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is at
     /// least [`LEAST_SHARE`] of that in the other direction.
     pub fn belongs_to(&self, direction: Direction, index: usize) -> bool {
-        let [own, other] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
-        own >= LEAST_SHARE * other
+        let [along, against] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
+        along >= LEAST_SHARE * against
     }
 }

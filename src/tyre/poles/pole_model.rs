@@ -5,9 +5,9 @@ use std::ops::Range;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-use super::modes::Modes;
+use super::modes::WaveModes;
 use crate::numeric::rational::partial_fractions::is_pair;
-use crate::storage::{Cached, Format, Kind};
+use crate::storage::{CacheKind, Cached, Format};
 use crate::tyre::influence::WaveValues;
 
 /// Poles of a list of functions, and residues over them in each of some faces. A complex pole is stored once, with
@@ -119,22 +119,22 @@ impl PoleModel {
     }
 
     /// Poles and residues of a function in a face, without a constant.
-    pub(super) fn modes(&self, function: usize, face: usize) -> Modes<'_> {
+    pub(super) fn modes(&self, function: usize, face: usize) -> WaveModes<'_> {
         let ((poles, pairs), range) = (self.of(function), self.range(function));
         let [even, odd] = &self.residues[face];
-        Modes { poles, residues: &even[range.clone()], odd: odd.get(range).unwrap_or(&[]), pairs, constant: 0.0 }
+        WaveModes { poles, residues: &even[range.clone()], odd: odd.get(range).unwrap_or(&[]), pairs, constant: 0.0 }
     }
 
     /// Poles and residues of a wave in the only face, without odd ones where rotation does not affect it.
-    pub(crate) fn wave(&self, wave: usize) -> Modes<'_> {
+    pub(crate) fn wave(&self, wave: usize) -> WaveModes<'_> {
         let modes = self.modes(wave, 0);
         let is_affected = modes.odd.iter().any(|residue| residue.norm() > 0.0);
-        Modes { odd: if is_affected { modes.odd } else { &[] }, ..modes }
+        WaveModes { odd: if is_affected { modes.odd } else { &[] }, ..modes }
     }
 
     /// Values of all waves at a real s \[1/s\], in their order.
     pub fn values(&self, s: f64) -> WaveValues {
-        let all = |of: fn(Modes<'_>, Complex64) -> Complex64| -> Vec<f64> {
+        let all = |of: fn(WaveModes<'_>, Complex64) -> Complex64| -> Vec<f64> {
             (0..self.len()).map(|wave| of(self.wave(wave), s.into()).re).collect()
         };
         let odd = || all(|modes, s| modes.evaluate_odd(s));
@@ -143,7 +143,7 @@ impl PoleModel {
 }
 
 impl Cached for PoleModel {
-    const KIND: Kind = Kind {
+    const KIND: CacheKind = CacheKind {
         extension: "cells",
         format: Format { magic: b"TWAVECEL", version: 4, name: "a model of contact cells" },
     };

@@ -6,7 +6,7 @@ use super::*;
 use crate::numeric::rational::partial_fractions::is_pair;
 use crate::tyre::influence::{FaceValues, Field};
 use crate::tyre::poles::Direction;
-use crate::tyre::poles::modes::Modes;
+use crate::tyre::poles::modes::WaveModes;
 use crate::tyre::poles::turning_ring::{self, Gyroscopic};
 
 /// A ring's mode, a mode that moves along it, and a stiff one; with `creep` a branch cut, as rubber has.
@@ -64,8 +64,8 @@ fn fitted(ring: &Ring, tolerance: f64, start: &Start) -> Entry {
     fit_wavenumber(&ladder, &target(tolerance), start, &mut sample).unwrap().entry
 }
 
-fn modes(entry: &Entry, face: usize) -> Modes<'_> {
-    Modes {
+fn modes(entry: &Entry, face: usize) -> WaveModes<'_> {
+    WaveModes {
         poles: &entry.poles,
         residues: &entry.residues[face],
         odd: &entry.odd[face],
@@ -75,19 +75,24 @@ fn modes(entry: &Entry, face: usize) -> Modes<'_> {
 }
 
 #[test]
-fn the_poles_of_a_turning_ring_are_found_each_with_its_direction() {
+fn poles_of_a_turning_ring_are_found_with_their_direction() {
     let ring = Ring::new(150.0, 0.0);
     let entry = fitted(&ring, 1e-8, &Start::default());
     let modes = modes(&entry, 0);
     for mode in ring.modes {
-        for (own, other) in [(Direction::Forwards, Direction::Backwards), (Direction::Backwards, Direction::Forwards)] {
-            let exact = mode.pole(own);
+        for (direction, other) in
+            [(Direction::Forwards, Direction::Backwards), (Direction::Backwards, Direction::Forwards)]
+        {
+            let exact = mode.pole(direction);
             let distance = |index: &usize| (modes.poles[*index] - exact).norm();
             let nearest = (0..modes.pairs).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap();
-            assert!(distance(&nearest) < 1e-4 * exact.norm(), "{own:?} {exact}: {}", modes.poles[nearest]);
-            let residue = modes.residue(own, nearest);
-            assert!((residue - mode.residue(own)).norm() < 1e-3 * residue.norm(), "{own:?} {exact}: {residue}");
-            assert!(modes.residue(other, nearest).norm() < 1e-3 * residue.norm(), "{own:?} {exact}");
+            assert!(distance(&nearest) < 1e-4 * exact.norm(), "{direction:?} {exact}: {}", modes.poles[nearest]);
+            let residue = modes.residue(direction, nearest);
+            assert!(
+                (residue - mode.residue(direction)).norm() < 1e-3 * residue.norm(),
+                "{direction:?} {exact}: {residue}"
+            );
+            assert!(modes.residue(other, nearest).norm() < 1e-3 * residue.norm(), "{direction:?} {exact}");
         }
     }
     // Three modes of either direction, and nothing else.
@@ -108,7 +113,7 @@ fn error(ring: &Ring, entry: &Entry, s: Complex64, largest: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn both_waves_are_within_the_tolerance_where_no_fit_saw_them_and_make_no_energy() {
+fn both_waves_are_within_tolerance_between_samples_and_passive() {
     for (gyration, tolerance) in [(20.0, 1e-4), (150.0, 1e-4), (150.0, 1e-5), (0.02, 1e-5)] {
         let ring = Ring::new(gyration, 2e-6);
         let entry = fitted(&ring, tolerance, &Start::default());
@@ -139,7 +144,7 @@ fn both_waves_are_within_the_tolerance_where_no_fit_saw_them_and_make_no_energy(
 }
 
 #[test]
-fn a_ring_that_turns_too_slowly_to_matter_has_as_many_poles_as_one_at_rest() {
+fn a_slowly_turning_ring_has_as_many_poles_as_one_at_rest() {
     let [resting, slow, fast] = [0.0, 1e-5, 60.0].map(|gyration| {
         let mut ring = Ring::new(gyration, 0.0);
         ring.creep = 0.0;
@@ -179,8 +184,8 @@ fn a_model_of_waves_with_and_without_odd_parts_is_whole() {
                 }
             }
             for (direction, index) in Direction::BOTH.into_iter().flat_map(|d| (0..modes.pairs).map(move |i| (d, i))) {
-                let own = (modes.poles[index] - mode.pole(direction)).norm() < 1e-9;
-                assert_eq!(modes.belongs_to(direction, index), own, "{n} {direction:?}");
+                let belongs = (modes.poles[index] - mode.pole(direction)).norm() < 1e-9;
+                assert_eq!(modes.belongs_to(direction, index), belongs, "{n} {direction:?}");
             }
         }
         assert!(model.evaluate(n, Complex64::ZERO, Field::Surface).unwrap().im.abs() < 1e-18);

@@ -17,7 +17,7 @@ use num_complex::Complex64;
 use super::ladder::{Ladder, REAL, RUNGS};
 use crate::numeric::rational::partial_fractions::is_pair;
 use crate::numeric::rational::vector_fitting::residues;
-use crate::numeric::rational::{PartialFractions, Parts, RationalError, Samples};
+use crate::numeric::rational::{ComplexParts, PartialFractions, RationalError, Samples};
 use crate::tyre::influence::FaceValues;
 
 /// Smallest local scale of the driven face's errors, relative to the largest |H_n|. The contact feels G0, H_n at large
@@ -258,8 +258,8 @@ impl<'a> Sampled<'a> {
 
     /// Errors of both faces at rungs, in their order.
     fn errors_at(&self, models: &[PartialFractions], rungs: &[usize]) -> Vec<[f64; 2]> {
-        let points = Parts::new(rungs.iter().map(|&rung| self.ladder.points[rung]), 1.0);
-        let modelled: Vec<Parts> = models.iter().map(|model| model.evaluate_all(&points)).collect();
+        let points = ComplexParts::new(rungs.iter().map(|&rung| self.ladder.points[rung]), 1.0);
+        let modelled: Vec<ComplexParts> = models.iter().map(|model| model.evaluate_all(&points)).collect();
         let at = |(k, &rung): (usize, &usize)| {
             let (values, odd) = (self.value(rung), self.odd(rung));
             let scales = [self.local_scale(self.square(rung)), self.scales[1].max(f64::MIN_POSITIVE)];

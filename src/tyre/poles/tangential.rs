@@ -28,7 +28,7 @@ use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::model::RationalModel;
-use super::modes::Modes;
+use super::modes::WaveModes;
 use crate::numeric::lanes::{dispatch, store};
 use crate::numeric::rational::vector_fitting::regularised_residues;
 use crate::numeric::rational::{PartialFractions, RationalError, Samples};
@@ -75,14 +75,14 @@ pub struct TangentialModel {
 
 impl TangentialModel {
     /// Modes of the tangential motion, from those of the normal motion of the same wavenumber n.
-    pub(crate) fn modes<'a>(&'a self, n: usize, normal: Modes<'a>) -> Modes<'a> {
+    pub(crate) fn modes<'a>(&'a self, n: usize, normal: WaveModes<'a>) -> WaveModes<'a> {
         let odd = self.odd_residues.get(n).map_or(&[][..], Vec::as_slice);
-        Modes { residues: &self.residues[n], odd, constant: self.constants[n], ..normal }
+        WaveModes { residues: &self.residues[n], odd, constant: self.constants[n], ..normal }
     }
 }
 
 /// Fit of one wavenumber: of P_n and, of a tyre that turns, of Q_n.
-struct Fitted {
+struct FittedTangential {
     residues: Vec<Vec<Complex64>>,
     constants: Vec<f64>,
     largest: f64,
@@ -129,7 +129,7 @@ fn fit_all(sums: &TangentialSum, model: &RationalModel, top: f64) -> Result<Tang
     Ok(all)
 }
 
-fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Result<Fitted, RationalError> {
+fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Result<FittedTangential, RationalError> {
     let Some(modes) = model.modes(n, model.driven) else {
         return Err(RationalError::NotFinite { stage: "the tangential motion" });
     };
@@ -171,7 +171,7 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
         all
     };
     let residues = fractions.into_iter().map(of_all).collect();
-    Ok(Fitted { residues, constants, largest, error, omitted, evaluations })
+    Ok(FittedTangential { residues, constants, largest, error, omitted, evaluations })
 }
 
 /// Relative accuracy of the compliance.
@@ -358,7 +358,7 @@ mod tests {
     }
 
     #[test]
-    fn values_in_lockstep_are_the_full_kernels_of_flat_curved_and_turning_tyres() {
+    fn values_in_lockstep_are_those_of_the_full_kernel() {
         for (curvature, angular_velocity) in [(false, 0.0), (true, 0.0), (true, -100.0)] {
             let tyre = Tyre { curvature, angular_velocity, ..tyre(0.25) };
             let sums = TangentialSum::new(&tyre, 64, 2e4);

@@ -6,12 +6,12 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use super::pole_model::PoleModel;
-use crate::storage::{Cached, Format, Kind};
+use crate::storage::{CacheKind, Cached, Format};
 use crate::tyre::influence::COMPONENTS;
 
 /// Rank-one part of a wave's influence at a pole: output times input.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-pub(crate) struct Channel {
+pub(crate) struct PoleChannel {
     /// Weight of each force.
     pub input: [Complex64; COMPONENTS],
     /// Displacement by component \[m/(N s)\].
@@ -20,7 +20,7 @@ pub(crate) struct Channel {
     pub odd: [Complex64; COMPONENTS],
 }
 
-impl Channel {
+impl PoleChannel {
     /// Residues of the even and of the odd part, of displacement a by force b.
     fn residues(&self, a: usize, b: usize) -> [Complex64; 2] {
         [self.output[a] * self.input[b], self.odd[a] * self.input[b]]
@@ -32,7 +32,7 @@ impl Channel {
 pub(crate) struct TractionModel {
     /// Poles alone.
     pub(super) poles: PoleModel,
-    pub(super) channels: Vec<Channel>,
+    pub(super) channels: Vec<PoleChannel>,
     pub(super) turns: bool,
     /// Largest error of all waves.
     pub(super) error: f64,
@@ -40,7 +40,7 @@ pub(crate) struct TractionModel {
 
 impl TractionModel {
     /// Bytes of a channel with its pole on disk, counting conjugates; pairs are stored once.
-    pub(crate) const BYTES_OF_CHANNEL: f64 = (size_of::<Complex64>() + size_of::<Channel>()) as f64 / 2.0;
+    pub(crate) const BYTES_OF_CHANNEL: f64 = (size_of::<Complex64>() + size_of::<PoleChannel>()) as f64 / 2.0;
 
     /// Number of waves.
     pub(crate) fn len(&self) -> usize {
@@ -67,7 +67,7 @@ impl TractionModel {
     }
 
     /// A wave's poles by channel, how many of them are pairs, and the channels.
-    pub(crate) fn wave(&self, wave: usize) -> (&[Complex64], usize, &[Channel]) {
+    pub(crate) fn wave(&self, wave: usize) -> (&[Complex64], usize, &[PoleChannel]) {
         let (poles, pairs) = self.poles.of(wave);
         (poles, pairs, &self.channels[self.poles.range(wave)])
     }
@@ -80,7 +80,7 @@ impl TractionModel {
 }
 
 impl Cached for TractionModel {
-    const KIND: Kind = Kind {
+    const KIND: CacheKind = CacheKind {
         extension: "tractions",
         format: Format { magic: b"TWAVETRA", version: 2, name: "a model of tractions of contact cells" },
     };

@@ -1,4 +1,4 @@
-//! Fit of the waves that carry the past of tractions: all components over common poles.
+//! Fit of the waves that carry the history of tractions: all components over common poles.
 //!
 //! With phases D = diag(1, i, i) taken into forces and displacements, C' = D C D^-1 of a tyre at rest is real at real s
 //! and symmetric; of one that turns it is E + i O with such functions E and O. For each wave:
@@ -22,12 +22,12 @@ use super::error::{FitError, RefusalReason};
 use super::ladder::{Ladder, REAL, RUNGS};
 use super::pole_model::PoleModel;
 use super::row::{RowTarget, fit_row};
-use super::traction_model::{Channel, TractionModel};
+use super::traction_model::{PoleChannel, TractionModel};
 use super::wavenumber::{bound, elimination, new_pole};
 use crate::numeric::in_parallel;
 use crate::numeric::rational::partial_fractions::{is_pair, order, sort};
 use crate::numeric::rational::vector_fitting::{relocate, residues};
-use crate::numeric::rational::{PartialFractions, Parts as RationalParts, RationalError, Samples};
+use crate::numeric::rational::{ComplexParts, PartialFractions, RationalError, Samples};
 use crate::scene::Sides;
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
 
@@ -99,12 +99,12 @@ impl Exact<'_> {
 
 /// Trace of parts, each component over its scale.
 fn trace(parts: &[Complex64; PAIRS], scales: &[f64; COMPONENTS]) -> Complex64 {
-    let own = |component: usize| parts[component * (COMPONENTS + 1)] / scales[component].max(f64::MIN_POSITIVE);
-    (0..COMPONENTS).map(own).sum()
+    let diagonal = |component: usize| parts[component * (COMPONENTS + 1)] / scales[component].max(f64::MIN_POSITIVE);
+    (0..COMPONENTS).map(diagonal).sum()
 }
 
 /// Samples of a wave: at rungs that fits use, and at rungs that only check.
-struct Sampled {
+struct SampledTractions {
     fitted: Vec<usize>,
     checked: Vec<usize>,
     /// Part, pair and scale of what is not 0 throughout; of a symmetric matrix the upper triangle.
@@ -114,7 +114,7 @@ struct Sampled {
     points: Vec<Complex64>,
 }
 
-impl Sampled {
+impl SampledTractions {
     /// Samples of a wave on a grid of rungs, which rise; `None` for a wave without response.
     fn new(exact: &Exact<'_>, wave: &CellWave, grid: &[usize]) -> Option<Self> {
         let scales = exact.scales(wave);
@@ -171,8 +171,8 @@ impl Sampled {
 
     /// Scale of errors at the sample nearest to a pole's frequency.
     fn size_near(&self, pole: Complex64) -> f64 {
-        let own = if is_pair(pole) { pole.im } else { pole.norm() };
-        let near = self.fitted.iter().map(|&rung| ((self.points[rung].norm() - own).abs(), self.at(rung).1));
+        let frequency = if is_pair(pole) { pole.im } else { pole.norm() };
+        let near = self.fitted.iter().map(|&rung| ((self.points[rung].norm() - frequency).abs(), self.at(rung).1));
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(1.0, |(_, size)| size)
     }
 
@@ -201,11 +201,11 @@ impl Sampled {
 
     /// Largest errors at rungs, of fractions in the order of the kinds.
     fn errors(&self, rungs: &[usize], fractions: &[PartialFractions]) -> Vec<(f64, usize)> {
-        let points = RationalParts::new(rungs.iter().map(|&rung| self.points[rung]), 1.0);
+        let points = ComplexParts::new(rungs.iter().map(|&rung| self.points[rung]), 1.0);
         let modelled: Vec<_> = fractions.iter().map(|fraction| fraction.evaluate_all(&points)).collect();
         let at = |(place, &rung): (usize, &usize)| {
             let (values, size) = self.at(rung);
-            let errors = values.iter().zip(&modelled).map(|(exact, own)| (own.get(place) - exact).norm_sqr());
+            let errors = values.iter().zip(&modelled).map(|(exact, model)| (model.get(place) - exact).norm_sqr());
             // NaN would lose every comparison.
             let worst =
                 errors.fold(0.0, |worst: f64, error| if error > worst || error.is_nan() { error } else { worst });
@@ -223,7 +223,7 @@ fn largest(errors: &[(f64, usize)]) -> (f64, usize) {
 /// Fit of a wave.
 struct Wave {
     poles: Vec<Complex64>,
-    channels: Vec<Channel>,
+    channels: Vec<PoleChannel>,
     error: f64,
     /// Poles and rungs from which the next wave starts.
     next: Vec<Complex64>,
@@ -242,7 +242,7 @@ struct Fractions {
 fn common_poles(
     exact: &Exact<'_>,
     wave: &CellWave,
-    sampled: &mut Sampled,
+    sampled: &mut SampledTractions,
     first: &[Complex64],
     options: &CellFitOptions,
 ) -> Result<Fractions, RationalError> {
@@ -293,7 +293,7 @@ fn common_poles(
 
 /// Removes poles, the one that contributes least first, as long as relocation can make up for it.
 fn fewer_poles(
-    sampled: &Sampled,
+    sampled: &SampledTractions,
     mut fractions: Fractions,
     removals: usize,
     options: &CellFitOptions,
@@ -304,7 +304,7 @@ fn fewer_poles(
     for _ in 0..removals {
         let share = |index: usize| {
             let pole = fractions.poles[index];
-            let residues = fractions.all.iter().map(|own| own.residues[index].norm_sqr()).sum::<f64>();
+            let residues = fractions.all.iter().map(|fraction| fraction.residues[index].norm_sqr()).sum::<f64>();
             residues.sqrt() / (pole.re.abs() * sampled.size_near(pole))
         };
         let Some(least) = (0..fractions.poles.len()).min_by(|&a, &b| share(a).total_cmp(&share(b))) else { break };
@@ -331,7 +331,7 @@ fn fewer_poles(
 }
 
 /// Splits a matrix of outputs by inputs into products of rank one by full pivoting, the largest first.
-fn products(matrix: &mut [[Complex64; COMPONENTS]; 2 * COMPONENTS]) -> Vec<Channel> {
+fn products(matrix: &mut [[Complex64; COMPONENTS]; 2 * COMPONENTS]) -> Vec<PoleChannel> {
     let mut channels = Vec::new();
     for _ in 0..COMPONENTS {
         let places = (0..2 * COMPONENTS).flat_map(|row| (0..COMPONENTS).map(move |column| (row, column)));
@@ -346,7 +346,7 @@ fn products(matrix: &mut [[Complex64; COMPONENTS]; 2 * COMPONENTS]) -> Vec<Chann
         for (row, output) in matrix.iter_mut().zip(output) {
             row.iter_mut().zip(input).for_each(|(value, input)| *value -= output * input);
         }
-        channels.push(Channel {
+        channels.push(PoleChannel {
             input,
             output: std::array::from_fn(|a| output[a]),
             odd: std::array::from_fn(|a| output[COMPONENTS + a]),
@@ -356,7 +356,7 @@ fn products(matrix: &mut [[Complex64; COMPONENTS]; 2 * COMPONENTS]) -> Vec<Chann
 }
 
 /// Poles and channels from residues, in scaled components.
-fn channels_of(sampled: &Sampled, fractions: &Fractions) -> (Vec<Complex64>, Vec<Channel>) {
+fn channels_of(sampled: &SampledTractions, fractions: &Fractions) -> (Vec<Complex64>, Vec<PoleChannel>) {
     let is_symmetric = sampled.kinds.iter().all(|(_, pair, _)| pair / COMPONENTS <= pair % COMPONENTS);
     let (mut poles, mut channels) = (Vec::new(), Vec::new());
     for (index, &pole) in fractions.poles.iter().enumerate() {
@@ -368,9 +368,9 @@ fn channels_of(sampled: &Sampled, fractions: &Fractions) -> (Vec<Complex64>, Vec
                 matrix[part * COMPONENTS + b][a] = fraction.residues[index];
             }
         }
-        let own = products(&mut matrix);
-        poles.extend(own.iter().map(|_| pole));
-        channels.extend(own);
+        let pole_channels = products(&mut matrix);
+        poles.extend(pole_channels.iter().map(|_| pole));
+        channels.extend(pole_channels);
     }
     (poles, channels)
 }
@@ -396,7 +396,7 @@ impl Exact<'_> {
         // 1. Samples, on the grid of the wave before; a wave without response hands the start on.
         let first: Vec<usize> = (0..=RUNGS).step_by(FIRST_STRIDE).collect();
         let grid = before.filter(|before| !before.grid.is_empty()).map_or(&first, |before| &before.grid);
-        let Some(mut sampled) = Sampled::new(self, wave, grid) else {
+        let Some(mut sampled) = SampledTractions::new(self, wave, grid) else {
             let (next, grid) =
                 before.map_or_else(Default::default, |before| (before.next.clone(), before.grid.clone()));
             return Ok(Wave { poles: Vec::new(), channels: Vec::new(), error: 0.0, next, grid, evaluations: 0 });
@@ -442,7 +442,7 @@ impl Exact<'_> {
         // 5. Channels, in unscaled components.
         let (poles, mut channels) = channels_of(&sampled, &fractions);
         let root = self.scales(wave).map(f64::sqrt);
-        for Channel { input, output, odd } in &mut channels {
+        for PoleChannel { input, output, odd } in &mut channels {
             for component in 0..COMPONENTS {
                 input[component] *= root[component];
                 output[component] *= root[component];

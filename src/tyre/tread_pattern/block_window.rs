@@ -5,11 +5,11 @@
 
 use std::ops::Range;
 
-use super::blocks::{Block, Blocks, NO_BLOCK};
+use super::blocks::{NO_BLOCK, TreadBlock, TreadBlocks};
 
 /// Parts of one block that may be in a window.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Span {
+pub(crate) struct BlockSpan {
     /// Number of the first part in the window, above 0.
     first: usize,
     /// Parts, one after the other.
@@ -21,7 +21,7 @@ pub(crate) struct Span {
     block: usize,
 }
 
-impl Span {
+impl BlockSpan {
     pub(crate) fn numbers(&self) -> Range<usize> {
         self.first..self.first + self.parts
     }
@@ -35,7 +35,7 @@ impl Span {
 /// Blocks under a window of the tyre.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockWindow {
-    blocks: Blocks,
+    blocks: TreadBlocks,
     across: usize,
     /// Block of each part, and the first place of averaging of each block.
     block_of: Vec<u32>,
@@ -45,7 +45,7 @@ pub(crate) struct BlockWindow {
     /// One more than the largest number of a part.
     count: usize,
     /// Blocks in the window.
-    spans: Vec<Span>,
+    spans: Vec<BlockSpan>,
     /// First number by block; [`NO_BLOCK`] where it is not in the window.
     numbers: Vec<u32>,
     /// Element of the window's first column.
@@ -54,14 +54,14 @@ pub(crate) struct BlockWindow {
 
 impl BlockWindow {
     /// Window of so many columns that begins with element 0.
-    pub(crate) fn new(blocks: &Blocks, across: usize, columns: usize) -> Self {
+    pub(crate) fn new(blocks: &TreadBlocks, across: usize, columns: usize) -> Self {
         let mut next = 0;
-        let place = |block: &Block| {
+        let place = |block: &TreadBlock| {
             next += block.places() as usize;
             next - block.places() as usize
         };
         let first_place = blocks.blocks.iter().map(place).collect();
-        let of = |(number, block): (usize, &Block)| std::iter::repeat_n(number as u32, block.parts as usize);
+        let of = |(number, block): (usize, &TreadBlock)| std::iter::repeat_n(number as u32, block.parts as usize);
         let mut window = Self {
             block_of: blocks.blocks.iter().enumerate().flat_map(of).collect(),
             first_place,
@@ -103,13 +103,13 @@ impl BlockWindow {
                     continue;
                 }
                 let number = block_of[part as usize] as usize;
-                let Block { first, parts, length, is_ring, .. } = blocks.blocks[number];
+                let TreadBlock { first, parts, length, is_ring, .. } = blocks.blocks[number];
                 let (parts, length, within) = (parts as usize, length as usize, (part - first) as usize);
                 if numbers[number] == NO_BLOCK {
                     numbers[number] = *count as u32;
                     // Of a ring the parts in the window, of a block all parts.
                     let [offset, parts] = if is_ring { [start, wide.min(parts)] } else { [0, parts] };
-                    spans.push(Span { first: *count, parts, length, offset, block: number });
+                    spans.push(BlockSpan { first: *count, parts, length, offset, block: number });
                     *count += parts;
                 }
                 let from = if is_ring { (within + parts - start) % parts } else { within };
@@ -128,22 +128,22 @@ impl BlockWindow {
         self.count
     }
 
-    pub(crate) fn spans(&self) -> &[Span] {
+    pub(crate) fn spans(&self) -> &[BlockSpan] {
         &self.spans
     }
 
-    /// Places of averaging that reach the parts of a span, in the order of [`Blocks::averaged`]: the first one ends
-    /// with the first part.
-    pub(crate) fn places(&self, span: &Span) -> impl Iterator<Item = usize> + use<> {
-        let Span { length, offset, block, .. } = *span;
+    /// Places of averaging that reach the parts of a span, in the order of [`TreadBlocks::averaged`]: the first one
+    /// ends with the first part.
+    pub(crate) fn places(&self, span: &BlockSpan) -> impl Iterator<Item = usize> + use<> {
+        let BlockSpan { length, offset, block, .. } = *span;
         let (first, count) = (self.first_place[block], self.blocks.blocks[block].places() as usize);
         let before = if self.blocks.blocks[block].is_ring { length - 1 } else { 0 };
         (0..span.places()).map(move |place| first + (offset + place + count - before) % count)
     }
 
     /// Parts of a span as they are counted on the tyre.
-    pub(crate) fn parts(&self, span: &Span) -> impl Iterator<Item = usize> + use<> {
-        let Block { first, parts, .. } = self.blocks.blocks[span.block];
+    pub(crate) fn parts(&self, span: &BlockSpan) -> impl Iterator<Item = usize> + use<> {
+        let TreadBlock { first, parts, .. } = self.blocks.blocks[span.block];
         let offset = span.offset;
         (0..span.parts).map(move |part| first as usize + (offset + part) % parts as usize)
     }

@@ -34,7 +34,7 @@ pub const NO_BLOCK: u32 = u32::MAX;
 /// A block, or a rib, which is longer than its pressure is averaged over. A rib has one part per column and yields
 /// like the mean over all blocks of `length` parts, wherever they begin: without cuts it yields the same everywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
+pub struct TreadBlock {
     /// Index of the first part.
     pub first: u32,
     /// Number of parts; 1 of a block.
@@ -47,7 +47,7 @@ pub struct Block {
     pub compliance: f64,
 }
 
-impl Block {
+impl TreadBlock {
     /// Number of places where pressure is averaged: on a ring, one per part; else also those that the ends cut.
     pub(crate) fn places(&self) -> u32 {
         if self.is_ring { self.parts } else { self.parts + self.length - 1 }
@@ -56,13 +56,13 @@ impl Block {
 
 /// Blocks of a tread.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Blocks {
+pub struct TreadBlocks {
     /// Part of each cell, or [`NO_BLOCK`].
     pub of_cell: Vec<u32>,
     /// Number of cells of each part.
     pub cells: Vec<u32>,
     /// Blocks and ribs, in the order of their parts.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<TreadBlock>,
 }
 
 /// A connected piece of the tread between cuts.
@@ -80,9 +80,9 @@ struct Piece {
 
 impl Piece {
     fn side(&mut self, cut: Cut, depth: f64, extent: [f64; 2]) {
-        let own = self.sides.entry(cut).or_default();
+        let side = self.sides.entry(cut).or_default();
         let length = extent[0] + extent[1];
-        own.iter_mut().zip(extent).for_each(|(own, extent)| *own += extent);
+        side.iter_mut().zip(extent).for_each(|(sum, extent)| *sum += extent);
         self.depth[0] += depth * length;
         self.depth[1] += length;
     }
@@ -106,7 +106,7 @@ pub(crate) fn compliance(area: f64, perimeter: f64, depth: f64, is_rib: bool, mo
     depth / (stiffer * modulus)
 }
 
-impl Blocks {
+impl TreadBlocks {
     /// Blocks of a scene's tread; `None` where they are no softer than the tread without cuts.
     pub(crate) fn new(map: &TreadMap, pattern: &TreadPattern, scene: &Scene) -> Option<Self> {
         let tread = scene.tyre.layers.last().filter(|_| pattern.blocks == BlockModel::Compliant)?;
@@ -143,7 +143,7 @@ impl Blocks {
             let lengths = [along, rows as f64 * dy];
             let longest = lengths[0].max(lengths[1]);
             let is_rib = piece.is_ring || longest > RIB * area / longest;
-            let own = given.unwrap_or_else(|| compliance(area, perimeter, depth, is_rib, modulus));
+            let compliance = given.unwrap_or_else(|| compliance(area, perimeter, depth, is_rib, modulus));
             // 2. Parts: one per column of a long piece, in ribs side by side if it is wide.
             let parts = lengths.map(|length: f64| (length / (LENGTH * depth)).round().max(1.0) as i64);
             let is_long = piece.is_ring || parts[0] > 1;
@@ -151,12 +151,12 @@ impl Blocks {
             let count = if is_long { columns } else { 1 };
             let first = blocks.cells.len();
             for rib in 0..parts[1] {
-                blocks.blocks.push(Block {
+                blocks.blocks.push(TreadBlock {
                     first: (first as i64 + rib * count) as u32,
                     parts: count as u32,
                     length,
                     is_ring: piece.is_ring,
-                    compliance: own,
+                    compliance,
                 });
             }
             blocks.cells.resize(first + (parts[1] * count) as usize, 0);
@@ -181,13 +181,13 @@ impl Blocks {
         let mut cells = vec![0; compliances.len()];
         of_cell.iter().filter(|block| **block != NO_BLOCK).for_each(|&block| cells[block as usize] += 1);
         let block =
-            |(first, &compliance): (u32, &f64)| Block { first, parts: 1, length: 1, is_ring: false, compliance };
+            |(first, &compliance): (u32, &f64)| TreadBlock { first, parts: 1, length: 1, is_ring: false, compliance };
         Self { of_cell, cells, blocks: (0..).zip(compliances).map(block).collect() }
     }
 
     /// A number by part, summed over each place where pressure is averaged, block by block.
     pub(crate) fn averaged(&self, by_part: &[u32]) -> Vec<u32> {
-        let of = |block: &Block| {
+        let of = |block: &TreadBlock| {
             let parts = by_part[block.first as usize..][..block.parts as usize].to_vec();
             let (count, length, is_ring) = (block.parts as usize, block.length as usize, block.is_ring);
             (0..block.places() as usize).map(move |place| match is_ring {
@@ -200,7 +200,7 @@ impl Blocks {
 
     /// Number of cells over which pressure is averaged in the smallest block; `None` without blocks.
     pub(crate) fn smallest(&self) -> Option<u32> {
-        let of = |block: &Block| {
+        let of = |block: &TreadBlock| {
             let cells: u32 = self.cells[block.first as usize..][..block.parts as usize].iter().sum();
             (f64::from(cells * block.length) / f64::from(block.parts)).round() as u32
         };

@@ -42,20 +42,20 @@ fn ribs_are_as_soft_as_finite_elements_say() {
             train: None,
             exact_void: 0.0,
         };
-        let blocks = Blocks::of(&map, thickness, modulus, None);
+        let blocks = TreadBlocks::of(&map, thickness, modulus, None);
         // The rib in the middle has cuts on both sides; a cut of 4 mm is less than a third of the tread deep and
         // divides nothing.
         let block = blocks.of_cell[wide + gap];
         assert_eq!(block == NO_BLOCK, depth < thickness / 3.0);
-        let own = blocks.blocks.iter().find(|rib| (rib.first..rib.first + rib.parts).contains(&block));
-        let own = match own {
+        let found = blocks.blocks.iter().find(|rib| (rib.first..rib.first + rib.parts).contains(&block));
+        let found = match found {
             Some(rib) => rib.compliance,
             None => compliance(rib, 2.0, depth, true, modulus),
         };
-        let error = own / number(case, "extra_compliance") - 1.0;
+        let error = found / number(case, "extra_compliance") - 1.0;
         let shape = rib / (4.0 * depth);
         let expected = depth / (4.0 / 3.0 * (1.0 + shape * shape) * modulus);
-        assert!((own / expected - 1.0).abs() < 1e-12, "{own:e} and {expected:e}");
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found:e} and {expected:e}");
         println!("rib {rib}, groove {groove}, depth {depth}: {:+.1} %", 100.0 * error);
         // The known bounds are whole per cent.
         let bounds = if depth > 0.45 * thickness { -0.255..=0.055 } else { -0.445..=0.0 };
@@ -72,7 +72,7 @@ fn grooves_and_sipes_divide_the_tread_into_blocks() {
                    { position = 0.0218, width = 0.0109, depth = 0.008 }]";
     let (ribs, scene) = map(512, 20, &format!("pitches = 64\n{grooves}"));
     assert!((ribs.void() - 0.2).abs() < 1e-12 && (ribs.exact_void - 0.2).abs() < 1e-9, "{}", ribs.exact_void);
-    let blocks = Blocks::new(&ribs, scene.pattern().unwrap(), &scene).unwrap();
+    let blocks = TreadBlocks::new(&ribs, scene.pattern().unwrap(), &scene).unwrap();
     // Each of the three ribs yields by lengths of three depths along; none is wide enough for a cut across.
     let across = |width: f64| (width / 0.024).round().max(1.0) as usize;
     let cell = 0.109 / 20.0;
@@ -87,7 +87,7 @@ fn grooves_and_sipes_divide_the_tread_into_blocks() {
     let sipe = "sipes = [{ from = -0.0164, to = 0.0164, width = 0.0006, depth = 0.006, angle = 20.0, offset = 0.3 }]";
     let (siped, scene) = map(512, 20, &format!("pitches = 64\n{grooves}\n{sipe}"));
     assert_eq!(siped.void().to_bits(), ribs.void().to_bits());
-    let blocks = Blocks::new(&siped, scene.pattern().unwrap(), &scene).unwrap();
+    let blocks = TreadBlocks::new(&siped, scene.pattern().unwrap(), &scene).unwrap();
     let mut numbers: Vec<u32> = (0..512).map(|i| blocks.of_cell[i * 20 + 10]).collect();
     numbers.sort_unstable();
     numbers.dedup();
@@ -98,8 +98,8 @@ fn grooves_and_sipes_divide_the_tread_into_blocks() {
     // A sipe that is less deep than a third of the tread divides nothing.
     let shallow = sipe.replace("depth = 0.006", "depth = 0.004");
     let (shallow, scene) = map(512, 20, &format!("pitches = 64\n{grooves}\n{shallow}"));
-    let shallow = Blocks::new(&shallow, scene.pattern().unwrap(), &scene).unwrap();
-    assert_eq!(shallow, Blocks::new(&ribs, scene.pattern().unwrap(), &scene).unwrap());
+    let shallow = TreadBlocks::new(&shallow, scene.pattern().unwrap(), &scene).unwrap();
+    assert_eq!(shallow, TreadBlocks::new(&ribs, scene.pattern().unwrap(), &scene).unwrap());
 }
 
 #[test]
@@ -123,5 +123,5 @@ fn a_slanted_cut_is_as_long_as_its_line() {
 fn what_has_no_cut_yields_no_more_than_the_layers() {
     let (level, scene) = map(512, 20, "pitches = 64\ngrooves = [{ position = 0.0, width = 0.0109, depth = 0.0 }]");
     assert!(level.is_level() && level.exact_void < 1e-15);
-    assert_eq!(Blocks::new(&level, scene.pattern().unwrap(), &scene), None);
+    assert_eq!(TreadBlocks::new(&level, scene.pattern().unwrap(), &scene), None);
 }

@@ -7,7 +7,7 @@
 use super::PatternFault;
 use super::pitches::PitchTrain;
 use super::raster::Raster;
-use super::share::{Band, covered};
+use super::share::{GrooveBand, covered};
 use crate::scene::sizes::MOST_TREAD_CELLS;
 use crate::scene::{
     DEEPEST_VOID, Groove, LateralGroove, Pitches, RasterPeriod, Scene, TreadPattern, Zone, deepest_groove, short,
@@ -197,12 +197,12 @@ impl TreadMap {
     }
 
     /// Bands of grooves across, pitch by pitch, with their indices in the list.
-    fn bands<'a>(&'a self, of: &'a [LateralGroove]) -> impl Iterator<Item = (usize, Band)> + 'a {
+    fn bands<'a>(&'a self, of: &'a [LateralGroove]) -> impl Iterator<Item = (usize, GrooveBand)> + 'a {
         let pitches = self.train.iter().flat_map(|train| train.starts.iter().zip(&train.lengths));
         pitches.flat_map(move |(start, length)| {
             of.iter().enumerate().map(move |(number, groove)| {
                 let place = groove.offset.mul_add(*length, *start).rem_euclid(self.size[0] * self.columns as f64);
-                (number, Band::new(place, groove.width, groove.angle, [groove.from, groove.to]))
+                (number, GrooveBand::new(place, groove.width, groove.angle, [groove.from, groove.to]))
             })
         })
     }
@@ -219,12 +219,12 @@ impl TreadMap {
         // A raster of the cells themselves need not have square points.
         let is_cells = rows == self.columns && columns == self.across && period == RasterPeriod::Circumference;
         let pixel = if is_cells { dy } else { shown / rows as f64 };
-        let own = pixel * columns as f64;
-        if (own - width).abs() > dy {
+        let raster_width = pixel * columns as f64;
+        if (raster_width - width).abs() > dy {
             let wrong = format!(
                 "{rows} rows over {} m make the raster {} mm wide, the strip is {} mm",
                 short((1e4 * shown).round() / 1e4),
-                short((1e4 * own).round() / 10.0),
+                short((1e4 * raster_width).round() / 10.0),
                 short((1e4 * width).round() / 10.0)
             );
             let right = format!("square points: {} of them across", (width / pixel).round());
@@ -238,7 +238,7 @@ impl TreadMap {
             };
             let row = ((part * rows as f64) as usize).min(rows - 1);
             for j in 0..self.across {
-                let column = (self.y(j) + 0.5 * own) / pixel;
+                let column = (self.y(j) + 0.5 * raster_width) / pixel;
                 let column = (column.max(0.0) as usize).min(columns - 1);
                 let depth = depths[row * columns + column];
                 let cell = i * self.across + j;
@@ -303,7 +303,7 @@ impl TreadMap {
             }
         }
         // 3. Lateral grooves, pitch by pitch.
-        let bands: Vec<(usize, Band)> = self.bands(laterals).collect();
+        let bands: Vec<(usize, GrooveBand)> = self.bands(laterals).collect();
         for (of, band) in &bands {
             let depth = laterals[*of].depth;
             let number = self.number(depth, band.slope);
@@ -322,7 +322,7 @@ impl TreadMap {
             }
         }
         // 4. Sipes, pitch by pitch.
-        let cuts: Vec<(usize, Band)> = self.bands(sipes).collect();
+        let cuts: Vec<(usize, GrooveBand)> = self.bands(sipes).collect();
         for (of, band) in cuts {
             let number = self.number(sipes[of].depth, band.slope);
             self.sipe_lines.push(band.ends.map(|y| [band.middle(y), y]));
@@ -341,7 +341,7 @@ impl TreadMap {
             .map(|groove| [groove.position - 0.5 * groove.width, groove.position + 0.5 * groove.width])
             .collect();
         let of_one = bands.len() / repeats;
-        let of_laterals: Vec<Band> =
+        let of_laterals: Vec<GrooveBand> =
             bands.into_iter().take(of_one).filter(|(of, _)| laterals[*of].depth > 0.0).map(|(_, band)| band).collect();
         let area = covered(&of_laterals, &of_grooves, [0.0, along], [-half, half], true);
         self.exact_void = area / (2.0 * half * along);
@@ -349,7 +349,7 @@ impl TreadMap {
     }
 
     /// Divides the cells on either side of a sipe.
-    fn divide(&mut self, sipe: &Band, number: Cut) {
+    fn divide(&mut self, sipe: &GrooveBand, number: Cut) {
         let (columns, across) = (self.columns as i64, self.across);
         let cell = |i: i64, j: usize| i.rem_euclid(columns) as usize * across + j;
         // Index of the last column whose middle is behind the line.

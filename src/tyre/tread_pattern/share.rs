@@ -5,7 +5,7 @@
 
 /// Band across the strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Band {
+pub(crate) struct GrooveBand {
     /// x at which its middle crosses y = 0, X \[m\].
     pub place: f64,
     /// Tangent of its angle to the direction across.
@@ -16,7 +16,7 @@ pub(crate) struct Band {
     pub ends: [f64; 2],
 }
 
-impl Band {
+impl GrooveBand {
     /// Band of a groove of a width \[m\] perpendicular to it, at an angle \[degrees\].
     pub(crate) fn new(place: f64, width: f64, degrees: f64, ends: [f64; 2]) -> Self {
         let angle = degrees.to_radians();
@@ -42,7 +42,7 @@ impl Band {
 /// Area \[m^2\] of a rectangle, along and across, that bands cover, `grooves` being intervals across that are covered
 /// all along. Bands that leave a `closed` rectangle at one end along enter it at the other.
 pub(crate) fn covered(
-    bands: &[Band],
+    bands: &[GrooveBand],
     grooves: &[[f64; 2]],
     [x0, x1]: [f64; 2],
     [y0, y1]: [f64; 2],
@@ -52,7 +52,7 @@ pub(crate) fn covered(
     // rectangle is closed, with the borders.
     let mut cuts = vec![y0, y1];
     cuts.extend(grooves.iter().chain(bands.iter().map(|band| &band.ends)).flatten());
-    let edges: Vec<(f64, &Band)> =
+    let edges: Vec<(f64, &GrooveBand)> =
         bands.iter().flat_map(|band| [(band.place - band.half, band), (band.place + band.half, band)]).collect();
     let length = x1 - x0;
     let mut crossing = |place: f64, slope: f64, [low, high]: [f64; 2]| {
@@ -93,7 +93,7 @@ pub(crate) fn covered(
 }
 
 /// Length that bands cover at y \[m\].
-fn union(bands: &[Band], intervals: &mut Vec<[f64; 2]>, y: f64, [x0, x1]: [f64; 2], closed: bool) -> f64 {
+fn union(bands: &[GrooveBand], intervals: &mut Vec<[f64; 2]>, y: f64, [x0, x1]: [f64; 2], closed: bool) -> f64 {
     let length = x1 - x0;
     intervals.clear();
     for band in bands.iter().filter(|band| band.reaches(y)) {
@@ -129,8 +129,8 @@ mod tests {
         let text = std::fs::read_to_string(reference("tread/ref_pattern.json")).unwrap();
         let known: serde_json::Value = serde_json::from_str(&text).unwrap();
         let (cell, pitch) = (0.002, 0.03);
-        let band = |turn: i32| Band::new(0.0101 + f64::from(turn) * pitch, 0.004, 30.0, [-1.0, 1.0]);
-        let bands: Vec<Band> = (-2..=2).map(band).collect();
+        let band = |turn: i32| GrooveBand::new(0.0101 + f64::from(turn) * pitch, 0.004, 30.0, [-1.0, 1.0]);
+        let bands: Vec<GrooveBand> = (-2..=2).map(band).collect();
         let mut inspected = 0;
         for (i, row) in known["share"].as_array().unwrap().iter().enumerate() {
             for (j, share) in row.as_array().unwrap().iter().enumerate() {
@@ -154,18 +154,18 @@ mod tests {
         let of = |turn: i32| {
             let start = f64::from(turn) * pitch;
             [(0.004, 62.0), (0.011, -70.0), (0.02, 15.0)]
-                .map(|(place, angle)| Band::new(start + place, 0.002, angle, [-0.05, 0.04]))
+                .map(|(place, angle)| GrooveBand::new(start + place, 0.002, angle, [-0.05, 0.04]))
         };
         let grooves = [[-0.02, -0.01]];
         let one = covered(&of(0), &grooves, [0.0, pitch], [-0.05, 0.05], true);
-        let all: Vec<Band> = (0..count).flat_map(of).collect();
+        let all: Vec<GrooveBand> = (0..count).flat_map(of).collect();
         let all = covered(&all, &grooves, [0.0, pitch * f64::from(count)], [-0.05, 0.05], true);
         assert!((all / (f64::from(count) * one) - 1.0).abs() < 1e-12, "{all} {one}");
     }
 
     #[test]
     fn what_is_covered_twice_counts_once() {
-        let cross = [Band::new(0.5, 0.2, 45.0, [-0.5, 0.5]), Band::new(0.5, 0.2, -45.0, [-0.5, 0.5])];
+        let cross = [GrooveBand::new(0.5, 0.2, 45.0, [-0.5, 0.5]), GrooveBand::new(0.5, 0.2, -45.0, [-0.5, 0.5])];
         // Two bands of 1 m across and 0.2 sqrt(2) along less the square of 0.2 m where they cross; closed at the ends.
         let area = covered(&cross, &[], [0.0, 2.0], [-0.5, 0.5], true);
         assert!((area - (0.4 * 2.0_f64.sqrt() - 0.04)).abs() < 1e-12, "{area}");

@@ -3,7 +3,7 @@
 //! Rubber keeps its volume: a block that its force F_b presses in by c_b F_b/A_b more than a tread without cuts bulges
 //! into its voids by the volume c_b F_b. Nothing is fitted. A rib does that for each place of a block on it.
 
-use super::blocks::{Block, Blocks, NO_BLOCK};
+use super::blocks::{NO_BLOCK, TreadBlock, TreadBlocks};
 
 /// Lists of cells, one per part of a block.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,24 +48,24 @@ pub(crate) struct Squeeze {
     /// Cells across the strip.
     pub across: usize,
     /// Blocks of the tread.
-    pub blocks: Blocks,
+    pub blocks: TreadBlocks,
     /// Volume by force that goes in at each cell of a block, and comes out at each void beside it, for each place
     /// where pressure is averaged; 0 where a block has no voids \[m^3/N\].
     pub shares: Vec<[f64; 2]>,
-    own: Lists,
+    block_cells: Lists,
     voids: Lists,
 }
 
 impl Squeeze {
     /// Voids beside the blocks of a tread with so many cells across. A cell beside a block that belongs to none is a
     /// void deep enough to divide blocks. It counts once for each part of a block beside it.
-    pub(crate) fn new(blocks: &Blocks, across: usize) -> Self {
+    pub(crate) fn new(blocks: &TreadBlocks, across: usize) -> Self {
         let (of_cell, count) = (&blocks.of_cell, blocks.cells.len());
         let columns = of_cell.len() / across;
-        let (mut own, mut voids) = (Vec::new(), Vec::new());
+        let (mut block_cells, mut voids) = (Vec::new(), Vec::new());
         for (cell, &part) in of_cell.iter().enumerate() {
             if part != NO_BLOCK {
-                own.push([part, cell as u32]);
+                block_cells.push([part, cell as u32]);
                 continue;
             }
             let (i, j) = (cell / across, cell % across);
@@ -83,21 +83,22 @@ impl Squeeze {
             voids.extend(found.into_iter().map(|part| [part, cell as u32]));
         }
         // Volume per force and cell; a place without voids presses nothing out.
-        let (own, voids) = (Lists::new(&own, count), Lists::new(&voids, count));
-        let volume =
-            |block: &Block| std::iter::repeat_n(block.compliance / f64::from(block.length), block.places() as usize);
+        let (block_cells, voids) = (Lists::new(&block_cells, count), Lists::new(&voids, count));
+        let volume = |block: &TreadBlock| {
+            std::iter::repeat_n(block.compliance / f64::from(block.length), block.places() as usize)
+        };
         let cells = blocks.averaged(&blocks.cells).into_iter().zip(blocks.averaged(&voids.counts()));
         let share = |(volume, (cells, voids)): (f64, (u32, u32))| match voids.min(cells) {
             0 => [0.0; 2],
             _ => [cells, voids].map(|cells| volume / f64::from(cells)),
         };
         let shares = blocks.blocks.iter().flat_map(volume).zip(cells).map(share).collect();
-        Self { columns, across, blocks: blocks.clone(), shares, own, voids }
+        Self { columns, across, blocks: blocks.clone(), shares, block_cells, voids }
     }
 
     /// Cells of a part of a block.
-    pub(crate) fn own(&self, part: usize) -> &[u32] {
-        self.own.of(part)
+    pub(crate) fn block_cells(&self, part: usize) -> &[u32] {
+        self.block_cells.of(part)
     }
 
     /// Void cells beside a part of a block; empty for one between sipes alone.
@@ -107,7 +108,7 @@ impl Squeeze {
 
     /// Number of blocks, and of those without a void beside them.
     pub(crate) fn counts(&self) -> [usize; 2] {
-        let has_none = |block: &&Block| {
+        let has_none = |block: &&TreadBlock| {
             let parts = block.first as usize..(block.first + block.parts) as usize;
             parts.into_iter().all(|part| self.voids(part).is_empty())
         };
@@ -116,7 +117,7 @@ impl Squeeze {
 
     /// Largest distance in columns of a force on a block from the volume that it causes, in the block or its voids.
     pub(crate) fn reach(&self) -> usize {
-        let of = |block: &Block| {
+        let of = |block: &TreadBlock| {
             let parts = block.first as usize..(block.first + block.parts) as usize;
             let part = parts.map(|part| self.extent(part)).max().unwrap_or(0);
             part + block.length as usize - 1
@@ -126,7 +127,7 @@ impl Squeeze {
 
     /// Columns from the first to the last cell of a part and its voids, the shorter way round the tyre.
     fn extent(&self, part: usize) -> usize {
-        let cells = self.own(part).iter().chain(self.voids(part));
+        let cells = self.block_cells(part).iter().chain(self.voids(part));
         let mut found: Vec<usize> = cells.map(|&cell| cell as usize / self.across).collect();
         found.sort_unstable();
         let (Some(first), Some(last)) = (found.first(), found.last()) else { return 0 };
@@ -150,13 +151,13 @@ mod tests {
             [NO_BLOCK, NO_BLOCK, NO_BLOCK, 2],
             [NO_BLOCK, 0, 0, 2],
         ];
-        Squeeze::new(&Blocks::whole(rows.concat(), &[1e-10, 2e-10, 3e-10]), 4)
+        Squeeze::new(&TreadBlocks::whole(rows.concat(), &[1e-10, 2e-10, 3e-10]), 4)
     }
 
     #[test]
     fn voids_beside_a_block_share_a_side_with_it_round_the_seam_too() {
         let squeeze = squeeze();
-        assert_eq!(squeeze.own(0), [1, 2, 6, 21, 22]);
+        assert_eq!(squeeze.block_cells(0), [1, 2, 6, 21, 22]);
         // (0, 0), (1, 1) which two of its cells meet, (4, 1), (4, 2) and (5, 0).
         assert_eq!(squeeze.voids(0), [0, 5, 17, 18, 20]);
         assert_eq!(squeeze.voids(1), [5, 8, 12, 17, 18]);

@@ -18,7 +18,7 @@ use crate::scene::{PLATE, Scene, TimeRule, Tyre};
 use crate::storage::state::SavedState;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::model::Entry;
-use crate::tyre::poles::{FitOptions, Modes, RationalModel, TangentialModel, fit};
+use crate::tyre::poles::{FitOptions, RationalModel, TangentialModel, WaveModes, fit};
 
 const ELEMENTS: usize = 16;
 const COLUMNS: usize = 5;
@@ -57,7 +57,7 @@ fn turned(model: &RationalModel) -> RationalModel {
 }
 
 /// H_n(s) of a wave of either sign, at any s.
-fn of_wave(modes: &Modes<'_>, n: i64, s: Complex64) -> Complex64 {
+fn of_wave(modes: &WaveModes<'_>, n: i64, s: Complex64) -> Complex64 {
     modes.evaluate(s) + Complex64::i() * n.signum() as f64 * modes.evaluate_odd(s)
 }
 

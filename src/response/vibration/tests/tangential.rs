@@ -1,9 +1,9 @@
 //! Velocities due to tangential forces against the time stepping of the contact.
 
 use super::*;
-use crate::contact::cells::CellPast;
+use crate::contact::cells::CellHistory;
 use crate::contact::cells::component_transforms::ComponentTransforms;
-use crate::contact::cells::direct::DirectPast;
+use crate::contact::cells::direct::DirectCellHistory;
 use crate::counters::Meter;
 use crate::response::vibration::TangentialForces;
 use crate::scene::{DEFAULT, Sides};
@@ -29,7 +29,7 @@ fn stepped(
     let sums = CellSums::new(tyre, grid.clone(), truncation, 1e-9, 10.0 / layout.time_step);
     let rows = sums.traction_rows(WaveBand::WHOLE);
     let transform = ComponentTransforms::of_tractions(&grid, [grid.elements(), COLUMNS_HERE], &rows);
-    let mut history = DirectPast::of_tractions(&sums, &rows, transform, layout.rule, layout.time_step, lags);
+    let mut history = DirectCellHistory::of_tractions(&sums, &rows, transform, layout.rule, layout.time_step, lags);
     let instant = sums.traction_instant(layout.rule.first_rate(layout.time_step), COLUMNS_HERE);
     let (steps, cells) = (lags + layout.length(), COLUMNS_HERE * ACROSS_HERE);
     let driven = DRIVEN.0 * ACROSS_HERE + DRIVEN.1;

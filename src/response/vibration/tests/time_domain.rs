@@ -1,7 +1,7 @@
 //! Spectra of all rules and fields against the same forces stepped through the rule.
 
 use super::*;
-use crate::contact::history::{ModalHistory, PastForces};
+use crate::contact::history::{ForceHistory, ModalHistory};
 use crate::counters::Meter;
 use crate::numeric::Ring;
 use crate::time_rule::RungeKutta;

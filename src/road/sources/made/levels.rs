@@ -52,7 +52,7 @@ const ROWS: usize = 96;
 pub(super) type Patch = Vec<[f32; LANES]>;
 
 /// Waves of one range of wavenumbers.
-pub(super) struct Level {
+pub(super) struct WaveLevel {
     sizes: LevelSizes,
     /// Number of the level among all levels of the spectrum, counted from the longest waves.
     number: u64,
@@ -70,7 +70,7 @@ pub(super) struct Level {
 
 /// Position of a row in a block, and its weights there and in the block before.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct RowPlace {
     /// Number of the block.
     pub block: i64,
     /// Position in the block, in samples.
@@ -79,7 +79,7 @@ pub(super) struct Place {
     pub weights: [f64; 2],
 }
 
-impl Level {
+impl WaveLevel {
     /// Prepares a level: coefficients' sizes, shapes across, and interpolation.
     pub(super) fn new(spectrum: &RingSpectrum, sizes: LevelSizes, number: u64, seed: u64, lattice: Lattice) -> Self {
         let [along, across] = resolved(lattice);
@@ -105,7 +105,7 @@ impl Level {
     }
 
     /// Position of a row.
-    pub(super) fn place(&self, lattice: &Lattice, row: i64) -> Place {
+    pub(super) fn place(&self, lattice: &Lattice, row: i64) -> RowPlace {
         let fading = (self.sizes.samples / FADE) as f64;
         let pitch = self.sizes.samples as f64 - fading;
         let position = lattice.place(row, self.sizes.spacing());
@@ -118,7 +118,7 @@ impl Level {
         } else {
             [1.0, 0.0]
         };
-        Place { block: block as i64, sample, weights }
+        RowPlace { block: block as i64, sample, weights }
     }
 
     /// The samples of a patch from which a position is interpolated, from the first of them on, and their weights times

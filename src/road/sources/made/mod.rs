@@ -18,7 +18,7 @@ pub(crate) mod target;
 mod translation;
 
 pub use rings::RingSpectrum;
-pub(crate) use shape::Shape;
+pub(crate) use shape::HeightShape;
 pub(crate) use sizes::Sizes;
-pub(crate) use synthesis::{Design, Patches, Texture};
+pub(crate) use synthesis::{Patches, RoadDesign, Texture};
 pub(crate) use target::{PEAK_FACTOR, TargetSpectrum};

@@ -13,7 +13,7 @@
 //! 4. The remaining deviation is reported per band.
 
 use super::nnls;
-use super::target::{Band, TargetSpectrum};
+use super::target::{TargetSpectrum, WavenumberBand};
 use crate::road::texture::BandFit;
 
 /// Points per ring of the integral over ln k; the integrand has square-root corners only, the error is below 1e-4.
@@ -52,7 +52,7 @@ impl RingSpectrum {
     /// The spectrum nearest to `target`, by non-negative least squares of the relative band energies.
     pub fn fit(target: &TargetSpectrum) -> Self {
         let bands = target.bands();
-        let places: Vec<Band> = bands.iter().flat_map(divided).collect();
+        let places: Vec<WavenumberBand> = bands.iter().flat_map(divided).collect();
         let (count, rings) = (bands.len(), places.len());
         let mut matrix = vec![0.0; (count + rings - 1) * rings];
         for (i, band) in bands.iter().enumerate() {
@@ -120,10 +120,10 @@ impl RingSpectrum {
 }
 
 /// The rings of a band, each with an equal part of the band's energy.
-fn divided(band: &Band) -> impl Iterator<Item = Band> + use<> {
+fn divided(band: &WavenumberBand) -> impl Iterator<Item = WavenumberBand> + use<> {
     let (lower, energy) = (band.lower, band.energy / RINGS_PER_BAND as f64);
     let ratio = (band.upper / band.lower).powf(1.0 / RINGS_PER_BAND as f64);
-    (0..RINGS_PER_BAND as i32).map(move |part| Band {
+    (0..RINGS_PER_BAND as i32).map(move |part| WavenumberBand {
         lower: lower * ratio.powi(part),
         upper: lower * ratio.powi(part + 1),
         energy,
@@ -131,7 +131,7 @@ fn divided(band: &Band) -> impl Iterator<Item = Band> + use<> {
 }
 
 /// Share of the variance of a ring with the wavenumbers of `ring` that a profile has in `band`.
-fn share(ring: &Band, band: &Band) -> f64 {
+fn share(ring: &WavenumberBand, band: &WavenumberBand) -> f64 {
     let below = |edge: f64| share_below(ring.lower, ring.upper, edge, POINTS);
     below(band.upper) - below(band.lower)
 }
@@ -158,10 +158,12 @@ mod tests {
     #[test]
     fn shares_of_all_profile_bands_add_up_to_the_variance() {
         let (lower, upper) = band_edges(-20);
-        let ring = Band { lower, upper, energy: 1.0 };
+        let ring = WavenumberBand { lower, upper, energy: 1.0 };
         let edges = [0.0, 10.0, 50.0, lower, upper];
-        let sum: f64 =
-            edges.windows(2).map(|pair| share(&ring, &Band { lower: pair[0], upper: pair[1], energy: 1.0 })).sum();
+        let sum: f64 = edges
+            .windows(2)
+            .map(|pair| share(&ring, &WavenumberBand { lower: pair[0], upper: pair[1], energy: 1.0 }))
+            .sum();
         assert!((sum - 1.0).abs() < 1e-12);
     }
 
@@ -183,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn profile_of_the_surface_by_direct_integration_has_the_band_energies() {
+    fn the_surfaces_profile_by_integration_has_the_band_energies() {
         // Independent of `share`: integrate S over all ky, then over the band, on a fine grid.
         let target = TargetSpectrum::third_octaves(&[0.05, 0.04, 0.0315], &[40.0, 44.0, 46.0]).unwrap();
         let spectrum = RingSpectrum::fit(&target);

@@ -31,14 +31,14 @@ const HALVINGS: usize = 60;
 /// A monotone transformation of standard Gaussian numbers into numbers of mean 0, variance 1 and given skewness and
 /// kurtosis.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Shape {
+pub(crate) struct HeightShape {
     shift: f64,
     tail: f64,
     mean: f64,
     deviation: f64,
 }
 
-impl Shape {
+impl HeightShape {
     /// The transformation to a skewness and a kurtosis; `None` for 0 and 3, those of a Gaussian.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ pub(super) struct ShapeTable {
 
 impl ShapeTable {
     /// Table for heights of a given rms \[m\], which they keep.
-    pub(super) fn new(shape: &Shape, rms: f64) -> Self {
+    pub(super) fn new(shape: &HeightShape, rms: f64) -> Self {
         let count = (2.0 * END * PER_UNIT) as usize;
         let values = (0..=count).map(|place| rms * shape.at(place as f64 / PER_UNIT - END)).collect();
         Self { scale: PER_UNIT / rms, values }
@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn transformed_numbers_have_the_moments_asked_for() {
         for (skewness, kurtosis) in [(-0.5, 3.0), (-0.13, 2.4), (-0.3, 2.5), (0.4, 3.5), (0.0, 6.0), (-1.0, 5.0)] {
-            let shape = Shape::new(skewness, kurtosis).unwrap().unwrap();
+            let shape = HeightShape::new(skewness, kurtosis).unwrap().unwrap();
             let step = 1e-3;
             let mean = |power: i32| {
                 let sum = |i: i32| {
@@ -196,23 +196,23 @@ mod tests {
             assert!((shape.powers().iter().sum::<f64>() - 1.0).abs() < 1e-9);
             assert!((-800..800).all(|i| shape.at(f64::from(i + 1) * 0.01) > shape.at(f64::from(i) * 0.01)), "monotone");
         }
-        assert_eq!(Shape::new(0.0, 3.0).unwrap(), None);
+        assert_eq!(HeightShape::new(0.0, 3.0).unwrap(), None);
     }
 
     #[test]
     fn pairs_that_no_transformation_has_are_refused_with_the_range() {
         for (skewness, kurtosis) in [(0.0, 1.5), (1.5, 3.0), (-2.0, 4.0)] {
-            let Err(RoadError::Moments { least, most, .. }) = Shape::new(skewness, kurtosis) else {
+            let Err(RoadError::Moments { least, most, .. }) = HeightShape::new(skewness, kurtosis) else {
                 panic!("{skewness}, {kurtosis} should be refused")
             };
             assert!(least > kurtosis && most > least, "{least} to {most}");
-            assert!(Shape::new(skewness, least + 0.05).is_ok());
+            assert!(HeightShape::new(skewness, least + 0.05).is_ok());
         }
     }
 
     #[test]
     fn the_table_is_the_function() {
-        let shape = Shape::new(-0.5, 2.9).unwrap().unwrap();
+        let shape = HeightShape::new(-0.5, 2.9).unwrap().unwrap();
         let table = ShapeTable::new(&shape, 5e-4);
         for i in -3000..3000 {
             let x = f64::from(i) * 2e-3;

@@ -20,8 +20,8 @@ const PERIOD: [f64; 2] = [8.0, 4.0];
 /// Least number of samples along in the shortest wave, of the shortest level and of the others: with more samples the
 /// interpolation kernel is shorter, and samples of long waves cost little.
 const SAMPLES: [f64; 2] = [2.8, 5.0];
-/// Patches of a level that are kept: rows may lie in two, a third serves a caller that goes back.
-pub(super) const KEPT: usize = 3;
+/// Patches of a level that are stored: rows may lie in two, a third serves a caller that goes back.
+pub(super) const STORED: usize = 3;
 /// Cost of averaging the two-dimensional density over a cell, and of a pair of random numbers, in multiply-adds.
 const COSTS: [f64; 2] = [600.0, 20.0];
 
@@ -97,11 +97,11 @@ impl Sizes {
         Ok(sizes)
     }
 
-    /// Bytes of the filters, the patches that are kept, and the arrays from which one is made.
+    /// Bytes of the filters, the patches that are stored, and the arrays from which one is made.
     fn bytes(&self) -> f64 {
         let level = |level: &LevelSizes| {
             let samples = level.samples as f64;
-            4.0 * samples * (3.0 * level.lines as f64 + (KEPT as f64 + 1.0) * self.columns)
+            4.0 * samples * (3.0 * level.lines as f64 + (STORED as f64 + 1.0) * self.columns)
         };
         self.levels.iter().map(level).sum()
     }

@@ -16,11 +16,11 @@ use std::collections::VecDeque;
 use pulp::Arch;
 use rayon::prelude::*;
 
-use super::levels::{Level, Patch};
+use super::levels::{Patch, WaveLevel};
 use super::rings::RingSpectrum;
 use super::rows::{Interpolation, LANES};
-use super::shape::{Shape, ShapeTable};
-use super::sizes::{KEPT, Sizes};
+use super::shape::{HeightShape, ShapeTable};
+use super::sizes::{STORED, Sizes};
 use super::target::TargetSpectrum;
 use super::translation::corrected;
 use crate::road::error::RoadError;
@@ -31,11 +31,11 @@ const BLOCK: usize = 32;
 
 /// A texture to be drawn.
 #[derive(Clone)]
-pub(crate) struct Design {
+pub(crate) struct RoadDesign {
     /// Levels of its profiles.
     pub target: TargetSpectrum,
     /// Transformation of the heights, unless they are Gaussian.
-    pub shape: Option<Shape>,
+    pub shape: Option<HeightShape>,
     /// Spacing of the road's lattice \[m\], which bounds its shortest wavelength.
     pub spacing: f64,
     /// Seed of the random numbers.
@@ -46,10 +46,10 @@ pub(crate) struct Design {
 pub(crate) struct Texture {
     spectrum: RingSpectrum,
     lattice: Lattice,
-    levels: Vec<Level>,
+    levels: Vec<WaveLevel>,
     /// Transformation to heights other than Gaussian.
     shape: Option<ShapeTable>,
-    /// Number of rows within half a block of the shortest waves: so few do not need more patches than are kept.
+    /// Number of rows within half a block of the shortest waves: so few do not need more patches than are stored.
     piece: usize,
 }
 
@@ -58,8 +58,8 @@ impl Texture {
     ///
     /// # Errors
     /// A spacing too coarse for the spectrum's shortest wavelength; working arrays beyond `limit`.
-    pub(crate) fn new(design: &Design, lattice: Lattice, limit: u64) -> Result<Self, RoadError> {
-        let Design { target, shape, spacing, seed } = design;
+    pub(crate) fn new(design: &RoadDesign, lattice: Lattice, limit: u64) -> Result<Self, RoadError> {
+        let RoadDesign { target, shape, spacing, seed } = design;
         let sizes = Sizes::new(target, *spacing, lattice, limit)?;
         let spectrum = shape.as_ref().map_or_else(|| RingSpectrum::fit(target), |shape| corrected(target, shape));
         let rms = spectrum.variance().sqrt();
@@ -71,7 +71,7 @@ impl Texture {
             .levels
             .into_iter()
             .enumerate()
-            .map(|(place, sizes)| Level::new(&spectrum, sizes, all - 1 - place as u64, *seed, lattice));
+            .map(|(place, sizes)| WaveLevel::new(&spectrum, sizes, all - 1 - place as u64, *seed, lattice));
         let levels = levels.collect();
         Ok(Self {
             levels,
@@ -91,41 +91,41 @@ impl Texture {
     pub(crate) fn rows(&self, first: i64, patches: &mut Patches, heights: &mut [f64]) {
         let columns = self.lattice.columns;
         patches.levels.resize_with(self.levels.len(), VecDeque::new);
-        // 1. The patches under a piece of rows are drawn, if they are not kept.
+        // 1. The patches under a piece of rows are drawn, if they are not stored.
         for (piece, heights) in heights.chunks_mut(self.piece * columns).enumerate() {
             let first = first + (piece * self.piece) as i64;
             let last = first + (heights.len() / columns) as i64 - 1;
-            for (level, kept) in self.levels.iter().zip(&mut patches.levels) {
+            for (level, stored) in self.levels.iter().zip(&mut patches.levels) {
                 let (from, to) = (level.place(&self.lattice, first), level.place(&self.lattice, last));
                 let from = from.block - i64::from(from.weights[1] > 0.0);
                 for block in from..=to.block {
-                    draw(level, block, kept, &mut patches.amplitudes);
+                    draw(level, block, stored, &mut patches.amplitudes);
                 }
             }
             // 2. The rows are interpolated in them.
-            let kept = &patches.levels;
+            let stored = &patches.levels;
             heights.par_chunks_mut(BLOCK * columns).enumerate().for_each_init(
                 Default::default,
                 |space, (number, heights)| {
-                    self.interpolate(first + (number * BLOCK) as i64, kept, space, heights);
+                    self.interpolate(first + (number * BLOCK) as i64, stored, space, heights);
                 },
             );
         }
     }
 
-    fn interpolate(&self, first: i64, kept: &[VecDeque<(i64, Patch)>], space: &mut Rows, heights: &mut [f64]) {
+    fn interpolate(&self, first: i64, stored: &[VecDeque<(i64, Patch)>], space: &mut Rows, heights: &mut [f64]) {
         let columns = self.lattice.columns;
         let Rows { sums, weights } = space;
         sums.resize(columns.div_ceil(LANES), [0.0; LANES]);
         let arch = Arch::new();
         for (row, heights) in (first..).zip(heights.chunks_exact_mut(columns)) {
             sums.fill([0.0; LANES]);
-            for (level, kept) in self.levels.iter().zip(kept) {
+            for (level, stored) in self.levels.iter().zip(stored) {
                 let place = level.place(&self.lattice, row);
                 for (before, &factor) in place.weights.iter().enumerate() {
                     let block = place.block - before as i64;
                     if factor > 0.0
-                        && let Some((_, patch)) = kept.iter().find(|(held, _)| *held == block)
+                        && let Some((_, patch)) = stored.iter().find(|(held, _)| *held == block)
                     {
                         let sample = place.sample + before as f64 * level.pitch();
                         let samples = level.samples(patch, sample, factor, weights);
@@ -141,15 +141,15 @@ impl Texture {
     }
 }
 
-/// Draws a patch unless it is kept; the oldest one of more than [`KEPT`] is dropped.
-fn draw(level: &Level, block: i64, kept: &mut VecDeque<(i64, Patch)>, amplitudes: &mut Vec<f32>) {
-    if kept.iter().any(|(held, _)| *held == block) {
+/// Draws a patch unless it is stored; the oldest one of more than [`STORED`] is dropped.
+fn draw(level: &WaveLevel, block: i64, stored: &mut VecDeque<(i64, Patch)>, amplitudes: &mut Vec<f32>) {
+    if stored.iter().any(|(held, _)| *held == block) {
         return;
     }
-    let oldest = if kept.len() == KEPT { kept.pop_front() } else { None };
+    let oldest = if stored.len() == STORED { stored.pop_front() } else { None };
     let (_, mut heights) = oldest.unwrap_or_default();
     level.patch(block, amplitudes, &mut heights);
-    kept.push_back((block, heights));
+    stored.push_back((block, heights));
 }
 
 /// Patches drawn before, the last few of each level, and scratch to draw the next.

@@ -11,7 +11,7 @@ pub(crate) const PEAK_FACTOR: f64 = 5.0;
 
 /// A wavenumber band and the mean square wanted of a profile in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Band {
+pub struct WavenumberBand {
     /// Lower edge, cycles per metre.
     pub lower: f64,
     /// Upper edge, cycles per metre.
@@ -20,7 +20,7 @@ pub struct Band {
     pub energy: f64,
 }
 
-impl Band {
+impl WavenumberBand {
     /// Comparison of this band's energy, which is wanted, with the one found \[m^2\].
     pub(crate) fn fit(&self, found: f64) -> BandFit {
         let wavelength = 1.0 / (self.lower * self.upper).sqrt();
@@ -31,7 +31,7 @@ impl Band {
 /// Band energies of a profile, by rising wavenumber, at least one, not overlapping.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TargetSpectrum {
-    bands: Vec<Band>,
+    bands: Vec<WavenumberBand>,
 }
 
 impl TargetSpectrum {
@@ -125,7 +125,7 @@ impl TargetSpectrum {
         let total = integral(1.0, ratio);
         let bands = (0..count)
             .map(|index| (edge(index), edge(index + 1)))
-            .map(|(from, to)| Band {
+            .map(|(from, to)| WavenumberBand {
                 lower: from / longest,
                 upper: to / longest,
                 energy: rms * rms * integral(from, to) / total,
@@ -135,12 +135,12 @@ impl TargetSpectrum {
     }
 
     /// The bands, by rising wavenumber.
-    pub fn bands(&self) -> &[Band] {
+    pub fn bands(&self) -> &[WavenumberBand] {
         &self.bands
     }
 
     /// The bands, for changes of their energies.
-    pub fn bands_mut(&mut self) -> &mut [Band] {
+    pub fn bands_mut(&mut self) -> &mut [WavenumberBand] {
         &mut self.bands
     }
 
@@ -161,9 +161,9 @@ impl TargetSpectrum {
     }
 }
 
-fn third_octave(band: i32, level: f64) -> Band {
+fn third_octave(band: i32, level: f64) -> WavenumberBand {
     let (lower, upper) = band_edges(band);
-    Band { lower, upper, energy: mean_square(level) }
+    WavenumberBand { lower, upper, energy: mean_square(level) }
 }
 
 #[cfg(test)]
@@ -172,7 +172,7 @@ mod tests {
 
     #[test]
     fn a_band_in_which_a_surface_has_nothing_has_the_lowest_level() {
-        let fit = Band { lower: 1.0, upper: 2.0, energy: 1e-12 }.fit(0.0);
+        let fit = WavenumberBand { lower: 1.0, upper: 2.0, energy: 1e-12 }.fit(0.0);
         assert!((fit.fitted - LOWEST_LEVEL).abs() < 1e-12 && fit.deviation().is_finite(), "{fit:?}");
     }
 

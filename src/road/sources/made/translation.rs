@@ -2,8 +2,8 @@
 //!
 //! 1. The profile spectrum of a Gaussian surface in many narrow cells, from its rings; a cosine transform gives its
 //!    correlation r.
-//! 2. The transformed surface has the correlation sum a_k^2 r^k ([`Shape::powers`]); the inverse transform gives its
-//!    profile spectrum, and so its bands.
+//! 2. The transformed surface has the correlation sum a_k^2 r^k ([`HeightShape::powers`]); the inverse transform gives
+//!    its profile spectrum, and so its bands.
 //! 3. Each band of the Gaussian is scaled by the ratio of the wanted and the transformed energy, and the rings are
 //!    fitted again. After some rounds the wanted levels are reached as far as a monotone transformation allows; the
 //!    remaining deviation is reported per band, as for a spectrum that no isotropic surface has.
@@ -11,8 +11,8 @@
 use realfft::RealFftPlanner;
 
 use super::rings::RingSpectrum;
-use super::shape::Shape;
-use super::target::{Band, TargetSpectrum};
+use super::shape::HeightShape;
+use super::target::{TargetSpectrum, WavenumberBand};
 use crate::road::texture::{BandFit, line_inside};
 
 /// Highest wavenumber over that of the spectrum: products of waves have wavelengths as short as that, those that
@@ -26,7 +26,7 @@ const ROUNDS: usize = 12;
 const LARGEST_CHANGE: f64 = 2.0;
 
 /// Spectrum of the Gaussian surface; its fit is that of the transformed surface.
-pub(super) fn corrected(target: &TargetSpectrum, shape: &Shape) -> RingSpectrum {
+pub(super) fn corrected(target: &TargetSpectrum, shape: &HeightShape) -> RingSpectrum {
     let highest = HIGHEST / target.shortest();
     let count = (CELLS.0 * highest * target.longest()).clamp(64.0, CELLS.1) as usize;
     let cell = highest / count as f64;
@@ -79,7 +79,7 @@ fn transformed(energies: &[f64], powers: &[f64]) -> Vec<f64> {
 }
 
 /// Energy of a band, cells at its edges counted by their part inside.
-fn energy(lines: &[f64], cell: f64, band: &Band) -> f64 {
+fn energy(lines: &[f64], cell: f64, band: &WavenumberBand) -> f64 {
     let inside = |line: usize| line_inside(line, cell, band.lower, band.upper);
     lines.iter().enumerate().map(|(line, energy)| inside(line) * energy).sum()
 }
@@ -110,7 +110,7 @@ mod tests {
         let target = TargetSpectrum::dense_asphalt();
         let plain = RingSpectrum::fit(&target).worst_deviation();
         for (skewness, kurtosis) in [(-0.48, 2.8), (-0.3, 2.5), (-0.13, 2.4)] {
-            let shape = Shape::new(skewness, kurtosis).unwrap().unwrap();
+            let shape = HeightShape::new(skewness, kurtosis).unwrap().unwrap();
             let spectrum = corrected(&target, &shape);
             println!("{skewness}, {kurtosis}: worst {:.2} dB, {plain:.2} dB of a Gaussian", spectrum.worst_deviation());
             for band in spectrum.band_fit() {

@@ -3,7 +3,7 @@
 //! Text: 80-character records, fields of 10 (R) or 20 (D) characters cut by column; a field that is no number is
 //! missing (NaN). Binary: big-endian IEEE 754, filled with NaN to whole records of 80 bytes.
 
-use super::header::Format;
+use super::header::CrgFormat;
 use crate::road::file_fault::{FileFault, LikelyCause};
 
 /// Bytes of a record.
@@ -18,7 +18,7 @@ pub(super) const ABSURD: f64 = 1e8;
 /// Too few or too many bytes, rows or fields; numbers beyond 1e8.
 pub(super) fn decode(
     payload: &[u8],
-    format: Format,
+    format: CrgFormat,
     channels: usize,
     promised: Option<u64>,
     first_line: usize,
@@ -41,7 +41,7 @@ pub(super) fn decode(
 
 fn decode_binary(
     payload: &[u8],
-    format: Format,
+    format: CrgFormat,
     channels: usize,
     promised: Option<u64>,
 ) -> Result<Vec<f64>, FileFault> {
@@ -90,7 +90,7 @@ fn converted(payload: &[u8], otherwise: LikelyCause) -> LikelyCause {
 
 fn decode_text(
     payload: &[u8],
-    format: Format,
+    format: CrgFormat,
     channels: usize,
     promised: Option<u64>,
     first_line: usize,
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn aligned_binary_rows_start_at_records() {
-        let format = Format { aligned: true, double: true, text: false };
+        let format = CrgFormat { aligned: true, double: true, text: false };
         let mut bytes = Vec::new();
         for row in NUMBERS.chunks(3) {
             row.iter().for_each(|value| bytes.extend(value.to_be_bytes()));
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn kernel_text_rows_follow_each_other() {
-        let format = Format { aligned: false, double: true, text: true };
+        let format = CrgFormat { aligned: false, double: true, text: true };
         let text: String = NUMBERS
             .chunks(4)
             .map(|record| record.iter().map(|value| format!("{value:20.10}")).collect::<String>() + "\n")
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn padding_of_narrow_binary_rows_is_no_row() {
-        let format = Format { aligned: false, double: false, text: false };
+        let format = CrgFormat { aligned: false, double: false, text: false };
         let mut bytes: Vec<u8> = NUMBERS.iter().flat_map(|&value| (value as f32).to_be_bytes()).collect();
         while bytes.len() < RECORD {
             bytes.extend(f32::NAN.to_be_bytes());

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::data::{ABSURD, decode};
-use super::header::{Channel, Format, Header};
+use super::header::{CrgChannel, CrgFormat, Header};
 use crate::road::error::RoadError;
 use crate::road::file_fault::{FileFault, LikelyCause};
 use crate::road::report::RoadNote;
@@ -115,7 +115,7 @@ impl Crg {
         let start_u = key("reference_line_start_u").unwrap_or(0.0);
         let (increment, promised) = rows(key, start_u)?;
         let channels = header.channels.len();
-        let format = header.format.unwrap_or(Format { aligned: false, double: false, text: false });
+        let format = header.format.unwrap_or(CrgFormat { aligned: false, double: false, text: false });
         let data = decode(&bytes[offset..], format, channels, promised, first_line)?;
         let rows = data.len() / channels;
         if rows < 2 {
@@ -123,23 +123,23 @@ impl Crg {
         }
         let (v, columns) = lateral(header, key)?;
         let scale = |name: &str| modifiers.get(name).copied().unwrap_or(1.0);
-        let column = |wanted: Channel| {
+        let column = |wanted: CrgChannel| {
             let place = header.channels.iter().position(|(channel, _)| *channel == wanted)?;
             Some(data.iter().skip(place).step_by(channels).copied().collect::<Vec<f64>>())
         };
         // Values complete from row `from` on, or the constant that the header gives for the start.
-        let along = |wanted: Channel, from: usize, name: &'static str, start: &str| match column(wanted) {
+        let along = |wanted: CrgChannel, from: usize, name: &'static str, start: &str| match column(wanted) {
             Some(values) => match values[from..].iter().position(|value| value.is_nan()) {
                 Some(row) => Err(FileFault::ReferenceLineHole { row: row + from, channel: name }),
                 None => Ok(values),
             },
             None => Ok(vec![key(start).unwrap_or(0.0); rows]),
         };
-        let slope = along(Channel::Slope, 1, "reference line slope", "reference_line_start_s")?;
-        let banking = along(Channel::Banking, 0, "reference line banking", "reference_line_start_b")?;
+        let slope = along(CrgChannel::Slope, 1, "reference line slope", "reference_line_start_s")?;
+        let banking = along(CrgChannel::Banking, 0, "reference line banking", "reference_line_start_b")?;
         // The course of the line has no effect on heights, but a hole is damage. The first heading may be given as the
         // start's.
-        if let Some(heading) = column(Channel::Heading)
+        if let Some(heading) = column(CrgChannel::Heading)
             && let Some(row) = heading[1..].iter().position(|heading| heading.is_nan())
         {
             let row = if row == 0 && key("reference_line_start_phi").is_none() { 0 } else { row + 1 };
@@ -162,7 +162,7 @@ impl Crg {
         road.apply(&modifiers);
         road.check()?;
         for (unknown, name) in &header.channels {
-            if *unknown == Channel::Unknown {
+            if *unknown == CrgChannel::Unknown {
                 road.notes.push(RoadNote::Ignored { key: format!("data channel {name:?}") });
             }
         }
@@ -273,11 +273,11 @@ fn lateral(header: &Header, key: impl Fn(&str) -> Option<f64>) -> Result<(Vec<f6
     let (mut by_number, mut by_position) = (false, false);
     for (index, (channel, _)) in header.channels.iter().enumerate() {
         match *channel {
-            Channel::Numbered(number) => {
+            CrgChannel::Numbered(number) => {
                 by_number = true;
                 sections.push((number as f64, index));
             }
-            Channel::At(v) => {
+            CrgChannel::At(v) => {
                 by_position = true;
                 sections.push((v, index));
             }

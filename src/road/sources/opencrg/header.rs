@@ -12,7 +12,7 @@ use crate::storage::input::excerpt;
 
 /// Storage format of the numbers behind the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Format {
+pub(super) struct CrgFormat {
     /// Rows start at record boundaries (`L`); otherwise they follow each other without a gap (`K`).
     pub aligned: bool,
     /// 64-bit numbers (`D`); otherwise 32-bit (`R`).
@@ -21,7 +21,7 @@ pub(super) struct Format {
     pub text: bool,
 }
 
-impl Format {
+impl CrgFormat {
     fn parse(text: &str) -> Option<Self> {
         let letters: Vec<char> = text.trim().to_ascii_uppercase().chars().collect();
         let choose = |letter: char, yes: char, no: char| (letter == yes || letter == no).then_some(letter == yes);
@@ -38,7 +38,7 @@ impl Format {
 
 /// Meaning of a column of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Channel {
+pub(super) enum CrgChannel {
     /// Heading of the reference line \[rad\].
     Heading,
     /// x or y of the reference line \[m\].
@@ -65,9 +65,9 @@ pub(super) struct Header {
     /// `$ROAD_CRG_FILE`: name of the included file.
     pub include: Option<String>,
     /// Data format.
-    pub format: Option<Format>,
+    pub format: Option<CrgFormat>,
     /// Channels in column order, with their names.
-    pub channels: Vec<(Channel, String)>,
+    pub channels: Vec<(CrgChannel, String)>,
     /// Where data start: byte offset and line number (from 1).
     pub data: Option<(usize, usize)>,
 }
@@ -148,7 +148,7 @@ impl Header {
     fn definition(&mut self, line: &str, number: usize) -> Result<(), FileFault> {
         if let Some(format) = line.strip_prefix("#:") {
             let fault = || FileFault::Format { line: number, found: excerpt(format.trim()) };
-            self.format = Some(Format::parse(format).ok_or_else(fault)?);
+            self.format = Some(CrgFormat::parse(format).ok_or_else(fault)?);
         } else if let Some(channel) = line.strip_prefix("D:").or_else(|| line.strip_prefix("d:")) {
             self.channels.push(parse_channel(channel, number)?);
         }
@@ -182,7 +182,7 @@ fn leading_number(text: &str) -> Option<f64> {
         .filter(|value| value.is_finite())
 }
 
-fn parse_channel(text: &str, line: usize) -> Result<(Channel, String), FileFault> {
+fn parse_channel(text: &str, line: usize) -> Result<(CrgChannel, String), FileFault> {
     let (name, unit) = text.split_once(',').unwrap_or((text, ""));
     let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
     let lower = name.to_ascii_lowercase();
@@ -192,18 +192,18 @@ fn parse_channel(text: &str, line: usize) -> Result<(Channel, String), FileFault
         let channel = match rest.strip_prefix("at v") {
             Some(position) => {
                 let value = position.trim().strip_prefix('=').ok_or_else(fault)?;
-                Channel::At(leading_number(value.trim()).ok_or_else(fault)?)
+                CrgChannel::At(leading_number(value.trim()).ok_or_else(fault)?)
             }
-            None => Channel::Numbered(rest.parse().map_err(|_| fault())?),
+            None => CrgChannel::Numbered(rest.parse().map_err(|_| fault())?),
         };
         (channel, "m")
     } else {
         match lower.strip_prefix("reference line").map(str::trim) {
-            Some("phi") => (Channel::Heading, "rad"),
-            Some("x" | "y") => (Channel::Plane, "m"),
-            Some("banking") => (Channel::Banking, "m/m"),
-            Some("slope") => (Channel::Slope, "m/m"),
-            _ => return Ok((Channel::Unknown, name)),
+            Some("phi") => (CrgChannel::Heading, "rad"),
+            Some("x" | "y") => (CrgChannel::Plane, "m"),
+            Some("banking") => (CrgChannel::Banking, "m/m"),
+            Some("slope") => (CrgChannel::Slope, "m/m"),
+            _ => return Ok((CrgChannel::Unknown, name)),
         }
     };
     let unit = unit.split(',').next().unwrap_or_default().trim();
@@ -224,9 +224,9 @@ mod tests {
             D:reference line  phi,rad\r\n$\r\n* text\n$$$$$$$0\n1\n";
         let header = Header::parse(text).unwrap();
         assert_eq!(header.road["reference_line_increment"].to_bits(), 0.5_f64.to_bits());
-        assert_eq!(header.format, Some(Format { aligned: true, double: false, text: true }));
-        assert_eq!(header.channels[0].0, Channel::At(-1.5));
-        assert_eq!(header.channels[1].0, Channel::Heading);
+        assert_eq!(header.format, Some(CrgFormat { aligned: true, double: false, text: true }));
+        assert_eq!(header.channels[0].0, CrgChannel::At(-1.5));
+        assert_eq!(header.channels[1].0, CrgChannel::Heading);
         let (offset, line) = header.data.unwrap();
         assert_eq!((&text[offset..], line), (&b"1\n"[..], 16));
     }

@@ -11,7 +11,7 @@ use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::road::error::RoadError;
 use crate::road::lattice::same;
 use crate::road::report::{RoadNote, RoadReport};
-use crate::road::sources::height_map::{self, HeightMap, fill_missing};
+use crate::road::sources::height_map::{self, RoadHeightMap, fill_missing};
 use crate::road::texture::HeightOrigin;
 use crate::scene::{OpenCrgRoad, Widen};
 
@@ -27,13 +27,13 @@ pub(crate) fn read(
     contact_width: f64,
     limit: u64,
     report: &mut RoadReport,
-) -> Result<HeightMap, RoadError> {
+) -> Result<RoadHeightMap, RoadError> {
     let crg = Crg::read(&spec.file, limit, spec.missing.as_deref())?;
     report.notes.extend(crg.notes.iter().cloned());
     cut(&crg, spec, contact_width, report)
 }
 
-fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
+fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadReport) -> Result<RoadHeightMap, RoadError> {
     let path = &spec.file;
     let columns = crg.v.len();
     let missing: Vec<usize> = (0..columns)
@@ -108,7 +108,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
         total_points: report.points,
         lateral_position: middle,
     });
-    let mut map = HeightMap {
+    let mut map = RoadHeightMap {
         path: path.clone(),
         dx: crg.increment,
         dy: spacing,
@@ -137,7 +137,7 @@ fn runs(missing: &[usize], most: usize) -> Vec<(usize, usize)> {
 }
 
 /// The map whose columns are at `v`, interpolated linearly to its even `dy`.
-fn even(map: &HeightMap, v: &[f64], middle: f64) -> HeightMap {
+fn even(map: &RoadHeightMap, v: &[f64], middle: f64) -> RoadHeightMap {
     let width = v[v.len() - 1] - v[0];
     let intervals = (width / map.dy * (1.0 + 1e-9)).floor().max(1.0);
     let dy = if same(intervals * map.dy, width) { map.dy } else { width / intervals };
@@ -157,5 +157,5 @@ fn even(map: &HeightMap, v: &[f64], middle: f64) -> HeightMap {
     };
     let rows = map.origins.chunks_exact(map.columns);
     let origins = rows.flat_map(|row| (0..columns).map(move |column| worse(row, place(column)))).collect();
-    HeightMap { path: map.path.clone(), dx: map.dx, dy, first_y: v[0] - middle, columns, heights, origins }
+    RoadHeightMap { path: map.path.clone(), dx: map.dx, dy, first_y: v[0] - middle, columns, heights, origins }
 }

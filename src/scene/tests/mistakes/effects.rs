@@ -33,7 +33,7 @@ fn effects_that_contradict_the_scene() {
 }
 
 #[test]
-fn rotation_belongs_to_curved_tyres_and_takes_the_place_of_tension() {
+fn rotation_needs_a_curved_tyre_and_replaces_tension() {
     effect_refused("rotation = \"on\"", "effects.rotation", "a flat plate does not turn", "curvature = true");
     let (key, wrong) = ("effects.centrifugal_tension", "this key has been removed");
     effect_refused("centrifugal_tension = \"auto\"", key, wrong, "effects.rotation = \"auto\"");

@@ -123,7 +123,7 @@ fn a_belt_that_would_buckle() {
 }
 
 #[test]
-fn a_tension_that_is_left_out_comes_from_the_sidewalls_and_one_that_is_given_wins() {
+fn a_tension_left_out_comes_from_the_sidewalls() {
     let tyre =
         |text: &str| Scene::from_str(text, "x").unwrap_or_else(|error| panic!("{}", error.render(false))).scene.tyre;
     let text = on_sidewalls(ARC);

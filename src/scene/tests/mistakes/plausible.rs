@@ -13,7 +13,7 @@ fn a_load_in_kilonewtons_is_asked_about() {
 }
 
 #[test]
-fn what_no_tyre_has_is_asked_about_and_may_be_tried_within_bounds() {
+fn implausible_values_are_asked_about_and_may_be_tried() {
     for (key, from, implausible, absurd) in [
         ("tyre.circumference", "circumference = 1.95", "circumference = 195.0", "circumference = 1.8e19"),
         ("tyre.layers[1].thickness", "thickness = 0.013", "thickness = 1e-5", "thickness = 1e-9"),
@@ -41,7 +41,7 @@ fn what_no_tyre_has_is_asked_about_and_may_be_tried_within_bounds() {
 }
 
 #[test]
-fn kilohertz_kilonewtons_per_metre_and_millimetres_are_asked_about() {
+fn kilohertz_kilonewtons_and_millimetres_are_asked_about() {
     for setting in [
         "numerics={ preset = \"draft\", fmax = 1 }",
         "tyre.sidewall.shear=3",
@@ -59,7 +59,7 @@ fn about(setting: &str) -> String {
 }
 
 #[test]
-fn a_load_in_kilograms_is_asked_about_by_what_the_inflation_bears() {
+fn a_load_in_kilograms_is_asked_about() {
     let reported = about("rolling.axle={ load = 350.0 }");
     assert!(
         reported.contains("350 N is implausible: from 580 to 14000 N") && reported.contains("350 kg weigh 3434 N"),
@@ -100,7 +100,7 @@ fn tyres_of_trucks_and_bicycles_and_flat_ones_bear_their_loads() {
 }
 
 #[test]
-fn grooves_that_cross_too_often_are_refused_and_equal_pitches_are_looked_at_as_one() {
+fn grooves_that_cross_too_often_are_refused() {
     let lateral = |n: i32| {
         let angle = if n % 2 == 0 { 80 } else { -80 };
         format!("{{ from = -0.05, to = 0.05, width = 0.0003, depth = 0.006, angle = {angle}, offset = 0.0{n} }}")

@@ -132,9 +132,9 @@ fn ways() {
     refused_at(nodes, "nodes_per_wavelength", "no equations", "quality = \"full\"");
     refused_at("sides = \"on\"", "sides", "do not move", "sidewall = {");
     refused_at("receivers = 1", "receivers", "not a key of [radiation]", "fmax");
-    let silent = "there is no [[receiver]]";
-    sound_refused("[radiation]\nfmax = 1000", 26, "radiation", silent, "add a [[receiver]]");
-    sound_refused("[effects]\nradiation = \"on\"", 27, "effects.radiation", silent, "position = [x, y, z]");
+    let no_receiver = "there is no [[receiver]]";
+    sound_refused("[radiation]\nfmax = 1000", 26, "radiation", no_receiver, "add a [[receiver]]");
+    sound_refused("[effects]\nradiation = \"on\"", 27, "effects.radiation", no_receiver, "position = [x, y, z]");
     sound_refused(&format!("{HERE}[effects]\nradiation = \"off\""), 26, "receiver", "switches off", "\"auto\"");
     let scene = accepted("[outputs]", &format!("{HERE}[radiation]\nair = \"with-tread\"\n[outputs]"));
     assert_eq!(scene.radiation.air, AirMotion::WithTread);
@@ -142,7 +142,7 @@ fn ways() {
 }
 
 #[test]
-fn sidewalls_that_move_are_heard_unless_they_are_off_or_a_draft_leaves_them_out() {
+fn moving_sidewalls_radiate_unless_off_or_in_a_draft() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/car.toml");
     let receiver = "{ standard = \"cpx\" }";
     for (settings, expected) in [

@@ -151,7 +151,7 @@ fn a_long_file_that_is_no_scene_is_refused_shortly() {
 }
 
 #[test]
-fn independent_mistakes_are_reported_together_in_the_order_of_the_file() {
+fn independent_mistakes_are_reported_in_the_order_of_the_file() {
     let changes = [
         ("width = 0.2\n", "width = -0.2\n"),
         ("thickness = 0.013", "thickness = 0"),

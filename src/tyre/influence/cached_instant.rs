@@ -1,4 +1,4 @@
-//! Influence between cells within an instant, kept on disk by earlier runs: a table of kilobytes instead of a sum of
+//! Influence between cells within an instant, cached on disk by earlier runs: a table of kilobytes instead of a sum of
 //! seconds.
 
 use std::convert::Infallible;
@@ -6,10 +6,10 @@ use std::convert::Infallible;
 use super::cell_influence::CellInfluence;
 use super::cell_sums::CellSums;
 use crate::storage::cache::key;
-use crate::storage::{Cache, Cached, Format, Kind};
+use crate::storage::{Cache, CacheKind, Cached, Format};
 
 impl Cached for CellInfluence {
-    const KIND: Kind = Kind {
+    const KIND: CacheKind = CacheKind {
         extension: "instant",
         format: Format { magic: b"TWAVECIN", version: 1, name: "an influence between cells" },
     };
@@ -27,7 +27,7 @@ impl Cached for CellInfluence {
 
 impl CellSums {
     /// [`Self::instant`] from the cache, computed and stored where it is not there, or where the cache cannot be used.
-    pub fn kept_instant(&self, s: f64, columns: usize) -> CellInfluence {
+    pub fn cached_instant(&self, s: f64, columns: usize) -> CellInfluence {
         let make = || Ok::<_, Infallible>(self.instant(s, columns));
         let Ok(influence) = match (Cache::open(), key::<CellInfluence>(&(self.identity(), s, columns))) {
             (Ok(cache), Ok(key)) => cache.fetch(&key, &mut Vec::new(), make),

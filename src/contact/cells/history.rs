@@ -1,4 +1,4 @@
-//! The past of cells carried by poles: one recursion for each pole of each wave, block by block, in the background.
+//! The history of cells carried by poles: one recursion for each pole of each wave, block by block, in the background.
 //!
 //! Poles and states of all waves do not fit into a processor's nearest memory. They are gone through once in a *block*
 //! of [`STEPS`] steps, a part of them at each instant, and another thread, if there is one, does so while the march
@@ -18,8 +18,8 @@ pub use super::ring_waves::RingParts;
 use super::ring_waves::{RingWaves, first_responses};
 use super::short_ring::{NextInstant, ShortRing};
 use super::wave_transform::{WaveNumber, WaveTransform};
-use super::waves::Waves;
-use super::zone::CellPast;
+use super::waves::BackgroundWaves;
+use super::zone::CellHistory;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::background::Background;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
@@ -39,13 +39,13 @@ struct Ring<N: WaveNumber> {
     displacement: Vec<Complex<N>>,
 }
 
-/// Waves of all rings and their past, in single or double precision.
-pub struct WavePast<N: WaveNumber = f64> {
+/// Waves of all rings and their history, in single or double precision.
+pub struct WaveHistory<N: WaveNumber = f64> {
     /// Ring by ring; `None`: a short one, which is in the background except for the last forces' displacements.
     rings: Vec<Option<Ring<N>>>,
     /// Effect of the last forces on all short rings.
     next: Option<NextInstant<N>>,
-    background: Background<Waves<N>>,
+    background: Background<BackgroundWaves<N>>,
     stages: usize,
     /// Number of the coming instant in its block.
     instant: usize,
@@ -70,7 +70,7 @@ pub fn first_influences(
     of_stages.iter().map(|values| CellInfluence::of_waves(grid, columns, [(part, rows, values)])).collect()
 }
 
-impl<N: WaveNumber> WavePast<N> {
+impl<N: WaveNumber> WaveHistory<N> {
     /// Past at rest, in blocks of the default length.
     pub fn new<'m>(parts: impl IntoIterator<Item = RingParts<'m, N>>, rule: TimeRule, time_step: f64) -> Self {
         Self::with_blocks(parts, rule, time_step, STEPS)
@@ -92,10 +92,10 @@ impl<N: WaveNumber> WavePast<N> {
             work += ring.work();
             work += transform.work() * (2 * steps * rule.stages()) as u64;
             let zeros = || vec![Complex::new(N::default(), N::default()); model.len()];
-            if let Some(own) = next_instant {
+            if let Some(next) = next_instant {
                 match &mut influences {
-                    Some(all) => all.iter_mut().zip(&own).for_each(|(all, own)| *all += own),
-                    None => influences = Some(own),
+                    Some(all) => all.iter_mut().zip(&next).for_each(|(all, next)| *all += next),
+                    None => influences = Some(next),
                 }
                 rings.push(None);
                 waves.push((ring, Some(ShortRing::new(transform))));
@@ -108,7 +108,7 @@ impl<N: WaveNumber> WavePast<N> {
         if let Some(next) = &next {
             work += next.work() * steps as u64;
         }
-        let background = Background::on_a_thread(Waves::new(waves, rule));
+        let background = Background::on_a_thread(BackgroundWaves::new(waves, rule));
         let stages = rule.stages();
         Self { rings, next, background, stages, instant: 0, begun: false, instants: steps * stages, work }
     }
@@ -147,19 +147,19 @@ impl<N: WaveNumber> WavePast<N> {
         }
     }
 
-    /// Takes the forces of the instant \[N\]; returns whether there is room for all of them.
+    /// Takes the forces of the instant \[N\]; returns whether all of them fit.
     pub fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
         for Ring { transform, forces: of_waves, .. } in self.rings.iter_mut().flatten() {
             transform.forward(first_element, forces, of_waves);
         }
-        let has_room = self.next.as_mut().is_none_or(|next| next.last.take(first_element, forces));
+        let fits = self.next.as_mut().is_none_or(|next| next.last.take(first_element, forces));
         self.instant = (self.instant + 1) % self.instants;
         self.begun = true;
-        has_room
+        fits
     }
 }
 
-impl<N: WaveNumber> Evolving for WavePast<N> {
+impl<N: WaveNumber> Evolving for WaveHistory<N> {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         let Self { rings, next, background, instant, begun, instants, .. } = self;
         state.all([instant, begun])?;
@@ -172,7 +172,7 @@ impl<N: WaveNumber> Evolving for WavePast<N> {
     }
 }
 
-impl<N: WaveNumber> CellPast<1> for WavePast<N> {
+impl<N: WaveNumber> CellHistory<1> for WaveHistory<N> {
     fn add_displacement(&mut self, _: usize, first_element: i64, out: &mut [[f64; 1]], meter: &mut Meter) {
         self.add_displacement(first_element, out.as_flattened_mut(), meter);
     }

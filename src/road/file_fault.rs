@@ -134,7 +134,7 @@ pub(crate) enum FileFault {
     TooManyMissing { missing: usize, total: usize, allowed: f64 },
     /// A height, in the file's unit, that most likely marks missing ones.
     #[error(
-        "the height {value} recurs exactly {count} times, each time far from other heights: if it stands for a height \
+        "the height {value} recurs exactly {count} times, each time far from its neighbours: if it stands for a height \
          that was not measured, write road.missing = {value} (--set road.missing={value}); if it was measured, \
          road.missing = []"
     )]

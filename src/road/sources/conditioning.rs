@@ -3,9 +3,8 @@
 //! 1. Spikes (ISO 13473-1:2019, 7.5): neighbours that differ by at least three times their distance are interpolated,
 //!    both; of a map along and across. On a lattice finer than the standard's (7.4), means over its spacing count, and
 //!    each point against the median of those around it: in a mean, a spike of one point is lost.
-//!    The standard looks once; here it is looked again until nothing more is found, and what lies between a rise and a
-//!    fall a few millimetres apart, no stone is so narrow, goes with them: a spike of several points hides those in its
-//!    middle.
+//!    The standard looks once; here it is looked again until nothing more is found: a spike of several points hides
+//!    those in its middle.
 //! 2. Mean and slope, along and across, are subtracted as the scene says, then waves longer than it wants.
 //! 3. Heights that still span more than a texture can are refused.
 
@@ -20,8 +19,6 @@ use crate::scene::Levelling;
 pub(super) const STEEPEST: f64 = 3.0;
 /// Finest spacing on which the standard compares neighbours \[m\].
 const FINEST: f64 = 0.5e-3;
-/// Most length between a rise and a fall that are one spike \[m\].
-const WIDEST_SPIKE: f64 = 3.5e-3;
 /// Most searches for spikes: what is still there then is wider than a spike.
 const MOST_PASSES: usize = 16;
 /// Largest share of heights that may be spikes.
@@ -120,26 +117,14 @@ fn drop_spikes(map: &mut RoadHeightMap) -> usize {
 }
 
 /// Calls `call` with every point of a line whose height, or whose mean over the standard's spacing, differs from a
-/// neighbour's by at least three times the distance, and with those between a rise and a fall.
+/// neighbour's by at least three times the distance.
 fn steep(line: &[f64], spacing: f64, mut call: impl FnMut(usize)) {
     let slack = 1.0 - 1e-9;
-    // First point beyond the last step, and its height.
-    let mut last_step: Option<(usize, f64)> = None;
-    let mut step = |points: std::ops::Range<usize>, rise: f64, call: &mut dyn FnMut(usize)| {
-        if let Some((end, before)) = last_step
-            && before * rise < 0.0
-            && points.start.saturating_sub(end) as f64 * spacing <= WIDEST_SPIKE
-        {
-            (end..points.start).for_each(&mut *call);
-        }
-        last_step = Some((points.end, rise));
-        points.for_each(call);
-    };
     if spacing >= FINEST * slack {
         for index in 1..line.len() {
-            let rise = line[index] - line[index - 1];
-            if rise.abs() >= STEEPEST * slack * spacing {
-                step(index - 1..index + 1, rise, &mut call);
+            if (line[index] - line[index - 1]).abs() >= STEEPEST * slack * spacing {
+                call(index - 1);
+                call(index);
             }
         }
         return;
@@ -157,7 +142,7 @@ fn steep(line: &[f64], spacing: f64, mut call: impl FnMut(usize)) {
         if let Some((first, last_height, last_place)) = before
             && (height - last_height).abs() >= STEEPEST * slack * (place - last_place)
         {
-            step(first..to, height - last_height, &mut call);
+            (first..to).for_each(&mut call);
         }
         before = Some((from, height, place));
         (from, bin) = (to, bin + 1);

@@ -3,9 +3,8 @@
 //! 1. Cells that are empty, NaN, or a word that instruments and programs write for nothing; and what the scene names.
 //! 2. Where the scene names nothing: a number that recurs exactly is none where it lies farther from all others than
 //!    these from each other, and either steeply beside them or as far as no road has it ([`outlying`]). One that lies
-//!    among them, but every time far from its neighbours ([`isolated`]), or beyond them by a gap that texture does not
-//!    have ([`set_apart`]), is refused: only the user knows. All are reported by name where the scene names other
-//!    numbers.
+//!    among them, but every time far from its neighbours ([`isolated`]), is refused: only the user knows. Both are
+//!    reported by name where the scene names other numbers.
 
 use std::collections::BTreeMap;
 
@@ -59,10 +58,6 @@ const MOST_NUMBERS: usize = 1_000_000;
 const FARTHEST: f64 = 0.02;
 /// Least step of heights beside a number for none \[m\]: heights of few digits, finely sampled, step as steeply.
 const LEAST_RISE: f64 = 2e-3;
-/// Least gap between a number for none and the texture: of the texture's range, and of its largest gap; and the largest
-/// share of such numbers.
-const SET_APART: [f64; 2] = [0.25, 4.0];
-const MOST_SET_APART: f64 = 0.25;
 /// Rows beside each other are so many mean steps apart at most.
 const WIDEST_STEP: f64 = 2.0;
 
@@ -105,9 +100,9 @@ pub(super) fn mark(
         return Ok(());
     }
     let in_file = |value: f64| significant(value / unit);
-    let doubtful = |heights: &[f64]| isolated(heights, columns, &place).or_else(|| set_apart(heights));
     if named.is_some() {
-        if let Some((value, count)) = outlying(heights, columns, &place).or_else(|| doubtful(heights)) {
+        if let Some((value, count)) = outlying(heights, columns, &place).or_else(|| isolated(heights, columns, &place))
+        {
             notes.push(RoadNote::NotNamedMissing { value: in_file(value), count });
         }
         return Ok(());
@@ -116,7 +111,7 @@ pub(super) fn mark(
         let count = clear(heights, is(value));
         notes.push(RoadNote::TakenForMissing { value: in_file(value), count });
     }
-    match doubtful(heights) {
+    match isolated(heights, columns, &place) {
         Some((value, count)) => Err(FileFault::StandsForNone { value: in_file(value), count }),
         None => Ok(()),
     }
@@ -182,52 +177,17 @@ fn each_pair(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64, mut
     }
 }
 
-/// An extreme of the heights beside all others.
-struct Extreme {
-    value: f64,
-    count: usize,
-    /// Distance to the next height \[m\].
-    apart: f64,
-    /// Range of the others \[m\]; zero or infinite if there are fewer than two.
-    others: f64,
-}
-
-/// The lowest and the highest height.
-fn extremes(heights: &[f64]) -> [Extreme; 2] {
-    let lowest = Lowest::of(heights.iter().copied());
-    let highest = Lowest::of(heights.iter().map(|height| -height));
-    [(&lowest, &highest, 1.0), (&highest, &lowest, -1.0)].map(|(this, other, sign)| Extreme {
-        value: sign * this.value + 0.0,
-        count: this.count,
-        apart: this.next - this.value,
-        others: -other.value - this.next,
-    })
-}
-
-/// An extreme that recurs and is separated from all others, a texture of many heights, by a gap: its value and count.
-fn set_apart(heights: &[f64]) -> Option<(f64, usize)> {
-    let [of_range, of_gap] = SET_APART;
-    let found = extremes(heights).into_iter().find(|extreme| {
-        let Extreme { value, count, apart, others } = *extreme;
-        let is_candidate = count >= FEWEST[1] && others > 0.0 && others.is_finite() && apart > of_range * others;
-        is_candidate && {
-            let mut texture: Vec<f64> =
-                heights.iter().copied().filter(|height| !height.is_nan() && bits(*height) != bits(value)).collect();
-            texture.sort_by(f64::total_cmp);
-            let largest = texture.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
-            apart > of_gap * largest && count as f64 <= MOST_SET_APART * (count + texture.len()) as f64
-        }
-    })?;
-    Some((found.value, found.count))
-}
-
 /// Returns the lowest or highest height and how often it occurs, where it recurs, is farther from all others than these
 /// are from each other, and either farther than on any road or steeper than a road on every side.
 fn outlying(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> Option<(f64, usize)> {
-    let is_far = |Extreme { count, apart, others, .. }: &Extreme| {
-        *count >= FEWEST[0] && *others > 0.0 && others.is_finite() && apart > others
+    let lowest = Lowest::of(heights.iter().copied());
+    let highest = Lowest::of(heights.iter().map(|height| -height));
+    let found = |this: &Lowest, other: &Lowest, sign: f64| {
+        let (apart, others) = (this.next - this.value, -other.value - this.next);
+        let is_far = others > 0.0 && others.is_finite() && apart > others;
+        (this.count >= FEWEST[0] && is_far).then_some((sign * this.value + 0.0, apart, this.count))
     };
-    let Extreme { value, apart, count, .. } = extremes(heights).into_iter().find(is_far)?;
+    let (value, apart, count) = found(&lowest, &highest, 1.0).or_else(|| found(&highest, &lowest, -1.0))?;
     let (mut sides, mut steep) = (0_usize, 0_usize);
     each_pair(heights, columns, place, |[before, after], is_steep| {
         if (before == bits(value)) != (after == bits(value)) {
@@ -364,29 +324,6 @@ mod tests {
                 RoadNote::NotNamedMissing { value: -99.99, count: 20 }
             ]
         );
-    }
-
-    #[test]
-    fn numbers_in_runs_beyond_a_gap_are_refused() {
-        let texture: Vec<f64> = with(0.0, usize::MAX);
-        for value in [-3.0, 4.0] {
-            let mut heights = texture.clone();
-            heights[300..340].fill(1e-3 * value);
-            let refused = marked(&mut heights.clone(), None).unwrap_err();
-            assert!(
-                matches!(refused, FileFault::StandsForNone { value: found, count: 40 } if (found - value).abs() < 1e-9)
-            );
-            assert_eq!(marked(&mut heights.clone(), Some(&[])).unwrap(), []);
-            let named = [MissingHeight::Number(value)];
-            assert_eq!(marked(&mut heights, Some(&named)).unwrap(), [RoadNote::NamedMissing { value, count: 40 }]);
-        }
-        // Cut off at the end of a range, in whole millimetres, and a plate with edges: no gap, or nothing but gaps.
-        let cut: Vec<f64> = texture.iter().map(|height| height.max(-0.5e-3)).collect();
-        let rounded: Vec<f64> = texture.iter().map(|height| 1e-3 * (1e3 * height).round()).collect();
-        let plate: Vec<f64> = (0..1000).map(|i| if i % 100 < 20 { -5e-3 } else { 0.0 }).collect();
-        for mut heights in [cut, rounded, plate] {
-            assert_eq!(marked(&mut heights, None).unwrap(), []);
-        }
     }
 
     #[test]

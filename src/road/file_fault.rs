@@ -134,9 +134,9 @@ pub(crate) enum FileFault {
     TooManyMissing { missing: usize, total: usize, allowed: f64 },
     /// A height, in the file's unit, that most likely marks missing ones.
     #[error(
-        "the height {value} recurs exactly {count} times, each time far from its neighbours: if it stands for a height \
-         that was not measured, write road.missing = {value} (--set road.missing={value}); if it was measured, \
-         road.missing = []"
+        "the height {value} recurs exactly {count} times, far from its neighbours or from all others: if it stands for \
+         a height that was not measured, write road.missing = {value} (--set road.missing={value}); if it was \
+         measured, road.missing = []"
     )]
     StandsForNone { value: f64, count: usize },
     /// Heights that differ from their neighbours by at least three times the distance.

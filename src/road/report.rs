@@ -28,7 +28,7 @@ pub(crate) enum RoadNote {
     TakenForMissing { value: f64, count: usize },
     /// The same, for a number that the scene does not mark as missing.
     #[error(
-        "{count} heights are exactly {value}, far from their neighbours, and road.missing does not name this value"
+        "{count} heights are exactly {value}, far from the others, and road.missing does not name this value"
     )]
     NotNamedMissing { value: f64, count: usize },
     /// Points of a profile farther than `limit` from the median were taken as dropouts.

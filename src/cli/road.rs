@@ -99,8 +99,14 @@ fn road_scene(of: &SceneFile, context: &Context) -> Result<LoadedScene, CliError
         return context.load(of);
     }
     // Settings of a road apply to the file's.
-    let (road, others): (Vec<_>, Vec<_>) =
+    let (mut road, others): (Vec<_>, Vec<_>) =
         of.settings.iter().cloned().partition(|setting| setting.key().starts_with("road."));
+    if road.iter().any(|setting| setting.key() == "road.kind") {
+        // The table of another kind begins anew, without its file.
+        let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let file = Setting::parse(&format!("road.file={}", json!(file.to_string_lossy())));
+        road.insert(0, file.map_err(CliError::Usage)?);
+    }
     let axes = Axes { roads: vec![path.to_owned()], points: vec![road], ..Axes::default() };
     let mut made = variants(&Scene::from_str_with(DEFAULT, "default", &others)?, &axes)?;
     // One road at one speed, titled by the road's file: only the speed and the tyre's width are the default scene's.

@@ -98,6 +98,12 @@ pub(crate) enum FileFault {
          into a file of its own (points x, y, z are a road of kind = \"grid\")"
     )]
     Passes { count: usize, line: u64 },
+    /// Distances between neighbours \[m\] of which one is most of the profile.
+    #[error(
+        "line {line}: the distance jumps from {from} to {to} m: there are several passes in one file, or a distance is \
+         wrong"
+    )]
+    Jump { line: u64, from: f64, to: f64 },
     /// Points at the distance of another one.
     #[error(
         "{count} of {total} points lie at the distance of another one, at another height: there are several passes in \
@@ -114,8 +120,9 @@ pub(crate) enum FileFault {
     ErdBinary { form: i64 },
     /// Root-mean-square height \[m\].
     #[error(
-        "it is flat: its heights vary by {:.2e} um (rms) only, and no road is so smooth: is their unit right \
-         (road.height_unit), and is it their column (road.columns)?", 1e6 * rms
+        "it is flat: its heights vary by {:.2e} um (rms) only, and no road is so smooth: is their unit right (that of \
+         OpenCRG is metres, that of other files road.height_unit), and is it their column (of a table, road.columns)?",
+        1e6 * rms
     )]
     TooFlat { rms: f64 },
     #[error("{found} usable points, at least {needed} are needed")]
@@ -134,9 +141,9 @@ pub(crate) enum FileFault {
     TooManyMissing { missing: usize, total: usize, allowed: f64 },
     /// A height, in the file's unit, that most likely marks missing ones.
     #[error(
-        "the height {value} recurs exactly {count} times, each time far from its neighbours: if it stands for a height \
-         that was not measured, write road.missing = {value} (--set road.missing={value}); if it was measured, \
-         road.missing = []"
+        "the height {value} recurs exactly {count} times, far from its neighbours or from all others: if it stands for \
+         a height that was not measured, write road.missing = {value} (--set road.missing={value}); if it was \
+         measured, road.missing = []"
     )]
     StandsForNone { value: f64, count: usize },
     /// Heights that differ from their neighbours by at least three times the distance.
@@ -177,6 +184,12 @@ pub(crate) enum FileFault {
          scattered cloud to a grid first"
     )]
     OffGrid { line: u64, name: &'static str, at: f64, step: f64 },
+    /// Most places of the points' grid would be empty.
+    #[error(
+        "its {points} points lie on no grid: one with their usual steps has {places} places; bring a scattered cloud \
+         to a grid first"
+    )]
+    Scattered { points: usize, places: f64 },
     #[error("lines {other} and {line} are points at the same place: more than one pass, or rounded coordinates?")]
     SamePlace { line: u64, other: u64 },
     #[error("all points have the same {name}: they form a profile, not a grid")]

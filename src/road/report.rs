@@ -27,9 +27,7 @@ pub(crate) enum RoadNote {
     )]
     TakenForMissing { value: f64, count: usize },
     /// The same, for a number that the scene does not mark as missing.
-    #[error(
-        "{count} heights are exactly {value}, far from their neighbours, and road.missing does not name this value"
-    )]
+    #[error("{count} heights are exactly {value}, far from the others, and road.missing does not name this value")]
     NotNamedMissing { value: f64, count: usize },
     /// Points of a profile farther than `limit` from the median were taken as dropouts.
     #[error("{count} points more than {:.1} mm from the median were taken for dropouts", 1e3 * limit)]
@@ -43,6 +41,12 @@ pub(crate) enum RoadNote {
     /// Columns that were read, with their titles and units.
     #[error("read: {columns}")]
     FileColumns { columns: String },
+    /// A column without a title (from 1) that counts 0, 1, 2, 3, read in the unit that the scene states.
+    #[error(
+        "column {column} counts (0, 1, 2, 3) and has no title: it was read in {unit}, as stated; are these lengths, or \
+         numbers of the points?"
+    )]
+    Counts { column: usize, unit: &'static str },
     /// A road narrower than the contact strip, described in its width \[m\].
     #[error(
         "the road is {:.1} mm wide, narrower than the contact strip of {:.1} mm: described as it is; a run needs \
@@ -58,7 +62,7 @@ pub(crate) enum RoadNote {
     Mirrored { measured: f64, needed: f64 },
     /// Root-mean-square height of a measured road that is smoother than any in use.
     #[error(
-        "the heights vary by {:.2} um (rms) only, less than on any road in use: is road.height_unit right?", 1e6 * rms
+        "the heights vary by {:.2} um (rms) only, less than on any road in use: is their unit right?", 1e6 * rms
     )]
     AlmostFlat { rms: f64 },
     /// The smallest step between heights that differ \[m\], of heights that were rounded.
@@ -161,6 +165,7 @@ impl RoadNote {
                 | Self::TakenForMissing { .. }
                 | Self::NotNamedMissing { .. }
                 | Self::Outliers { .. }
+                | Self::Counts { .. }
                 | Self::Spikes { .. }
                 | Self::AlmostFlat { .. }
                 | Self::Narrow { .. }

@@ -108,6 +108,16 @@ fn every_table_is_json_where_that_is_wanted() {
 }
 
 #[test]
+fn a_table_of_points_is_a_grid_if_a_setting_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let point = |at: i32| format!("{},{},{:.4}\n", 2 * (at / 4), 30 * (at % 4), (0.3 * f64::from(at)).sin());
+    let text = (0..1200).map(point).fold("x (mm),y (mm),z (mm)\n".to_owned(), |text, line| text + &line);
+    fs::write(folder.path().join("cloud.csv"), text).unwrap();
+    let output = done(tyrewave(folder.path(), &["road", "cloud.csv", "--set", "road.kind=grid"]));
+    assert!(output.contains("rms height"), "{output}");
+}
+
+#[test]
 fn shells_get_completions_and_man_pages_of_every_command() {
     let folder = tempfile::tempdir().unwrap();
     let bash = done(tyrewave(folder.path(), &["completions", "bash"]));

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::missing::is_word_for_none;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
+use crate::road::report::RoadNote;
 use crate::scene::{LengthUnit, MissingHeight};
 use crate::storage::input::excerpt;
 use crate::storage::separated::{self, Record, SeparatedTable};
@@ -342,8 +343,11 @@ fn is_of_nothing(titles: Option<&Titles>, column: usize) -> bool {
 }
 
 /// Returns the columns (from 1) that are most likely those of roles: each role's is the first that its title names, or
-/// one of the last among the others.
+/// one of the last among the others; without titles, of a cloud the first.
 fn likely<const N: usize>(roles: [Role; N], titles: Option<&Titles>, cells: usize) -> Vec<usize> {
+    if N == 3 && titles.is_none() {
+        return (1..=N).collect();
+    }
     let is_length = |column: &usize| titles.is_none_or(|titles| titles.unit(*column).is_ok());
     let is_counter = |column: usize| titles.is_some_and(|titles| titles.is_counter(column));
     let mut free: Vec<usize> = (0..cells).filter(|column| is_length(column) && !is_counter(*column)).collect();
@@ -476,19 +480,24 @@ impl<const N: usize> FileColumns<N> {
         self.units[N - 1].metres()
     }
 
-    /// Refuses a column that merely counts, 0, 1, 2, 3, and that nothing identifies as a length. `values` are those of
-    /// a role \[m\].
+    /// Refuses a column that merely counts, 0, 1, 2, 3, and that nothing identifies as a length; notes one without a
+    /// title. `values` are those of a role \[m\].
     pub(super) fn refuse_counters<I: Iterator<Item = f64>>(
         &self,
         values: impl Fn(usize) -> I,
+        notes: &mut Vec<RoadNote>,
     ) -> Result<(), FileFault> {
-        for role in (0..N).filter(|&role| !self.named[role]) {
+        for role in (0..N).filter(|&role| !self.named[role] || self.titles[role].is_none()) {
             let unit = self.units[role].metres();
             let first = values(role).next().map_or(f64::NAN, |first| (first / unit).round());
             let is_count = |(index, value): (usize, f64)| (value / unit - first - index as f64).abs() < 1e-6;
             let begins = (0.0..=1.0).contains(&first) || self.titles[role].as_deref().is_some_and(is_counter);
             let counts = begins && values(role).enumerate().all(is_count);
             if counts && values(role).count() >= FEWEST_COUNTED {
+                if self.named[role] {
+                    notes.push(RoadNote::Counts { column: self.numbers[role] + 1, unit: self.units[role].word() });
+                    continue;
+                }
                 let (column, title) = (self.numbers[role] + 1, self.titles[role].clone().unwrap_or_default());
                 return Err(FileFault::Counter { column, title: excerpt(&title), role: self.roles[role].name });
             }

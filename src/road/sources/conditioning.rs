@@ -4,7 +4,8 @@
 //!    both; of a map along and across. On a lattice finer than the standard's (7.4), means over its spacing count, and
 //!    each point against the median of those around it: in a mean, a spike of one point is lost.
 //!    The standard looks once; here it is looked again until nothing more is found: a spike of several points hides
-//!    those in its middle.
+//!    those in its middle. A rise and a fall of at most 5 mm between them take along what they enclose where it stands
+//!    out from its surroundings: stones of chip seals are as steep and as wide.
 //! 2. Mean and slope, along and across, are subtracted as the scene says, then waves longer than it wants.
 //! 3. Heights that still span more than a texture can are refused.
 
@@ -12,13 +13,20 @@ use super::height_map::{LARGE_SPAN, RoadHeightMap, fill, remove_plane};
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
-use crate::road::texture::HeightOrigin;
+use crate::road::texture::profile::remove_line;
+use crate::road::texture::{HeightOrigin, rms};
 use crate::scene::Levelling;
 
 /// Slope from which on neighbouring heights are not those of a road.
 pub(super) const STEEPEST: f64 = 3.0;
 /// Finest spacing on which the standard compares neighbours \[m\].
 const FINEST: f64 = 0.5e-3;
+/// Largest width of what a rise and a fall enclose and take along \[m\].
+const WIDEST_SPIKE: f64 = 5e-3;
+/// Least height of it, in root mean squares of the surroundings up to a distance \[m\]. At 2.5 times, a hole of a
+/// measured chip seal goes, at 3 times nothing of three such seals.
+const STANDS_OUT: f64 = 3.0;
+const SURROUNDINGS: f64 = 0.05;
 /// Most searches for spikes: what is still there then is wider than a spike.
 const MOST_PASSES: usize = 16;
 /// Largest share of heights that may be spikes.
@@ -116,38 +124,58 @@ fn drop_spikes(map: &mut RoadHeightMap) -> usize {
     count
 }
 
+/// Points that are compared as one, `from..to`, and their mean height \[m\].
+struct Sample {
+    from: usize,
+    to: usize,
+    height: f64,
+}
+
 /// Calls `call` with every point of a line whose height, or whose mean over the standard's spacing, differs from a
-/// neighbour's by at least three times the distance.
+/// neighbour's by at least three times the distance, and with those between two such steps that form a spike.
 fn steep(line: &[f64], spacing: f64, mut call: impl FnMut(usize)) {
     let slack = 1.0 - 1e-9;
-    if spacing >= FINEST * slack {
-        for index in 1..line.len() {
-            if (line[index] - line[index - 1]).abs() >= STEEPEST * slack * spacing {
-                call(index - 1);
-                call(index);
-            }
-        }
-        return;
-    }
-    let mean = |from: usize, to: usize| {
-        let part = &line[from..to];
-        (part.iter().sum::<f64>() / part.len() as f64, 0.5 * (from + to) as f64 * spacing)
-    };
-    let end = |bin: usize| (((bin + 1) as f64 * FINEST / spacing * slack).ceil() as usize).min(line.len());
-    let mut before: Option<(usize, f64, f64)> = None;
-    let (mut from, mut bin) = (0, 0);
+    let mut samples: Vec<Sample> = Vec::new();
+    let mut from = 0;
     while from < line.len() {
-        let to = end(bin).max(from + 1);
-        let (height, place) = mean(from, to);
-        if let Some((first, last_height, last_place)) = before
-            && (height - last_height).abs() >= STEEPEST * slack * (place - last_place)
-        {
-            (first..to).for_each(&mut call);
-        }
-        before = Some((from, height, place));
-        (from, bin) = (to, bin + 1);
+        let end = ((samples.len() + 1) as f64 * FINEST / spacing * slack).ceil() as usize;
+        let to = end.min(line.len()).max(from + 1);
+        samples.push(Sample { from, to, height: line[from..to].iter().sum::<f64>() / (to - from) as f64 });
+        from = to;
     }
-    lone(line, spacing, call);
+    let distance = |a: &Sample, b: &Sample| 0.5 * (b.from + b.to - a.from - a.to) as f64 * spacing;
+    let is_steep = |a: &Sample, b: &Sample| (b.height - a.height).abs() >= STEEPEST * slack * distance(a, b);
+    let steps: Vec<usize> = (1..samples.len()).filter(|&step| is_steep(&samples[step - 1], &samples[step])).collect();
+    for step in &steps {
+        (samples[step - 1].from..samples[*step].to).for_each(&mut call);
+    }
+    for pair in steps.windows(2) {
+        let (first, last) = (pair[0] - 1, pair[1]);
+        let is_narrow = distance(&samples[first], &samples[last - 1]) * slack <= WIDEST_SPIKE;
+        if is_narrow && stands_out(&samples, first, last, FINEST.max(spacing)) {
+            (samples[first].from..samples[last].to).for_each(&mut call);
+        }
+    }
+    if spacing < FINEST * slack {
+        lone(line, spacing, call);
+    }
+}
+
+/// True if a rise behind one sample and a fall before another, or the reverse, enclose samples that all stand out from
+/// the line through the two.
+fn stands_out(samples: &[Sample], first: usize, last: usize, spacing: f64) -> bool {
+    let height = |index: usize| samples[index].height;
+    let [step, slope] = [height(first + 1) - height(first), (height(last) - height(first)) / (last - first) as f64];
+    let above = |index: usize| (height(index) - height(first) - slope * (index - first) as f64) * step.signum();
+    let least = (first + 1..last).map(above).fold(f64::INFINITY, f64::min);
+    if step * (height(last) - height(last - 1)) >= 0.0 || least < STEEPEST * (1.0 - 1e-9) * spacing {
+        return false;
+    }
+    let reach = (SURROUNDINGS / spacing) as usize;
+    let around = (first.saturating_sub(reach)..=first).chain(last..samples.len().min(last + reach + 1));
+    let mut around: Vec<f64> = around.map(height).collect();
+    remove_line(&mut around);
+    least >= STANDS_OUT * rms(&around)
 }
 
 /// Calls with every point of a fine line that differs from the median of the points within half of the standard's

@@ -3,14 +3,15 @@
 //! 1. Cells that are empty, NaN, or a word that instruments and programs write for nothing; and what the scene names.
 //! 2. Where the scene names nothing: a number that recurs exactly is none where it lies farther from all others than
 //!    these from each other, and either steeply beside them or as far as no road has it ([`outlying`]). One that lies
-//!    among them, but every time far from its neighbours ([`isolated`]), is refused: only the user knows. Both are
-//!    reported by name where the scene names other numbers.
+//!    among them, but every time far from its neighbours ([`isolated`]), or less far outside them ([`bound`]), is
+//!    refused: only the user knows. All are reported by name where the scene names other numbers.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::conditioning::STEEPEST;
 use crate::road::file_fault::FileFault;
 use crate::road::report::RoadNote;
+use crate::road::texture::rms;
 use crate::scene::MissingHeight;
 
 /// Words for a missing value, in lower case.
@@ -54,6 +55,8 @@ const FEWEST: [usize; 2] = [3, 10];
 /// Most distinct numbers beside steep steps that are considered; more of them are not dropouts, the road is steep
 /// everywhere.
 const MOST_NUMBERS: usize = 1_000_000;
+/// Fewest heights that differ, of a texture: plates, edges and coarse steps have fewer.
+const FEWEST_LEVELS: usize = 30;
 /// Distance from all others at which no road has heights that recur exactly \[m\].
 const FARTHEST: f64 = 0.02;
 /// Least step of heights beside a number for none \[m\]: heights of few digits, finely sampled, step as steeply.
@@ -101,7 +104,7 @@ pub(super) fn mark(
     }
     let in_file = |value: f64| significant(value / unit);
     if named.is_some() {
-        if let Some((value, count)) = outlying(heights, columns, &place).or_else(|| isolated(heights, columns, &place))
+        if let Some((value, count)) = outlying(heights, columns, &place).or_else(|| doubtful(heights, columns, &place))
         {
             notes.push(RoadNote::NotNamedMissing { value: in_file(value), count });
         }
@@ -111,7 +114,7 @@ pub(super) fn mark(
         let count = clear(heights, is(value));
         notes.push(RoadNote::TakenForMissing { value: in_file(value), count });
     }
-    match isolated(heights, columns, &place) {
+    match doubtful(heights, columns, &place) {
         Some((value, count)) => Err(FileFault::StandsForNone { value: in_file(value), count }),
         None => Ok(()),
     }
@@ -196,6 +199,28 @@ fn outlying(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> O
         }
     });
     (apart > FARTHEST || (sides > 0 && steep == sides)).then_some((value, count))
+}
+
+fn doubtful(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> Option<(f64, usize)> {
+    bound(heights).or_else(|| isolated(heights, columns, place))
+}
+
+/// Returns the lowest or highest height and how often it occurs, where it recurs in less than half of the heights, and
+/// the others are those of a texture, farther away than their root mean square.
+fn bound(heights: &[f64]) -> Option<(f64, usize)> {
+    [1.0, -1.0].into_iter().find_map(|sign| {
+        let lowest = Lowest::of(heights.iter().map(|height| sign * height));
+        let value = sign * lowest.value + 0.0;
+        if lowest.count < FEWEST[1] || lowest.next.is_infinite() {
+            return None;
+        }
+        let is_other = |height: &f64| !height.is_nan() && bits(*height) != bits(value);
+        let others: Vec<f64> = heights.iter().copied().filter(is_other).collect();
+        let mut levels = BTreeSet::new();
+        let is_texture = others.iter().any(|height| levels.insert(bits(*height)) && levels.len() == FEWEST_LEVELS);
+        let is_far = lowest.next - lowest.value > rms(&others);
+        (is_texture && is_far && lowest.count < others.len()).then_some((value, lowest.count))
+    })
 }
 
 /// A number and its number of occurrences, if it recurs and every one of its runs along the road is steeper than a road
@@ -324,6 +349,30 @@ mod tests {
                 RoadNote::NotNamedMissing { value: -99.99, count: 20 }
             ]
         );
+    }
+
+    #[test]
+    fn a_number_outside_the_others_is_refused_in_runs_and_on_coarse_lattices() {
+        for (value, spacing, run) in [(-3.5, 0.5e-3, 40), (-3.5, 0.5e-3, 10), (4.0, 2e-3, 1), (-10.0, 5e-3, 5)] {
+            let mut heights = with(0.0, usize::MAX);
+            heights.iter_mut().enumerate().filter(|(i, _)| i / run % 20 == 3).for_each(|(_, height)| {
+                *height = 1e-3 * value;
+            });
+            let refused = marked_at(spacing, &mut heights.clone()).unwrap_err();
+            let is_value = |found: f64| (found - value).abs() < 1e-9;
+            assert!(matches!(refused, FileFault::StandsForNone { value, .. } if is_value(value)), "{refused}");
+            heights.iter_mut().for_each(|height| *height = 1e-3 * (1e3 * *height - value).round());
+            assert_eq!(marked_at(5e-3, &mut heights).unwrap(), [], "in coarse steps");
+        }
+        // Plates: with a cleat, with a trapezoid, and half of it rough.
+        let trapezoid = |i: usize| 5e-4 * (i as f64 - 300.0).min(420.0 - i as f64).clamp(0.0, 40.0);
+        let rough = |i: usize| if i < 501 { -5e-3 } else { 1e-3 * (0.7 * i as f64).sin() };
+        let cleat = |i: usize| if i / 50 == 3 { 0.01 } else { 0.0 };
+        let plates: [&dyn Fn(usize) -> f64; 3] = [&cleat, &trapezoid, &rough];
+        for height in plates {
+            let mut plate: Vec<f64> = (0..1000).map(height).collect();
+            assert_eq!(marked_at(5e-3, &mut plate).unwrap(), []);
+        }
     }
 
     #[test]

@@ -186,6 +186,10 @@ fn uniform(points: &[FilePoint], notes: &mut Vec<RoadNote>) -> Result<Uniform, F
     // 2. A lattice with far more points than the file would be invented.
     let total = intervals + 1.0;
     if total.is_nan() || total > points.len() as f64 / (1.0 - MISSING_ALLOWED) + 1.0 {
+        let jump = points.windows(2).find(|pair| pair[1].distance - pair[0].distance > 0.5 * span);
+        if let Some([before, after]) = jump {
+            return Err(FileFault::Jump { line: after.line, from: before.distance, to: after.distance });
+        }
         let missing = (total - points.len() as f64) as usize;
         return Err(FileFault::TooManyMissing { missing, total: total as usize, allowed: MISSING_ALLOWED });
     }

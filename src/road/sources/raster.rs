@@ -70,8 +70,7 @@ fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<HeightRaster, Fault> {
     let (along, across) = (axis(0)?, axis(1)?);
     let places = along.count * across.count;
     if places > MOST_PLACES * points.len() as f64 {
-        let (missing, total) = (places as usize - points.len(), places as usize);
-        return Err(FileFault::TooManyMissing { missing, total, allowed: 1.0 - 1.0 / MOST_PLACES }.into());
+        return Err(FileFault::Scattered { points: points.len(), places }.into());
     }
     let columns = across.count as usize;
     // 3. Every point to its place.

@@ -81,8 +81,9 @@ pub(super) fn points(
         used.missing = missing.map(<[_]>::to_vec);
         let point = |(line, [distance, height]): (u64, [f64; 2])| FilePoint { distance, height, line };
         let points = layout.values(&table, &mut used).map(|values| values.map(point));
-        let points: Vec<FilePoint> = points.collect::<Result<_, _>>().map_err(fault)?;
-        used.refuse_counters(|column| points.iter().map(move |point| [point.distance, point.height][column]))
+        let points: Result<Vec<FilePoint>, _> = points.collect();
+        let points = points.map_err(|error| fault(layout.or_passes(&table, error)))?;
+        used.refuse_counters(|column| points.iter().map(move |point| [point.distance, point.height][column]), notes)
             .map_err(fault)?;
         refuse_point_count(&table, &points).map_err(fault)?;
         (points, used.described(), used.unit(), used.words)
@@ -191,6 +192,20 @@ impl Layout {
             columns.refuse_downwards()?;
         }
         Ok(columns)
+    }
+
+    /// Returns the fault of a line, or several passes if it begins a part that has the titles again.
+    fn or_passes(&self, table: &SeparatedTable<'_>, fault: FileFault) -> FileFault {
+        let (FileFault::NotANumber { line, .. } | FileFault::Ragged { line, .. }, Some(titles)) =
+            (&fault, &self.titles)
+        else {
+            return fault;
+        };
+        let is_again = |record: &Record<'_>| record.line >= *line && record.cells == titles.names;
+        match table.records().filter(is_again).count() {
+            0 => fault,
+            again => FileFault::Passes { count: again + 1, line: *line },
+        }
     }
 
     /// Lines of the table's points with the values of their columns \[m\]; the last role may lack a value, and is NaN

@@ -132,20 +132,25 @@ fn spikes_of_a_profile_change_neither_depth_nor_levels() {
 #[test]
 fn spikes_of_several_points_are_removed_at_any_spacing() {
     let folder = tempfile::tempdir().unwrap();
-    for (spacing, width) in [
-        (0.02_f64, 1),
-        (0.05, 1),
-        (0.05, 4),
-        (0.1, 1),
-        (0.1, 9),
-        (0.25, 1),
-        (0.25, 3),
-        (0.4, 1),
-        (0.5, 1),
-        (0.5, 4),
-        (1.0, 1),
-        (1.0, 2),
-        (2.0, 1),
+    for (spacing, width, spike) in [
+        (0.02_f64, 1, 12.0),
+        (0.05, 1, 12.0),
+        (0.05, 4, 12.0),
+        (0.05, 71, 4.0),
+        (0.1, 1, 12.0),
+        (0.1, 9, 12.0),
+        (0.1, 37, 4.0),
+        (0.25, 1, 12.0),
+        (0.25, 3, 12.0),
+        (0.4, 1, 12.0),
+        (0.5, 1, 12.0),
+        (0.5, 3, 4.0),
+        (0.5, 4, 12.0),
+        (0.5, 8, -4.0),
+        (1.0, 1, 12.0),
+        (1.0, 2, 12.0),
+        (1.0, 4, 4.0),
+        (2.0, 1, 12.0),
     ] {
         let count = (600.0 / spacing) as usize;
         let of = |spiked: bool| {
@@ -153,7 +158,7 @@ fn spikes_of_several_points_are_removed_at_any_spacing() {
                 let x = spacing * i as f64;
                 let texture = 0.8 * (0.3 * x).sin() + 0.4 * (0.13 * x).cos();
                 let in_spike = |at: f64| ((at / spacing) as usize..(at / spacing) as usize + width).contains(&i);
-                texture + if spiked && [130.0, 270.0, 480.0].into_iter().any(in_spike) { 12.0 } else { 0.0 }
+                texture + if spiked && [130.0, 270.0, 480.0].into_iter().any(in_spike) { spike } else { 0.0 }
             };
             let text: String = (0..count).map(|i| format!("{:.3},{:.4}\n", spacing * i as f64, height(i))).collect();
             let file = write(&folder, "s.csv", ("distance_mm,height_mm\n".to_owned() + &text).as_bytes());

@@ -126,6 +126,7 @@ fn ambiguous_tables_are_refused_with_the_choice() {
     };
     let pass = lines(",", ".");
     let back: String = pass.lines().rev().map(|line| format!("{line}\n")).collect();
+    let far: String = (0..40).map(|i| format!("{:.1},0.{i}\n", 5e3 + 0.5 * f64::from(i))).collect();
     let three = |titles: &str| {
         pass.lines().enumerate().fold(titles.to_owned(), |text, (number, line)| text + &format!("{number},{line}\n"))
     };
@@ -139,6 +140,9 @@ fn ambiguous_tables_are_refused_with_the_choice() {
         (lines(",", ","), MILLIMETRES, ["line 1", "export it with ;"]),
         (pass.repeat(3), MILLIMETRES, ["line 41", "3 passes"]),
         (pass.clone() + &back, MILLIMETRES, ["line ", "2 passes"]),
+        (format!("x,z\n{pass}\nx,z\n{pass}"), MILLIMETRES, ["line 43", "2 passes"]),
+        (format!("Run 1\nx,z\n{pass}Run 2\nx,z\n{pass}"), MILLIMETRES, ["line 43", "2 passes"]),
+        (pass.clone() + &far, MILLIMETRES, ["line 41: the distance jumps", "several passes"]),
         (
             "x (m),z (um)\n".to_owned() + &pass,
             MILLIMETRES,
@@ -168,6 +172,8 @@ fn ambiguous_tables_are_refused_with_the_choice() {
         assert_eq!(chosen(columns, &three(titles)).unwrap().0.heights, wanted.heights);
     }
     assert!(chosen(["1", "2"], &counted).is_ok(), "what is chosen may count");
+    let (_, notes) = read(&profile(write(&folder, "table", &counted.as_bytes()[4..]), MILLIMETRES)).unwrap();
+    assert!(notes.contains(&RoadNote::Counts { column: 1, unit: "mm" }), "{notes:?}");
     assert!(chosen(["1", "4"], &three("")).unwrap_err().to_string().contains("3 columns without titles"));
 }
 

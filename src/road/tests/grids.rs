@@ -71,12 +71,15 @@ fn text_that_is_no_grid_is_refused_with_its_line() {
     let folder = tempfile::tempdir().unwrap();
     let scan = std::fs::read_to_string(reference("measured/formats/scan.xyz")).unwrap();
     let millimetres = Some(LengthUnit::Millimetre);
+    let scattered = |i: i32| format!("{:.3} {:.3} 1\n", 9.0 * f64::from(i).sin(), 5.0 * f64::from(i).cos());
     let esri = "ncols 4\nnrows 3\ncellsize 2\n1 2 3 4\n5 6 7 8\n9 10 11 12\n";
     for (name, text_of, unit, part) in [
         ("a.xyz", scan.clone(), None, "road.distance_unit"),
         ("b.xyz", scan.clone() + "3.4 1.0 2.0\n", millimetres, "line 51: the distance 0.0034 m is not on a grid"),
         ("c.xyz", scan.repeat(2), millimetres, "lines 1 and 51 are points at the same place"),
         ("d.xyz", scan.lines().map(|line| format!("{line} 7\n")).collect(), millimetres, "4 columns"),
+        ("rgb.xyz", scan.lines().map(|line| format!("{line} 7 8 9\n")).collect(), millimetres, "columns = [1, 2, 3]"),
+        ("scatter.xyz", (0..50).map(scattered).collect(), millimetres, "50 points lie on no grid"),
         ("e.xyz", scan.replace("0.2786", "wet"), millimetres, "line 1, column 3 (height): \"wet\" is not a number"),
         ("f.asc", esri.replace("9 10 11", "9 10"), millimetres, "promises 3 rows of data, 2 are there"),
         ("g.asc", esri.replace("ncols 4", "ncols 4e9"), millimetres, "promises 3 rows"),

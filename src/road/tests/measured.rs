@@ -237,7 +237,7 @@ fn faulty_profiles_are_refused_with_the_place() {
     assert!(
         matches!(
             fault(outlier.as_bytes()),
-            RoadError::File { fault: RoadFileFault(FileFault::TooManyMissing { .. }), .. }
+            RoadError::File { fault: RoadFileFault(FileFault::Jump { line: 50, .. }), .. }
         ),
         "must not be filled with 1e15 points"
     );

@@ -493,7 +493,6 @@ impl<T: DeserializeOwned> OneOf<T> {
         T::deserialize(deserializer)
     }
 
-    /// The accepted words.
     pub(super) fn words() -> &'static [&'static str] {
         // No variant is called "": the error of serde carries the list.
         Self::parse("").err().map_or(&[], |refused| refused.0)

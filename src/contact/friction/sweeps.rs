@@ -9,7 +9,7 @@ use super::product::Vector;
 use crate::tyre::influence::TractionInfluence;
 
 /// Steps of a cell towards its conditions in a sweep.
-const OWN_STEPS: usize = 2;
+const CELL_STEPS: usize = 2;
 
 /// Improves the forces by `sweeps` sweeps. `cells` lists the cells that may touch; `displacements` are those of the
 /// forces, and remain so on these cells.
@@ -30,7 +30,7 @@ pub(super) fn sweep(
             let (begin, mut u) = (forces[cell], displacements[cell]);
             let mut force = begin;
             let d = conditions.required[cell];
-            for _ in 0..OWN_STEPS {
+            for _ in 0..CELL_STEPS {
                 let old = force;
                 force[2] = (force[2] - (u[2] - d) / block[2][2]).max(0.0);
                 add_block(&block, [0.0, 0.0, force[2] - old[2]], &mut u);

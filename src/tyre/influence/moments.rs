@@ -186,7 +186,7 @@ pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
         (ky_squared, weight * mean * standing)
     }));
     // 4. Their oscillation, by parts.
-    if !stands {
+    if !is_constant {
         let weights = tail_sum::oscillating(-Complex64::cis((last + 2) as f64 * angle), 2.0 * angle);
         rows.extend((last + 2..).step_by(2).zip(weights).map(|(m, weight)| {
             let (ky_squared, mean) = mean(m as f64);

@@ -22,8 +22,8 @@ pub(super) fn sweep(
     sweeps: usize,
 ) {
     let Some(&middle) = cells.first() else { return };
-    let block = influence.block(middle, middle);
-    let rigidity = 1.0 / block[0][0].max(block[1][1]);
+    let middle_block = influence.block(middle, middle);
+    let rigidity = 1.0 / middle_block[0][0].max(middle_block[1][1]);
     for sweep in 0..sweeps {
         let mut visit = |cell: usize| {
             let block = influence.block(cell, cell);

@@ -143,8 +143,8 @@ impl LayerModes {
                 }
                 let modal = vectors.transpose() * matrix.submatrix(6, 6, modes, modes) * vectors;
                 let (coupled, inner) = (coupling(&matrix), &modal * &following);
-                let products = (following.transpose() * &coupled, following.transpose() * &inner);
-                let faces = reduced(&matrix, &products.0, Some(&products.1));
+                let condensed = (following.transpose() * &coupled, following.transpose() * &inner);
+                let faces = reduced(&matrix, &condensed.0, Some(&condensed.1));
                 if has_cords {
                     let entry = |row, column| if column < modes { modal[(row, column)] } else { 0.0 };
                     let all = (0..BLOCK).flat_map(|row| (row + 1..BLOCK).map(move |column| (row, column)));
@@ -200,7 +200,7 @@ impl LayerModes {
             });
             let modal = vectors.transpose() * exchange.submatrix(6, 6, modes, modes) * vectors;
             let (coupled, inner) = (coupling(&exchange), &modal * &following);
-            let products = (following.transpose() * &coupled, following.transpose() * &inner);
+            let condensed = (following.transpose() * &coupled, following.transpose() * &inner);
             let squares: Vec<f64> = squares.iter().copied().collect();
             let couplings = coupled + inner;
             let of = TurningModes {
@@ -211,7 +211,7 @@ impl LayerModes {
                 parts: parts.iter().map(|(_, pulling, _)| pulling).collect(),
                 low: squares.iter().filter(|&&square| square < wave.shear_waves).count(),
             };
-            Box::new(CoriolisModes::new(reduced(&exchange, &products.0, Some(&products.1)), &of))
+            Box::new(CoriolisModes::new(reduced(&exchange, &condensed.0, Some(&condensed.1)), &of))
         });
         Some(Self {
             coriolis,

@@ -26,7 +26,7 @@ const MOST_DAMPING: f64 = 1e10;
 
 /// When a minimisation ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
+pub(crate) struct IterationLimits {
     /// Most steps taken.
     pub steps: usize,
     /// Decrease of |r|^2 that does not justify a further step.
@@ -82,7 +82,7 @@ pub(crate) fn minimise(
     residuals: &(impl Fn(&[f64]) -> Vec<f64> + Sync),
     start: &[f64],
     bounds: &[Range<f64>],
-    limits: Bounds,
+    limits: IterationLimits,
     watch: &mut dyn FnMut(usize, f64) -> ControlFlow<()>,
 ) -> Minimum {
     let mut found =
@@ -166,7 +166,7 @@ fn promised_squares(slopes: &Mat<f64>, from: &Minimum, next: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    const LIMITS: Bounds = Bounds { steps: 100, decrease: 1e-20 };
+    const LIMITS: IterationLimits = IterationLimits { steps: 100, decrease: 1e-20 };
 
     fn rosenbrock(x: &[f64]) -> Vec<f64> {
         vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]

@@ -132,7 +132,7 @@ impl Amounts {
     /// Memory of the steps on `threads` threads \[bytes\].
     pub(crate) fn step_memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
-        steps + expected_fit::KEPT * self.set_up_memory_on(threads)
+        steps + expected_fit::RETAINED * self.set_up_memory_on(threads)
     }
 
     /// Memory of the influence functions on `threads` threads before the steps \[bytes\].

@@ -80,7 +80,6 @@ struct Chunk {
 }
 
 impl Chunk {
-    /// The stages with their begins and durations.
     fn stages(&self) -> [(Stage, Instant, Duration); 2] {
         let [begin, made, end] = self.times;
         [(Stage::Road, begin, made - begin), (Stage::Slices, made, end - made)]

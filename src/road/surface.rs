@@ -50,7 +50,6 @@ pub struct RoadSurface {
     report: RoadReport,
 }
 
-/// Source of the heights.
 enum Heights {
     Plane,
     Drawn { texture: Box<Texture>, patches: Box<Patches> },

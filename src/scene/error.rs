@@ -8,7 +8,7 @@ use annotate_snippets::{Level, Renderer};
 use super::Diagnostic;
 
 /// Most mistakes that are reported; more of them are no help.
-const MOST_TOLD: usize = 32;
+const MOST_REPORTED: usize = 32;
 
 /// Reason why what a run needs is not set up.
 #[derive(Debug, thiserror::Error)]
@@ -89,8 +89,8 @@ pub enum SceneError {
 impl SceneError {
     /// Error of mistakes, at least one, beside `more` that are not reported.
     pub(crate) fn invalid(mut diagnostics: Vec<Diagnostic>, more: usize) -> Self {
-        let more = more + diagnostics.len().saturating_sub(MOST_TOLD);
-        diagnostics.truncate(MOST_TOLD);
+        let more = more + diagnostics.len().saturating_sub(MOST_REPORTED);
+        diagnostics.truncate(MOST_REPORTED);
         Self::Invalid { diagnostics, more }
     }
 

@@ -422,9 +422,9 @@ impl<K: Kind> Kind for Optional<K> {
 
 /// An array of numbers, at least one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Numbers<K = Bounds>(pub(super) K);
+pub(super) struct NumberList<K = Bounds>(pub(super) K);
 
-impl<K: Kind> Kind for Numbers<K> {
+impl<K: Kind> Kind for NumberList<K> {
     type Output = Vec<K::Output>;
 
     fn wanted(&self) -> String {
@@ -493,7 +493,6 @@ impl<T: DeserializeOwned> OneOf<T> {
         T::deserialize(deserializer)
     }
 
-    /// The accepted words.
     pub(super) fn words() -> &'static [&'static str] {
         // No variant is called "": the error of serde carries the list.
         Self::parse("").err().map_or(&[], |refused| refused.0)

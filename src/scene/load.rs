@@ -445,7 +445,6 @@ fn named_file(
     Ok(Arc::new(SourceText { name: path.display().to_string(), text: read(&path)? }))
 }
 
-/// Parses TOML.
 fn parse(source: &Arc<SourceText>) -> Result<Spanned<DeTable<'_>>, SceneError> {
     let (table, mut errors) = DeTable::parse_recoverable(&source.text);
     if errors.is_empty() {

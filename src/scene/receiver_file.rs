@@ -22,7 +22,6 @@ const RECEIVER: &str = "receiver";
 const FILE: &str = "file";
 const PLACING: [&str; 2] = ["offset", "rotation_deg"];
 
-/// A file of microphones.
 struct ReceiverFile {
     /// Index of the table that names it.
     item: usize,

@@ -15,7 +15,7 @@ const TYRE: &str = "tyre";
 const KIND: &str = "kind";
 const ZONE: (&str, &str) = ("contact.zone", "slices");
 /// Most letters of a setting that a message quotes.
-const MOST_TOLD: usize = 200;
+const MOST_QUOTED: usize = 200;
 /// Most parts of a key: no table of a scene is as deep.
 const MOST_STEPS: usize = 16;
 const NOT_GIVEN: &str = "leave the setting out, or correct the key's name";
@@ -48,7 +48,7 @@ impl Setting {
     /// # Errors
     /// A message, for a text without `=` and for an invalid path.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let reported = beginning(text, MOST_TOLD);
+        let reported = beginning(text, MOST_QUOTED);
         let form = || format!("\"{reported}\" is not a setting: give it as KEY=VALUE, such as rolling.speed_kmh=110");
         let (key, value) = text.split_once('=').ok_or_else(form)?;
         let (key, value) = (key.trim().to_owned(), value.trim());

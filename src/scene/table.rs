@@ -263,9 +263,7 @@ pub(super) struct Nested<T> {
     pub(super) title: &'static str,
     /// Description of the wanted value.
     pub(super) wanted: &'static str,
-    /// Schema of the table.
     pub(super) schema: fn() -> Json,
-    /// Reads its keys.
     pub(super) read: fn(&mut Table<'_>) -> Option<T>,
 }
 

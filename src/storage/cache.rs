@@ -27,7 +27,7 @@ use crate::numeric::digest::hexadecimal;
 /// Limit of the size of all entries together \[bytes\]: the least, allowed on any disk, and the greatest.
 const BOUNDS: [u64; 2] = [2 << 30, 32 << 30];
 /// Entries may fill one part in so many of the disk's free space, their present size added to it.
-const SHARE_OF_ROOM: u64 = 8;
+const SHARE_OF_FREE_SPACE: u64 = 8;
 
 /// Reason why the cache cannot be used.
 #[derive(Debug, Error)]
@@ -295,7 +295,7 @@ fn value<T: Cached>(mut body: Body, key: &[u8; 32]) -> Result<T, Unusable> {
 /// Limit \[bytes\] for entries that take `entries` bytes on a disk with `free` free ones, if those are known.
 fn limit_by_free_space(entries: u64, free: Option<u64>) -> u64 {
     let [least, most] = BOUNDS;
-    free.map_or(least, |free| (entries.saturating_add(free) / SHARE_OF_ROOM).clamp(least, most))
+    free.map_or(least, |free| (entries.saturating_add(free) / SHARE_OF_FREE_SPACE).clamp(least, most))
 }
 
 /// Bytes free to this user on a folder's disk, if the system reports them.

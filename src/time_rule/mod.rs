@@ -9,11 +9,9 @@
 //! Everything that differs from rule to rule stands here:
 //!
 //! - this file: the rules, their times, weights, symbols and errors;
-//! - `runge_kutta`: the tableaux;
-//! - `rates`: the rates of a rule at one zeta;
+//! - `runge_kutta`: the tableaux, and the rates of a rule at one zeta;
 //! - `recursion`: one pole under a rule, step by step.
 
-mod rates;
 pub(crate) mod recursion;
 mod runge_kutta;
 
@@ -23,8 +21,7 @@ use num_complex::Complex64;
 
 use crate::counters::catalogue::catalogue;
 
-pub(crate) use rates::Rates;
-pub(crate) use runge_kutta::RungeKutta;
+pub(crate) use runge_kutta::{Rates, RungeKutta};
 use runge_kutta::{SDIRK2, SDIRK3};
 
 catalogue! {

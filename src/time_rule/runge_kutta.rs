@@ -1,10 +1,22 @@
-//! Singly diagonally implicit Runge-Kutta rules.
+//! Singly diagonally implicit Runge-Kutta rules, and the rates of a rule.
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use num_complex::Complex64;
 
-use super::rates::Rates;
+/// The rates mu of a rule at one zeta, which replace s.
+#[derive(Clone, Copy, Debug)]
+pub struct Rates {
+    pub(super) values: [Complex64; 3],
+    pub(super) count: usize,
+}
+
+impl Rates {
+    /// mu, one per stage.
+    pub fn all(&self) -> &[Complex64] {
+        &self.values[..self.count]
+    }
+}
 
 /// A singly diagonally implicit, stiffly accurate Runge-Kutta rule of two or three stages.
 #[derive(Clone, Copy, Debug, PartialEq)]

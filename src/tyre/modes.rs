@@ -51,7 +51,7 @@ const PATIENCE: usize = 8;
 /// Damping above which nothing rings: it loses 97 % of its amplitude in a period.
 const LARGEST_DAMPING: f64 = 0.5;
 /// Part of the largest sample above which a pole counts.
-const FELT: f64 = 1e-5;
+const SIGNIFICANT: f64 = 1e-5;
 /// The secant method: iterations, last step, and largest distance from its start, relative to |s|.
 const ITERATIONS: usize = 40;
 const LAST_STEP: f64 = 1e-12;
@@ -259,9 +259,10 @@ impl Line {
     fn poles(&self, values: &[Complex64]) -> Result<Vec<(Complex64, bool)>, RationalError> {
         let model = approximate(&self.points, values, TOLERANCE, [self.most_points, PATIENCE])?;
         let largest = values.iter().fold(0.0_f64, |a, value| a.max(value.norm()));
-        let felt = |z: Complex64| residue(|z| model.evaluate(z), z).norm() > FELT * largest * z.re.abs();
+        let is_significant =
+            |z: Complex64| residue(|z| model.evaluate(z), z).norm() > SIGNIFICANT * largest * z.re.abs();
         let poles = model.poles()?.into_iter().filter(|&z| self.rings(z + self.shift));
-        Ok(poles.map(|z| (z + self.shift, felt(z))).collect())
+        Ok(poles.map(|z| (z + self.shift, is_significant(z))).collect())
     }
 
     fn rings(&self, pole: Complex64) -> bool {
@@ -314,9 +315,9 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
         let mut unconfirmed = Vec::new();
         for entry in 0..3 {
             let values: Vec<Complex64> = sampled.iter().map(|compliance| compliance[entry][entry]).collect();
-            for (start, felt) in line.poles(&values)? {
+            for (start, is_significant) in line.poles(&values)? {
                 let Some(pole) = polished(|s| compliance(s)[entry][entry], start) else {
-                    unconfirmed.extend(felt.then_some(start));
+                    unconfirmed.extend(is_significant.then_some(start));
                     continue;
                 };
                 if !line.rings(pole) {

@@ -14,7 +14,7 @@ use crate::numeric::{Aligned, Element};
 
 /// One lateral number: a row, and its waves.
 #[derive(Clone, Copy)]
-pub(super) struct Row {
+pub(super) struct RingRow {
     /// Place of its waves in the list of all.
     pub start: usize,
     /// Number of the first one on the ring.
@@ -46,13 +46,13 @@ impl<R: Element> AlongRing<R> {
     }
 
     /// Transforms rows, stored column by column from place `first` of the ring on, to their waves.
-    pub(super) fn forward(&mut self, first: usize, rows: &[Row], field: &[R], spectrum: &mut [Complex<R>]) {
+    pub(super) fn forward(&mut self, first: usize, rows: &[RingRow], field: &[R], spectrum: &mut [Complex<R>]) {
         let (arch, height) = (self.arch, self.height(rows.len()));
         arch.dispatch(Forward { along: self, first, rows, field, height, spectrum });
     }
 
     /// Transforms waves to rows, likewise; of a wave that is its own mirror only the real part counts.
-    pub(super) fn inverse(&mut self, first: usize, rows: &[Row], spectrum: &[Complex<R>], field: &mut [R]) {
+    pub(super) fn inverse(&mut self, first: usize, rows: &[RingRow], spectrum: &[Complex<R>], field: &mut [R]) {
         let (arch, height) = (self.arch, self.height(rows.len()));
         arch.dispatch(Inverse { along: self, first, rows, spectrum, field, height });
     }
@@ -65,10 +65,10 @@ const fn numbers(ring: usize, width: usize) -> usize {
 
 /// Rows that exist in a vector of pairs: lane, place in the pair, row.
 fn pairs_of(
-    rows: &[Row],
+    rows: &[RingRow],
     block: Range<usize>,
     pairs: usize,
-) -> impl Iterator<Item = (usize, usize, Row)> + Clone + use<'_> {
+) -> impl Iterator<Item = (usize, usize, RingRow)> + Clone + use<'_> {
     let both = block.enumerate().flat_map(move |(lane, row)| [(lane, 0, row), (lane, 1, pairs + row)]);
     both.filter_map(|(lane, which, row)| Some((lane, which, *rows.get(row)?)))
 }
@@ -76,7 +76,7 @@ fn pairs_of(
 struct Forward<'a, R> {
     along: &'a mut AlongRing<R>,
     first: usize,
-    rows: &'a [Row],
+    rows: &'a [RingRow],
     field: &'a [R],
     height: usize,
     spectrum: &'a mut [Complex<R>],
@@ -125,7 +125,7 @@ impl<R: Element> WithSimd for Forward<'_, R> {
 struct Inverse<'a, R> {
     along: &'a mut AlongRing<R>,
     first: usize,
-    rows: &'a [Row],
+    rows: &'a [RingRow],
     spectrum: &'a [Complex<R>],
     field: &'a mut [R],
     height: usize,
@@ -191,12 +191,12 @@ mod tests {
         for (ring, columns, rows) in [(1, 1, 1), (2, 2, 3), (7, 5, 4), (12, 12, 1), (22, 9, 40), (64, 30, 17)] {
             // Of every row some waves, the highest one with others.
             let mut start = 0;
-            let rows: Vec<Row> = (0..rows)
+            let rows: Vec<RingRow> = (0..rows)
                 .map(|row| {
                     let first = row % 3 % (ring / 2 + 1);
                     let count = ring / 2 + 1 - first - if first == 1 { row % 2 } else { 0 };
                     start += count;
-                    Row { start: start - count, first, count }
+                    RingRow { start: start - count, first, count }
                 })
                 .collect();
             let mut along = AlongRing::<R>::new(ring);

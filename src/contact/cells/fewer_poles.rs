@@ -295,8 +295,8 @@ mod tests {
             println!("{rule:?}, {tolerance:e}: {} of {} poles", order(&found), order(&modes));
             assert!(order(&found) < order(&modes) && found.odd.len() == found.poles.len());
             for stage in 0..rule.stages() {
-                for (residues, other) in [(modes.residues, found.residues), (modes.odd, found.odd)] {
-                    let [early, exact] = late(&modes, residues, rule, stage);
+                for (exact_residues, other) in [(modes.residues, found.residues), (modes.odd, found.odd)] {
+                    let [early, exact] = late(&modes, exact_residues, rule, stage);
                     let [_, late] = late(&found, other, rule, stage);
                     let scale: f64 = early.iter().chain(&exact).map(|u| u.abs()).sum();
                     let missed: f64 = exact.iter().zip(&late).map(|(a, b)| (a - b).abs()).sum();

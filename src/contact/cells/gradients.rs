@@ -23,7 +23,7 @@ const LANES: usize = 16;
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Progress {
+pub(super) struct GradientProgress {
     /// Iterations.
     pub iterations: u64,
     /// Products with G.
@@ -228,8 +228,14 @@ impl Gradients {
     }
 
     /// Improves the forces on the part of the window until the conditions are met to `goal` or after `most` iterations.
-    pub(super) fn run(&mut self, cells: &mut InstantCells, forces: &mut [f64], goal: f32, most: u64) -> Progress {
-        let mut progress = Progress::default();
+    pub(super) fn run(
+        &mut self,
+        cells: &mut InstantCells,
+        forces: &mut [f64],
+        goal: f32,
+        most: u64,
+    ) -> GradientProgress {
+        let mut progress = GradientProgress::default();
         let count = forces.len();
         self.forces[..count].copy_from_slice(forces);
         loop {
@@ -279,7 +285,7 @@ impl Gradients {
     }
 
     /// Corrects u for the cuts: a few one by one, many by a product.
-    fn take_back(&mut self, cells: &mut InstantCells, count: usize, cuts: u64, progress: &mut Progress) {
+    fn take_back(&mut self, cells: &mut InstantCells, count: usize, cuts: u64, progress: &mut GradientProgress) {
         /// Cuts that take the time of a product.
         const MANY: u64 = 24;
         if cuts > MANY {

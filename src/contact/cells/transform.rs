@@ -38,7 +38,6 @@ impl<R: Element> WithSimd for Width<R> {
 /// Radices for which there are butterflies.
 const RADICES: [usize; 5] = [8, 4, 2, 3, 5];
 
-/// One pass.
 struct Pass<R> {
     radix: usize,
     /// Butterflies with different factors.

@@ -12,7 +12,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex, Complex64};
 use realfft::FftNum;
 
-use super::along_ring::{AlongRing, Row};
+use super::along_ring::{AlongRing, RingRow};
 use crate::counters::Work;
 use crate::numeric::{Element, transform_multiply_adds};
 use crate::storage::state::Evolving;
@@ -26,7 +26,7 @@ impl WaveNumber for f64 {}
 
 /// Lateral numbers whose shapes are all even, or all odd, about the middle.
 struct Side<R> {
-    rows: Vec<Row>,
+    rows: Vec<RingRow>,
     /// Rows of all fields: twice as many as there are pairs, see [`AlongRing`]. Those behind the last are zeros.
     height: usize,
     /// s_m(y_j), row by row, j below the middle; the wave itself where numbers are taken together.
@@ -72,7 +72,7 @@ impl<R: WaveNumber> Basis<R> {
     }
 
     /// exp(-2 pi i n first/R) of a row's waves.
-    fn turns<'a>(&'a self, row: &Row, first: usize) -> impl Iterator<Item = Complex<R>> + use<'a, R> {
+    fn turns<'a>(&'a self, row: &RingRow, first: usize) -> impl Iterator<Item = Complex<R>> + use<'a, R> {
         let ring = self.turns.len();
         (row.first..row.first + row.count).map(move |n| self.turns[n * first % ring])
     }
@@ -129,7 +129,7 @@ impl<R: WaveNumber> WaveTransform<R> {
             // The middle one of an odd number of cells counts once.
             let side = if is_even(row.m) { &mut even } else { &mut odd };
             side.shapes.extend((0..half).map(|j| R::rounded(shape(row, j))));
-            side.rows.push(Row { start, first: row.first, count: row.waves.len() });
+            side.rows.push(RingRow { start, first: row.first, count: row.waves.len() });
             start += row.waves.len();
         }
         let bins = rows.iter().map(|row| row.first + row.waves.len()).max().unwrap_or(0);

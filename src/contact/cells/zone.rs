@@ -108,14 +108,14 @@ impl ContactZone for CellZone {
         meter.add_work(Stage::Penetration, Work { multiply_adds: 4 * cells as u64, bytes: 40 * cells as u64 });
         meter.lap(&mut laps, Stage::Penetration);
         // Cells are material: forces move with them through the window.
-        let moved = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
-        let moved = moved.saturating_mul(self.across).min(cells);
-        if self.forces[..moved].iter().all(|force| *force <= 0.0) {
-            self.search.advance(moved);
+        let shift = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
+        let shift = shift.saturating_mul(self.across).min(cells);
+        if self.forces[..shift].iter().all(|force| *force <= 0.0) {
+            self.search.advance(shift);
         }
-        if moved > 0 {
-            self.forces.copy_within(moved.., 0);
-            self.forces[cells - moved..].fill(0.0);
+        if shift > 0 {
+            self.forces.copy_within(shift.., 0);
+            self.forces[cells - shift..].fill(0.0);
         }
         self.first_element = first_element;
         self.search.cells_mut().place(first_element);

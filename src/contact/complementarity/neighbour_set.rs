@@ -33,11 +33,11 @@ pub(super) struct NeighbourSet {
     /// S0, rising, by column when its factor was last used; negative ones have left the window since.
     stored: Vec<i64>,
     /// Points of both sets, as positions in S0 and in the set asked for.
-    stayed: Vec<(usize, usize)>,
+    common: Vec<(usize, usize)>,
     /// A, as positions in the set asked for.
-    come: Vec<usize>,
+    added: Vec<usize>,
     /// R, as positions in S0.
-    gone: Vec<usize>,
+    removed: Vec<usize>,
 }
 
 impl NeighbourSet {
@@ -46,9 +46,9 @@ impl NeighbourSet {
         Self {
             slot: None,
             stored: Vec::with_capacity(points),
-            stayed: Vec::with_capacity(points),
-            come: Vec::with_capacity(MOST_DIFFERENT + 1),
-            gone: Vec::with_capacity(MOST_DIFFERENT + 1),
+            common: Vec::with_capacity(points),
+            added: Vec::with_capacity(MOST_DIFFERENT + 1),
+            removed: Vec::with_capacity(MOST_DIFFERENT + 1),
         }
     }
 
@@ -68,12 +68,12 @@ impl NeighbourSet {
     pub(super) fn serves(&mut self, points: &[usize]) -> Option<usize> {
         let slot = self.slot?;
         let most = (points.len() / POINTS_TO_A_DIFFERENCE).min(MOST_DIFFERENT);
-        self.stayed.clear();
-        self.come.clear();
-        self.gone.clear();
+        self.common.clear();
+        self.added.clear();
+        self.removed.clear();
         let (mut new, mut old) = (0, 0);
         while new < points.len() || old < self.stored.len() {
-            if self.come.len() + self.gone.len() > most {
+            if self.added.len() + self.removed.len() > most {
                 return None;
             }
             let order = match (points.get(new), self.stored.get(old)) {
@@ -82,14 +82,14 @@ impl NeighbourSet {
                 _ => Ordering::Greater,
             };
             match order {
-                Ordering::Less => self.come.push(new),
-                Ordering::Greater => self.gone.push(old),
-                Ordering::Equal => self.stayed.push((old, new)),
+                Ordering::Less => self.added.push(new),
+                Ordering::Greater => self.removed.push(old),
+                Ordering::Equal => self.common.push((old, new)),
             }
             new += usize::from(order.is_le());
             old += usize::from(order.is_ge());
         }
-        (self.come.len() + self.gone.len() <= most).then_some(slot)
+        (self.added.len() + self.removed.len() <= most).then_some(slot)
     }
 
     /// Number of points of S0.
@@ -99,13 +99,13 @@ impl NeighbourSet {
 
     /// Number of points that differ.
     pub(crate) fn different(&self) -> usize {
-        self.come.len() + self.gone.len()
+        self.added.len() + self.removed.len()
     }
 
     /// Writes d_0 into `column`.
     pub(crate) fn right_side(&self, d: &[f64], column: &mut [f64]) {
         column.fill(0.0);
-        for &(old, new) in &self.stayed {
+        for &(old, new) in &self.common {
             column[old] = d[new];
         }
     }
@@ -122,13 +122,13 @@ impl NeighbourSet {
         let (first, rest) = columns.split_at_mut(stride);
         self.right_side(d, first);
         rest.fill(0.0);
-        let (gone, come) = rest.split_at_mut(stride * self.gone.len());
-        for &(old, new) in &self.stayed {
-            for (column, &come) in come.chunks_exact_mut(stride).zip(&self.come) {
-                column[old] = influence[points[come].abs_diff(points[new])];
+        let (removed, added) = rest.split_at_mut(stride * self.removed.len());
+        for &(old, new) in &self.common {
+            for (column, &added) in added.chunks_exact_mut(stride).zip(&self.added) {
+                column[old] = influence[points[added].abs_diff(points[new])];
             }
         }
-        for (column, &old) in gone.chunks_exact_mut(stride).zip(&self.gone) {
+        for (column, &old) in removed.chunks_exact_mut(stride).zip(&self.removed) {
             column[old] = 1.0;
         }
     }
@@ -144,15 +144,15 @@ impl NeighbourSet {
         matrix: &mut [f64],
         right: &mut [f64],
     ) {
-        let (size, gone) = (self.different(), self.gone.len());
+        let (size, removed) = (self.different(), self.removed.len());
         let row = |different: usize, column: usize| self.row(points, influence, (z, stride), different, column);
         let entry = |different: usize, column: usize| {
             let value = row(different, 1 + column);
-            match (column < gone, different < gone) {
+            match (column < removed, different < removed) {
                 (true, true) => value,
                 (true, false) => -value,
                 _ => {
-                    let (a, b) = (self.come[different - gone], self.come[column - gone]);
+                    let (a, b) = (self.added[different - removed], self.added[column - removed]);
                     value - influence[points[a].abs_diff(points[b])]
                 }
             }
@@ -172,9 +172,9 @@ impl NeighbourSet {
     ) {
         for (different, right) in right[..self.different()].iter_mut().enumerate() {
             let value = self.row(points, influence, z, different, 0);
-            *right = match different.checked_sub(self.gone.len()) {
+            *right = match different.checked_sub(self.removed.len()) {
                 None => -value,
-                Some(come) => value - d[self.come[come]],
+                Some(added) => value - d[self.added[added]],
             };
         }
     }
@@ -190,25 +190,25 @@ impl NeighbourSet {
         column: usize,
     ) -> f64 {
         let z = &z[column * stride..(column + 1) * stride];
-        match self.gone.get(different) {
+        match self.removed.get(different) {
             Some(&old) => z[old],
             None => {
-                let come = points[self.come[different - self.gone.len()]];
-                self.stayed.iter().map(|&(old, new)| influence[come.abs_diff(points[new])] * z[old]).sum()
+                let added = points[self.added[different - self.removed.len()]];
+                self.common.iter().map(|&(old, new)| influence[added.abs_diff(points[new])] * z[old]).sum()
             }
         }
     }
 
     /// Forces in the order of the points asked for, from Z and the solution of the system.
     pub(super) fn forces(&self, (z, stride): (&[f64], usize), solution: &[f64], forces: &mut [f64]) {
-        let (lambda, come) = solution[..self.different()].split_at(self.gone.len());
-        for &(old, new) in &self.stayed {
+        let (lambda, added) = solution[..self.different()].split_at(self.removed.len());
+        for &(old, new) in &self.common {
             let columns = |first: usize| z[first * stride..].chunks_exact(stride).map(move |column| column[old]);
             let pulled: f64 = columns(1).zip(lambda).map(|(z, lambda)| z * lambda).sum();
-            let pushed: f64 = columns(1 + lambda.len()).zip(come).map(|(z, force)| z * force).sum();
+            let pushed: f64 = columns(1 + lambda.len()).zip(added).map(|(z, force)| z * force).sum();
             forces[new] = z[old] + pulled - pushed;
         }
-        for (&new, &force) in self.come.iter().zip(come) {
+        for (&new, &force) in self.added.iter().zip(added) {
             forces[new] = force;
         }
     }
@@ -268,9 +268,10 @@ mod tests {
         const COLUMNS: usize = 60;
         let row: Vec<f64> = (0..COLUMNS).map(influence).collect();
         let stored: Vec<usize> = (10..50).collect();
-        let without = |gone: &[usize]| stored.iter().copied().filter(|point| !gone.contains(point)).collect::<Vec<_>>();
-        let with = |come: &[usize], mut points: Vec<usize>| {
-            points.extend(come);
+        let without =
+            |removed: &[usize]| stored.iter().copied().filter(|point| !removed.contains(point)).collect::<Vec<_>>();
+        let with = |added: &[usize], mut points: Vec<usize>| {
+            points.extend(added);
             points.sort_unstable();
             points
         };

@@ -29,7 +29,6 @@ pub(crate) enum Search {
     Alone {
         /// G0_ii \[m/N\].
         point_influence: f64,
-        /// The slice on it.
         slice: LocalSlice,
         /// Where in its curve every column is.
         pieces: Vec<HeldPiece>,

@@ -118,9 +118,9 @@ impl Surface {
 
     /// Columns from the first to the last that may carry force, where y is the penetration without forces.
     pub(crate) fn reach(&self, y: &[f64]) -> Range<usize> {
-        let may = |(y, force): (&f64, &f64)| *y > 0.0 || *force > 0.0;
-        let from = y.iter().zip(&self.estimate).position(may).unwrap_or(0);
-        let last = y.iter().zip(&self.estimate).rposition(may);
+        let may_carry = |(y, force): (&f64, &f64)| *y > 0.0 || *force > 0.0;
+        let from = y.iter().zip(&self.estimate).position(may_carry).unwrap_or(0);
+        let last = y.iter().zip(&self.estimate).rposition(may_carry);
         from..last.map_or(from, |last| last + 1)
     }
 

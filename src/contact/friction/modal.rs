@@ -79,7 +79,6 @@ impl<R: WaveNumber> Ring<R> {
         Self { transform, groups, precise, seen, blocks: stepping.remembered_blocks(), earliest: 0 }
     }
 
-    /// Work of a step.
     fn work(&self) -> Work {
         let mut work = self.transform.work() * 2;
         let of_pass = self.groups.iter().map(WaveGroup::work).chain(self.precise.iter().map(WaveGroup::work));

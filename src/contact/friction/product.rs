@@ -39,7 +39,6 @@ pub(crate) struct WindowProduct {
     /// By length of a part; made as needed. In double and in single precision.
     parts: Vec<Option<TractionProduct>>,
     rough: Vec<Option<TractionProduct<f32>>>,
-    /// Work of products.
     work: Work,
 }
 

@@ -9,7 +9,7 @@ use super::product::Vector;
 use crate::tyre::influence::TractionInfluence;
 
 /// Steps of a cell towards its conditions in a sweep.
-const OWN_STEPS: usize = 2;
+const CELL_STEPS: usize = 2;
 
 /// Improves the forces by `sweeps` sweeps. `cells` lists the cells that may touch; `displacements` are those of the
 /// forces, and remain so on these cells.
@@ -22,15 +22,15 @@ pub(super) fn sweep(
     sweeps: usize,
 ) {
     let Some(&middle) = cells.first() else { return };
-    let block = influence.block(middle, middle);
-    let rigidity = 1.0 / block[0][0].max(block[1][1]);
+    let middle_block = influence.block(middle, middle);
+    let rigidity = 1.0 / middle_block[0][0].max(middle_block[1][1]);
     for sweep in 0..sweeps {
         let mut visit = |cell: usize| {
             let block = influence.block(cell, cell);
             let (begin, mut u) = (forces[cell], displacements[cell]);
             let mut force = begin;
             let d = conditions.required[cell];
-            for _ in 0..OWN_STEPS {
+            for _ in 0..CELL_STEPS {
                 let old = force;
                 force[2] = (force[2] - (u[2] - d) / block[2][2]).max(0.0);
                 add_block(&block, [0.0, 0.0, force[2] - old[2]], &mut u);

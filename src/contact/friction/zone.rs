@@ -155,12 +155,12 @@ impl FrictionZone {
 
     /// Moves the guess with the window: cells are material.
     fn advance(&mut self, first_element: i64) {
-        let moved = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
+        let offset = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
         let cells = self.forces.len();
-        let moved = moved.saturating_mul(self.across()).min(cells);
-        if moved > 0 {
-            self.forces.copy_within(moved.., 0);
-            self.forces[cells - moved..].fill([0.0; 3]);
+        let offset = offset.saturating_mul(self.across()).min(cells);
+        if offset > 0 {
+            self.forces.copy_within(offset.., 0);
+            self.forces[cells - offset..].fill([0.0; 3]);
         }
         self.first_element = first_element;
     }

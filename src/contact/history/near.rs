@@ -40,7 +40,6 @@ pub(super) struct NearForces {
     influence: Vec<f64>,
     /// Imaginary parts of these spectra; empty where influence is even.
     odd: Vec<f64>,
-    /// Lags of the influence.
     lags: usize,
     /// Spectra of the forces by instant: real parts, imaginary parts.
     forces: Vec<f64>,

@@ -252,7 +252,6 @@ pub(crate) struct WavenumberGroup<E> {
     count: usize,
     pub(super) pairs: PoleRows<E, 2>,
     pub(super) reals: PoleRows<E, 1>,
-    /// Stages of a step.
     stages: usize,
     /// Steps between the forces taken in and the displacement predicted.
     pub(super) skipped: usize,

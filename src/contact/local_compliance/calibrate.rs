@@ -173,8 +173,8 @@ fn approach_by_law(patch: &Pressed, c: f64, pressure: f64) -> f64 {
 
 /// Mean square error of the law's approach \[m^2\].
 fn approach_misfit(patch: &Pressed, c: f64, pressures: &[f64]) -> f64 {
-    let misses = pressures.iter().zip(&patch.found).map(|(&p, found)| approach_by_law(patch, c, p) - found.0);
-    misses.map(|miss| miss * miss).sum::<f64>() / pressures.len() as f64
+    let differences = pressures.iter().zip(&patch.found).map(|(&p, found)| approach_by_law(patch, c, p) - found.0);
+    differences.map(|difference| difference * difference).sum::<f64>() / pressures.len() as f64
 }
 
 /// Mean square error of the law's line pressures, relative to the mean pressure; infinite where the law could not be

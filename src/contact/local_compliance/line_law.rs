@@ -72,8 +72,8 @@ impl ElementLine {
         let pressures: Vec<f64> = displacements.map(|s| s / compliance).collect();
         let mut residual: Vec<f64> = (0..n)
             .map(|i| {
-                let sunk: f64 = (0..n).map(|j| self.influence[i.abs_diff(j)] * pressures[j]).sum();
-                v[i] - self.curves[i].peak - depth + sunk - compliance * pressures[i]
+                let displacement: f64 = (0..n).map(|j| self.influence[i.abs_diff(j)] * pressures[j]).sum();
+                v[i] - self.curves[i].peak - depth + displacement - compliance * pressures[i]
             })
             .collect();
         // In metres as the others.
@@ -180,8 +180,9 @@ mod tests {
             assert!((q.iter().sum::<f64>() / 16.0 - mean).abs() < 1e-8 * mean.max(0.1));
             // Under load S^-1(c q) - c q + G q - h is the depth, the same for all; without load there is a gap.
             let place = |i: usize| {
-                let sunk: f64 = (0..16).map(|j| line.influence[usize::abs_diff(i, j)] * q[j]).sum();
-                line.curves[i].penetration_at(compliance * q[i]) - compliance * q[i] + sunk - line.curves[i].peak
+                let displacement: f64 = (0..16).map(|j| line.influence[usize::abs_diff(i, j)] * q[j]).sum();
+                line.curves[i].penetration_at(compliance * q[i]) - compliance * q[i] + displacement
+                    - line.curves[i].peak
             };
             let loaded: Vec<usize> = (0..16).filter(|&i| q[i] > 0.0).collect();
             let depth = place(loaded[0]);

@@ -75,7 +75,7 @@ impl Press {
     }
 
     /// Presses a block whose cells have these heights \[m\], element by element, -infinity where there is no road;
-    /// returns how the slices `slices` of it yield. No result depends on what was pressed before.
+    /// returns how its `slices` yield. No result depends on what was pressed before.
     pub(crate) fn press(&mut self, heights: &[f64], slices: Range<usize>) -> Vec<Yielding> {
         let cells = self.lattice.cells();
         for (relief, row) in self.relief.chunks_mut(self.lattice.columns).zip(heights.chunks(self.lattice.columns)) {

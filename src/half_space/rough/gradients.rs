@@ -38,7 +38,7 @@ pub(super) enum Constraint {
 }
 
 /// How a run ended.
-pub(super) struct Progress {
+pub(super) struct GradientOutcome {
     pub plane: f64,
     pub iterations: usize,
     pub convolutions: usize,
@@ -149,7 +149,7 @@ impl<'a> Solver<'a> {
         constraint: Constraint,
         limits: IndentationLimits,
         pressure: &mut [f64],
-    ) -> Result<Progress, HalfSpaceError> {
+    ) -> Result<GradientOutcome, HalfSpaceError> {
         self.start(constraint, pressure);
         let given_load = matches!(constraint, Constraint::Sum(_));
         let (mut fresh, mut old_product) = (true, 0.0);
@@ -165,7 +165,7 @@ impl<'a> Solver<'a> {
             // Converged: only a displacement that was formed anew counts, see step 2 of the head.
             if worst <= limits.tolerance {
                 if fresh {
-                    return Ok(Progress { plane, iterations, convolutions: self.convolutions, residual: worst });
+                    return Ok(GradientOutcome { plane, iterations, convolutions: self.convolutions, residual: worst });
                 }
                 self.displace(pressure);
                 fresh = true;

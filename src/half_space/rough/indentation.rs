@@ -12,7 +12,7 @@
 //! 3. On each level: constrained preconditioned conjugate gradients (module `gradients`).
 
 use super::convolution::Extent;
-use super::gradients::{Boundary, Constraint, Progress, Solver};
+use super::gradients::{Boundary, Constraint, GradientOutcome, Solver};
 use super::map::{HeightMap, IndentationLimits};
 use crate::half_space::HalfSpaceError;
 
@@ -107,7 +107,7 @@ fn solve_level(
     constraint: Constraint,
     limits: IndentationLimits,
     finest: bool,
-) -> Result<(Vec<f64>, Progress), HalfSpaceError> {
+) -> Result<(Vec<f64>, GradientOutcome), HalfSpaceError> {
     let Extent { nx, ny } = map.extent;
     let mut pressure = vec![0.0; nx * ny];
     let mut plane = None;
@@ -143,7 +143,7 @@ fn solve_level(
     loop {
         let Some(window) = Window::above(map, reached) else {
             // Only a coarse level can be clear of the plane: averaging lowers its peaks.
-            return Ok((pressure, Progress { plane: reached, iterations, convolutions, residual: 0.0 }));
+            return Ok((pressure, GradientOutcome { plane: reached, iterations, convolutions, residual: 0.0 }));
         };
         let heights = window.cut(&map.heights, ny);
         let mut inside = window.cut(&pressure, ny);
@@ -154,7 +154,7 @@ fn solve_level(
         convolutions += progress.convolutions;
         // Every cell above the plane must have been in the box (coarse levels need not be exact).
         if !finest || progress.plane >= reached {
-            return Ok((pressure, Progress { iterations, convolutions, ..progress }));
+            return Ok((pressure, GradientOutcome { iterations, convolutions, ..progress }));
         }
         reached = progress.plane - BOX_MARGIN * (peak - progress.plane);
     }

@@ -30,7 +30,6 @@ pub(super) struct Role {
     words: &'static [&'static str],
     /// Words that name it where no others stand beside them.
     alone: &'static [&'static str],
-    /// Key of its unit.
     unit_key: &'static str,
 }
 

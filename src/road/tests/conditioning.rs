@@ -223,8 +223,8 @@ fn tilted_maps_are_levelled_and_reported() {
         _ => false,
     };
     assert!(tilted.report.notes.iter().any(slopes), "{:?}", tilted.report.notes);
-    let tilted = of("tilted_3_and_5_percent", Levelling::Off);
-    assert!(tilted.rms > 3e-3 && tilted.report.notes.contains(&RoadNote::NotLevelled));
+    let unlevelled = of("tilted_3_and_5_percent", Levelling::Off);
+    assert!(unlevelled.rms > 3e-3 && unlevelled.report.notes.contains(&RoadNote::NotLevelled));
     assert!(of("tilted_3_and_5_percent", Levelling::Mean).rms > 3e-3);
     // Other slopes, on both kinds of map.
     let folder = tempfile::tempdir().unwrap();

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::named_texture::NamedTexture;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Numbers, OneOf, Whole};
+use crate::scene::kind::{Bounds, NumberList, OneOf, Whole};
 use crate::scene::problem::short;
 use crate::scene::table::{Keys, Nested, Table};
 
@@ -25,9 +25,9 @@ keys! {
         /// Seed of the random numbers.
         seed: u64 = 0 => Whole::least(0),
         /// Third-octave mid-wavelengths \[m\].
-        wavelengths?: Vec<f64> => Numbers(WAVELENGTH),
+        wavelengths?: Vec<f64> => NumberList(WAVELENGTH),
         /// Third-octave texture levels of a profile, dB re 1e-6 m.
-        levels?: Vec<f64> => Numbers(LEVEL),
+        levels?: Vec<f64> => NumberList(LEVEL),
         /// Power-law spectrum instead of levels.
         power_law?: PowerLawTexture => POWER_LAW,
         /// Name of a road instead of levels: a test track of ISO 10844, dense asphalt with stones up to 11 mm, stone

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::scene::Problem;
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Numbers, OneOf};
+use crate::scene::kind::{Bounds, NumberList, OneOf};
 use crate::scene::table::{Keys, Kind, Nested, Table};
 
 pub(super) const LOSS: Bounds = Bounds::not_negative("").plausible(1e-9, 10.0);
@@ -13,8 +13,8 @@ pub(super) const LOSS: Bounds = Bounds::not_negative("").plausible(1e-9, 10.0);
 pub(super) const FREQUENCY: Bounds = Bounds::positive("Hz").plausible(1e-6, 1e7);
 pub(super) const MODULUS: Bounds = Bounds::positive("Pa").plausible(1e4, 1e12);
 pub(super) const POISSON: Bounds = Bounds::inside(-1.0, 0.5, "");
-const WEIGHTS: Numbers = Numbers(Bounds::positive("").plausible(1e-9, 1e6));
-const TIMES: Numbers = Numbers(Bounds::positive("s").plausible(1e-9, 1e6));
+const WEIGHTS: NumberList = NumberList(Bounds::positive("").plausible(1e-9, 1e6));
+const TIMES: NumberList = NumberList(Bounds::positive("s").plausible(1e-9, 1e6));
 
 keys! {
     /// An isotropic viscoelastic material.

@@ -10,7 +10,7 @@ use toml::de::DeValue;
 
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, File, Numbers, OneOf, Text, Whole};
+use crate::scene::kind::{Bounds, File, NumberList, OneOf, Text, Whole};
 use crate::scene::sizes::MOST_PITCHES;
 use crate::scene::table::{Each, Keys, Kind, Nested, Table, Value};
 
@@ -57,7 +57,7 @@ keys! {
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub PitchSequence {
         /// Lengths of the pitches A, B, C ... \[m\]; all are scaled by one factor to fill the circumference.
-        lengths: Vec<f64> => Numbers(LENGTH),
+        lengths: Vec<f64> => NumberList(LENGTH),
         /// Order of the pitches by their letters, such as "ABCB", or "random".
         sequence: String => Text,
         /// Number of pitches in a random order; each length comes as often as any other, or once more.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::Problem;
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Flag, Numbers, OneOf, Whole};
+use crate::scene::kind::{Bounds, Flag, NumberList, OneOf, Whole};
 use crate::scene::table::{Keys, Nested, Table};
 
 keys! {
@@ -23,11 +23,11 @@ keys! {
         /// Positions along the circumference from the axle, positive in the rolling direction, at which spectra of the
         /// non-rotating frame are wanted \[m\].
         #[serde(skip_serializing_if = "Vec::is_empty")]
-        points: Vec<f64> = Vec::new() => Numbers(Bounds::any("m").plausible(1e-9, 1e3)),
+        points: Vec<f64> = Vec::new() => NumberList(Bounds::any("m").plausible(1e-9, 1e3)),
         /// Numbers 0..N of elements at which spectra of the material frame are wanted: points that turn with the tyre.
         /// The element e meets the road at the distance e dx from its beginning.
         #[serde(skip_serializing_if = "Vec::is_empty")]
-        elements: Vec<usize> = Vec::new() => Numbers(Whole::least(0)),
+        elements: Vec<usize> = Vec::new() => NumberList(Whole::least(0)),
         /// Maps over wavenumber and frequency.
         map: bool = false => Flag,
         /// Length of the averaged segments, brought to whole revolutions \[s\]; by default for a resolution of 1 Hz,

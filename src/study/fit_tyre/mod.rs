@@ -30,7 +30,7 @@ use faer::Mat;
 use num_complex::Complex64;
 use thiserror::Error;
 
-use crate::numeric::bounded_least_squares::{Bounds, jacobian, minimise, squares};
+use crate::numeric::bounded_least_squares::{IterationLimits, jacobian, minimise, squares};
 use crate::numeric::in_parallel;
 use crate::scene::Tyre;
 use measured::MeasuredPoint;
@@ -53,8 +53,8 @@ const EXPLAINED: f64 = 1.5;
 const REACH: f64 = 2.0;
 /// Descents on low frequencies end early: the one on all frequencies does the rest. A decrease of 1 corresponds to one
 /// standard deviation of a parameter.
-const ON_LOW: Bounds = Bounds { steps: 20, decrease: 0.1 };
-const ON_ALL: Bounds = Bounds { steps: 60, decrease: 1e-3 };
+const ON_LOW: IterationLimits = IterationLimits { steps: 20, decrease: 0.1 };
+const ON_ALL: IterationLimits = IterationLimits { steps: 60, decrease: 1e-3 };
 /// A normal variable lies within this many standard deviations of its mean at 95 %.
 const SURE: f64 = 1.96;
 

@@ -175,8 +175,8 @@ pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
         (first..=last).step_by(2).map(|m| (projection.waves.ky(m).powi(2), projection.lateral_weight(m))).collect();
     // 3. The mean of the others. A beat too slow for summation by parts is taken as constant: angle is close to pi, so
     // that the cosine is -1 for odd m and 1 for even ones.
-    let stands = PARTS_PER_BEAT / beat > MOST_LATERAL as f64;
-    let standing = match (stands, first) {
+    let is_constant = PARTS_PER_BEAT / beat > MOST_LATERAL as f64;
+    let standing = match (is_constant, first) {
         (true, 1) => 2.0,
         (true, _) => 0.0,
         (false, _) => 1.0,
@@ -186,7 +186,7 @@ pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
         (ky_squared, weight * mean * standing)
     }));
     // 4. Their oscillation, by parts.
-    if !stands {
+    if !is_constant {
         let weights = tail_sum::oscillating(-Complex64::cis((last + 2) as f64 * angle), 2.0 * angle);
         rows.extend((last + 2..).step_by(2).zip(weights).map(|(m, weight)| {
             let (ky_squared, mean) = mean(m as f64);

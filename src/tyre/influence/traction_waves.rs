@@ -43,7 +43,7 @@ struct Sample {
     /// C^-1.
     stiffness: Matrix3,
     /// Displacement of the inner face into the tyre by displacement b of the surface: row 3 of D C^-1.
-    follows: [Complex64; COMPONENTS],
+    transfer: [Complex64; COMPONENTS],
     /// Weighted sum of the aliases' C.
     aliases: Matrix3,
 }
@@ -112,8 +112,8 @@ impl Sample {
     fn of(at: &KernelAt, sides: Sides, n: i64, m: usize, aliases: Matrix3) -> Self {
         let [surface, bottom] = at.full_of_faces(n, m).map(|face| matrix(in_shapes(&face, sides)));
         let stiffness = inverse(surface);
-        let follows = std::array::from_fn(|b| (0..COMPONENTS).map(|c| bottom[2][c] * stiffness[c][b]).sum());
-        Self { stiffness, follows, aliases }
+        let transfer = std::array::from_fn(|b| (0..COMPONENTS).map(|c| bottom[2][c] * stiffness[c][b]).sum());
+        Self { stiffness, transfer, aliases }
     }
 }
 
@@ -168,9 +168,9 @@ impl TractionWave {
             let stiffness = near().fold(zero, |all, (sample, weight)| sum(&all, &scaled(&sample.stiffness, weight)));
             let aliases = near().fold(zero, |all, (sample, weight)| sum(&all, &scaled(&sample.aliases, weight)));
             let compliance = scaled(&inverse(stiffness), self.weight);
-            let follows: [Complex64; COMPONENTS] =
-                std::array::from_fn(|c| near().map(|(sample, weight)| weight * sample.follows[c]).sum());
-            let bottom = std::array::from_fn(|b| (0..COMPONENTS).map(|c| follows[c] * compliance[c][b]).sum());
+            let transfer: [Complex64; COMPONENTS] =
+                std::array::from_fn(|c| near().map(|(sample, weight)| weight * sample.transfer[c]).sum());
+            let bottom = std::array::from_fn(|b| (0..COMPONENTS).map(|c| transfer[c] * compliance[c][b]).sum());
             TractionAnswer { surface: sum(&compliance, &aliases), bottom }
         };
         let forwards = of(&self.ways[0]);

@@ -67,7 +67,7 @@ pub(super) struct TurningModes<'a> {
     pub squares: &'a [f64],
     /// m_j and h_j, in rows.
     pub moving: &'a Mat<f64>,
-    pub pulls: &'a Mat<f64>,
+    pub couplings: &'a Mat<f64>,
     /// Gam_jk.
     pub modal: &'a Mat<f64>,
     /// g_j of each part of the stiffness, in rows.
@@ -84,7 +84,7 @@ struct Pole {
 impl CoriolisModes {
     /// `faces`: Gam'.
     pub(super) fn new(faces: Entries, modes: &TurningModes<'_>) -> Self {
-        let TurningModes { squares, moving, pulls, modal, ref parts, low } = *modes;
+        let TurningModes { squares, moving, couplings, modal, ref parts, low } = *modes;
         let count = squares.len();
         // 1. Distinct lambda_j.
         let mut apart = squares.to_vec();
@@ -93,7 +93,7 @@ impl CoriolisModes {
         }
         // 2. The pole of each mode.
         let row = |matrix: &Mat<f64>, j: usize| -> Vector { std::array::from_fn(|row| matrix[(j, row)]) };
-        let (m, h): (Vec<Vector>, Vec<Vector>) = (0..count).map(|j| (row(moving, j), row(pulls, j))).unzip();
+        let (m, h): (Vec<Vector>, Vec<Vector>) = (0..count).map(|j| (row(moving, j), row(couplings, j))).unzip();
         let rows = (0..count).map(|j| modal.col_as_slice(j)).collect();
         let residues = Residues { squares: &apart, m: &m, h: &h, modal, rows };
         let mut constant = faces;

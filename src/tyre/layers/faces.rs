@@ -34,9 +34,9 @@ impl<T: ComplexField> Climb<T> {
     #[inline(always)]
     pub(super) fn through(self, [inner, across, outer]: &[Block<T>; 3]) -> Self {
         // Minus the displacement of the inner face by that of the outer one.
-        let follows = product(&inverse(sum(&self.impedance, inner)), across);
-        let impedance = difference(outer, &product(&transposed(across), &follows));
-        let [[p, q, r], [s, t, u], [v, w, x]] = follows;
+        let minus_transfer = product(&inverse(sum(&self.impedance, inner)), across);
+        let impedance = difference(outer, &product(&transposed(across), &minus_transfer));
+        let [[p, q, r], [s, t, u], [v, w, x]] = minus_transfer;
         let step = [[-p, -q, -r], [-s, -t, -u], [-v, -w, -x]];
         let transfer = Some(match self.transfer {
             Some(before) => product(&before, &step),

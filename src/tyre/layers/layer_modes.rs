@@ -143,8 +143,8 @@ impl LayerModes {
                 }
                 let modal = vectors.transpose() * matrix.submatrix(6, 6, modes, modes) * vectors;
                 let (coupled, inner) = (coupling(&matrix), &modal * &following);
-                let products = (following.transpose() * &coupled, following.transpose() * &inner);
-                let faces = reduced(&matrix, &products.0, Some(&products.1));
+                let condensed = (following.transpose() * &coupled, following.transpose() * &inner);
+                let faces = reduced(&matrix, &condensed.0, Some(&condensed.1));
                 if has_cords {
                     let entry = |row, column| if column < modes { modal[(row, column)] } else { 0.0 };
                     let all = (0..BLOCK).flat_map(|row| (row + 1..BLOCK).map(move |column| (row, column)));
@@ -172,9 +172,9 @@ impl LayerModes {
                 values
             };
             let terms = if has_cords {
-                let pulls = parts.iter().map(|(_, pulling, _)| pulling);
+                let couplings = parts.iter().map(|(_, pulling, _)| pulling);
                 let rows = |matrix: &Mat<f64>| [0, 1, 2, 3, 4, 5].map(|row| padded(&|j| matrix[(j, row)], 0.0));
-                Terms::Vectors([&moving].into_iter().chain(pulls).map(rows).collect())
+                Terms::Vectors([&moving].into_iter().chain(couplings).map(rows).collect())
             } else {
                 let mut sets = vec![outer_products(&moving, &moving, range.clone())];
                 let twice = |f: &Mat<f64>, g: &Mat<f64>| {
@@ -200,18 +200,18 @@ impl LayerModes {
             });
             let modal = vectors.transpose() * exchange.submatrix(6, 6, modes, modes) * vectors;
             let (coupled, inner) = (coupling(&exchange), &modal * &following);
-            let products = (following.transpose() * &coupled, following.transpose() * &inner);
+            let condensed = (following.transpose() * &coupled, following.transpose() * &inner);
             let squares: Vec<f64> = squares.iter().copied().collect();
-            let pulls = coupled + inner;
+            let couplings = coupled + inner;
             let of = TurningModes {
                 squares: &squares,
                 moving: &moving,
-                pulls: &pulls,
+                couplings: &couplings,
                 modal: &modal,
                 parts: parts.iter().map(|(_, pulling, _)| pulling).collect(),
                 low: squares.iter().filter(|&&square| square < wave.shear_waves).count(),
             };
-            Box::new(CoriolisModes::new(reduced(&exchange, &products.0, Some(&products.1)), &of))
+            Box::new(CoriolisModes::new(reduced(&exchange, &condensed.0, Some(&condensed.1)), &of))
         });
         Some(Self {
             coriolis,
@@ -447,7 +447,7 @@ fn add_coupled<T: ComplexField>(
     let mut pair = 0;
     for i in 0..BLOCK {
         // Row i of E from the diagonal on, times the modes' motion.
-        let mut felt = [deviation[0] * 0.0; 6];
+        let mut driven = [deviation[0] * 0.0; 6];
         for moved in &moved[i + 1..] {
             let mut e = deviation[0] * first[pair];
             for (other, deviation) in others.iter().zip(&deviation[1..]) {
@@ -455,13 +455,13 @@ fn add_coupled<T: ComplexField>(
             }
             pair += 1;
             for row in 0..6 {
-                felt[row] = felt[row] + e * moved[row];
+                driven[row] = driven[row] + e * moved[row];
             }
         }
         let mut k = 0;
         for row in 0..6 {
             for column in row..6 {
-                entries[k] = entries[k] + moved[i][row] * felt[column] + moved[i][column] * felt[row];
+                entries[k] = entries[k] + moved[i][row] * driven[column] + moved[i][column] * driven[row];
                 k += 1;
             }
         }

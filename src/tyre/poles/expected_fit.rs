@@ -25,8 +25,8 @@ pub(crate) const EVALUATIONS: f64 = 2e6;
 pub(crate) const POINTS: usize = REAL.end;
 /// Bytes held for each thread.
 pub(crate) const BYTES: f64 = 26e6;
-/// Fraction of them that the allocator keeps afterwards (measured).
-pub(crate) const KEPT: f64 = 0.3;
+/// Fraction of them that the allocator retains afterwards (measured).
+pub(crate) const RETAINED: f64 = 0.3;
 
 /// Cost of a curved tyre's fit over the flat one's: its waves are prepared first (measured).
 const CURVED: f64 = 6.0;

@@ -24,13 +24,13 @@ pub(super) fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candid
             break;
         }
         // Samples at the worst point and on either side: the model's real part, and a little dissipation.
-        let offends = powers(&values(models, s)).map(|power| power < 0.0);
+        let is_active = powers(&values(models, s)).map(|power| power < 0.0);
         for s in [s * 0.93, s, s * 1.07] {
             let mut values = values(models, s);
             let square = square(&values);
             samples.points.push(s);
             samples.point_weights.push(sampled.point_weight(square));
-            without_energy(&mut values, offends, -0.5 * tolerance * sampled.local_scale(square));
+            without_energy(&mut values, is_active, -0.5 * tolerance * sampled.local_scale(square));
             for (response, value) in samples.responses.iter_mut().zip(values) {
                 response.push(value);
             }
@@ -65,15 +65,15 @@ fn powers(values: &[Complex64]) -> [f64; 2] {
 }
 
 /// Sets the imaginary part of the offending waves of the driven face to `margin`; their real parts stay.
-fn without_energy(values: &mut [Complex64], offends: [bool; 2], margin: f64) {
+fn without_energy(values: &mut [Complex64], is_active: [bool; 2], margin: f64) {
     if values.len() <= 2 {
         values[0].im = margin;
         return;
     }
     // Im H_n and Im H_-n.
     let [forwards, backwards] = powers(values).map(|power| -power);
-    let asked = |imaginary: f64, offends: bool| if offends { margin } else { imaginary };
-    let [forwards, backwards] = [asked(forwards, offends[0]), asked(backwards, offends[1])];
+    let asked = |imaginary: f64, is_active: bool| if is_active { margin } else { imaginary };
+    let [forwards, backwards] = [asked(forwards, is_active[0]), asked(backwards, is_active[1])];
     values[0].im = 0.5 * (forwards + backwards);
     values[2].re = 0.5 * (forwards - backwards);
 }

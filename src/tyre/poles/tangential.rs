@@ -134,8 +134,9 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
         return Err(RationalError::NotFinite { stage: "the tangential motion" });
     };
     // 1. The poles that are fitted.
-    let felt: Vec<usize> = (0..modes.poles.len()).filter(|&index| modes.poles[index].norm() < REACH * top).collect();
-    let poles: Vec<Complex64> = felt.iter().map(|&index| modes.poles[index]).collect();
+    let within_reach: Vec<usize> =
+        (0..modes.poles.len()).filter(|&index| modes.poles[index].norm() < REACH * top).collect();
+    let poles: Vec<Complex64> = within_reach.iter().map(|&index| modes.poles[index]).collect();
     let spread = |part: f64| Complex64::new(0.0, LOWEST * (top / LOWEST).powf(part));
     let mut resonances: Vec<f64> = poles.iter().map(|pole| pole.im).filter(|im| (LOWEST..top).contains(im)).collect();
     resonances.sort_by(f64::total_cmp);
@@ -160,14 +161,14 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
     let samples = Samples { point_weights: vec![1.0; points.len()], points, responses, weights };
     let fractions = regularised_residues(&samples, &poles, true, RIDGE)?;
     // 4. The error: of either wave no more than the sum of the parts' errors.
-    let misses = checks.iter().zip(exact).map(|(&s, exact)| {
+    let deviations = checks.iter().zip(exact).map(|(&s, exact)| {
         fractions.iter().zip(exact.over_i).map(|(part, exact)| (exact - part.evaluate(s)).norm()).sum::<f64>()
     });
-    let error = misses.fold(0.0_f64, f64::max);
+    let error = deviations.fold(0.0_f64, f64::max);
     let constants = fractions.iter().map(|part| part.constant).collect();
     let of_all = |part: PartialFractions| {
         let mut all = vec![Complex64::ZERO; modes.poles.len()];
-        felt.iter().zip(part.residues).for_each(|(&index, residue)| all[index] = residue);
+        within_reach.iter().zip(part.residues).for_each(|(&index, residue)| all[index] = residue);
         all
     };
     let residues = fractions.into_iter().map(of_all).collect();

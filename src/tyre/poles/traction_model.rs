@@ -30,7 +30,6 @@ impl PoleChannel {
 /// Poles and channels of a list of waves; a pole with several channels is stored as often.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct TractionModel {
-    /// Poles alone.
     pub(super) poles: PoleModel,
     pub(super) channels: Vec<PoleChannel>,
     pub(super) turns: bool,

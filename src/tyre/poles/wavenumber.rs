@@ -94,8 +94,8 @@ fn fit_from(ladder: &Ladder, target: &Target, start: &Start, sample: &mut Sample
     let sampled = Sampled::new(ladder, target, grid, sample);
     let mut attempt = Attempt { target, sampled, relocations: 0, from_scratch: start.poles.is_empty() };
     let accepted = attempt.run(start, sample)?;
-    let tidied = attempt.reduce(accepted);
-    Ok(attempt.finish(tidied))
+    let reduced = attempt.reduce(accepted);
+    Ok(attempt.finish(reduced))
 }
 
 impl Attempt<'_> {

@@ -44,7 +44,6 @@ pub(crate) struct BlockWindow {
     cells: Vec<u32>,
     /// One more than the largest number of a part.
     count: usize,
-    /// Blocks in the window.
     spans: Vec<BlockSpan>,
     /// First number by block; [`NO_BLOCK`] where it is not in the window.
     numbers: Vec<u32>,

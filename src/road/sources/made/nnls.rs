@@ -107,7 +107,6 @@ mod tests {
 
     use super::*;
 
-    /// The norm |A x - b|.
     fn norm_of_residual(a: &[f64], columns: usize, b: &[f64], x: &[f64]) -> f64 {
         residual(a, columns, b, x).iter().map(|r| r * r).sum::<f64>().sqrt()
     }

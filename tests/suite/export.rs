@@ -16,8 +16,9 @@ use crate::common::{names, read_array, read_summary, skipped, tyrewave};
 static RESULTS: LazyLock<TempDir> = LazyLock::new(|| {
     let folder = tempfile::tempdir().unwrap();
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.7\naxle = { load = 3000.0, tolerance = 0.5 }";
-    let receiver = "[outputs.vibration]\nmap = true\n[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\n\
-                 fmax = 500.0\n[outputs]\nplots = false";
+    let receiver = "[outputs.vibration]\nmap = true\n[[receiver]]\nstandard = \"cpx\"\n\
+                    [radiation]\nquality = \"draft\"\n\
+                    fmax = 500.0\n[outputs]\nplots = false";
     let cells = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\nplots = false\ncells_every = 0.005";
     let short = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.05\naxle = { indentation = 0.01, ramp = 0.03 }";
     for (name, rolling, terms, more) in [("slices", rolling, "4", receiver), ("cells", short, "9", cells)] {

@@ -10,9 +10,9 @@
 //! 2. Of each branch the part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
 //!
 //! With rotation, waves with the rotation and against it differ: each direction has separate branches, of the poles
-//! that have a residue in it (see [`WaveModes::residue`](crate::tyre::poles::WaveModes::residue)). The rotation Om shifts a
-//! wave of an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola extrapolates the frequency
-//! without that shift.
+//! that have a residue in it (see [`WaveModes::residue`](crate::tyre::poles::WaveModes::residue)). The rotation Om
+//! shifts a wave of an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola extrapolates the
+//! frequency without that shift.
 //!
 //! The waves are those of the tyre itself. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the
 //! ridges of a run's map lie lower by that.

@@ -20,7 +20,7 @@ fn roads() -> Vec<(&'static str, String)> {
         ("dense asphalt", "kind = \"made\"\nseed = 1".to_owned()),
         ("chippings", chippings.to_owned()),
         ("CAPTIF 10", format!("kind = \"profile\"\nfile = '{chip_seal}'\nlateral = \"isotropic\"")),
-        ("cobbles", format!("kind = \"opencrg\"\nfile = '{cobbles}'\nat_end = \"mirror\"")),
+        ("cobbles", format!("kind = \"opencrg\"\nfile = '{cobbles}'\nmissing = []\nat_end = \"mirror\"")),
     ]
 }
 

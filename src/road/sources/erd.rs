@@ -7,7 +7,8 @@
 
 use std::path::Path;
 
-use super::columns::{self, Fault, FileColumns, FilePoint, Titles};
+use super::columns::{self, Fault, FileColumns, FilePoint};
+use super::titles::{HEIGHT, Titles};
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::scene::{LengthUnit, MissingHeight};
@@ -77,7 +78,7 @@ fn read(
         })
         .collect();
     let titles = Titles::new(header.lines, names);
-    let roles = [columns::HEIGHT];
+    let roles = [HEIGHT];
     let channel = columns::choose(roles, Some(&titles), header.channels, chosen, String::new)?;
     let mut columns = FileColumns::with_units(roles, channel, Some(&titles), [height_unit], true)?;
     columns.missing = missing.map(<[_]>::to_vec);

@@ -17,6 +17,7 @@ mod raster;
 mod rounded;
 mod signature;
 mod table;
+mod titles;
 
 use std::path::PathBuf;
 

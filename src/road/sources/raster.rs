@@ -6,10 +6,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::columns::{self, Fault, Role};
+use super::columns::Fault;
 use super::missing::is_word_for_none;
 use super::signature::refuse_unreadable;
 use super::table::Layout;
+use super::titles::{ACROSS, DISTANCE, HEIGHT, Role};
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::scene::{GridRoad, LengthUnit};
@@ -60,7 +61,7 @@ fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<HeightRaster, Fault> {
     // 1. Columns and points.
     let table = SeparatedTable::of(bytes);
     let layout = Layout::of(&table, 3)?;
-    let roles: [Role; 3] = [columns::DISTANCE, columns::ACROSS, columns::HEIGHT];
+    let roles: [Role; 3] = [DISTANCE, ACROSS, HEIGHT];
     let units = [spec.distance_unit, spec.distance_unit, spec.height_unit];
     let mut used = layout.columns(&table, roles, units, spec.columns.as_deref())?;
     used.missing = spec.missing.clone();

@@ -9,10 +9,11 @@
 
 use std::path::Path;
 
-use super::columns::{self, FileColumns, FilePoint, Role, Titles};
+use super::columns::{self, FileColumns, FilePoint};
 use super::erd;
 use super::missing::note_words;
 use super::signature::refuse_unreadable;
+use super::titles::{DISTANCE, HEIGHT, Role, Titles};
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::road::report::RoadNote;
@@ -75,7 +76,7 @@ pub(super) fn points(
         if layout.first == u64::MAX {
             return Err(fault(FileFault::TooFewPoints { found: 0, needed: 2 }));
         }
-        let roles = [columns::DISTANCE, columns::HEIGHT];
+        let roles = [DISTANCE, HEIGHT];
         let mut used =
             layout.columns(&table, roles, units, spec.columns.as_deref()).map_err(|error| error.at(&spec.file))?;
         used.missing = missing.map(<[_]>::to_vec);

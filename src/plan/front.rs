@@ -19,7 +19,7 @@ const CELLS_IN_A_WAVE: f64 = 11.0;
 
 /// Size of the cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or [`Road::cell`],
 /// with at least eleven cells in the texture wave that excites that frequency. Over cells the road's shortest waves do
-/// not count, since the tread flattens what is shorter than a cell.
+/// not count, as in the runs that set the rows' errors.
 pub(crate) fn cell_for(scene: &Scene, highest: f64) -> f64 {
     let of_road = if scene.contact.zone == Zone::Cells { Road::CELL } else { scene.road.cell() };
     let resolved = || of_road.min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE);

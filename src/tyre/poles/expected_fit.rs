@@ -1,6 +1,6 @@
 //! Expected cost and poles of a fit, before it is done: from those of the flat car tyre.
 
-use crate::scene::Tyre;
+use crate::scene::{Layer, Tyre};
 use crate::tyre::poles::ladder::REAL;
 
 /// By resolution N: poles of the default tyre at 1e-5, and time of its fit relative to N = 512 (measured).
@@ -55,7 +55,7 @@ pub(crate) fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
 /// Ratio of a fit's time, for a tyre to a tolerance, to that for two flat layers at rest to 1e-5.
 pub(crate) fn growth(tolerance: f64, tyre: &Tyre) -> f64 {
     let factor = |holds: bool, factor: f64| if holds { factor } else { 1.0 };
-    let has_cords = tyre.curvature && tyre.layers.iter().any(|layer| !layer.cords.is_empty());
+    let has_cords = tyre.curvature && !tyre.layers.iter().all(Layer::is_isotropic);
     let shape = factor(tyre.curvature, CURVED) * factor(tyre.turns(), TURNING) * factor(has_cords, CORDS);
     let place = (-tolerance.log10() - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
     let low = (place as usize).min(BY_TOLERANCE.len() - 2);

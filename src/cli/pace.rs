@@ -131,11 +131,11 @@ mod tests {
         };
         assert_eq!(steps(0, 3, Some(Stage::Sound)), None, "no time is known before the first block");
         // A block from 10 to 71 s, within a second of steps; then 10 steps a second again.
-        let remaining = steps(70, 2, None).unwrap();
-        assert!((remaining - (21.0 + 2.0 * 61.0)).abs() < 1e-9, "{remaining}");
+        let seconds = steps(70, 2, None).unwrap();
+        assert!((seconds - (21.0 + 2.0 * 61.0)).abs() < 1e-9, "{seconds}");
         assert_eq!(pace.stage, None);
-        // During a block the time counts down; for a block longer than the one before it is unknown.
-        assert!((pace.seconds_remaining(140.0, 400).unwrap() - (remaining - 60.0)).abs() < 1e-9);
+        // During a block the time counts down; once it has taken longer than the one before, the time is unknown.
+        assert!((pace.seconds_remaining(140.0, 400).unwrap() - (seconds - 60.0)).abs() < 1e-9);
         assert_eq!(pace.seconds_remaining(1e3, 400), None);
     }
 }

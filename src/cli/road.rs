@@ -7,7 +7,7 @@ use crate::plan::Plan;
 use crate::report::road::{description, map, texture_spectrum};
 use crate::road::RoadError;
 use crate::run::road::{described, in_scene};
-use crate::scene::{DEFAULT, LoadedScene, Scene, Setting};
+use crate::scene::{DEFAULT, LoadedScene, Scene, SceneError, Setting};
 use crate::study::sweep::{Axes, variants};
 use clap::Args;
 use serde_json::json;
@@ -103,9 +103,8 @@ fn road_scene(of: &SceneFile, context: &Context) -> Result<LoadedScene, CliError
         of.settings.iter().cloned().partition(|setting| setting.key().starts_with("road."));
     if road.iter().any(|setting| setting.key() == "road.kind") {
         // The table of another kind begins anew, without its file.
-        let file = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let file = Setting::parse(&format!("road.file={}", json!(file.to_string_lossy())));
-        road.insert(0, file.map_err(CliError::Usage)?);
+        let absolute = std::path::absolute(path).map_err(|source| SceneError::reading(path, source))?;
+        road.insert(0, Setting::file("road.file", &absolute));
     }
     let axes = Axes { roads: vec![path.to_owned()], points: vec![road], ..Axes::default() };
     let mut made = variants(&Scene::from_str_with(DEFAULT, "default", &others)?, &axes)?;

@@ -89,8 +89,8 @@ impl Plan {
         let Some((longer, shorter)) = borders else { return vec![WaveBand::WHOLE] };
         let least = (PATCH * columns as f64).ceil() as usize;
         let whole_rings = (1..=numerics.elements).filter(|part| numerics.elements.is_multiple_of(2 * part));
-        let has_room = |part: &usize| self.longest_patch(numerics.elements / part, longer[0]) >= least;
-        let part = whole_rings.filter(has_room).max().unwrap_or(1);
+        let fits = |part: &usize| self.longest_patch(numerics.elements / part, longer[0]) >= least;
+        let part = whole_rings.filter(fits).max().unwrap_or(1);
         let mut bands = vec![WaveBand::WHOLE];
         if part > 1 {
             bands = vec![band(1, None, Some(longer)), band(part, Some(longer), None)];

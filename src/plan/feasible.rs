@@ -34,11 +34,16 @@ const MOST_FIXED: f64 = 1e6;
 pub(crate) fn check_sizes(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
     let Numerics { elements, substeps, .. } = scene.numerics;
     let across = if scene.contact.zone == Zone::Cells { cells_across(scene) } else { 1 };
-    let key = if loaded.gives("contact.cell") { "contact.cell" } else { "numerics.elements" };
+    let has_row = scene.numerics.preset.is_some() || scene.numerics.accuracy.is_some();
+    let (key, right) = match loaded.gives("contact.cell") {
+        true => ("contact.cell", "larger cells"),
+        false if has_row => ("numerics.fmax", "a lower frequency, or larger cells"),
+        false => ("numerics.elements", "larger cells, or fewer elements"),
+    };
     let sizes = [
         ("numerics.fmax", elements, MOST, "elements", "a lower frequency, or a higher speed"),
         ("numerics.fmax", substeps, MOST, "steps for each element", "a lower frequency, or a higher speed"),
-        (key, across, MOST_CELLS, "cells across", "larger cells, or fewer elements"),
+        (key, across, MOST_CELLS, "cells across", right),
     ];
     match sizes.into_iter().find(|(_, size, most, ..)| *size as u64 > *most) {
         Some((key, size, most, name, right)) => {

@@ -66,7 +66,7 @@ impl Plan {
             );
             loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
         } else if memory / 1e9 > numerics.memory_limit {
-            // Without a given size, cells are as wide as elements are long.
+            // Without a given size or a preset, cells are as wide as elements are long.
             let (key, fewer) = [("contact.cells_across", "fewer cells across"), ("contact.cell", "larger cells")]
                 .into_iter()
                 .find(|(key, _)| has_cells && loaded.gives(key))

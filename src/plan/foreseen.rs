@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unstable_speed_is_refused_one_above_tread_waves_warned_of() {
+    fn an_unstable_speed_is_refused_and_a_fast_one_warned_of() {
         let of = |settings: &[&str]| {
             let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap())

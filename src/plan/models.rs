@@ -175,6 +175,8 @@ mod tests {
         assert!(plan.cached_cell_poles == Some(poles) && !has_fit(&plan));
         assert!((plan.amounts().poles - poles as f64).abs() < 0.5);
         let found: u64 = cache.list(&[PoleModel::KIND]).unwrap().iter().map(|entry| entry.bytes).sum();
+        let planned = poles as f64 * PoleModel::bytes_of_pole(1, plan.decisions.tyre.turns());
+        assert!((0.7..1.0).contains(&(planned / found as f64)), "{planned} for {found}");
         // A plan does not know how many poles are real, which are stored whole.
         let planned = (2 * stored) as f64 * PoleModel::bytes_of_pole(1, plan.decisions.tyre.turns());
         assert!(

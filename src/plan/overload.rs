@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn loads_beyond_the_model_refused_beyond_the_index_warned_of() {
+    fn a_tyre_over_its_rim_is_refused_and_overloads_are_warned_of() {
         // 925 kg are those of the index 105.
         for usual in [&["tyre.load_index=91"][..], &["tyre.load_index=105", "rolling.axle={ load = 9075.0 }"]] {
             let (loaded, usual) = plan(usual);

@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn standard_receivers_are_in_the_air_without_any_no_sound() {
+    fn standard_receivers_are_in_the_air_and_none_means_no_sound() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         assert_eq!(Plan::new(&scene).sound(), None);
         let standards = [

@@ -169,7 +169,7 @@ fn what_sidewalls_give_is_shown_beside_what_is_used() {
 }
 
 #[test]
-fn the_estimate_knows_how_the_past_is_carried() {
+fn the_estimate_knows_how_the_history_is_carried() {
     let text = PLATE.replace("elements = 512", "elements = 4096").replace("speed_kmh = 80.0", "speed_kmh = 250.0");
     let mut loaded = Scene::from_str(&text, "estimate").unwrap();
     loaded.scene.rolling.duration = 1.0;

@@ -10,7 +10,8 @@ use crate::numeric::StraightLine;
 pub(crate) struct SpeedExponent {
     /// Growth \[dB per decade of speed\].
     pub decibels_per_decade: f64,
-    /// Root mean square of the levels' distances from the line \[dB\]; `None` for two levels, which it meets.
+    /// Root mean square of the levels' distances from the line \[dB\]; `None` for two levels: the line goes through
+    /// both.
     pub residual: Option<f64>,
     /// Number of pairs of speed and level that count.
     pub speeds: usize,

@@ -98,7 +98,7 @@ pub(crate) enum FileFault {
          into a file of its own (points x, y, z are a road of kind = \"grid\")"
     )]
     Passes { count: usize, line: u64 },
-    /// Distances between neighbours \[m\] of which one is most of the profile.
+    /// A step from one distance to the next \[m\] that is more than half of the profile.
     #[error(
         "line {line}: the distance jumps from {from} to {to} m: there are several passes in one file, or a distance is \
          wrong"

@@ -236,8 +236,8 @@ impl Simulation {
 
     /// Reports the steps that are done, and what will stop them.
     pub(crate) fn report(&self, progress: &mut dyn Progress) {
-        let mut blocks = self.observers.iter().map(|(_, observer)| observer.remaining_blocks(CHECK_EVERY));
-        let (blocks, stage) = blocks.find(|blocks| blocks.0 > 0).unwrap_or_default();
+        let mut remaining = self.observers.iter().map(|(_, observer)| observer.remaining_blocks(CHECK_EVERY));
+        let (blocks, stage) = remaining.find(|of_stage| of_stage.0 > 0).unwrap_or_default();
         progress.blocks(blocks, stage);
         progress.step(self.prepared.march.next_step());
     }

@@ -20,7 +20,7 @@ use super::diagnostic::SourceText;
 use super::document::{Complaints, Document, join};
 use super::receiver_file::ReceiverFiles;
 use super::schema::{Section, sections};
-use super::setting::Setting;
+use super::setting::{Setting, TYRE};
 use super::table::{Keys, Table};
 use super::{DEFAULT, Diagnostic, Law, Problem, Scene, SceneError, consistency};
 use crate::numeric::digest::sha256;
@@ -113,7 +113,7 @@ impl Scene {
     pub fn with_tyre(path: impl AsRef<Path>, settings: &[Setting]) -> Result<LoadedScene, SceneError> {
         let path = path.as_ref();
         let absolute = std::path::absolute(path).map_err(|source| SceneError::reading(path, source))?;
-        let settings = [&[Setting::tyre(&absolute.to_string_lossy())], settings].concat();
+        let settings = [&[Setting::file(TYRE, &absolute)], settings].concat();
         let mut loaded = Self::from_str_with(DEFAULT, "default", &settings)?;
         loaded.scene.title = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(loaded)

@@ -1,5 +1,6 @@
 //! Settings from a command line, which replace those of a scene.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use toml::Spanned;
@@ -10,7 +11,7 @@ use super::document::Document;
 use super::{Problem, SceneError};
 use crate::storage::input::beginning;
 
-const TYRE: &str = "tyre";
+pub(super) const TYRE: &str = "tyre";
 /// Keys on which the other keys of a table depend: one in any table, and one in `[contact]` with its default.
 const KIND: &str = "kind";
 const ZONE: (&str, &str) = ("contact.zone", "slices");
@@ -80,11 +81,12 @@ impl Setting {
         self.plain.as_deref()
     }
 
-    /// The setting that names the file of a tyre.
-    pub(super) fn tyre(file: &str) -> Self {
-        let (key, text) = (TYRE.to_owned(), toml::Value::from(file).to_string());
+    /// The setting of a tyre or a road that names its file.
+    pub(crate) fn file(key: &str, file: &Path) -> Self {
+        let text = toml::Value::from(file.to_string_lossy().as_ref()).to_string();
         let source = Arc::new(SourceText { name: format!("--set {key}"), text });
-        Self { steps: vec![Step::Key(key.clone())], key, source, plain: None }
+        let steps = key.split('.').map(|part| Step::Key(part.to_owned())).collect();
+        Self { steps, key: key.to_owned(), source, plain: None }
     }
 
     /// True if it sets the tyre as a whole, which may be a file.

@@ -22,7 +22,7 @@ pub fn mean_square(level: f64) -> f64 {
     REFERENCE_PRESSURE * REFERENCE_PRESSURE * 10.0_f64.powf(0.1 * level)
 }
 
-/// Level of several incoherent sources \[dB\], such as the four tyres of a car, each at another receiver position
+/// Level of several incoherent sources \[dB\], such as the four tyres of a car, each at a different receiver position
 /// ([`crate::scene::Vehicle::seen_from_tyres`]): 10 lg sum 10^(L/10). Minus infinity for none.
 ///
 /// ```

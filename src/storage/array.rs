@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn arrays_of_other_than_real_numbers_are_refused() {
+    fn files_without_an_array_of_real_numbers_are_refused() {
         let header = |kind: &str| format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': (3, 4), }}\n");
         assert!(refusal(&header("<c16")).contains("real numbers"), "{}", refusal(&header("<c16")));
         assert!(refusal(&header("|O")).contains("real numbers"), "{}", refusal(&header("|O")));

@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cache_holds_the_sounds_of_a_sweep_where_the_disk_does() {
+    fn the_cache_holds_the_sounds_of_a_sweep_on_a_large_disk() {
         const SOUND: u64 = 930_000_000;
         const GIB: u64 = 1 << 30;
         assert_eq!(limit_by_free_space(0, None), 2 * GIB);

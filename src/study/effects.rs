@@ -219,16 +219,16 @@ pub(crate) fn compare(
             },
         })
         .collect::<Result<_, RunError>>()?;
-    let is_impossible =
+    let must_stay =
         |other| possible.iter().zip(&without).any(|((effect, _), found)| same(effect, other) && found.is_err());
-    let base = roll("none", &with(&|other| is_impossible(other)))?;
+    let base = roll("none", &with(&|other| must_stay(other)))?;
     let mut effects = Vec::new();
     for ((effect, _), found) in possible.iter().zip(&without) {
         let found = match found {
             Err(reason) => Err(reason.clone()),
             Ok(without) => {
                 let name = named(ComparisonDirection::Added, *effect);
-                let alone = roll(&name, &with(&|other| same(other, effect) || is_impossible(other)))?;
+                let alone = roll(&name, &with(&|other| same(other, effect) || must_stay(other)))?;
                 Ok([alone, without.clone()])
             }
         };

@@ -114,7 +114,7 @@ fn poles_are_the_finite_double_sums() {
 }
 
 #[test]
-fn a_smooth_road_gives_a_steady_force() {
+fn a_smooth_road_gives_steady_forces_and_a_row_the_slices() {
     let smooth = cells(96, 1, "kind = \"smooth\"", INDENTED, "pole_tolerance = 1e-6");
     let one = run(&smooth);
     one.assert_sound("one row");

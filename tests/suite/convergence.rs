@@ -185,7 +185,7 @@ fn other_treads_and_axles_converge_too() {
 }
 
 #[test]
-fn a_disturbance_decays_and_a_micrometre_has_no_effect() {
+fn a_disturbance_decays_and_a_micrometre_hardly_counts() {
     let setting = Setting::of_the_default_tyre();
     let text = setting.text(256, 1, TimeRule::Sdirk2);
     let (plain, disturbed) = (run(&text), run(&edit(&text, &[("rolling.axle.ramp", "0.050000001")])));

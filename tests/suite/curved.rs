@@ -472,7 +472,7 @@ fn the_tyre_on_springs_has_a_car_tyres_modes() {
 
 /// Tails of guided sides and of curved layers against sums without a tail.
 #[test]
-fn sums_of_guided_and_curved_tyres_need_no_tail() {
+fn sums_of_guided_and_curved_tyres_agree_without_a_tail() {
     // Sums without a tail ask so many waves for the impedance of sidewalls that they take minutes.
     let curved = Scene::from_str(&on_springs(DEFAULT), "springs").unwrap().scene.tyre;
     let flat = Tyre { curvature: false, inflation: None, cavity: None, ..curved.clone() };

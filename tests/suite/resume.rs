@@ -270,7 +270,7 @@ fn interrupted_and_terminated_runs_continue_in_the_same_bytes() {
 }
 
 #[test]
-fn damaged_foreign_and_older_checkpoints_are_refused() {
+fn damaged_and_foreign_checkpoints_and_versions_are_refused() {
     let scene = scene_of("direct", &road("mirror"), 2000.0, 0.0);
     let (folder, _) = stopped_by("-INT", &scene);
     let place = folder.path();

@@ -315,7 +315,7 @@ fn least_of(arc: &Arc, around: &[i64]) -> (f64, i64, Complex64) {
 }
 
 #[test]
-fn sidewalls_absorb_power_unless_without_hoop_stiffness() {
+fn sidewalls_absorb_power_but_not_without_hoop_stiffness() {
     let around = [0, 1, 2, 3, 6, 10, 18, 30, 60, 100, 200, 300, 400];
     let rest = least_of(&lossy(), &around);
     println!("least power of a sidewall at 715 points: {:.1e}", rest.0);

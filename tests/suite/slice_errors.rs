@@ -11,6 +11,7 @@ use crate::common::{Results, folder_with, run, try_run, tyrewave};
 const SEAL: &str = "kind = \"made\"\nseed = 3\ntexture = \"chip-seal\"";
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.2\naxle = { load = 3400.0, tolerance = 0.5 }";
 const NUMERICS: &str = "history = \"modal\"\npole_tolerance = 1e-3\ntime_rule = \"sdirk2\"";
+/// Segments in which the band of 25 Hz is at least two lines wide.
 const HEARD: &str = "[outputs.vibration]\nbelt = false\nsegment = 0.4\n[[receiver]]\nstandard = \"cpx\"\n\
                      [radiation]\nquality = \"draft\"\nfmax = 1000.0";
 

@@ -470,8 +470,8 @@ fn rates(tracks: &[Vec<f64>], rule: TimeRule, step: f64) -> Vec<Vec<f64>> {
     let length = (2 * steps).next_power_of_two();
     let (forward, inverse) = (transforms::real_forward(length), transforms::real_inverse(length));
     let fall = (FALL / step) as usize;
-    let into_taper = |l: usize| (steps - l).min(fall) as f64 / fall as f64;
-    let window: Vec<f64> = (0..steps).map(|l| 0.5 * (1.0 - (PI * into_taper(l)).cos())).collect();
+    let remaining_taper = |l: usize| (steps - l).min(fall) as f64 / fall as f64;
+    let window: Vec<f64> = (0..steps).map(|l| 0.5 * (1.0 - (PI * remaining_taper(l)).cos())).collect();
     let mut bins = forward.make_output_vec();
     let frequency = |k: usize| 2.0 * PI * k as f64 / (length as f64 * step);
     let symbol = |k: usize| TransferKind::Rule.symbol(rule, frequency(k), step) / length as f64;

@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn an_undamped_swing_has_constant_amplitude_and_its_frequency() {
+    fn an_undamped_swing_is_steady_at_the_leapfrogs_frequency() {
         let (time_step, off) = (1e-3, 1e-3);
         let heights = swing(axle(0.0, 0.0, off, 0, time_step, 0.0), 200_000);
         let w = (STIFFNESS / MASS).sqrt();

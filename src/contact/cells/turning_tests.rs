@@ -163,7 +163,7 @@ fn direct_sums_when_turning_are_those_by_frequency() {
 }
 
 #[test]
-fn a_history_of_a_turning_tyre_goes_on_from_its_state() {
+fn a_history_of_a_turning_tyre_continues_from_its_state() {
     let rule = TimeRule::Sdirk2;
     let sums = sums(&turning(), rule);
     let model = fitted(&sums);

@@ -106,7 +106,7 @@ pub struct ActiveSet {
 impl ActiveSet {
     /// Search over `columns` points; `influence[j]` is G0 of points j apart \[m/N\], springs included in
     /// `influence[0]`. `tolerance` is how far d may exceed G0 F off the set, relative to the largest d;
-    /// `cached_factors` are cached at most.
+    /// at most `cached_factors` factors are cached.
     pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64, cached_factors: usize) -> Self {
         Self {
             surface: Surface::new(influence, columns),

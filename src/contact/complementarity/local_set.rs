@@ -45,7 +45,7 @@
 //! whose band does not halve the error in the norm of P: then max |O_n|/E_n remains, as in `active_set`, so that the
 //! search is certain to end.
 //!
-//! Nothing is stored from step to step but the forces. A stored factor of the whole matrix has other slopes, and
+//! Nothing is carried from step to step but the forces. A stored factor of the whole matrix has other slopes, and
 //! the older it is, the larger the error that a correction leaves: bench `linear_solvers`.
 //!
 //! Cost of a round of m points and a band of w columns: m w^2/2 multiply-adds for the factors (m^3/6 of the whole

@@ -141,7 +141,7 @@ fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usiz
             if is_touched { [0.7, 1.3, 2.9].map(|rate| 1.0 + (rate * place).sin()) } else { [0.0; 3] }
         };
         let forces: Vec<Vector> = (0..columns * ACROSS).map(force).collect();
-        assert!(history.push(0, first, &forces), "no room");
+        assert!(history.push(0, first, &forces), "forces do not fit");
         resume(&mut history, &mut other);
         // About the contact.
         all.extend_from_slice(&out[14 * ACROSS..32 * ACROSS]);

@@ -146,8 +146,8 @@ fn add_streams(amounts: &mut Amounts, plan: &Plan, streams: &[PlannedStream]) {
     let Some(PlannedStream { layout, .. }) = streams.first() else { return };
     let steps = plan.steps - plan.warm_up_steps;
     let bytes = |waiting: usize| streams.iter().map(|stream| stream.bytes(waiting)).sum::<f64>();
-    let memory = plan.scene.numerics.memory_bytes() as f64 - amounts.step_memory_on(1) - bytes(0);
-    let blocks_in_memory = memory / (IN_CHECKPOINT * (bytes(1) - bytes(0)));
+    let free_memory = plan.scene.numerics.memory_bytes() as f64 - amounts.step_memory_on(1) - bytes(0);
+    let blocks_in_memory = free_memory / (IN_CHECKPOINT * (bytes(1) - bytes(0)));
     let waiting = PressureStream::most_waiting(layout, steps, blocks_in_memory);
     let blocks = PressureStream::blocks(layout, steps);
     let passes = blocks.div_ceil(waiting as u64);

@@ -54,7 +54,7 @@ struct Tyre {
 pub(super) struct RecordedPassage {
     /// By passage, A-weighted levels F \[dB\] at the samples of a line; minus infinity at samples outside the passage.
     pub(super) levels: Vec<Vec<f64>>,
-    /// Pressure of the first passage \[Pa\]: all tyres if each has another stretch of the run, else the first one
+    /// Pressure of the first passage \[Pa\]: all tyres if each has a different stretch of the run, else the first one
     /// alone, since the same noise from several places would sound like an echo.
     pub(super) sound: Vec<f64>,
     /// Number of tyres in it.

@@ -1,6 +1,6 @@
 //! Vibration of a run: taken step by step, written at the end by `results`.
 //!
-//! Without a request in the plan there is no observer, no table, and no model is stored.
+//! Without a request in the plan there is no observer, no table, and no model is retained.
 
 mod answer;
 mod decision;

@@ -276,7 +276,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_factor_times_its_transpose_is_the_matrix() {
+    fn a_factor_and_its_inverse_are_those_of_the_matrix() {
         for size in [1, 5, 8, 21] {
             let rows = 24;
             let mut columns = ColumnMatrix::zeros(rows, size);

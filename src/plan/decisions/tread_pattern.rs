@@ -85,7 +85,7 @@ fn pattern(scene: &Scene, decisions: &mut Decisions) -> Decided {
     };
     if let Some(void) = map.as_ref().ok().map(|map| map.exact_void).filter(|void| *void > MOST_VOID) {
         let share = 100.0 * void;
-        decisions.notes.push(format!("{share:.0} % of the tread are void: tyres of cars have 20 to 40 %"));
+        decisions.notes.push(format!("{share:.0} % of the tread is void: tyres of cars have 20 to 40 %"));
     }
     let form = map.map_or_else(|fault| fault.wrong, |map| form(&map, scene));
     let reason = reason.unwrap_or_else(|| "the scene has [tread_pattern]".to_owned());

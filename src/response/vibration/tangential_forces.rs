@@ -1,7 +1,7 @@
 //! Velocities due to tangential forces, beside those due to normal ones (`velocity_table`).
 //!
-//! A lateral number has three components of force, each with another shape across. The tyre responds to all of them at
-//! the s of the run's rule by C_zx, C_zy and, along the tread, C_xx and C_xy, wave by wave ([`TractionLines`]). They
+//! A lateral number has three components of force, each with a different shape across. The tyre responds to all of them
+//! at the s of the run's rule by C_zx, C_zy and, along the tread, C_xx and C_xy, wave by wave ([`TractionLines`]). They
 //! have no poles here: shear waves are not among those of the normal motion.
 
 use num_complex::Complex64;

@@ -4,8 +4,8 @@
 //!    both; of a map along and across. On a lattice finer than the standard's (7.4), means over its spacing count, and
 //!    each point against the median of those around it: in a mean, a spike of one point is lost.
 //!    The standard looks once; here it is looked again until nothing more is found: a spike of several points hides
-//!    those in its middle. A rise and a fall of at most 5 mm between them take along what they enclose where it stands
-//!    out from its surroundings: stones of chip seals are as steep and as wide.
+//!    those in its middle. A rise and a fall at most 5 mm apart take along what they enclose, where it stands out from
+//!    its surroundings: stones of chip seals are as steep and as wide.
 //! 2. Mean and slope, along and across, are subtracted as the scene says, then waves longer than it wants.
 //! 3. Heights that still span more than a texture can are refused.
 

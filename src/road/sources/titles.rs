@@ -162,8 +162,7 @@ impl Titles {
     /// Finds the titles of so many cells in the records before the numbers, or in a comment.
     pub(super) fn find(table: &SeparatedTable<'_>, before: &[Record<'_>], first: u64, cells: usize) -> Option<Self> {
         // 1. A line of titles has as many words as there are columns, none of them a number; empty cells at its end do
-        //    not
-        // count.
+        //    not count.
         let is_title = |names: &[&str]| {
             names.len() == cells
                 && names
@@ -192,8 +191,7 @@ impl Titles {
             names.iter().any(|name| is_of(name, &DISTANCE) || is_of(name, &HEIGHT) || has_unit(name))
         };
         // 3. Titles: any words directly before the numbers; farther away, or in a comment, only words that name a
-        //    quantity or
-        // a unit of a road.
+        //    quantity or a unit of a road.
         let record = (0..named).rev().find_map(|place| {
             let record = &before[place];
             let names = fitting(&record.cells).or_else(|| of_line(table.line(record.line)))?;

@@ -40,7 +40,8 @@ keys! {
         /// kappa \[m/Pa\] of `slice_coupling = "local"`: a slice under the line force f yields like a spring of
         /// compliance kappa/(dx b). Default: from the tread's modulus and the road's texture.
         local_compliance?: f64 => Bounds::positive("m/Pa").plausible(1e-18, 1e-4),
-        /// Size of a cell across \[m\], `zone = "cells"` only; instead of `cells_across`. Default: a cell's length.
+        /// Size of a cell across \[m\], `zone = "cells"` only; instead of `cells_across`. Default: that of the
+        /// preset, without one a cell's length.
         cell?: f64 => Bounds::positive("m").plausible(1e-5, 1.0),
         /// Cells across the contact width; default: as many as the road's texture asks for, each about 2 mm at most (a
         /// grid that fits exactly keeps its columns).

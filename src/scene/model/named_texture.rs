@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_of_the_textures_are_the_means_of_the_stations() {
+    fn chip_seal_is_the_stations_mean_and_dense_asphalt_is_near_it() {
         let table = std::fs::read_to_string(reference("roads/captif_aylesbury_levels.csv")).unwrap();
         let rows = table.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect());
         let rows: Vec<Vec<f64>> = rows.collect();

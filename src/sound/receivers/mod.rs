@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn each_tyre_has_the_microphone_at_another_place() {
+    fn each_tyre_has_the_microphone_at_a_different_place() {
         let vehicle = Vehicle { wheelbase: 2.6, track: 1.5 };
         let seen = vehicle.seen_from_tyres([1.3, 7.5, 1.2]);
         assert_eq!(seen, [[0.0, 6.75, 1.2], [0.0, 8.25, 1.2], [2.6, 6.75, 1.2], [2.6, 8.25, 1.2]]);

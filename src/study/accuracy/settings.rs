@@ -58,12 +58,13 @@ impl Settings {
         (numerics.elements, numerics.substeps, numerics.time_rule) = (elements, substeps, row.time_rule);
         (numerics.history, numerics.pole_tolerance) = (History::Modal, row.pole_tolerance);
         (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
+        let across = row.cells_across(scene, highest);
         if contact.zone == Zone::Cells {
             numerics.contact_tolerance = row.cell_tolerance;
-            contact.cells_across = Some(row.cells_across(scene, highest));
+            contact.cells_across = Some(across);
         } else {
             *cell_length = row.cell_for(scene, highest);
-            contact.cells_across = contact.cells_across.map(|_| row.cells_across(scene, highest));
+            contact.cells_across = contact.cells_across.map(|_| across);
             contact.slice_tolerance = row.slice_tolerance;
         }
         settings

@@ -232,7 +232,7 @@ impl CellSums {
     /// Parts of a wave's influence at s \[m/N\].
     pub fn traction_parts(&self, wave: &CellWave, CellSumsAt(at): &CellSumsAt) -> TractionParts {
         let mut sum = TractionParts::ZERO;
-        // Odd parts of a wave that is its diagonal mirror cancel.
+        // Odd parts of a wave that is its own mirror cancel.
         let sides = if wave.is_mirror { 0.0 } else { 1.0 };
         for &(n, m, weight) in &wave.terms {
             let parts = TractionParts::of_wave(at, self.grid.waves().sides, n.abs(), m);

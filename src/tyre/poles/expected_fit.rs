@@ -34,7 +34,7 @@ const CURVED: f64 = 6.0;
 pub(crate) const CURVED_EVALUATION: f64 = 3.3;
 /// Cost of a curved tyre with cords over one without (measured: 2.0 to 2.5).
 const CORDS: f64 = 2.2;
-/// Share of the sums, whose poles are then fitted (measured: 0.87 to 0.89).
+/// Share of a fit's time that the sums take; the rest fits their poles (measured: 0.87 to 0.89).
 pub(crate) const SUMS: f64 = 0.88;
 /// Time of a tyre that turns over that at rest: waves of both directions, and more for each to prepare (measured).
 const TURNING: f64 = 2.1;
@@ -54,9 +54,9 @@ pub(crate) fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
 
 /// Ratio of a fit's time, for a tyre to a tolerance, to that for two flat layers at rest to 1e-5.
 pub(crate) fn growth(tolerance: f64, tyre: &Tyre) -> f64 {
-    let factor = |holds: bool, factor: f64| if holds { factor } else { 1.0 };
+    let times = |holds: bool, factor: f64| if holds { factor } else { 1.0 };
     let has_cords = tyre.curvature && !tyre.layers.iter().all(Layer::is_isotropic);
-    let shape = factor(tyre.curvature, CURVED) * factor(tyre.turns(), TURNING) * factor(has_cords, CORDS);
+    let shape = times(tyre.curvature, CURVED) * times(tyre.turns(), TURNING) * times(has_cords, CORDS);
     let place = (-tolerance.log10() - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
     let low = (place as usize).min(BY_TOLERANCE.len() - 2);
     let (a, b) = (BY_TOLERANCE[low], BY_TOLERANCE[low + 1]);

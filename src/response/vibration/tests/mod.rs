@@ -375,7 +375,7 @@ fn a_record_mirrored_in_space_and_time_has_the_same_waves() {
 }
 
 #[test]
-fn a_stopped_accumulator_continues_with_the_same_bits() {
+fn stopped_vibration_continues_in_the_same_bits_on_any_threads() {
     for rule in [TimeRule::Bdf2, TimeRule::Sdirk2] {
         stopped_anywhere(SegmentLayout { rule, ..layout(ELEMENTS, 2, 1, 0) });
     }

@@ -21,7 +21,7 @@ const PERIOD: [f64; 2] = [8.0, 4.0];
 /// interpolation kernel is shorter, and samples of long waves cost little.
 const SAMPLES: [f64; 2] = [2.8, 5.0];
 /// Patches of a level that are stored: rows may lie in two, a third serves a caller that goes back.
-pub(super) const STORED: usize = 3;
+pub(super) const MOST_PATCHES: usize = 3;
 /// Cost of averaging the two-dimensional density over a cell, and of a pair of random numbers, in multiply-adds.
 const COSTS: [f64; 2] = [600.0, 20.0];
 
@@ -101,7 +101,7 @@ impl Sizes {
     fn bytes(&self) -> f64 {
         let level = |level: &LevelSizes| {
             let samples = level.samples as f64;
-            4.0 * samples * (3.0 * level.lines as f64 + (STORED as f64 + 1.0) * self.columns)
+            4.0 * samples * (3.0 * level.lines as f64 + (MOST_PATCHES as f64 + 1.0) * self.columns)
         };
         self.levels.iter().map(level).sum()
     }

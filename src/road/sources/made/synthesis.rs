@@ -20,7 +20,7 @@ use super::levels::{Patch, WaveLevel};
 use super::rings::RingSpectrum;
 use super::rows::{Interpolation, LANES};
 use super::shape::{HeightShape, ShapeTable};
-use super::sizes::{STORED, Sizes};
+use super::sizes::{MOST_PATCHES, Sizes};
 use super::target::TargetSpectrum;
 use super::translation::corrected;
 use crate::road::error::RoadError;
@@ -141,12 +141,12 @@ impl Texture {
     }
 }
 
-/// Draws a patch unless it is stored; the oldest one of more than [`STORED`] is dropped.
+/// Draws a patch unless it is stored; the oldest one of more than [`MOST_PATCHES`] is dropped.
 fn draw(level: &WaveLevel, block: i64, stored: &mut VecDeque<(i64, Patch)>, amplitudes: &mut Vec<f32>) {
     if stored.iter().any(|(held, _)| *held == block) {
         return;
     }
-    let oldest = if stored.len() == STORED { stored.pop_front() } else { None };
+    let oldest = if stored.len() == MOST_PATCHES { stored.pop_front() } else { None };
     let (_, mut heights) = oldest.unwrap_or_default();
     level.patch(block, amplitudes, &mut heights);
     stored.push_back((block, heights));

@@ -1,8 +1,10 @@
 //! `tyrewave cache`: what is stored on disk for the next run.
 
+use std::ffi::OsStr;
+
 use crate::contact::pressed::CachedBlock;
 use crate::radiation::stored::StoredReceiver;
-use crate::results::table::{Report, row, words};
+use crate::results::table::{Report, aligned, row, words};
 use crate::storage::{Cache, Cached};
 use crate::tyre::influence::{CellInfluence, SurfaceWaves};
 use crate::tyre::poles::RationalModel;
@@ -37,7 +39,7 @@ pub(crate) struct CacheArguments {
 /// Actions on the cache.
 #[derive(Clone, Copy, Debug, Subcommand)]
 pub(crate) enum CacheAction {
-    /// List the entries with their size and whether they can be used.
+    /// List the entries by what they hold, with their size, and those that cannot be used.
     List,
     /// Remove all entries.
     Clear,
@@ -57,7 +59,7 @@ impl CacheArguments {
                 }
             }
             CacheAction::List => {
-                let entries = cache.list(&[
+                let kinds = [
                     RationalModel::KIND,
                     PoleModel::KIND,
                     TractionModel::KIND,
@@ -65,15 +67,29 @@ impl CacheArguments {
                     CachedBlock::KIND,
                     StoredReceiver::KIND,
                     SurfaceWaves::KIND,
-                ])?;
-                let rows = entries.iter().map(|entry| {
-                    let state =
-                        entry.usable.map_or_else(|reason| format!("not usable: {reason}"), |()| "usable".into());
-                    let name = entry.path.file_name().unwrap_or_default().to_string_lossy();
-                    row([&name, &format!("{:.1}", entry.bytes as f64 / 1e3), &state])
+                ];
+                let entries = cache.list(&kinds)?;
+                let (usable, others): (Vec<_>, Vec<_>) = entries.iter().partition(|entry| entry.usable.is_ok());
+                let of_kind = kinds.iter().filter_map(|kind| {
+                    let extension = OsStr::new(kind.extension);
+                    let sizes = usable.iter().filter(|entry| entry.path.extension() == Some(extension));
+                    let sizes: Vec<u64> = sizes.map(|entry| entry.bytes).collect();
+                    let total = sizes.iter().sum::<u64>() as f64;
+                    (!sizes.is_empty()).then(|| row([&kind.format.name, &sizes.len(), &format!("{:.1}", total / 1e6)]))
                 });
                 let mut report = Report::default();
-                report.table(words(["entry", "kB", "state"], rows));
+                let of_kind: Vec<_> = of_kind.collect();
+                if !of_kind.is_empty() {
+                    report.table(aligned(["contents", "entries", "MB"], of_kind));
+                }
+                if !others.is_empty() {
+                    let rows = others.iter().map(|entry| {
+                        let name = entry.path.file_name().unwrap_or_default().to_string_lossy();
+                        let reason = entry.usable.as_ref().err().map(ToString::to_string).unwrap_or_default();
+                        row([&name, &format!("{:.1}", entry.bytes as f64 / 1e6), &reason])
+                    });
+                    report.table(words(["not usable", "MB", "reason"], rows));
+                }
                 let total: u64 = entries.iter().map(|entry| entry.bytes).sum();
                 report.text(format!("{} entries, {:.1} MB in {folder}\n", entries.len(), total as f64 / 1e6));
                 context.print_report(&report)

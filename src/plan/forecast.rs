@@ -57,7 +57,8 @@ impl Plan {
     pub(crate) fn check_amounts(&self, loaded: &LoadedScene, amounts: &Amounts) -> Result<(), SceneError> {
         let numerics = &self.scene.numerics;
         let memory = amounts.memory_on(1);
-        let hours = Forecast::new(amounts, self.steps, &UnitCosts::default(), 1, 0.0).core_seconds() / 3600.0;
+        let forecast = Forecast::new(amounts, self.steps, &UnitCosts::default(), 1, 0.0);
+        let hours = forecast.core_seconds() / 3600.0;
         let (rule, has_cells) = (numerics.time_rule, self.decisions.zone == Zone::Cells);
         let complaint = if numerics.history == History::Direct && !rule.is_multistep() && !has_cells {
             let wrong = format!(
@@ -85,13 +86,23 @@ impl Plan {
                 format!("{fewer}, a shorter memory, or a larger memory_limit"),
             )
         } else if hours > numerics.time_limit {
+            let longest = forecast.stages.iter().max_by(|a, b| a.seconds.total_cmp(&b.seconds));
+            let most = longest.map(|stage| format!(" (to {}: {:.1e})", stage.stage.title(), stage.seconds / 3600.0));
+            let fit = longest.is_some_and(|stage| stage.stage == Stage::Fit);
             loaded.complain(
                 "numerics.elements",
                 format!(
-                    "{} elements and {} steps need about {hours:.1e} core hours, more than numerics.time_limit = {} h",
-                    numerics.elements, self.steps, numerics.time_limit
+                    "{} elements and {} steps need about {hours:.1e} core hours{}, more than numerics.time_limit = {} h",
+                    numerics.elements,
+                    self.steps,
+                    most.unwrap_or_default(),
+                    numerics.time_limit
                 ),
-                "fewer elements, a shorter run, or a larger time_limit",
+                if fit {
+                    "fewer elements, a larger pole_tolerance, or a larger time_limit"
+                } else {
+                    "fewer elements, a shorter run, or a larger time_limit"
+                },
             )
         } else {
             return Ok(());

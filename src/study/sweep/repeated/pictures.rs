@@ -1,6 +1,6 @@
 //! Pictures of a sweep of settings: levels against what is varied.
 
-use super::{FORCE, Quantity, RepeatedRow, RepeatedTable, SOUND};
+use super::{FORCE, MeanBands, Quantity, RepeatedRow, RepeatedTable, SOUND};
 use crate::results::plots::{Axis, PointPlot, PointSeries};
 use crate::results::spectra::FORCE_LEVEL;
 use crate::study::sweep::variants::{SPEED, said};
@@ -101,13 +101,17 @@ impl RepeatedTable {
         let ends = ends.flat_map(|&(_, level, half)| [level - half, level + half]);
         let drawn = DRAWN.into_iter().find(|(rank, ..)| all.iter().any(|(_, quantity, _)| quantity.rank.0 == *rank));
         let (_, short, axis) = drawn.unwrap_or(DRAWN[0]);
-        // Where bands are missing the axis names those that are present.
+        // Where bands are missing the axis names those that are present, and says where they may matter.
         let bands =
             all.iter().flat_map(|(_, quantity, rows)| rows.iter().filter_map(move |row| row.drawn.get(*quantity)));
-        let mut ranges: Vec<&String> = bands.filter_map(|(_, bands)| bands.as_ref()?.range.as_ref()).collect();
+        let range = |bands: &MeanBands| {
+            let bound = if bands.lower_bound { ", at least" } else { "" };
+            Some(format!("{}{bound}", bands.range.as_ref()?))
+        };
+        let mut ranges: Vec<String> = bands.filter_map(|(_, bands)| range(bands.as_ref()?)).collect();
         ranges.sort_unstable();
         ranges.dedup();
-        let axis = [axis.to_owned()].into_iter().chain(ranges.into_iter().cloned()).collect::<Vec<_>>().join(", ");
+        let axis = [axis.to_owned()].into_iter().chain(ranges).collect::<Vec<_>>().join(", ");
         let y = Axis::linear_around(axis, ends);
         PointPlot { title: &format!("{short} against {factor}: {title}"), x, y, series }.to_svg()
     }

@@ -306,6 +306,7 @@ fn one_transform(signal: &[f64], time_step: f64) -> PowerSpectrum {
         power,
         nyquist: 0.5 / time_step,
         valid_to: f64::INFINITY,
+        averaged_over: None,
     }
 }
 

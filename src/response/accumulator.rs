@@ -191,6 +191,7 @@ impl SpectrumAccumulator {
             power: power.collect(),
             nyquist: 0.5 / self.time_step,
             valid_to: f64::INFINITY,
+            averaged_over: Some((self.samples - self.fade) as f64 * self.time_step * (1.0 + 1.2 / self.hops as f64)),
         })
     }
 

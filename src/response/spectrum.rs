@@ -18,6 +18,12 @@
 //! Resolution: the main lobe of w is 3 df wide (zeros at +-1.5 df), side lobes fall 12 dB per octave. A segment shorter
 //! than the record averages (Welch 1967, Modified periodograms); a single pair (J = 1) keeps the finest resolution.
 //!
+//! Statistical error: of noise with the density S, the mean square E of a band over a record of T seconds has the
+//! variance (1/T) integral S^2 df (Bendat & Piersol 2010, Random Data, section 8.5). The bins P_k of the record estimate
+//! the integral; the mean of P_k^2 is (1 + 1.2/J) times that of S^2, as neighbouring segments are correlated by
+//! 1/pi^2. So the standard error in dB is 10/ln(10) sqrt(sum P_k^2/df/(T (1 + 1.2/J)))/E. Narrow resonances, which
+//! leave a band few degrees of freedom, count by their squares; of a tone it is too large.
+//!
 //! Cost: four real FFTs per segment length of signal; memory: some segments, whatever the length of the record.
 
 use std::f64::consts::TAU;
@@ -72,6 +78,8 @@ pub struct PowerSpectrum {
     pub nyquist: f64,
     /// Highest frequency at which the signal is valid \[Hz\]; infinite unless set.
     pub valid_to: f64,
+    /// T (1 + 1.2/J), by which standard errors follow from the bins \[s\]; `None` if the power is not that of a record.
+    pub averaged_over: Option<f64>,
 }
 
 /// Level of one third-octave band.
@@ -139,19 +147,38 @@ impl PowerSpectrum {
     /// Power between two frequencies \[Hz\], in unit^2; a bin that an edge cuts counts by its overlap. 0 for an empty
     /// range or NaN.
     pub fn power_within(&self, frequencies: Range<f64>) -> f64 {
+        self.bins_within(frequencies).map(|(part, _)| part).sum()
+    }
+
+    /// Of each bin that some frequencies \[Hz\] overlap, the power within them, and all of its power.
+    fn bins_within(&self, frequencies: Range<f64>) -> impl Iterator<Item = (f64, f64)> + '_ {
         let (from, to) = (frequencies.start.max(0.0), frequencies.end.min(self.nyquist));
-        if from.is_nan() || to.is_nan() || from >= to {
-            return 0.0;
+        let bins = if from < to {
+            let first = (from / self.resolution + 0.5).floor() as usize;
+            first..((to / self.resolution + 0.5).ceil() as usize + 1).min(self.power.len())
+        } else {
+            0..0
+        };
+        bins.map(move |k| {
+            let bin = self.bin_interval(k);
+            let overlap = (to.min(bin.end) - from.max(bin.start)).max(0.0);
+            (self.power[k] * overlap / (bin.end - bin.start), self.power[k])
+        })
+    }
+
+    /// Standard error of the level of the sum of some bands \[dB\]; `None` for silence, or a spectrum that is not of a
+    /// record.
+    pub fn standard_error(&self, bands: impl IntoIterator<Item = ThirdOctaveBand>) -> Option<f64> {
+        let duration = self.averaged_over?;
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for band in bands {
+            for (part, whole) in self.bins_within(band.lower_edge()..band.upper_edge()) {
+                sum += part;
+                squares += part * whole;
+            }
         }
-        let first = (from / self.resolution + 0.5).floor() as usize;
-        let last = ((to / self.resolution + 0.5).ceil() as usize).min(self.power.len() - 1);
-        (first..=last)
-            .map(|k| {
-                let bin = self.bin_interval(k);
-                let overlap = (to.min(bin.end) - from.max(bin.start)).max(0.0);
-                self.power[k] * overlap / (bin.end - bin.start)
-            })
-            .sum()
+        let deviation = (squares / (self.resolution * duration)).sqrt();
+        (sum > 0.0).then(|| 10.0 / std::f64::consts::LN_10 * deviation / sum)
     }
 
     /// Third-octave levels re `reference` (1 N for forces) of all bands that lie whole between `lowest` \[Hz\] and the
@@ -279,6 +306,45 @@ mod tests {
             // Standard deviation of a band's power: 1/sqrt(B T), B >= 23 Hz, T = 40 s: 0.14 dB; four of them.
             assert!(decibel(ratio).abs() < 0.6, "{}: {}", band.band.label(), decibel(ratio));
         }
+    }
+
+    /// Levels of noise through a narrow resonance scatter from seed to seed by their standard errors.
+    #[test]
+    fn levels_scatter_by_their_standard_errors() {
+        const SEEDS: u64 = 60;
+        let rate = 2000.0;
+        let resonance = |seed: u64, samples: usize| -> Vec<f64> {
+            // Two poles at 200 Hz, 6 Hz wide.
+            let (radius, angle) = ((-TAU * 3.0 / rate).exp(), TAU * 200.0 / rate);
+            let (mut last, mut before) = (0.0, 0.0);
+            let filtered = noise(samples + 2000, seed).into_iter().map(|x| {
+                let now = x + 2.0 * radius * angle.cos() * last - radius * radius * before;
+                (before, last) = (last, now);
+                now + 0.2 * x
+            });
+            filtered.skip(2000).collect()
+        };
+        for (seconds, segment) in [(0.6, 0.5), (3.0, 0.5), (3.0, 1.0)] {
+            let spectra: Vec<PowerSpectrum> = (0..SEEDS)
+                .map(|seed| PowerSpectrum::of(&resonance(seed, (seconds * rate) as usize), 1.0 / rate, Some(segment)))
+                .map(Result::unwrap)
+                .collect();
+            for bands in [vec![-9], vec![-7], vec![-5], (-10..=-3).collect::<Vec<i32>>()] {
+                let bands = || bands.iter().copied().map(ThirdOctaveBand);
+                let sum = |spectrum: &PowerSpectrum| {
+                    bands().map(|band| spectrum.power_within(band.lower_edge()..band.upper_edge())).sum::<f64>()
+                };
+                let levels: Vec<f64> = spectra.iter().map(|spectrum| decibel(sum(spectrum))).collect();
+                let errors = spectra.iter().map(|spectrum| spectrum.standard_error(bands()).unwrap());
+                let mean = levels.iter().sum::<f64>() / SEEDS as f64;
+                let chi: f64 = levels.iter().zip(errors).map(|(level, error)| ((level - mean) / error).powi(2)).sum();
+                println!("{seconds} s, {segment} s: chi^2 = {chi:.1}");
+                // The range of 99.9 % for 59 degrees of freedom; levels in dB are skewed where errors are large.
+                assert!((28.0..101.0).contains(&chi), "{seconds} s, {segment} s: chi^2 = {chi}");
+            }
+        }
+        let silent = PowerSpectrum::of(&[1.0; 64], 1e-3, None).unwrap();
+        assert_eq!(silent.standard_error([ThirdOctaveBand(-10)]), None);
     }
 
     #[test]

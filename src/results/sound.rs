@@ -47,11 +47,11 @@ pub struct SoundParts {
 
 /// Table of third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level
 /// \[dB(A)\], 1 for valid levels and 0 for others, error of valid levels by the numerical solution and the transfer
-/// path, and by slices; empty where that is not known \[dB\]. Where there are parts, their levels follow; where voids
-/// are open, the standard deviation of the level over their places \[dB\].
+/// path, by slices, and standard error; empty where that is not known \[dB\]. Where there are parts, their levels
+/// follow; where voids are open, the standard deviation of the level over their places \[dB\].
 pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
-    const HEADER: &str =
-        "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
+    const HEADER: &str = "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db,\
+         standard_error_db";
     const PARTS: &str = "vibration_db_re_20upa,squeeze_db_re_20upa";
     const SPREAD: &str = "voids_spread_db";
     let has_parts = spectra.iter().any(|spectrum| spectrum.parts.is_some());
@@ -68,7 +68,9 @@ pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices
             let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
             let error = optional(error.of_band(middle).filter(|_| plain.valid));
             let by_slices = optional(slices.and_then(|slices| slices.sound(band)));
-            let of_sum = row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices]);
+            let scatter = optional(spectrum.standard_error([band]));
+            let [level, level_a] = [plain.level, weighted.level];
+            let of_sum = row([name, &nominal, &middle, &level, &level_a, &valid, &error, &by_slices, &scatter]);
             let of_parts =
                 parts.iter().flat_map(|[vibration, squeeze]| row([&vibration[index].level, &squeeze[index].level]));
             let of_places = spread(places.iter().map(|bands| bands[index].level)).map(|spread| row([&spread]));
@@ -214,6 +216,10 @@ pub struct ReceiverSummary {
     /// Reason why that error is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_level_a_error: Option<String>,
+    /// Standard error of the A-weighted mean level \[dB\], from one run: its scatter from one stretch of road to
+    /// another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_error_a: Option<f64>,
     /// Bands of both levels, of the pass-by and of the sound files; `None` if no band is valid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) bands: Option<CoveredBands>,
@@ -307,15 +313,17 @@ impl ReceiverSummary {
     pub fn text(&self) -> String {
         let error = self.level_a_error.map_or_else(String::new, |error| format!(" +- {error:.1}"));
         let least = if self.bands.is_some_and(|bands| bands.lower_bound) { "at least " } else { "" };
+        let scatter = self.standard_error_a.map(|scatter| format!(" (standard error {scatter:.1} dB)"));
+        let scatter = scatter.unwrap_or_default();
         let mut text = match &self.pass_by {
             Some(pass_by) => format!(
-                "{least}{:.1}{error} dB(A), L_AFmax as the {} passes ({}), {:.1} dB(A) along the line",
+                "{least}{:.1}{error} dB(A), L_AFmax as the {} passes ({}), {:.1} dB(A) along the line{scatter}",
                 pass_by.maximum,
                 if self.tyres.is_some() { "vehicle" } else { "tyre" },
                 pass_by.statistics(),
                 self.level_a
             ),
-            None => format!("{least}{:.1}{error} dB(A), {:.1} dB", self.level_a, self.level),
+            None => format!("{least}{:.1}{error} dB(A){scatter}, {:.1} dB", self.level_a, self.level),
         };
         if let Some(bands) = &self.bands {
             text.push_str(&format!(", {}", bands.text()));
@@ -416,6 +424,7 @@ mod tests {
             voids_spread_a: None,
             level_a_error: Some(0.4),
             no_level_a_error: None,
+            standard_error_a: None,
             bands: Some(CoveredBands { lowest: 25.0, highest: 500.0, missing: None, lower_bound: true }),
             power_level_a: Some(60.7),
             pass_by: None,

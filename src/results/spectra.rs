@@ -14,19 +14,23 @@ pub(crate) const FORCE_LEVEL: &str = "Contact force level [dB re 1 N]";
 pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 
 /// Text of the file. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB
-/// re 1 N\], 1 for valid levels and 0 for others, the numerical error of valid levels and the error by slices \[dB\].
-/// Numbers are written so that reading gives the same bits; where there is none (the level of silence, an error that is
-/// not known) the cell is empty.
-pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> String {
+/// re 1 N\], 1 for valid levels and 0 for others, the numerical error of valid levels, the error by slices and the
+/// standard error of the level \[dB\]. Numbers are written so that reading gives the same bits; where there is none
+/// (the level of silence, an error that is not known) the cell is empty.
+pub(crate) fn force_levels_csv(
+    levels: &[BandLevel],
+    errors: &LevelErrors,
+    standard_error: impl Fn(ThirdOctaveBand) -> Option<f64>,
+) -> String {
     let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid,error_db,\
-                  slice_error_db";
+                  slice_error_db,standard_error_db";
     let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid: is_valid }| {
         let valid = f64::from(u8::from(is_valid));
         let edges = [band.lower_edge(), band.upper_edge()];
-        let known = [errors.numerical(band).filter(|_| is_valid), errors.by_slices(band)];
-        let [numerical, slices] = known.map(|error| error.unwrap_or(f64::NAN));
+        let known = [errors.numerical(band).filter(|_| is_valid), errors.by_slices(band), standard_error(band)];
+        let [numerical, slices, scatter] = known.map(|error| error.unwrap_or(f64::NAN));
         let middle = band.mid_frequency();
-        [band.nominal_frequency(), middle, edges[0], edges[1], mean_square, level, valid, numerical, slices]
+        [band.nominal_frequency(), middle, edges[0], edges[1], mean_square, level, valid, numerical, slices, scatter]
     });
     csv(header.split(','), rows)
 }
@@ -65,7 +69,7 @@ mod tests {
         let levels = [level(-15, 1.0 / 3.0), level(-14, 0.0), level(-13, 1e-200)];
         let slices = BySlices::Known(vec![(ThirdOctaveBand(-14), 2.0)]);
         let errors = LevelErrors { numerical: Some((0.0, 1.0 / 3.0)), slices };
-        let text = force_levels_csv(&levels, &errors);
+        let text = force_levels_csv(&levels, &errors, |band| (band.0 == -13).then_some(0.7));
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let rows: Vec<Vec<f64>> = reader
             .records()
@@ -84,11 +88,12 @@ mod tests {
                 f64::from(u8::from(level.valid)),
                 if level.valid { 1.0 / 3.0 } else { f64::NEG_INFINITY },
                 slices,
+                if level.band.0 == -13 { 0.7 } else { f64::NEG_INFINITY },
             ];
             assert_eq!(row.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), expected.map(f64::to_bits));
         }
         assert_eq!(read_force_levels(&text).unwrap(), levels);
         assert_eq!(read_force_levels("a,b\n1,2\n"), None);
-        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains(",0,,0,,2\n"), "{text}");
+        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains(",0,,0,,2,\n"), "{text}");
     }
 }

@@ -165,6 +165,7 @@ mod tests {
             power: vec![1.0 / 7.0; 601],
             nyquist: 200.0,
             valid_to: 150.0,
+            averaged_over: None,
         };
         let named =
             |place| VelocitySpectrum { field: "belt", frame: "non-rotating", place, spectrum: spectrum.clone() };

@@ -151,6 +151,7 @@ fn largest_difference(segment: f64) -> f64 {
         power,
         nyquist: 0.5 / step,
         valid_to: f64::INFINITY,
+        averaged_over: None,
     };
     let sums: BTreeMap<ThirdOctaveBand, f64> =
         spectrum.third_octaves(20.0, 1.0).into_iter().map(|level| (level.band, level.mean_square)).collect();
@@ -515,6 +516,7 @@ fn welch(series: &[f64], length: usize, step: f64) -> PowerSpectrum {
         power,
         nyquist: 0.5 / step,
         valid_to: f64::INFINITY,
+        averaged_over: None,
     }
 }
 

@@ -193,11 +193,14 @@ impl EffectObserver for ForceObserver {
         let outputs = &end.loaded.scene.outputs;
         // A run too short for a spectrum has none: the summary's warnings say so.
         if (outputs.spectra || outputs.plots)
-            && let Some(levels) = self.levels(end)
+            && let Some(spectrum) = self.spectrum()
         {
+            let spectrum = spectrum.valid_to(end.valid_to);
+            let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
             if outputs.spectra {
-                files
-                    .write_text(SPECTRA_FILE, &force_levels_csv(&levels, &level_errors(end.plan, end.slice_errors)))?;
+                let errors = level_errors(end.plan, end.slice_errors);
+                let text = force_levels_csv(&levels, &errors, |band| spectrum.standard_error([band]));
+                files.write_text(SPECTRA_FILE, &text)?;
             }
             if outputs.plots && !levels.is_empty() {
                 files.write_text("force_spectrum.svg", &spectrum_picture(end, &levels)?)?;
@@ -216,11 +219,6 @@ impl ForceObserver {
         let (rule, time_step) = self.recording;
         let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
         Some(spectrum.without_mean_of_steps(rule, time_step))
-    }
-
-    /// Third octaves of the force re 1 N, of a run that is long enough for a spectrum.
-    fn levels(&self, end: &End<'_>) -> Option<Vec<BandLevel>> {
-        Some(self.spectrum()?.valid_to(end.valid_to).third_octaves(LOWEST_FREQUENCY, 1.0))
     }
 
     fn draw_patch(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), RunError> {

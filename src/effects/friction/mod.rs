@@ -12,7 +12,7 @@ use crate::contact::footprint::TangentialPart;
 use crate::counters::{Job, Meter};
 use crate::numeric::RunningMoments;
 use crate::plan::{Plan, SEGMENT};
-use crate::response::{BandLevel, LevelErrors, SpectrumAccumulator};
+use crate::response::{LevelErrors, PowerSpectrum, SpectrumAccumulator};
 use crate::results::files::ResultFiles;
 use crate::results::spectra::{LOWEST_FREQUENCY, force_levels_csv};
 use crate::results::summary::{FreeRolling, FrictionSummary};
@@ -291,8 +291,11 @@ impl EffectObserver for FrictionObserver {
         let outputs = &end.loaded.scene.outputs;
         if outputs.spectra {
             for (table, spectrum) in LEVELS.iter().zip(&self.spectra) {
-                if let Some(levels) = self.third_octaves(spectrum.as_ref(), end.valid_to) {
-                    files.write_text(table.file, &force_levels_csv(&levels, &LevelErrors::default()))?;
+                if let Some(spectrum) = self.spectrum(spectrum.as_ref(), end.valid_to) {
+                    let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
+                    let standard_error = |band| spectrum.standard_error([band]);
+                    files
+                        .write_text(table.file, &force_levels_csv(&levels, &LevelErrors::default(), standard_error))?;
                 }
             }
         }
@@ -313,10 +316,10 @@ impl EffectObserver for FrictionObserver {
 }
 
 impl FrictionObserver {
-    /// Third octaves of a force re 1 N, valid up to a frequency \[Hz\], of a run that is long enough.
-    fn third_octaves(&self, spectrum: Option<&SpectrumAccumulator>, valid_to: f64) -> Option<Vec<BandLevel>> {
+    /// Spectrum of a force, valid up to a frequency \[Hz\], of a run that is long enough.
+    fn spectrum(&self, spectrum: Option<&SpectrumAccumulator>, valid_to: f64) -> Option<PowerSpectrum> {
         let (rule, time_step) = self.recording;
         let spectrum = spectrum?.clone().finish().ok()?.without_mean_of_steps(rule, time_step);
-        Some(spectrum.valid_to(valid_to).third_octaves(LOWEST_FREQUENCY, 1.0))
+        Some(spectrum.valid_to(valid_to))
     }
 }

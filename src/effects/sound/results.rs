@@ -29,7 +29,7 @@ use crate::sound::power::{Iso3744, power_level};
 use crate::sound::receivers::{Finding, Probes};
 use crate::sound::resample::{FILE_RATE, resample};
 use crate::sound::wav::{SampleFormat, full_scale_for};
-use crate::sound::{CoveredBands, Recording, SoundLevels, TotalLevel};
+use crate::sound::{CoveredBands, FrequencyWeighting, Recording, SoundLevels, TotalLevel};
 
 /// Points per second of a pass-by's level that are written and drawn.
 const LEVELS_A_SECOND: f64 = 200.0;
@@ -149,6 +149,7 @@ impl SoundObserver {
             voids_spread_a: spread(places.iter().map(|place| over_valid_bands(place).overall_a)),
             level_a_error,
             no_level_a_error: level_a_error.is_none().then(unknown),
+            standard_error_a: standard_error_a(spectrum, &levels),
             bands: levels.covered(),
             power_level_a: None,
             pass_by: None,
@@ -370,6 +371,12 @@ impl Audible {
         folder.write(&file, &recording.to_bytes().map_err(unusable)?)?;
         Ok(AudioSummary { file, full_scale, peak: Some(peak), louder, seconds, tyres: self.tyres })
     }
+}
+
+/// Standard error of the A-weighted level over the valid bands \[dB\].
+fn standard_error_a(spectrum: &PowerSpectrum, levels: &SoundLevels) -> Option<f64> {
+    let valid = levels.a_weighted.iter().filter(|level| level.valid);
+    FrequencyWeighting::A.of_spectrum(spectrum).standard_error(valid.map(|level| level.band))
 }
 
 /// Levels whose overall ones are those of the valid bands.

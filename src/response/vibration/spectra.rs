@@ -256,6 +256,7 @@ fn spectrum(layout: &SegmentLayout, power: Vec<f64>) -> PowerSpectrum {
         power,
         nyquist: 0.5 / layout.time_step,
         valid_to: f64::INFINITY,
+        averaged_over: None,
     }
 }
 

@@ -76,10 +76,9 @@ pub use crate::response::vibration::{
     point_spectrum,
 };
 pub use crate::results::checkpoint::read as read_checkpoint;
-pub use crate::results::cost::RunCost;
+pub use crate::results::cost::{RunCost, cost_table};
 pub use crate::results::npy::{ArrayRow, NpyWriter};
 pub use crate::results::plots::{ThirdOctavePlot, four_digits};
-pub use crate::results::profile_table::cost_table;
 pub use crate::results::read_table::StoredTable;
 pub use crate::results::spectra::read_force_levels;
 pub use crate::results::tread_pattern::{pitch_spectrum, tread_picture};

@@ -7,9 +7,8 @@ use crate::run::prepare::checked;
 use crate::scene::Setting;
 use clap::Args;
 
-use super::context::Context;
+use super::context::{Context, SceneFile};
 use super::error::CliError;
-use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
 Checks everything that can be checked without a run: keys and values, the tyre's file, keys that exclude each other, \

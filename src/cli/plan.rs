@@ -9,9 +9,8 @@ use crate::scene::LoadedScene;
 use crate::study::calibration::{calibrate, calibrated};
 use clap::Args;
 
-use super::context::{Context, print};
+use super::context::{Context, SceneFile, print};
 use super::error::CliError;
-use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
 Nothing is simulated; the road is opened and must be long enough. The plan shows the effects that the scene needs and \

@@ -6,9 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::clock::{Clock, CpuClock, Spent};
 use super::cost::{Allocations, StageCost, Work};
-use super::counter::Counter;
 use super::process;
-use super::stage::{Phase, Stage};
+use super::stage::{Counter, Phase, Stage};
 use super::trace::Trace;
 use super::watch::{BLOCK, BLOCKS, Timing, WATCHED_EVERY, Watch};
 

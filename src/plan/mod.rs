@@ -18,21 +18,18 @@ pub(crate) mod fit_options;
 mod forecast;
 mod foreseen;
 pub(crate) mod front;
-pub(crate) mod load_index;
 pub(crate) mod models;
 pub(crate) mod overload;
 pub(crate) mod receivers;
 pub(crate) mod resolution;
 pub(crate) mod settle;
-mod settling;
 mod slice_error;
 mod smooth_contact;
 pub(crate) mod sound;
 pub(crate) mod stated;
 #[cfg(test)]
 mod tests;
-mod unit;
-pub(crate) mod unit_record;
+pub(crate) mod unit;
 
 pub(crate) use amounts::{Amounts, WorkPlace};
 pub use decisions::Decisions;

@@ -1,12 +1,13 @@
 //! Consistency of a scene across its tables.
 
+use crate::radiation::draft::{self, DraftErrors};
+
 use super::problem::Problem;
 use super::table::{Keys, Table};
 use super::{
-    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
-    Switch, TimeRule, Tread, Vehicle, Vibration, Zone, air_pumping, plausible, tread_pattern,
+    AirPumping, Axle, BlockModel, Lateral, PatchAir, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace,
+    Road, Scene, StandardReceiver, Switch, TimeRule, Tread, Vehicle, Vibration, Zone, plausible, tread_pattern,
 };
-use crate::radiation::draft::{self, DraftErrors};
 
 /// Reads a whole scene and checks it; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
@@ -20,7 +21,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     vibration(&scene, table)?;
     receiver_names(&scene, table)?;
     sound(&scene, table)?;
-    air_pumping::check(&scene, table)?;
+    air_pumping(&scene, table)?;
     Some(scene)
 }
 
@@ -345,4 +346,81 @@ fn beside(vehicle: Vehicle, distance: f64, half_width: f64, index: usize, table:
     };
     // The table may have left the track to its default: the complaint is placed at the table.
     table.complain(&format!("receiver[{index}].vehicle"), Problem::new(wrong, right))
+}
+
+/// Refuses air paths under the patch that the rest of the scene rules out; `None` after a complaint.
+fn air_pumping(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let complain =
+        |key: &str, wrong: &str, right: &str| table.complain::<()>(key, Problem::new(wrong.to_owned(), right));
+    let is_open = matches!(&scene.air_pumping, Some(AirPumping { patch, .. }) if *patch != PatchAir::Sealed);
+    let squeezes = scene.air_pumping.as_ref().is_some_and(|pumping| pumping.squeeze);
+    if !is_open {
+        if squeezes && scene.effects.air_pumping != Switch::Off {
+            let wrong = "the patch is sealed: air that blocks press out cannot radiate";
+            return complain("air_pumping.squeeze", wrong, "add patch = \"grooves\", or leave this out");
+        }
+        if scene.effects.air_pumping == Switch::On {
+            let right = "\"auto\" or \"off\", or a table [air_pumping] with patch = \"grooves\"";
+            return complain("effects.air_pumping", "there is no [air_pumping] that opens the patch", right);
+        }
+        return Some(());
+    }
+    if scene.effects.air_pumping == Switch::Off {
+        return Some(());
+    }
+    let sealed = "leave [air_pumping] out";
+    if scene.receivers.is_empty() {
+        let right = "add a [[receiver]], or leave this out";
+        return complain("air_pumping", "there is no [[receiver]] for its sound", right);
+    }
+    let (radiation, pattern) = (&scene.radiation, scene.tread_pattern.as_ref());
+    let has_grooves = pattern.is_some_and(|pattern| pattern.grooves.iter().any(|groove| groove.depth > 0.0));
+    let takes_voids = scene.air_pumping.as_ref().is_some_and(|pumping| pumping.patch == PatchAir::Voids);
+    let missing = match pattern {
+        _ if has_grooves || takes_voids => None,
+        Some(pattern) if pattern.file.is_some() => Some("a raster does not say which of its voids run round the tyre"),
+        _ => Some("there are no grooves that run round the tyre"),
+    };
+    let are_compliant = pattern.is_some_and(|pattern| pattern.blocks == BlockModel::Compliant);
+    let compliant = "tread_pattern.blocks = \"compliant\", or leave this out";
+    let springs = "springs do not conserve volume: the air under them would be moved by more than the tread";
+    let refused = [
+        (missing.is_some(), "air_pumping.patch", missing.unwrap_or_default(), "give tread_pattern.grooves"),
+        (
+            takes_voids && scene.contact.zone != Zone::Cells,
+            "air_pumping.patch",
+            "slices do not resolve where tread and road touch across",
+            "contact.zone = \"cells\", or \"grooves\"",
+        ),
+        (scene.contact.tread != Tread::Elastic, "contact.tread", springs, "\"elastic\", or leave [air_pumping] out"),
+        (
+            radiation.acoustic_gap > 0.0,
+            "radiation.acoustic_gap",
+            "a patch is open by its grooves or by a slit, not by both",
+            sealed,
+        ),
+        (
+            radiation.quality == RadiationQuality::Draft,
+            "radiation.quality",
+            "a draft computes no field at the openings of the grooves",
+            "\"full\", or leave [air_pumping] out",
+        ),
+        (
+            squeezes && scene.contact.zone != Zone::Cells,
+            "air_pumping.squeeze",
+            "slices have no compliant blocks",
+            "contact.zone = \"cells\", or leave this out",
+        ),
+        (
+            squeezes && !are_compliant,
+            "air_pumping.squeeze",
+            "blocks as stiff as an uncut tread press no air out",
+            compliant,
+        ),
+    ];
+    let mut fits = Some(());
+    for (_, key, wrong, right) in refused.into_iter().filter(|(is_refused, ..)| *is_refused) {
+        fits = complain(key, wrong, right);
+    }
+    fits
 }

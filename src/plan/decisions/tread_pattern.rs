@@ -1,7 +1,6 @@
 //! Pattern of the tread, and its blocks.
 
-use super::row::{Decided, DecisionRow, given};
-use super::values::Decisions;
+use super::values::{Decided, DecisionRow, Decisions, given};
 use crate::scene::{BlockModel, Scene, Slices, Switch, TreadPattern, Zone};
 use crate::tyre::tread_pattern::PatternFault;
 use crate::tyre::tread_pattern::blocks::TreadBlocks;

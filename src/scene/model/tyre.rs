@@ -6,11 +6,10 @@ use serde_json::{Value as Json, json};
 use toml::de::DeValue;
 
 use super::cords::{CORDS, Cords, MOST_CORD_LOSSES, ORTHOTROPIC, Orthotropic};
-use super::inflation::{CAVITY, Cavity, INFLATION, Inflation};
+use super::inflation::{CAVITY, Cavity, INFLATION, Inflation, SIDEWALL, Sidewall};
 use super::material::{
     FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, WrittenMaterial, corner_frequency, reference_frequency,
 };
-use super::sidewall::{SIDEWALL, Sidewall};
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Exactly, File, Flag, Name, OneOf, Optional, Whole};

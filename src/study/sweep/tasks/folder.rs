@@ -12,8 +12,7 @@ use crate::numeric::in_parallel;
 use crate::results::ResultsError;
 use crate::results::inputs::Inputs;
 use crate::storage::{Format, PendingFile, Unusable};
-use crate::study::sweep::tasks::error::TaskError;
-use crate::study::sweep::tasks::task::{Task, inputs_of};
+use crate::study::sweep::tasks::task::{Task, TaskError, inputs_of};
 use crate::study::sweep::variants::Variant;
 
 /// Name of the manifest.

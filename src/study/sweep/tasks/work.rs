@@ -14,10 +14,9 @@ use crate::results::ResultsError;
 use crate::run::Progress;
 use crate::storage::flat_folder;
 use crate::study::sweep::run::{Done, VariantOutcome, sweep};
-use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::TaskFolder;
 use crate::study::sweep::tasks::outcomes::{Outcomes, TOGETHER};
-use crate::study::sweep::tasks::task::Task;
+use crate::study::sweep::tasks::task::{Task, TaskError};
 use crate::study::trial::UNIT;
 
 /// Prefix of the file that a process locks while it does a task; the task's number follows.

@@ -72,8 +72,7 @@ impl CacheArguments {
                     let name = entry.path.file_name().unwrap_or_default().to_string_lossy();
                     row([&name, &format!("{:.1}", entry.bytes as f64 / 1e3), &state])
                 });
-                let mut report = Report::default();
-                report.table(words(["entry", "kB", "state"], rows));
+                let mut report = Report::from(words(["entry", "kB", "state"], rows));
                 let total: u64 = entries.iter().map(|entry| entry.bytes).sum();
                 report.text(format!("{} entries, {:.1} MB in {folder}\n", entries.len(), total as f64 / 1e6));
                 context.print_report(&report)

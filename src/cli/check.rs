@@ -58,8 +58,7 @@ impl CheckArguments {
                 notes.text(format!("{}: {note}\n", path.display()));
             }
         }
-        let mut report = Report::default();
-        report.table(words(["scene", "", "elements", "steps", "effects"], rows));
+        let mut report = Report::from(words(["scene", "", "elements", "steps", "effects"], rows));
         report.append(notes);
         if context.options.quiet { Ok(()) } else { context.print_report(&report) }
     }

@@ -108,7 +108,7 @@ impl IndentArguments {
 const STEEPEST: f64 = 20.0;
 
 /// Reads a grid of heights \[m\] above cells of `dx` x `dy` \[m\].
-pub(super) fn read_grid(path: &Path, [dx, dy]: [f64; 2]) -> Result<HeightMap, CliError> {
+fn read_grid(path: &Path, [dx, dy]: [f64; 2]) -> Result<HeightMap, CliError> {
     let name = path.display();
     let fault = |error| match error {
         ArrayError::Io(source) => CliError::Read { path: path.to_owned(), source },

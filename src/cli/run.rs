@@ -13,7 +13,7 @@ use clap::Args;
 
 use super::context::{Context, SceneFile, print};
 use super::error::{CliError, write_message};
-use super::output_file::{OutputFile, Replaces, check_apart};
+use super::output_file::{OutputFile, begin_both};
 use super::report::{beside, check_page, write_page};
 
 const EXAMPLES: &str = "\
@@ -206,11 +206,8 @@ impl ProfileOptions {
     /// As [`OutputFile::begin`].
     pub(super) fn begin(self) -> Result<PendingProfile, CliError> {
         let Self { profile, trace, folded } = self;
-        check_apart(trace.as_deref(), folded.as_deref())?;
-        let begin = |path: Option<PathBuf>, head: &'static str| {
-            path.map(|path| OutputFile::begin(&path, Replaces::Beginning(head))).transpose()
-        };
-        Ok(PendingProfile { profile, trace: begin(trace, TRACE_HEAD)?, folded: begin(folded, FOLDED_HEAD)? })
+        let [trace, folded] = begin_both([(trace, TRACE_HEAD), (folded, FOLDED_HEAD)])?;
+        Ok(PendingProfile { profile, trace, folded })
     }
 }
 

@@ -94,10 +94,10 @@ impl TaskArguments {
         let chunk = |count, seconds| self.chunk.unwrap_or_else(|| jobs::chunk(count, seconds, threads));
         let write_jobs = |written: &Written| self.write_jobs(written, threads);
         let written = TaskFolder::write(folder, (title, plots), variants, chunk, write_jobs)?;
-        let (count, place) = (written.folder.count(), folder.display());
+        let (count, place) = (written.folder.manifest.count, folder.display());
         if context.options.json {
             let json = json!({
-                "tasks": count, "found": written.found, "chunk": written.folder.chunk(),
+                "tasks": count, "found": written.found, "chunk": written.folder.manifest.chunk,
                 "longest_seconds": written.seconds[0], "seconds": written.seconds[1], "memory": written.memory,
             });
             return print(&format!("{json:#}\n"));
@@ -116,7 +116,7 @@ impl TaskArguments {
     }
 
     fn write_jobs(&self, written: &Written, threads: usize) -> Result<(), CliError> {
-        let path = written.folder.path();
+        let path = &written.folder.path;
         let unknown = |what: &'static str| move |error| CliError::Failed(format!("{what}: {error}"));
         let folder = std::path::absolute(path).map_err(unknown("the folder of tasks"))?;
         let program = std::env::current_exe().map_err(unknown("the program's own file"))?;
@@ -213,13 +213,13 @@ fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), Cli
     let bar = context.bar("collecting", folder.shards());
     let collection = folder.collect(|| bar.inc(1))?;
     bar.finish_and_clear();
-    let drawn = folder.plots() && collection.tasks.len() <= MOST_DRAWN;
-    let report = write_tables(place, (folder.title(), drawn), &collection.tasks)?;
+    let drawn = folder.manifest.plots && collection.tasks.len() <= MOST_DRAWN;
+    let report = write_tables(place, (&folder.manifest.title, drawn), &collection.tasks)?;
 
     let missing = collection.missing();
-    let elements = Numbers::new(missing.as_slice().iter().map(|number| number / folder.chunk()));
+    let elements = Numbers::new(missing.0.iter().map(|number| number / folder.manifest.chunk));
     write_missing(path, &elements)?;
-    let (count, gone) = (folder.count(), missing.as_slice().len());
+    let (count, gone) = (folder.manifest.count, missing.0.len());
     if context.options.json {
         let failed: Vec<_> = collection
             .failed
@@ -246,7 +246,7 @@ fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), Cli
 /// Writes the list of the job array's elements with missing tasks; deletes it if there are none.
 fn write_missing(folder: &Path, elements: &Numbers) -> Result<(), CliError> {
     let path = folder.join(MISSING);
-    if elements.as_slice().is_empty() {
+    if elements.0.is_empty() {
         // The file may not exist.
         let _ = fs::remove_file(&path);
         return Ok(());
@@ -256,7 +256,7 @@ fn write_missing(folder: &Path, elements: &Numbers) -> Result<(), CliError> {
 
 /// An error unless all tasks are done, each under its load.
 fn ended(collection: &Collection, missing: &Numbers, folder: &Path) -> Result<(), CliError> {
-    let (all, numbers) = (collection.tasks.len(), missing.as_slice());
+    let (all, numbers) = (collection.tasks.len(), missing.0.as_slice());
     let mut wrong = Vec::new();
     if !numbers.is_empty() {
         let name = |&number: &u64| {

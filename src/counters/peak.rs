@@ -63,7 +63,7 @@ impl WithSimd for MultiplyAdds {
 }
 
 /// Best rate of copying one array of 16 MB to another \[B/s, read and written\].
-pub(crate) fn copy_rate() -> f64 {
+fn copy_rate() -> f64 {
     let (from, mut to) = (vec![1.0_f64; COPIED], vec![0.0_f64; COPIED]);
     let mut best = 0.0_f64;
     for _ in 0..TRIALS {

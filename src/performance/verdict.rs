@@ -225,7 +225,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\]
 /// (runs x blocks; `None`: disturbed).
-pub(super) fn stage_times(runs: [Vec<&[Option<u64>]>; 2]) -> [Vec<f64>; 2] {
+fn stage_times(runs: [Vec<&[Option<u64>]>; 2]) -> [Vec<f64>; 2] {
     let blocks = runs.iter().flatten().map(|run| run.len()).min().unwrap_or(0);
     // 1. Usual time of each block: the median over all runs.
     let times = |block: usize| runs.iter().flatten().filter_map(move |run| run[block]).map(|time| time as f64);

@@ -109,7 +109,7 @@ pub(crate) fn load_of_car(index: u16) -> Option<u16> {
 }
 
 /// Load of any index \[kg\]: beyond those of cars 45 kg, ten times as much every 80, which is within 2 % of the table.
-pub(crate) fn load_of(index: u16) -> f64 {
+fn load_of(index: u16) -> f64 {
     load_of_car(index).map_or_else(|| 45.0 * 10_f64.powf(f64::from(index) / 80.0), f64::from)
 }
 

@@ -96,12 +96,12 @@ pub(crate) fn table(table: &TextTable) -> Markup {
     html! {
         div.table {
             table {
-                @if !table.header().is_empty() {
-                    thead { tr { @for (column, cell) in table.header().iter().enumerate() {
+                @if !table.header.is_empty() {
+                    thead { tr { @for (column, cell) in table.header.iter().enumerate() {
                         th class=[class(column)] { (cell) }
                     } } }
                 }
-                tbody { @for row in table.rows() {
+                tbody { @for row in &table.rows {
                     tr { @for (column, cell) in row.iter().enumerate() { td class=[class(column)] { (cell) } } }
                 } }
             }

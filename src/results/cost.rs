@@ -183,8 +183,7 @@ impl RunCost {
 /// a separate column and is no part of it.
 pub fn cost_table(cost: &RunCost) -> Report {
     let steps = cost.counted(Counter::Steps);
-    let mut report = Report::default();
-    report.table(stages(cost));
+    let mut report = Report::from(stages(cost));
     report.text("\n");
     if steps > 0 {
         report.table(step(cost, steps));

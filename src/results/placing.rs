@@ -16,12 +16,11 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crate::storage::flat_folder::{self, entries};
-use crate::storage::input::{self, TABLE_BYTES};
 
 use super::checkpoint::{CHECKPOINT_FILE, CheckpointError, SCENE_FILE, TEMPORARY_FILE};
 use super::disk::{aside, replace, with_suffix, write_file};
 use super::error::ResultsError;
-use super::summary::{FORMAT, Marker, SUMMARY_FILE};
+use super::summary::{FORMAT, Marker, SUMMARY_FILE, read_summary};
 
 /// Files that an unfinished run needs and a finished one does not; the lock is deleted last.
 pub(super) const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
@@ -107,8 +106,7 @@ fn mark(folder: &Path) -> Option<PathBuf> {
 
 /// Part of a folder's summary that identifies it, if the folder is one of tyrewave's.
 fn marker(folder: &Path) -> Option<Marker> {
-    let bytes = input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?;
-    serde_json::from_slice::<Marker>(&bytes).ok().filter(|marker| marker.format == FORMAT)
+    read_summary(folder).filter(|marker: &Marker| marker.format == FORMAT)
 }
 
 /// Accepts nothing, an empty folder, or an untouched results folder at `target`.
@@ -162,7 +160,7 @@ pub(crate) fn unfinished(path: &Path) -> Result<PathBuf, CheckpointError> {
 }
 
 /// Folders of unfinished runs with a final path, sorted.
-pub(super) fn partial_folders(target: &Path) -> Vec<PathBuf> {
+fn partial_folders(target: &Path) -> Vec<PathBuf> {
     let Some(name) = target.file_name() else { return Vec::new() };
     let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Ok(entries) = entries(parent) else { return Vec::new() };

@@ -39,8 +39,10 @@ pub(crate) fn optional(cell: Option<impl ToString>) -> String {
 /// A table with a line under its header.
 #[derive(Clone, Debug)]
 pub struct TextTable {
-    header: Vec<String>,
-    rows: Vec<Vec<String>>,
+    /// Names of the columns; empty without a header.
+    pub header: Vec<String>,
+    /// Rows, each with a cell for every column.
+    pub rows: Vec<Vec<String>>,
     alignment: fn(usize) -> CellAlignment,
 }
 
@@ -63,16 +65,6 @@ impl TextTable {
     /// Header and rows must have the same number of columns; an empty header means rows alone.
     fn new(header: impl Cells, rows: impl IntoIterator<Item: Cells>, alignment: fn(usize) -> CellAlignment) -> Self {
         Self { header: header.texts(), rows: rows.into_iter().map(Cells::texts).collect(), alignment }
-    }
-
-    /// Names of the columns; empty without a header.
-    pub fn header(&self) -> &[String] {
-        &self.header
-    }
-
-    /// Rows, each with a cell for every column.
-    pub fn rows(&self) -> &[Vec<String>] {
-        &self.rows
     }
 
     /// True for a column of numbers, which are aligned to the right.
@@ -172,6 +164,12 @@ pub enum ReportPart {
     Table(TextTable),
 }
 
+impl From<TextTable> for Report {
+    fn from(table: TextTable) -> Self {
+        Self(vec![ReportPart::Table(table)])
+    }
+}
+
 impl Report {
     /// Adds lines as they are.
     pub fn text(&mut self, text: impl Into<String>) {
@@ -181,6 +179,12 @@ impl Report {
     /// Adds a table after the parts so far.
     pub fn table(&mut self, table: TextTable) {
         self.0.push(ReportPart::Table(table));
+    }
+
+    /// Adds lines, and a table under them.
+    pub fn titled(&mut self, text: impl Into<String>, table: TextTable) {
+        self.text(text);
+        self.table(table);
     }
 
     /// Adds all parts of another report.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::counters::process::cpu_time;
-use crate::counters::{Job, MachinePeak, Meter, Progress, Stage, Trace};
+use crate::counters::{Job, MachinePeak, Meter, Progress, Stage};
 use crate::effects::RunError;
 use crate::plan::{Forecast, Plan, process_memory, unit};
 use crate::results::arrays::ArrayPlace;
@@ -107,7 +107,7 @@ impl Begin {
     fn now(meter: &Meter) -> Self {
         let (cpu, process) = (cpu_time(), process_memory());
         // A timeline and the wall time begin and end with the same reading of the clock.
-        let wall = meter.trace().map_or_else(Instant::now, Trace::began);
+        let wall = meter.trace().map_or_else(Instant::now, |trace| trace.began);
         Self { wall, cpu, process }
     }
 }

@@ -42,29 +42,13 @@ fn receiver_names(scene: &Scene, table: &Table<'_>) -> Option<()> {
 fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
     if scene.contact.zone != Zone::Cells {
         let tolerance = scene.outputs.vibration.as_ref().and_then(|vibration| vibration.lateral_tolerance);
-        let refused = [
-            (scene.outputs.cells_every.is_some(), "outputs.cells_every", "there are no cells to write"),
-            (
-                tolerance.is_some(),
-                "outputs.vibration.lateral_tolerance",
-                "a slice has one force across the width, and no wave that it excites is left out",
-            ),
-        ];
-        let mut sound = Some(());
-        for (_, key, wrong) in refused.into_iter().filter(|(given, ..)| *given) {
-            sound = table.complain(key, Problem::new(wrong, "remove it, or contact.zone = \"cells\""));
-        }
-        return sound;
+        let right = "remove it, or contact.zone = \"cells\"";
+        let one_force = "a slice has one force across the width, and no wave that it excites is left out";
+        return table.complain_of_each([
+            (scene.outputs.cells_every.is_some(), "outputs.cells_every", "there are no cells to write", right),
+            (tolerance.is_some(), "outputs.vibration.lateral_tolerance", one_force, right),
+        ]);
     }
-    let right = "remove it, or contact.zone = \"slices\"";
-    let refused = [
-        (matches!(scene.rolling.axle, Axle::Mass { .. }), "rolling.axle.mass", "cells need an axle without a mass"),
-        (
-            scene.effects.texture == Switch::Off,
-            "effects.texture",
-            "cells have their texture in their heights; a road that is level across is kind = \"profile\"",
-        ),
-    ];
     let mut sound = Some(());
     if let (Some(terms), Some(across)) = (scene.numerics.lateral_terms, scene.contact.cells_across)
         && terms < across
@@ -74,10 +58,14 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
         let right = format!("write a whole number of at least {across}, or leave this out");
         sound = table.complain("numerics.lateral_terms", Problem::new(wrong, right));
     }
-    for (_, key, wrong) in refused.into_iter().filter(|(given, ..)| *given) {
-        sound = table.complain(key, Problem::new(wrong, right));
-    }
-    sound
+    let right = "remove it, or contact.zone = \"slices\"";
+    let has_mass = matches!(scene.rolling.axle, Axle::Mass { .. });
+    let level = "cells have their texture in their heights; a road that is level across is kind = \"profile\"";
+    let refused = [
+        (has_mass, "rolling.axle.mass", "cells need an axle without a mass", right),
+        (scene.effects.texture == Switch::Off, "effects.texture", level, right),
+    ];
+    table.complain_of_each(refused).and(sound)
 }
 
 /// Refuses what friction excludes, and sets the time rule that it needs where the scene leaves that open; `None` after
@@ -207,27 +195,23 @@ fn vibration(scene: &Scene, table: &Table<'_>) -> Option<()> {
 /// for which no error of a draft is known.
 fn draft_quality(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let radiation = &scene.radiation;
+    if radiation.quality != RadiationQuality::Draft {
+        return Some(());
+    }
     let default = Radiation::default();
     let differs = |value: f64, default: f64| (value - default).abs() > 0.0;
     let solved = "a draft solves no equations: there are no elements and no frequencies to choose";
     let sealed = "a draft's horn is fitted to a sealed patch";
-    let contradictions = [
-        ("nodes_per_wavelength", differs(radiation.nodes_per_wavelength, default.nodes_per_wavelength), solved),
-        ("frequency_tolerance", differs(radiation.frequency_tolerance, default.frequency_tolerance), solved),
-        ("acoustic_gap", differs(radiation.acoustic_gap, default.acoustic_gap), sealed),
-        ("sides", radiation.sides == Switch::On, "a draft has the sound of the tread alone"),
-    ];
-    let mut sound = Some(());
-    for (key, differs, wrong) in contradictions {
-        if differs && radiation.quality == RadiationQuality::Draft {
-            let right = "leave this out, or quality = \"full\"";
-            sound = table.complain(&format!("radiation.{key}"), Problem::new(wrong, right));
-        }
-    }
-    if radiation.quality == RadiationQuality::Draft {
-        sound = sound.and(stated(scene, table));
-    }
-    sound
+    let (tread, right) = ("a draft has the sound of the tread alone", "leave this out, or quality = \"full\"");
+    let many_nodes = differs(radiation.nodes_per_wavelength, default.nodes_per_wavelength);
+    let tolerant = differs(radiation.frequency_tolerance, default.frequency_tolerance);
+    let sound = table.complain_of_each([
+        (many_nodes, "radiation.nodes_per_wavelength", solved, right),
+        (tolerant, "radiation.frequency_tolerance", solved, right),
+        (differs(radiation.acoustic_gap, default.acoustic_gap), "radiation.acoustic_gap", sealed, right),
+        (radiation.sides == Switch::On, "radiation.sides", tread, right),
+    ]);
+    sound.and(stated(scene, table))
 }
 
 /// Speed of sound for a draft's highest frequency \[m/s\].
@@ -384,7 +368,7 @@ fn air_pumping(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let are_compliant = pattern.is_some_and(|pattern| pattern.blocks == BlockModel::Compliant);
     let compliant = "tread_pattern.blocks = \"compliant\", or leave this out";
     let springs = "springs do not conserve volume: the air under them would be moved by more than the tread";
-    let refused = [
+    table.complain_of_each([
         (missing.is_some(), "air_pumping.patch", missing.unwrap_or_default(), "give tread_pattern.grooves"),
         (
             takes_voids && scene.contact.zone != Zone::Cells,
@@ -417,10 +401,5 @@ fn air_pumping(scene: &Scene, table: &Table<'_>) -> Option<()> {
             "blocks as stiff as an uncut tread press no air out",
             compliant,
         ),
-    ];
-    let mut fits = Some(());
-    for (_, key, wrong, right) in refused.into_iter().filter(|(is_refused, ..)| *is_refused) {
-        fits = complain(key, wrong, right);
-    }
-    fits
+    ])
 }

@@ -16,7 +16,7 @@ const KNOWN_KEYS: &str = "known keys: ";
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Problem {
     wrong: String,
-    right: String,
+    pub(crate) right: String,
     /// True if the key is at fault, not its value.
     pub(super) at_key: bool,
 }
@@ -146,11 +146,6 @@ impl Problem {
         let right = format!("write less than {limit} m, {name}");
         Self::new(format!("{value} m is not below {name}, {limit} m"), right)
     }
-
-    /// The remedy, as a short request.
-    pub(crate) fn right(&self) -> &str {
-        &self.right
-    }
 }
 
 /// The words in quotes, separated by commas.
@@ -254,7 +249,7 @@ impl Diagnostic {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
         // A range from a quote that is never closed would mark the rest of the file: it ends with the line.
         let end = self.span.end.min(self.source.line(self.span.start).end).max(self.span.start);
-        let annotation = AnnotationKind::Primary.span(self.span.start..end).label(self.problem.right());
+        let annotation = AnnotationKind::Primary.span(self.span.start..end).label(&self.problem.right);
         let snippet = Snippet::source(self.source.text.as_str()).path(self.file()).annotation(annotation);
         renderer.render(&[Level::ERROR.primary_title(self.title()).element(snippet)])
     }
@@ -265,7 +260,7 @@ impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (line, column) = self.source.position(self.span.start);
         // Keys and texts come from the file: control characters must not reach a terminal.
-        let message = normalize_untrusted_str(&format!("{} ({})", self.title(), self.problem.right()));
+        let message = normalize_untrusted_str(&format!("{} ({})", self.title(), self.problem.right));
         write!(f, "{}:{line}:{column}: {message}", self.file())
     }
 }

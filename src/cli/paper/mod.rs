@@ -125,8 +125,7 @@ fn report(statements: &[&Statement], scene: &Scene) -> Report {
         let statement = format!("{}: {}", of.place, of.subject);
         row([&statement, &of.paper, &of.found, &of.judgement()])
     });
-    let mut report = Report::default();
-    report.table(words(["statement", "paper", "found", "verdict"], rows));
+    let mut report = Report::from(words(["statement", "paper", "found", "verdict"], rows));
     report.text(format!(
         "\n{} km/h, {} elements, {} s after the warm-up; equation 4 with half of the elements over \
          {HALVED_DURATION} s, the axle held.\n",

@@ -7,7 +7,7 @@ use super::values::{Decided, DecisionRow, Decisions, given};
 
 /// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel, for a scene without these
 /// whose axle is switched to motion.
-pub(crate) const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
+const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
 
 pub(super) const AXLE: DecisionRow = DecisionRow {
     title: "axle motion",
@@ -49,13 +49,12 @@ pub(super) const ROTATION: DecisionRow = DecisionRow {
 };
 
 fn rotation(scene: &Scene, decisions: &mut Decisions) -> Decided {
-    let off = |reason: String| Decided { on: false, form: String::new(), reason };
     let given = given(scene.effects.rotation, "rotation");
     if scene.effects.rotation == Switch::Off {
-        return off(given.unwrap_or_default());
+        return Decided::off(given.unwrap_or_default());
     }
     if !scene.tyre.curvature {
-        return off("auto: a flat plate does not turn: no growth, no Coriolis forces".to_owned());
+        return Decided::off("auto: a flat plate does not turn: no growth, no Coriolis forces");
     }
     // Element numbers increase against the rotation.
     decisions.tyre.angular_velocity = -scene.rolling.speed() / scene.tyre.radius();
@@ -64,6 +63,5 @@ fn rotation(scene: &Scene, decisions: &mut Decisions) -> Decided {
         *indentation += decisions.growth;
     }
     let form = format!("{:.1} rad/s, grows by {:.2} mm", -decisions.tyre.angular_velocity, 1e3 * decisions.growth);
-    let reason = given.unwrap_or_else(|| "auto: the tyre is curved".to_owned());
-    Decided { on: true, form, reason }
+    Decided::on(form, given.unwrap_or_else(|| "auto: the tyre is curved".to_owned()))
 }

@@ -110,9 +110,8 @@ pub(crate) fn square_cells(tyre: &Tyre, elements: usize) -> usize {
 fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
     let switch = scene.effects.texture;
     if scene.contact.zone == Zone::Cells {
-        let reason = "contact.zone = \"cells\"".to_owned();
         (decisions.slices, decisions.cells_across) = (None, Some(cells_across(scene)));
-        return Decided { on: true, form: "heights of cells".to_owned(), reason };
+        return Decided::on("heights of cells", "contact.zone = \"cells\"");
     }
     if let Some(pattern) = taken_pattern(scene) {
         let (elements, along) =
@@ -123,8 +122,7 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         });
         (decisions.slices, decisions.cells_across) = (Some(Slices::Winkler), Some(across));
         decisions.cells_along = Some(along);
-        let reason = "the tread has a pattern".to_owned();
-        return Decided { on: true, form: "springs all over each slice".to_owned(), reason };
+        return Decided::on("springs all over each slice", "the tread has a pattern");
     }
     let varies = scene.road.varies_across();
     // A road that is level across is not flat along an element, unless that is one cell.
@@ -165,19 +163,17 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         decisions.cells_across.get_or_insert_with(|| Lattice::across(scene.tyre.contact_width, size));
         decisions.cells_along.get_or_insert_with(|| Road::cells(element, size));
     }
-    Decided { on: true, form: law.to_owned(), reason }
+    Decided::on(law, reason)
 }
 
 fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
-    let row = |on, form: &str, reason: String| Decided { on, form: form.to_owned(), reason };
-    let explicit = |form: &str, reason: String| row(false, form, reason);
     decisions.slice_coupling = SliceCoupling::Explicit;
     if scene.contact.zone == Zone::Cells {
-        return explicit("", "cells have no law of their own".to_owned());
+        return Decided::off("cells have no law of their own");
     }
     // The explicit form can keep its factors.
     if decisions.slices.is_none() {
-        return explicit("", "slices that are level are the same by every form".to_owned());
+        return Decided::off("slices that are level are the same by every form");
     }
     match scene.contact.slice_coupling {
         SliceCoupling::Local => {
@@ -187,7 +183,7 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
                 None => "its compliance from the tread's modulus and the road's texture".to_owned(),
             };
             decisions.slice_coupling = SliceCoupling::Local;
-            row(true, "each slice yields by a compliance of its own", reason)
+            Decided::on("each slice yields by a compliance of its own", reason)
         }
         SliceCoupling::Explicit => {
             decisions.notes.push(
@@ -196,8 +192,8 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
                  contact.slice_coupling = \"local\" has one"
                     .to_owned(),
             );
-            let reason = "contact.slice_coupling = \"explicit\"".to_owned();
-            explicit("curves read without the neighbours' forces of the step", reason)
+            let form = "curves read without the neighbours' forces of the step".to_owned();
+            Decided { form, ..Decided::off("contact.slice_coupling = \"explicit\"") }
         }
     }
 }
@@ -234,8 +230,7 @@ pub(super) const FRICTION: DecisionRow = DecisionRow {
 fn friction(scene: &Scene, _: &mut Decisions) -> Decided {
     let reason = given(scene.effects.friction, "friction");
     let Some(friction) = &scene.friction else {
-        let reason = reason.unwrap_or_else(|| "auto: the scene has no [friction]".to_owned());
-        return Decided { on: false, form: String::new(), reason };
+        return Decided::off(reason.unwrap_or_else(|| "auto: the scene has no [friction]".to_owned()));
     };
     let law = match friction.coefficient() {
         Coefficient::Constant(mu) => format!("mu = {mu}"),

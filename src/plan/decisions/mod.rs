@@ -59,7 +59,7 @@ fn history(scene: &Scene, _: &mut Decisions) -> Decided {
         History::Direct => (format!("sum over {} s", scene.numerics.memory), "numerics.history = \"direct\""),
         History::Modal => ("recursion by poles".to_owned(), "numerics.history = \"modal\""),
     };
-    Decided { on: true, form, reason: reason.to_owned() }
+    Decided::on(form, reason)
 }
 
 #[cfg(test)]

@@ -69,6 +69,18 @@ pub struct Decided {
     pub reason: String,
 }
 
+impl Decided {
+    /// Simulated in some form, for a reason.
+    pub(crate) fn on(form: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self { on: true, form: form.into(), reason: reason.into() }
+    }
+
+    /// Left out, for a reason.
+    pub(crate) fn off(reason: impl Into<String>) -> Self {
+        Self { on: false, form: String::new(), reason: reason.into() }
+    }
+}
+
 /// The reason, if the scene sets the switch itself.
 pub(crate) fn given(switch: Switch, key: &str) -> Option<String> {
     match switch {

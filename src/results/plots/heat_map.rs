@@ -17,7 +17,7 @@ use super::layout::width_beside;
 use super::sheet::{Frame, Sheet, WIDTH, title};
 
 /// Most cells along x that are drawn.
-pub(crate) const MOST_COLUMNS: usize = 400;
+const MOST_COLUMNS: usize = 400;
 /// Most cells along y that are drawn.
 pub(crate) const MOST_ROWS: usize = 300;
 /// Width of the colour bar, its distance from the frame, and the smallest and largest height of both in shown pixels.
@@ -150,7 +150,7 @@ fn draw_cells(sheet: &mut Sheet, cells: &Array2<f64>, frame: Frame, bar: &Axis) 
             LEVELS => (NO_VALUE, "no value".to_owned()),
             _ => (viridis((level as f64 + 0.5) / LEVELS as f64), four_digits(middle_of(level, bar))),
         };
-        let value = title(&format!("{}: {value}", bar.title()));
+        let value = title(&format!("{}: {value}", bar.title));
         sheet.put(format_args!(r#"<path stroke="{colour}" d="{path}">{value}</path>"#));
     }
     sheet.put(format_args!("</g>"));

@@ -296,7 +296,7 @@ impl Kind for TyreKind {
 
     fn read(&self, value: &Value<'_>) -> Option<Tyre> {
         // A path is still here only if its file could not be read, which was complained about.
-        if matches!(value.get(), DeValue::String(_)) { None } else { TYRE.read(value) }
+        if matches!(value.value, DeValue::String(_)) { None } else { TYRE.read(value) }
     }
 
     fn schema(&self) -> Json {

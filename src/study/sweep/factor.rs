@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 /// Most values of one range: a typing error must not start a million runs.
 const MOST_VALUES: usize = 1000;
 /// Complaint about a range without steps.
-pub(super) const NEEDS_STEPS: &str = "a grid needs steps, FROM..TO:STEP; --latin-hypercube does without";
+const NEEDS_STEPS: &str = "a grid needs steps, FROM..TO:STEP; --latin-hypercube does without";
 
 /// A key of a scene that is varied.
 #[derive(Clone, Debug)]

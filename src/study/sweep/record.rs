@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use crate::effects::stored::{Stored, StoredError, file, read_text};
 use crate::results::ResultsError;
 use crate::results::sound::AudioSummary;
-use crate::results::summary::{SUMMARY_FILE, Summary};
+use crate::results::summary::{SUMMARY_FILE, Summary, read_summary};
 use crate::sound::wav::{full_scale_of, rescaled};
 use crate::storage::PendingFile;
 use crate::storage::flat_folder::subfolder;
@@ -111,7 +111,8 @@ impl StoredSweep {
 /// # Errors
 /// A file that cannot be written. Folders without results and files of other programs are left alone.
 pub(crate) fn share_full_scale(folders: &[PathBuf]) -> Result<(), ResultsError> {
-    let known: Vec<(&PathBuf, Summary)> = folders.iter().filter_map(|folder| Some((folder, read(folder)?))).collect();
+    let known: Vec<(&PathBuf, Summary)> =
+        folders.iter().filter_map(|folder| Some((folder, read_summary(folder)?))).collect();
     let all = known.iter().flat_map(|(_, summary)| audio(summary));
     // Files louder than the requested full scale hold floats; their full scale is the requested one.
     let largest = all.map(|audio| audio.full_scale).fold(0.0, f64::max);
@@ -139,10 +140,6 @@ pub(crate) fn share_full_scale(folders: &[PathBuf]) -> Result<(), ResultsError> 
         }
     }
     Ok(())
-}
-
-fn read(folder: &Path) -> Option<Summary> {
-    serde_json::from_slice(&input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?).ok()
 }
 
 fn audio(summary: &Summary) -> impl Iterator<Item = &AudioSummary> {

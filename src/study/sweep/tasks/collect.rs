@@ -61,7 +61,7 @@ impl Collection {
 
 /// Distinct numbers, rising.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Numbers(Vec<u64>);
+pub(crate) struct Numbers(pub Vec<u64>);
 
 impl Numbers {
     /// Collects numbers in any order; duplicates count once.
@@ -70,10 +70,6 @@ impl Numbers {
         numbers.sort_unstable();
         numbers.dedup();
         Self(numbers)
-    }
-
-    pub(crate) fn as_slice(&self) -> &[u64] {
-        &self.0
     }
 }
 

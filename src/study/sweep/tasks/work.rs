@@ -9,7 +9,6 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use crate::counters::Stage;
 use crate::results::ResultsError;
 use crate::run::Progress;
 use crate::storage::flat_folder;
@@ -229,8 +228,6 @@ struct Reporter<'a> {
 }
 
 impl Progress for Reporter<'_> {
-    fn stage(&mut self, _stage: Stage) {}
-
     fn march(&mut self, _done: u64, units: u64, unit: f64) {
         self.all = units as f64 * unit;
     }
@@ -250,6 +247,4 @@ impl Progress for Reporter<'_> {
     fn warning(&mut self, text: &str) {
         (self.report)(self.number, self.name, Event::Warning(text));
     }
-
-    fn finish(&mut self) {}
 }

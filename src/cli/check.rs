@@ -51,12 +51,9 @@ impl CheckArguments {
             let effects = plan.decisions.rows.iter().filter(|decision| decision.on).map(|decision| decision.effect);
             let effects = effects.collect::<Vec<_>>().join(", ");
             rows.push(row([&path.display(), &"can be run", &plan.scene.numerics.elements, &plan.steps, &effects]));
-            for warning in foreseen(&plan) {
-                notes.text(format!("{}: warning: {warning}\n", path.display()));
-            }
-            for note in plan.notes() {
-                notes.text(format!("{}: {note}\n", path.display()));
-            }
+            let path = path.display();
+            foreseen(&plan).iter().for_each(|warning| notes.text(format!("{path}: warning: {warning}\n")));
+            plan.notes().for_each(|note| notes.text(format!("{path}: {note}\n")));
         }
         let mut report = Report::from(words(["scene", "", "elements", "steps", "effects"], rows));
         report.append(notes);

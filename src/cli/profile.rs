@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use crate::counters::machine::instruction_set;
+use crate::counters::peak::instruction_set;
 use crate::performance::changes::read_accepted;
 use crate::performance::compare::{ComparedSide, PerformanceError, compare};
 use crate::performance::measure::{measure, measure_scene};

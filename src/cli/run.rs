@@ -138,9 +138,8 @@ fn report_text(report: &RunReport) -> String {
             lines.push(format!("free rolling        creep {:.5}, torque {torque:.1e} of that of sliding", free.creep));
         }
     }
-    for receiver in report.summary.sound.iter().flat_map(|sound| &sound.receivers) {
-        lines.push(format!("{:18}  {}", receiver.name, receiver.text()));
-    }
+    let receivers = report.summary.sound.iter().flat_map(|sound| &sound.receivers);
+    lines.extend(receivers.map(|receiver| format!("{:18}  {}", receiver.name, receiver.text())));
     let wall = report.wall.as_secs_f64();
     lines.push(format!(
         "{:.2} s rolled in {wall:.1} s ({:.2} x real time), {} steps",

@@ -267,9 +267,8 @@ fn ended(collection: &Collection, missing: &Numbers, folder: &Path) -> Result<()
         let more = if numbers.len() > NAMED { ", ..." } else { "" };
         wrong.push(format!("{} of {all} tasks are missing: {}{more}", numbers.len(), first.join(", ")));
     }
-    for (number, name, reason) in collection.failed.iter().take(NAMED) {
-        wrong.push(format!("task {number} ({name}) failed: {reason}"));
-    }
+    let failed = collection.failed.iter().take(NAMED);
+    wrong.extend(failed.map(|(number, name, reason)| format!("task {number} ({name}) failed: {reason}")));
     if !numbers.is_empty() {
         let file = folder.join(MISSING);
         wrong.push(format!("elements of the job array that run them are in {}", file.display()));

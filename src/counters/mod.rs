@@ -28,7 +28,6 @@ mod amounts;
 pub(crate) mod catalogue;
 pub(crate) mod clock;
 mod cost;
-pub(crate) mod machine;
 mod meter;
 pub(crate) mod peak;
 pub(crate) mod process;

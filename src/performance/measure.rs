@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::workload::{MeasuredValue, Workload};
 use crate::counters::clock::Clock;
-use crate::counters::machine::instruction_set;
+use crate::counters::peak::instruction_set;
 use crate::counters::process::thread_cpu_time;
 use crate::counters::{Counter, Meter, Spent, Stage, Watch};
 use crate::plan::Plan;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::counters::Stage;
-use crate::counters::machine::{instruction_set, processor};
+use crate::counters::peak::{instruction_set, processor};
 use crate::numeric::digest::sha256;
 use crate::storage::input::{self, TABLE_BYTES};
 use crate::storage::{Cache, PendingFile};

@@ -3,9 +3,9 @@
 //! `folder` decides when and under which name the rest appears, `placing` gives it that name and finds it again where a
 //! run is unfinished; `checkpoint` stores the state of such a run beside it; `npy` streams arrays during the run,
 //! `arrays` checks them when it is resumed; `summary`, `spectra`, `vibration` and `plots` are written at its end, into
-//! the folder or, by `files`, into memory; `inputs` are the files that a scene reads, `table` formats tables,
-//! `read_table` reads those of a folder, `trace` is the timeline of a run, `tread_pattern` shows a tread. `cost`
-//! records the times and work of a run and shows them on the terminal.
+//! the folder or, by `files`, into memory; `inputs` are the files that a scene reads, `table` formats tables and reads
+//! those of a folder, `trace` is the timeline of a run, `tread_pattern` shows a tread. `cost` records the times and
+//! work of a run and shows them on the terminal.
 
 pub(crate) mod arrays;
 pub(crate) mod checkpoint;
@@ -19,7 +19,6 @@ pub(crate) mod npy;
 pub(crate) mod pass_by;
 pub(crate) mod placing;
 pub(crate) mod plots;
-pub(crate) mod read_table;
 pub(crate) mod sound;
 pub(crate) mod spectra;
 pub(crate) mod summary;

@@ -9,7 +9,7 @@
 
 use crate::effects::channel;
 use crate::effects::stored::Stored;
-use crate::results::read_table::StoredColumn;
+use crate::results::table::StoredColumn;
 use crate::sound::wav;
 
 use super::error::ExportError;

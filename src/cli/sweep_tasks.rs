@@ -1,5 +1,5 @@
-//! `tyrewave sweep --tasks`, `--task` and `--collect`: a sweep through a folder of tasks. The
-//! tables of a sweep and their files.
+//! `tyrewave sweep --tasks`, `--task` and `--collect`: a sweep through a folder of tasks; the tables of
+//! a sweep and their files.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;

@@ -7,9 +7,8 @@ use crate::run::prepare::checked;
 use crate::scene::Setting;
 use clap::Args;
 
-use super::context::Context;
+use super::context::{Context, SceneFile};
 use super::error::CliError;
-use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
 Checks everything that can be checked without a run: keys and values, the tyre's file, keys that exclude each other, \
@@ -52,15 +51,11 @@ impl CheckArguments {
             let effects = plan.decisions.rows.iter().filter(|decision| decision.on).map(|decision| decision.effect);
             let effects = effects.collect::<Vec<_>>().join(", ");
             rows.push(row([&path.display(), &"can be run", &plan.scene.numerics.elements, &plan.steps, &effects]));
-            for warning in foreseen(&plan) {
-                notes.text(format!("{}: warning: {warning}\n", path.display()));
-            }
-            for note in plan.notes() {
-                notes.text(format!("{}: {note}\n", path.display()));
-            }
+            let path = path.display();
+            foreseen(&plan).iter().for_each(|warning| notes.text(format!("{path}: warning: {warning}\n")));
+            plan.notes().for_each(|note| notes.text(format!("{path}: {note}\n")));
         }
-        let mut report = Report::default();
-        report.table(words(["scene", "", "elements", "steps", "effects"], rows));
+        let mut report = Report::from(words(["scene", "", "elements", "steps", "effects"], rows));
         report.append(notes);
         if context.options.quiet { Ok(()) } else { context.print_report(&report) }
     }

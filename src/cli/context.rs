@@ -1,11 +1,14 @@
-//! Context of a command beside its arguments, and the output of its answer.
+//! Context of a command beside its arguments, the scene that it is about, and the output of its answer.
 
+use std::ffi::{OsStr, OsString};
 use std::io::Write;
+use std::path::PathBuf;
 
 use crate::counters::{AllocationProbe, Job, Progress};
 use crate::results::table::Report;
 use crate::run::RunError;
-use crate::scene::{LoadedScene, Reach, Scene, SceneError};
+use crate::scene::{LoadedScene, Reach, Scene, SceneError, Setting};
+use clap::Args;
 use indicatif::ProgressBar;
 use terminal_size::{Width, terminal_size_of};
 
@@ -13,7 +16,6 @@ use super::error::CliError;
 use super::interrupt::Interrupt;
 use super::options::GlobalOptions;
 use super::progress::{TerminalProgress, pieces};
-use super::scene_file::SceneFile;
 
 /// Context of a command beside its arguments.
 #[derive(Debug)]
@@ -84,4 +86,22 @@ impl Context {
 pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(CliError::Print)
+}
+
+/// A scene, and settings in place of its own.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct SceneFile {
+    /// The scene, a TOML file.
+    pub scene: PathBuf,
+    /// Set a key in place of the scene's value, such as rolling.speed_kmh=110, numerics.preset=draft or
+    /// receiver[0].height=1.5; KEY= removes the key; may be repeated. Paths are relative to the scene's file.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    pub settings: Vec<Setting>,
+}
+
+impl SceneFile {
+    /// Name of the scene: its file's, without the ending.
+    pub(crate) fn name(&self) -> OsString {
+        self.scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned()
+    }
 }

@@ -137,8 +137,7 @@ fn report(comparison: &EffectComparison) -> Report {
         "steps",
         "memory, planned",
     ];
-    let mut report = Report::default();
-    report.table(aligned(header, rows));
+    let mut report = Report::from(aligned(header, rows));
     report.text("\n+ alone, compared with none; - all but this, compared with all\n");
     report.text("levels in brackets: bands that are not valid with the scene's settings\n");
     if comparison.uncertainties.iter().any(|(name, _)| name.ends_with("local compliance")) {
@@ -172,12 +171,10 @@ fn report(comparison: &EffectComparison) -> Report {
             let first = [band.band.label(), marked(band.valid, format!("{:.1}", band.level))];
             first.into_iter().chain(runs.iter().map(change)).collect()
         };
-        report.text("\n");
-        report.table(aligned(header, base.levels.iter().enumerate().map(row)));
+        report.titled("\n", aligned(header, base.levels.iter().enumerate().map(row)));
     }
     if let Some(table) = receiver_table(comparison) {
-        report.text("\nSound with all effects, with all but one, and by another model:\n");
-        report.table(table);
+        report.titled("\nSound with all effects, with all but one, and by another model:\n", table);
         report.text(
             "changes of levels: over the bands that are valid in both runs, which are listed if they are not all\n",
         );

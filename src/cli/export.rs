@@ -12,8 +12,7 @@ use crate::storage::flat_folder;
 use clap::{Args, ValueEnum};
 
 use super::context::Context;
-use super::error::CliError;
-use super::messages::write_message;
+use super::error::{CliError, write_message};
 use super::options::positive;
 use super::output_file::{OutputFile, Replaces, check};
 use super::report::beside;

@@ -4,8 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use super::error::{CliError, INTERRUPTED};
-use super::messages::write_message;
+use super::error::{CliError, INTERRUPTED, write_message};
 
 /// Requests within this time of the first count as the same: a batch system signals a job's shell and its programs, and
 /// the shell passes it on.

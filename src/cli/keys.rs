@@ -1,5 +1,7 @@
 //! `tyrewave keys`: every key that a scene may have.
 
+use std::collections::BTreeSet;
+
 use crate::results::table::{Report, words};
 use crate::scene::Scene;
 use crate::scene::schema::{Section, sections};
@@ -55,14 +57,12 @@ fn report(wanted: Option<&str>) -> Result<Report, CliError> {
         if rows.is_empty() && key.is_some() {
             return;
         }
-        report.text(format!("{}\n\n", heading(&section)));
-        report.table(words(["key", "value", "default", "meaning"], rows));
+        report.titled(format!("{}\n\n", heading(&section)), words(["key", "value", "default", "meaning"], rows));
         report.text("\n");
     };
     let within = |path: &str, name: &str| path == name || path.starts_with(&format!("{name}."));
-    let mut names: Vec<_> = all.iter().map(|section| section.path.clone()).filter(|path| !path.is_empty()).collect();
-    names.sort_unstable();
-    names.dedup();
+    let paths = all.iter().map(|section| section.path.clone()).filter(|path| !path.is_empty());
+    let names = Vec::from_iter(BTreeSet::from_iter(paths));
     match wanted {
         Some(name) if !names.iter().any(|path| within(path, name)) => {
             // No table: a key of one, or of the scene itself.

@@ -1,7 +1,7 @@
 //! `tyrewave mobility`: driving-point mobility of the tread surface.
 
 use crate::counters::{Counter, Stage};
-use crate::report::mobility::{LEVEL, plot};
+use crate::report::tyre::{LEVEL, plot};
 use crate::results::table::{Report, csv};
 use crate::run::Progress;
 use crate::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};

@@ -7,8 +7,7 @@ use clap::builder::styling::{AnsiColor, Style};
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, ColorChoice};
 
-use super::error::{CliError, NOT_WRITABLE, USAGE};
-use super::messages::write_message;
+use super::error::{CliError, NOT_WRITABLE, USAGE, write_message};
 
 /// A larger number is taken for a typing error.
 const MOST_THREADS: u16 = 1024;

@@ -6,7 +6,7 @@
 
 use std::fs::{self, File, Metadata};
 use std::io::{ErrorKind, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::results::ResultsError;
 use crate::storage::PendingFile;
@@ -68,8 +68,23 @@ impl<'a> OutputFile<'a> {
     }
 }
 
+/// Creates two files, as far as they are wanted, that replace what begins like them; the same name twice is refused.
+///
+/// # Errors
+/// As [`OutputFile::begin`].
+pub(super) fn begin_both(
+    files: [(Option<PathBuf>, &'static str); 2],
+) -> Result<[Option<OutputFile<'static>>; 2], CliError> {
+    let [(one, head_of_one), (other, head_of_other)] = files;
+    check_apart(one.as_deref(), other.as_deref())?;
+    let begin = |path: Option<PathBuf>, head: &'static str| {
+        path.map(|path| OutputFile::begin(&path, Replaces::Beginning(head))).transpose()
+    };
+    Ok([begin(one, head_of_one)?, begin(other, head_of_other)?])
+}
+
 /// Refuses two outputs with the same name.
-pub(super) fn check_apart(one: Option<&Path>, other: Option<&Path>) -> Result<(), CliError> {
+fn check_apart(one: Option<&Path>, other: Option<&Path>) -> Result<(), CliError> {
     match one.zip(other) {
         Some((one, other)) if place(one) == place(other) => {
             Err(CliError::Usage(format!("{} is named twice as a file to be written", one.display())))
@@ -79,7 +94,7 @@ pub(super) fn check_apart(one: Option<&Path>, other: Option<&Path>) -> Result<()
 }
 
 /// Canonical path of the folder, joined with the file's name; the file need not exist.
-fn place(path: &Path) -> Option<std::path::PathBuf> {
+fn place(path: &Path) -> Option<PathBuf> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Some(fs::canonicalize(parent).ok()?.join(path.file_name()?))
 }

@@ -9,9 +9,8 @@ use crate::scene::LoadedScene;
 use crate::study::calibration::{calibrate, calibrated};
 use clap::Args;
 
-use super::context::{Context, print};
+use super::context::{Context, SceneFile, print};
 use super::error::CliError;
-use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
 Nothing is simulated; the road is opened and must be long enough. The plan shows the effects that the scene needs and \
@@ -68,8 +67,7 @@ fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecas
     text.table(decision_table(plan));
     if !plan.choices.is_empty() {
         let choices = plan.choices.iter().map(|choice| row([&choice.key, &choice.value, &choice.reason]));
-        text.text("\n");
-        text.table(words(["chosen", "", "why"], choices));
+        text.titled("\n", words(["chosen", "", "why"], choices));
     }
     let timed = |what: &str, seconds: f64, place: &str| row([&what, &format!("{seconds:.3} s"), &place]);
     let stages = forecast
@@ -80,8 +78,7 @@ fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecas
     text.text("\n");
     text.table(aligned(["stage", "time", ""], stages.chain(all.map(|(what, seconds)| timed(what, seconds, "")))));
     let counters = amounts.counters.iter().map(|&(counter, amount)| row([&counter.title(), &grouped(amount as u64)]));
-    text.text("\n");
-    text.table(aligned(["work", "about"], counters));
+    text.titled("\n", aligned(["work", "about"], counters));
     let held = amounts.memory.iter().map(|&(what, size)| row([&what, &bytes(size)]));
     let threads = forecast.threads as f64;
     let others = [
@@ -90,8 +87,7 @@ fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecas
         ("the program, with pictures and a page of the results".to_owned(), process),
     ];
     let others = others.map(|(what, size)| row([&what, &bytes(size)]));
-    text.text("\n");
-    text.table(aligned(["memory", "at most"], held.chain(others)));
+    text.titled("\n", aligned(["memory", "at most"], held.chain(others)));
     for warning in foreseen(plan) {
         text.text(format!("\nwarning: {warning}\n"));
     }

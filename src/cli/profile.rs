@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use crate::counters::machine::instruction_set;
+use crate::counters::peak::instruction_set;
 use crate::performance::changes::read_accepted;
 use crate::performance::compare::{ComparedSide, PerformanceError, compare};
 use crate::performance::measure::{measure, measure_scene};
@@ -18,7 +18,7 @@ use clap::{Args, Subcommand};
 use super::context::{Context, print};
 use super::error::CliError;
 use super::options::by_name;
-use super::output_file::{OutputFile, Replaces, check_apart};
+use super::output_file::begin_both;
 
 /// Folder of the committed records.
 const RECORDS: &str = "profiles/record";
@@ -196,11 +196,7 @@ fn committed() -> PathBuf {
 
 impl CompareArguments {
     fn execute(self, context: &Context) -> Result<(), CliError> {
-        check_apart(self.markdown.as_deref(), self.json_file.as_deref())?;
-        let begin = |path: Option<PathBuf>, head: &'static str| {
-            path.map(|path| OutputFile::begin(&path, Replaces::Beginning(head))).transpose()
-        };
-        let (markdown, json) = (begin(self.markdown, MARKDOWN_HEAD)?, begin(self.json_file, JSON_HEAD)?);
+        let [markdown, json] = begin_both([(self.markdown, MARKDOWN_HEAD), (self.json_file, JSON_HEAD)])?;
         let (first, second) = (side(Some(self.first.unwrap_or_else(committed)))?, side(self.second)?);
         let accepted =
             read_accepted(&self.accepted).map_err(|source| CliError::Read { path: self.accepted, source })?;

@@ -10,9 +10,8 @@ use crate::counters::Stage;
 use crate::run::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-use super::messages::write_message;
-use super::pace::Pace;
-use super::progress_log::{Doing, ProgressLog, in_words};
+use super::error::write_message;
+use super::progress_log::{Doing, Pace, ProgressLog, in_words};
 
 /// Interval of the spinner while a stage reports nothing.
 const TICK: Duration = Duration::from_millis(120);

@@ -209,9 +209,7 @@ impl Views<'_> {
                 ])
                 .collect()
         };
-        let mut report = Report::default();
-        report.table(aligned(header, self.found.iter().map(row)));
-        report
+        aligned(header, self.found.iter().map(row)).into()
     }
 
     /// Number of waves and angle of the circumference from which on the share so far stays close to all.
@@ -221,9 +219,7 @@ impl Views<'_> {
             let one = |shares: &PressureShares| format!("{}, {:.0}", shares.enough_waves(), shares.enough_angle());
             [format!("{:.0}", at.frequency)].into_iter().chain(at.shares.iter().map(one)).collect()
         };
-        let mut report = Report::default();
-        report.table(aligned(header, self.found.iter().map(row)));
-        report
+        aligned(header, self.found.iter().map(row)).into()
     }
 
     /// Share and level of each part, by receiver.
@@ -239,9 +235,7 @@ impl Views<'_> {
             };
             [format!("{:.0}", at.frequency)].into_iter().chain(at.shares.iter().flat_map(one)).collect()
         };
-        let mut report = Report::default();
-        report.table(aligned(header, self.found.iter().map(row)));
-        report
+        aligned(header, self.found.iter().map(row)).into()
     }
 
     fn parts(&self, receiver: usize) -> String {

@@ -8,8 +8,7 @@ use clap::Args;
 
 use super::context::{Context, print};
 use super::error::CliError;
-use super::profiling::ProfileOptions;
-use super::run::end;
+use super::run::{ProfileOptions, end};
 
 const EXAMPLES: &str = "\
 A run that is not complete is in the folder RESULTS.partial-NUMBER, with a checkpoint of its state every minute \

@@ -12,9 +12,8 @@ use crate::study::sweep::{Axes, variants};
 use clap::Args;
 use serde_json::json;
 
-use super::context::Context;
+use super::context::{Context, SceneFile};
 use super::error::CliError;
-use super::scene_file::SceneFile;
 use super::side::{Place, Side};
 
 const EXAMPLES: &str = "\

@@ -1,20 +1,20 @@
-//! `tyrewave run`: from a scene to contact forces and their spectrum.
+//! `tyrewave run`: from a scene to contact forces and their spectrum, with views of the run's cost.
 
 use std::path::{Path, PathBuf};
 
+use crate::counters::{Timing, Watch};
 use crate::plan::bytes;
-use crate::results::cost::Planned;
+use crate::results::cost::{Planned, cost_table};
 use crate::results::summary::{FrictionSummary, RollingResistance};
 use crate::results::table::Report;
+use crate::results::trace::{FOLDED_HEAD, TRACE_HEAD, chrome_trace, folded_stacks};
 use crate::run::{self, RunOptions, RunReport};
 use clap::Args;
 
-use super::context::{Context, print};
-use super::error::CliError;
-use super::messages::write_message;
-use super::profiling::ProfileOptions;
+use super::context::{Context, SceneFile, print};
+use super::error::{CliError, write_message};
+use super::output_file::{OutputFile, begin_both};
 use super::report::{beside, check_page, write_page};
-use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
 Results: summary.json (settings, outcome and cost of the run), time.npy, total_force.npy, patch_force.npy, \
@@ -138,9 +138,8 @@ fn report_text(report: &RunReport) -> String {
             lines.push(format!("free rolling        creep {:.5}, torque {torque:.1e} of that of sliding", free.creep));
         }
     }
-    for receiver in report.summary.sound.iter().flat_map(|sound| &sound.receivers) {
-        lines.push(format!("{:18}  {}", receiver.name, receiver.text()));
-    }
+    let receivers = report.summary.sound.iter().flat_map(|sound| &sound.receivers);
+    lines.extend(receivers.map(|receiver| format!("{:18}  {}", receiver.name, receiver.text())));
     let wall = report.wall.as_secs_f64();
     lines.push(format!(
         "{:.2} s rolled in {wall:.1} s ({:.2} x real time), {} steps",
@@ -162,6 +161,71 @@ fn planned_text(planned: Planned, wall: f64, peak: f64) -> String {
     let Planned { wall_seconds, memory, .. } = planned;
     let [memory, peak] = [memory, peak].map(bytes);
     format!("planned {wall_seconds:.1} s and {memory}{measured}, took {wall:.1} s and {peak}")
+}
+
+/// How closely the cost of a run is watched, and where it is shown. The results are the same bytes.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct ProfileOptions {
+    /// Print the time of every stage, with rates and work counters, at the end; the numbers are also in summary.json.
+    #[arg(long)]
+    pub profile: bool,
+    /// Also write a time line, as Chrome trace events (for ui.perfetto.dev or chrome://tracing), outside of the results
+    /// folder. An earlier trace is replaced, any other file is refused.
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<PathBuf>,
+    /// Also write folded stacks in microseconds, for flame graphs; outside of the results folder. Earlier
+    /// ones are replaced, any other file is refused.
+    #[arg(long, value_name = "FILE")]
+    pub folded: Option<PathBuf>,
+}
+
+/// Files that are written when the run is done.
+#[derive(Debug)]
+pub(super) struct PendingProfile {
+    profile: bool,
+    trace: Option<OutputFile<'static>>,
+    folded: Option<OutputFile<'static>>,
+}
+
+impl ProfileOptions {
+    /// Extent of the measurements that the requested views need.
+    pub(super) fn watch(&self, context: &Context) -> Watch {
+        let trace = self.trace.is_some() || self.folded.is_some();
+        let timing = match (trace, self.profile) {
+            (true, _) => Timing::Every,
+            (false, true) => Timing::Closely,
+            (false, false) => Timing::Sampled,
+        };
+        Watch { timing, trace, allocations: context.allocations }
+    }
+
+    /// Creates the files before the run: a path that cannot be written to is refused now.
+    ///
+    /// # Errors
+    /// As [`OutputFile::begin`].
+    pub(super) fn begin(self) -> Result<PendingProfile, CliError> {
+        let Self { profile, trace, folded } = self;
+        let [trace, folded] = begin_both([(trace, TRACE_HEAD), (folded, FOLDED_HEAD)])?;
+        Ok(PendingProfile { profile, trace, folded })
+    }
+}
+
+impl PendingProfile {
+    /// Completes the files; returns the tables if they are wanted.
+    ///
+    /// # Errors
+    /// Errors of the files.
+    pub(super) fn complete(self, report: &RunReport) -> Result<Option<Report>, CliError> {
+        if let Some(trace) = report.meter.trace() {
+            if let Some(file) = self.trace {
+                file.complete(&chrome_trace(trace, &report.summary.title))?;
+            }
+            if let Some(file) = self.folded {
+                file.complete(&folded_stacks(trace))?;
+            }
+        }
+        Ok(self.profile.then(|| cost_table(&report.summary.cost)))
+    }
 }
 
 #[cfg(test)]

@@ -12,9 +12,8 @@ use crate::results::{PlotError, ResultFiles, ResultsFolder};
 use crate::scene::LoadedScene;
 use clap::Args;
 
-use super::context::{Context, print};
+use super::context::{Context, SceneFile, print};
 use super::error::CliError;
-use super::scene_file::SceneFile;
 
 /// A scene, and where the results of a command that is not `run` go.
 #[derive(Clone, Debug, Args)]

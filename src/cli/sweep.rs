@@ -14,13 +14,11 @@ use clap::builder::ArgPredicate;
 use clap::{Arg, Args};
 
 use super::context::{Context, print};
-use super::error::CliError;
-use super::messages::write_message;
+use super::error::{CliError, write_message};
 use super::options::positive;
 use super::report::{beside, check_page, write_page};
 use super::side::Place;
-use super::sweep_tables::{check_tables, missed_message, write_record, write_tables};
-use super::sweep_tasks::TaskArguments;
+use super::sweep_tasks::{TaskArguments, check_tables, missed_message, write_record, write_tables};
 
 const EXAMPLES: &str = "\
 Every combination of the varied values is a run with a results folder of its own in that of the sweep. Several run at \

@@ -1,4 +1,5 @@
-//! `tyrewave sweep --tasks`, `--task` and `--collect`: a sweep through a folder of tasks.
+//! `tyrewave sweep --tasks`, `--task` and `--collect`: a sweep through a folder of tasks; the tables of
+//! a sweep and their files.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -7,18 +8,24 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use crate::response::{BandLevel, LevelErrors};
 use crate::results::ResultsError;
-use crate::study::sweep::Variant;
+use crate::results::plots::ThirdOctavePlot;
+use crate::results::spectra::FORCE_LEVEL;
+use crate::results::table::Report;
+use crate::storage::PendingFile;
+use crate::study::sweep::friction_curves::{friction_csv, friction_plot};
+use crate::study::sweep::record::{RECORD_FILE, Recorded, SweepRecord};
+use crate::study::sweep::table::{MOST_SPECTRA, csv, growth_plot, side_by_side, sound_csv};
 use crate::study::sweep::tasks::jobs::{self, HEAD, LOGS, MISSING};
 use crate::study::sweep::tasks::{Collection, Ended, Event, Jobs, Numbers, TaskFolder, TaskWork, Written};
+use crate::study::sweep::{Done, Label, RepeatedTable, Variant, blocks};
 use clap::Args;
 use serde_json::json;
 
 use super::context::{Context, print};
-use super::error::CliError;
-use super::messages::write_message;
-use super::output_file::{OutputFile, Replaces};
-use super::sweep_tables::{check_tables, missed_message, write_tables};
+use super::error::{CliError, write_message};
+use super::output_file::{OutputFile, Replaces, check};
 
 /// Job files beside the tasks.
 const SLURM: &str = "job.slurm";
@@ -87,10 +94,10 @@ impl TaskArguments {
         let chunk = |count, seconds| self.chunk.unwrap_or_else(|| jobs::chunk(count, seconds, threads));
         let write_jobs = |written: &Written| self.write_jobs(written, threads);
         let written = TaskFolder::write(folder, (title, plots), variants, chunk, write_jobs)?;
-        let (count, place) = (written.folder.count(), folder.display());
+        let (count, place) = (written.folder.manifest.count, folder.display());
         if context.options.json {
             let json = json!({
-                "tasks": count, "found": written.found, "chunk": written.folder.chunk(),
+                "tasks": count, "found": written.found, "chunk": written.folder.manifest.chunk,
                 "longest_seconds": written.seconds[0], "seconds": written.seconds[1], "memory": written.memory,
             });
             return print(&format!("{json:#}\n"));
@@ -109,7 +116,7 @@ impl TaskArguments {
     }
 
     fn write_jobs(&self, written: &Written, threads: usize) -> Result<(), CliError> {
-        let path = written.folder.path();
+        let path = &written.folder.path;
         let unknown = |what: &'static str| move |error| CliError::Failed(format!("{what}: {error}"));
         let folder = std::path::absolute(path).map_err(unknown("the folder of tasks"))?;
         let program = std::env::current_exe().map_err(unknown("the program's own file"))?;
@@ -206,13 +213,13 @@ fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), Cli
     let bar = context.bar("collecting", folder.shards());
     let collection = folder.collect(|| bar.inc(1))?;
     bar.finish_and_clear();
-    let drawn = folder.plots() && collection.tasks.len() <= MOST_DRAWN;
-    let report = write_tables(place, (folder.title(), drawn), &collection.tasks)?;
+    let drawn = folder.manifest.plots && collection.tasks.len() <= MOST_DRAWN;
+    let report = write_tables(place, (&folder.manifest.title, drawn), &collection.tasks)?;
 
     let missing = collection.missing();
-    let elements = Numbers::new(missing.as_slice().iter().map(|number| number / folder.chunk()));
+    let elements = Numbers::new(missing.0.iter().map(|number| number / folder.manifest.chunk));
     write_missing(path, &elements)?;
-    let (count, gone) = (folder.count(), missing.as_slice().len());
+    let (count, gone) = (folder.manifest.count, missing.0.len());
     if context.options.json {
         let failed: Vec<_> = collection
             .failed
@@ -239,7 +246,7 @@ fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), Cli
 /// Writes the list of the job array's elements with missing tasks; deletes it if there are none.
 fn write_missing(folder: &Path, elements: &Numbers) -> Result<(), CliError> {
     let path = folder.join(MISSING);
-    if elements.as_slice().is_empty() {
+    if elements.0.is_empty() {
         // The file may not exist.
         let _ = fs::remove_file(&path);
         return Ok(());
@@ -249,7 +256,7 @@ fn write_missing(folder: &Path, elements: &Numbers) -> Result<(), CliError> {
 
 /// An error unless all tasks are done, each under its load.
 fn ended(collection: &Collection, missing: &Numbers, folder: &Path) -> Result<(), CliError> {
-    let (all, numbers) = (collection.tasks.len(), missing.as_slice());
+    let (all, numbers) = (collection.tasks.len(), missing.0.as_slice());
     let mut wrong = Vec::new();
     if !numbers.is_empty() {
         let name = |&number: &u64| {
@@ -260,15 +267,101 @@ fn ended(collection: &Collection, missing: &Numbers, folder: &Path) -> Result<()
         let more = if numbers.len() > NAMED { ", ..." } else { "" };
         wrong.push(format!("{} of {all} tasks are missing: {}{more}", numbers.len(), first.join(", ")));
     }
-    for (number, name, reason) in collection.failed.iter().take(NAMED) {
-        wrong.push(format!("task {number} ({name}) failed: {reason}"));
-    }
+    let failed = collection.failed.iter().take(NAMED);
+    wrong.extend(failed.map(|(number, name, reason)| format!("task {number} ({name}) failed: {reason}")));
     if !numbers.is_empty() {
         let file = folder.join(MISSING);
         wrong.push(format!("elements of the job array that run them are in {}", file.display()));
     }
     wrong.extend(missed_message(&collection.missed_loads(), all));
     if wrong.is_empty() { Ok(()) } else { Err(CliError::Failed(wrong.join("; "))) }
+}
+
+/// Files beside the variants' folders.
+const TEXT: &str = "sweep.txt";
+const TABLE: &str = "sweep.csv";
+const SOUND: &str = "sweep_sound.csv";
+const FRICTION: &str = "sweep_friction.csv";
+const FRICTION_CURVES: &str = "friction_by_creep.svg";
+const GROWTH: &str = "growth.svg";
+const LEVELS: &str = "levels.svg";
+const DESIGN: &str = "design.csv";
+const DESIGN_JSON: &str = "design.json";
+
+/// Refuses a folder in which a sweep's tables would replace its inputs.
+pub(super) fn check_tables(folder: &Path, inputs: &[&Path]) -> Result<(), CliError> {
+    let names = [TEXT, TABLE, SOUND, FRICTION, FRICTION_CURVES, GROWTH, LEVELS, DESIGN, DESIGN_JSON, RECORD_FILE];
+    names.iter().try_for_each(|name| check(&folder.join(name), Replaces::AllBut(inputs)))
+}
+
+/// Writes the tables of a sweep, and its pictures if they are wanted; returns the report.
+pub(super) fn write_tables(
+    folder: &Path,
+    (title, plots): (&str, bool),
+    runs: &[(Label, Option<Done>)],
+) -> Result<Report, CliError> {
+    let blocks = blocks(runs);
+    let repeated = RepeatedTable::new(runs);
+    let report = repeated.as_ref().map_or_else(|| side_by_side(&blocks), RepeatedTable::report);
+    let write = |name: &str, text: &str| write(folder, name, text);
+    write(TEXT, &report.to_string())?;
+    write(TABLE, &csv(&blocks))?;
+    if let Some(sound) = sound_csv(&blocks) {
+        write(SOUND, &sound)?;
+    }
+    if let Some(friction) = friction_csv(runs) {
+        write(FRICTION, &friction)?;
+    }
+    if let Some(repeated) = &repeated {
+        write(DESIGN, &repeated.csv())?;
+        write(DESIGN_JSON, &format!("{:#}\n", repeated.to_json()))?;
+        let drawn = if plots { repeated.plots(title) } else { Vec::new() };
+        drawn.iter().try_for_each(|(name, svg)| write(name, svg))?;
+    }
+    if plots {
+        if let Some(svg) = friction_plot(runs, &format!("Tangential forces: {title}")) {
+            write(FRICTION_CURVES, &svg)?;
+        }
+        if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {title}")) {
+            write(GROWTH, &svg)?;
+        }
+        let spectra = spectra(runs);
+        if !spectra.is_empty() && (repeated.is_none() || spectra.len() <= MOST_SPECTRA) {
+            let title = &format!("Contact force, third octaves: {title}");
+            write(
+                LEVELS,
+                &ThirdOctavePlot { title, quantity: FORCE_LEVEL, spectra, errors: LevelErrors::default() }.to_svg()?,
+            )?;
+        }
+    }
+    Ok(report)
+}
+
+/// Writes the list of variants, with which of them have left their results in folders here.
+pub(super) fn write_record(folder: &Path, title: String, runs: &[(Label, Option<Done>)]) -> Result<(), CliError> {
+    let recorded = |(label, done): &(Label, Option<Done>)| Recorded { label: label.clone(), done: done.is_some() };
+    let record = SweepRecord::new(title, runs.iter().map(recorded).collect());
+    Ok(write(folder, RECORD_FILE, &record.to_json())?)
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> Result<(), ResultsError> {
+    let path = folder.join(name);
+    let file = PendingFile::create(&path).map_err(ResultsError::creating(&path))?;
+    file.complete(text).map_err(ResultsError::writing(&path))
+}
+
+/// Names and levels of the variants that have levels.
+fn spectra(runs: &[(Label, Option<Done>)]) -> Vec<(&str, &[BandLevel])> {
+    let done = runs.iter().filter_map(|(label, done)| Some((label, done.as_ref()?)));
+    let levels = done.map(|(label, done)| (label.name.as_str(), done.levels.as_slice()));
+    levels.filter(|(_, levels)| !levels.is_empty()).collect()
+}
+
+/// Message on the variants that missed their load; `None` if none did.
+pub(super) fn missed_message(missed: &[String], all: usize) -> Option<String> {
+    let what = "variants missed their load by more than its tolerance";
+    let reported = || format!("{} of {all} {what}: {}; their results are kept", missed.len(), missed.join(", "));
+    (!missed.is_empty()).then(reported)
 }
 
 #[cfg(test)]

@@ -3,8 +3,7 @@
 use crate::contact::static_contact::StaticContact;
 use crate::counters::{Counter, Stage};
 use crate::plan::overload::{Overload, overload};
-use crate::report::mobility::{LEVEL, plot as mobility_plot};
-use crate::report::tyre::{UnderLoad, tyre_record};
+use crate::report::tyre::{LEVEL, UnderLoad, plot as mobility_plot, tyre_record};
 use crate::results::table::Report;
 use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::run::{Progress, RunError};
@@ -21,7 +20,7 @@ use super::error::CliError;
 use super::mobility::to_csv as mobility_csv;
 use super::options::{patch_side, positive};
 use super::side::Place;
-use super::{tyre_pattern, tyre_rolling, tyre_views as views};
+use super::tyre_views as views;
 
 const EXAMPLES: &str = "\
 Modes: free vibrations with n periods round the tyre and the lateral number m, by frequency, damping (relative to \
@@ -217,11 +216,11 @@ impl TyreArguments {
             side.file(name, mobility_plot(&mobility, &title, &names, quantity).to_svg());
         }
         if let Some(turning) = &turning {
-            let picture = tyre_rolling::picture(turning, &title, tyre.circumference, highest);
+            let picture = views::rolling_picture(turning, &title, tyre.circumference, highest);
             side.file("rolling_waves.svg", picture.to_svg());
-            side.file("rolling_waves.csv", tyre_rolling::to_csv(turning));
+            side.file("rolling_waves.csv", views::rolling_csv(turning));
         }
-        let pattern = tyre_pattern::map(&scene).transpose().map_err(|fault| {
+        let pattern = views::pattern_map(&scene).transpose().map_err(|fault| {
             let key = format!("tread_pattern.{}", fault.key);
             SceneError::from(side.loaded.complain(&key, fault.wrong, fault.right))
         })?;
@@ -239,10 +238,10 @@ impl TyreArguments {
         let element = tyre.circumference / scene.numerics.elements as f64;
         let mut answer = tyre_record(&title, element, &found, &under, &mobility);
         if let Some(turning) = &turning {
-            answer["rolling"] = tyre_rolling::to_json(turning);
+            answer["rolling"] = views::rolling_json(turning);
         }
         if let Some(map) = &pattern {
-            answer["tread_pattern"] = tyre_pattern::to_json(map);
+            answer["tread_pattern"] = views::pattern_json(map);
         }
         side.json("tyre.json", &answer);
         side.settings = json!({
@@ -260,11 +259,11 @@ impl TyreArguments {
             views::loads_report(&under, element),
             views::mobility_report(&in_table, &names),
         ];
-        let turning = turning.as_ref().map(tyre_rolling::report);
+        let turning = turning.as_ref().map(views::rolling_report);
         let mut sections = vec![("Modes", &MODES[..], &of_modes)];
         sections.extend(turning.as_ref().map(|report| ("Turning tyre", &TURNING[..], report)));
         sections.extend([("Under a load", &LOADS[..], &of_loads), ("Mobility", &MOBILITIES[..], &of_mobility)]);
-        let of_pattern = pattern.as_ref().map(|map| tyre_pattern::report(map, speed));
+        let of_pattern = pattern.as_ref().map(|map| views::pattern_report(map, speed));
         sections.extend(of_pattern.as_ref().map(|report| ("Tread pattern", &PATTERN[..], report)));
         let lead = format!("A tyre of {:.3} m round and {:.0} mm across.", tyre.circumference, 1e3 * tyre.width);
         side.page("tyre.html", [&title, &lead], &sections);

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::fmt;
 use std::str::FromStr;
 
-use crate::plan::load_index::{OF_CARS, load_of_car};
+use crate::plan::overload::{OF_CARS, load_of_car};
 use crate::scene::GRAVITY;
 
 /// A tyre made by the rules, whose comments say what is published and what is inferred.

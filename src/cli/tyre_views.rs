@@ -1,16 +1,24 @@
-//! Views of the results of `tyrewave tyre`: tables, files and pictures.
+//! Views of the results of `tyrewave tyre`: tables, files and pictures of modes, loads and mobility, of a tread's
+//! pattern, and of the waves and critical speeds of a rotating tyre.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::contact::static_contact::StaticContact;
-use crate::report::mobility::Quantity;
-use crate::report::tyre::UnderLoad;
+use crate::plan::decisions::cells_across;
+use crate::report::tyre::{Quantity, UnderLoad};
 use crate::results::plots::{Axis, Colours, HeatMap, LinePlot, PlotError, Series};
 use crate::results::table::{Report, aligned, csv, numbers, optional, row};
+use crate::scene::Scene;
+use crate::study::rolling_waves::{HIGHEST, RollingWave, RollingWaves};
+use crate::tyre::critical_speed::TreadWave;
 use crate::tyre::influence::mobility::{Mobility, level, phase};
 use crate::tyre::modes::{Mode, Modes, Motion};
+use crate::tyre::slowest_wave::SlowestWave;
+use crate::tyre::tread_pattern::PatternFault;
+use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
 use ndarray::Array2;
 use num_complex::Complex64;
+use serde_json::{Value, json};
 
 /// Half the length of a mode's dash, in n.
 const DASH: f64 = 0.35;
@@ -197,5 +205,147 @@ pub(super) fn patch_length<'a>(curve: &[StaticContact], loads: &[UnderLoad], tit
         x: Axis::linear("Load [N]", 0.0..heaviest),
         y: Axis::linear("Length of the patch [mm]", 0.0..longest),
         series,
+    }
+}
+
+/// Refinements of the scene's cells that are tried until they resolve the pattern.
+const FINER: [usize; 4] = [1, 2, 4, 8];
+
+/// The map of a scene's pattern on its cells, or on the next finer ones that resolve it; `None` without a pattern.
+pub(super) fn pattern_map(scene: &Scene) -> Option<Result<TreadMap, PatternFault>> {
+    let pattern = scene.pattern()?;
+    let across = cells_across(scene);
+    let on = |finer: usize| {
+        let cells = TreadCells { columns: finer * scene.numerics.elements, across: finer * across };
+        TreadMap::new(pattern, scene, cells)
+    };
+    let coarse = on(1);
+    let finer = FINER[1..].iter().find_map(|&finer| on(finer).ok());
+    Some(if coarse.is_ok() { coarse } else { finer.map_or(coarse, Ok) })
+}
+
+/// Table of pitches and shares of void; `speed` in m/s.
+pub(super) fn pattern_report(map: &TreadMap, speed: f64) -> Report {
+    let mut report = Report::default();
+    report.text(format!("Tread pattern on {} x {} cells\n", map.columns, map.across));
+    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+    let mut rows =
+        vec![["void".to_owned(), percent(map.exact_void)], ["void on cells".to_owned(), percent(map.void())]];
+    if let Some(train) = &map.train {
+        let lengths = train.lengths.iter().copied();
+        let (least, most) = (lengths.clone().fold(f64::INFINITY, f64::min), lengths.fold(0.0, f64::max));
+        let count = train.count() as f64;
+        rows.push(["pitches".to_owned(), train.count().to_string()]);
+        rows.push(["lengths".to_owned(), format!("{:.1} to {:.1} mm", 1e3 * least, 1e3 * most)]);
+        rows.push(["scaled by".to_owned(), format!("{:.4}", train.scale)]);
+        let passing = count * speed / train.circumference;
+        rows.push([format!("passing at {:.0} km/h", 3.6 * speed), format!("{passing:.0} Hz")]);
+        let orders = 1..=2 * train.count();
+        let strongest = orders
+            .map(|order| (order, train.amplitude(order).norm()))
+            .fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+        rows.push(["strongest order".to_owned(), format!("{}, {:.3}", strongest.0, strongest.1)]);
+    }
+    report.table(aligned(["of the tread", "value"], rows));
+    report.text("\n");
+    report
+}
+
+/// The same as JSON, in SI units.
+pub(super) fn pattern_json(map: &TreadMap) -> Value {
+    json!({
+        "void_share": map.exact_void,
+        "void_share_on_cells": map.void(),
+        "cells": [map.columns, map.across],
+        "pitches": map.train.as_ref().map(|train| json!({
+            "starts": train.starts,
+            "lengths": train.lengths,
+            "scale": train.scale,
+        })),
+    })
+}
+
+/// Factor from m/s to km/h.
+const KMH: f64 = 3.6;
+
+/// Table of the waves \[Hz\], then each critical speed with its meaning.
+pub(super) fn rolling_report(found: &RollingWaves) -> Report {
+    let RollingWaves { speed, growth, waves, belt, belt_held, tread, limit } = found;
+    let mut report = Report::default();
+    report.text(format!(
+        "Turning at {:.0} km/h the radius grows by {:.2} mm; lowest radial modes [Hz]\n",
+        KMH * speed,
+        1e3 * growth
+    ));
+    let hertz = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.1}"));
+    let line = |wave: &RollingWave| {
+        let RollingWave { n, standing, forwards, backwards } = *wave;
+        [n.to_string(), hertz(standing), hertz(forwards), hertz(backwards)]
+    };
+    report.table(aligned(["n", "standing", "with the rotation", "against it"], waves.iter().map(line)));
+    report.text("\nCritical speeds\n");
+    let wave = |wave: &SlowestWave| format!("{:.0} km/h (n = {})", KMH * wave.speed, wave.n);
+    let belt = belt.as_ref().map_or_else(
+        || format!("none up to {:.0} km/h", KMH * limit.map_or(HIGHEST, |limit| limit.min(HIGHEST))),
+        wave,
+    );
+    let held = belt_held.as_ref().map_or("none".to_owned(), wave);
+    let tread = tread.as_ref().map_or("none".to_owned(), |TreadWave { length, speed }| {
+        format!("{:.0} km/h ({:.0} mm)", KMH * speed, 1e3 * length)
+    });
+    let limit = limit.map_or("none".to_owned(), |limit| format!("{:.0} km/h", KMH * limit));
+    let rows = [
+        ["belt".to_owned(), belt, format!("the tyre rolls into its own wave (not turning: {held})")],
+        ["tread".to_owned(), tread, "beyond, contact has no steady state; time stepping still works".to_owned()],
+        ["stability".to_owned(), limit, "beyond, a turning tyre on a rigid axle is unstable: refused".to_owned()],
+    ];
+    report.table(aligned(["of", "speed", "meaning"], rows));
+    report.text("\n");
+    report
+}
+
+/// One row for each n.
+pub(super) fn rolling_csv(found: &RollingWaves) -> String {
+    let header = ["n", "standing_hz", "forwards_hz", "backwards_hz"];
+    let line = |wave: &RollingWave| {
+        let RollingWave { n, standing, forwards, backwards } = wave;
+        row([n, &optional(*standing), &optional(*forwards), &optional(*backwards)])
+    };
+    csv(header, found.waves.iter().map(line))
+}
+
+/// Everything as JSON, in SI units.
+pub(super) fn rolling_json(found: &RollingWaves) -> Value {
+    let RollingWaves { speed, growth, waves, belt, belt_held, tread, limit } = found;
+    json!({
+        "speed": speed,
+        "growth": growth,
+        "waves": waves,
+        "critical_speeds": { "belt": belt, "belt_not_turning": belt_held, "tread": tread, "stability": limit },
+    })
+}
+
+/// Frequencies over n with the line n V/L: a wave against the rotation that lies on it stands still beside the axle.
+pub(super) fn rolling_picture<'a>(
+    found: &RollingWaves,
+    title: &'a str,
+    circumference: f64,
+    highest: f64,
+) -> LinePlot<'a> {
+    let of = |value: fn(&RollingWave) -> Option<f64>| -> Vec<(f64, f64)> {
+        found.waves.iter().map(|wave| (wave.n as f64, value(wave).unwrap_or(f64::NAN))).collect()
+    };
+    let largest = found.waves.len().saturating_sub(1).max(1) as f64;
+    let line = vec![(0.0, 0.0), (largest, largest * found.speed / circumference)];
+    LinePlot {
+        title,
+        x: Axis::linear("Waves n round the tyre", 0.0..largest),
+        y: Axis::linear("Frequency in the tyre's frame [Hz]", 0.0..highest),
+        series: vec![
+            Series { name: "with the rotation", points: of(|wave| wave.forwards) },
+            Series { name: "against it", points: of(|wave| wave.backwards) },
+            Series { name: "standing tyre", points: of(|wave| wave.standing) },
+            Series { name: "against it, n V/L", points: line },
+        ],
     }
 }

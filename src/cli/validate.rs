@@ -7,9 +7,8 @@ use crate::scene::{LoadedScene, NamedTexture, Setting};
 use crate::study::validation::{Options, PUBLISHED_SPEEDS, Published, base_scene, measure, rows};
 use clap::Args;
 
-use super::context::{Context, print};
+use super::context::{Context, SceneFile, print};
 use super::error::CliError;
-use super::scene_file::SceneFile;
 use super::side::Side;
 
 const EXAMPLES: &str = "\

@@ -47,7 +47,8 @@ pub(crate) type CpuClock = fn() -> Option<Duration>;
 /// A clock that goes from one piece of work to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
-    began: Instant,
+    /// When the current lap began.
+    pub began: Instant,
     cpu: Option<(CpuClock, Duration)>,
 }
 
@@ -57,11 +58,6 @@ impl Clock {
         let cpu = cpu.and_then(|clock| Some((clock, clock()?)));
         // Last, so that the system call is no part of the first lap's wall time.
         Self { began: Instant::now(), cpu }
-    }
-
-    /// When the current lap began.
-    pub(crate) fn began(&self) -> Instant {
-        self.began
     }
 
     /// Time since the last lap ended, or the first began.

@@ -6,9 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::clock::{Clock, CpuClock, Spent};
 use super::cost::{Allocations, StageCost, Work};
-use super::counter::Counter;
 use super::process;
-use super::stage::{Phase, Stage};
+use super::stage::{Counter, Phase, Stage};
 use super::trace::Trace;
 use super::watch::{BLOCK, BLOCKS, Timing, WATCHED_EVERY, Watch};
 
@@ -106,7 +105,7 @@ impl Meter {
     /// Closes stages as [`Self::close`] that went on together, or in turns too short to be timed: each gets its share
     /// of the time (0 to 1), and the last one the memory.
     pub(crate) fn close_shared(&mut self, mut open: Open, shares: &[(Stage, f64)]) {
-        let mut began = open.clock.began();
+        let mut began = open.clock.began;
         let spent = open.clock.lap();
         let elapsed = spent.wall;
         let spent = spent - (self.staged - open.staged);
@@ -116,7 +115,7 @@ impl Meter {
             self.staged_allocations += *allocations;
         }
         self.staged += spent;
-        let among_steps = self.trace.as_ref().is_some_and(|trace| trace.phase() == Phase::Contact);
+        let among_steps = self.trace.as_ref().is_some_and(|trace| trace.phase == Phase::Contact);
         // Reading the peak means parsing a text of the system: too slow among the steps.
         let is_due = self.watches_closely() && self.counters.timed_steps == 0;
         let peak_memory = if is_due { process::peak_memory() } else { None };
@@ -370,7 +369,7 @@ mod tests {
         let begin = Instant::now();
         let open = meter.open();
         let inner = meter.open();
-        while inner.clock.began().elapsed() < Duration::from_millis(4) {}
+        while inner.clock.began.elapsed() < Duration::from_millis(4) {}
         meter.close(inner, Stage::Output);
         let after = Instant::now();
         while after.elapsed() < Duration::from_millis(2) {}

@@ -1,4 +1,5 @@
-//! Peak rates of one core of this machine, with which the rates of stages are compared.
+//! The machine, as far as measured times depend on it, and peak rates of one of its cores, with which the rates of
+//! stages are compared.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -63,7 +64,7 @@ impl WithSimd for MultiplyAdds {
 }
 
 /// Best rate of copying one array of 16 MB to another \[B/s, read and written\].
-pub(crate) fn copy_rate() -> f64 {
+fn copy_rate() -> f64 {
     let (from, mut to) = (vec![1.0_f64; COPIED], vec![0.0_f64; COPIED]);
     let mut best = 0.0_f64;
     for _ in 0..TRIALS {
@@ -76,6 +77,27 @@ pub(crate) fn copy_rate() -> f64 {
     best
 }
 
+/// The processor's model name as Linux reports it; `None` on other systems.
+pub(crate) fn processor() -> Option<String> {
+    let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let name = text.lines().find_map(|line| line.strip_prefix("model name"))?;
+    Some(name.trim_start_matches([' ', '\t', ':']).trim().to_owned())
+}
+
+/// Instruction set for vectors on this processor: `x86-64-v4` (AVX-512), `x86-64-v3` (AVX2 and fused multiply-add), or
+/// the architecture's name.
+pub fn instruction_set() -> &'static str {
+    // pulp has one type for each family, named alike on every architecture that has it.
+    let arch = format!("{:?}", Arch::new());
+    if arch.starts_with("V4") {
+        "x86-64-v4"
+    } else if arch.starts_with("V3") {
+        "x86-64-v3"
+    } else {
+        std::env::consts::ARCH
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -86,5 +108,13 @@ mod tests {
         println!("{:.1} Gflop/s, {:.1} GB/s", 1e-9 * flop_per_second, 1e-9 * bytes_per_second);
         assert!((1e7..1e13).contains(&flop_per_second), "{flop_per_second}");
         assert!((1e7..1e13).contains(&bytes_per_second), "{bytes_per_second}");
+    }
+
+    #[test]
+    fn a_machine_has_a_name_and_instructions() {
+        if cfg!(target_os = "linux") && cfg!(target_arch = "x86_64") {
+            assert!(processor().is_some_and(|name| !name.is_empty() && !name.contains(':')));
+        }
+        assert!(!instruction_set().is_empty());
     }
 }

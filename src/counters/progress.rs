@@ -1,6 +1,8 @@
-//! Progress of a run, reported to a watcher.
+//! Progress of a run, reported to a watcher. Work that can be stopped, shows its progress, is metered and warns.
 
-use super::Stage;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::{Meter, Stage, Watch};
 
 /// Watches a run. All calls come from the thread that runs it, in order; they must be cheap: [`Progress::step`] is
 /// called every time step.
@@ -39,3 +41,32 @@ pub trait Progress {
 pub struct Unwatched;
 
 impl Progress for Unwatched {}
+
+/// Work in progress.
+pub struct Job<'a> {
+    /// Ends the work once it is set.
+    pub stop: &'a AtomicBool,
+    /// Receives the progress.
+    pub progress: &'a mut dyn Progress,
+    /// Cost so far.
+    pub meter: Meter,
+    /// Warnings that the user should act on.
+    pub warnings: Vec<String>,
+}
+
+impl<'a> Job<'a> {
+    /// A job that has not begun, measured as [`Watch::default`] says.
+    pub fn new(stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
+        Self { stop, progress, meter: Meter::default(), warnings: Vec::new() }
+    }
+
+    /// The same, measured as closely as `watch` says.
+    #[must_use]
+    pub fn watched(self, watch: Watch) -> Self {
+        Self { meter: Meter::new(watch), ..self }
+    }
+
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}

@@ -59,11 +59,12 @@ pub(crate) struct Span {
 /// Recorded spans of a run, and times by stage and phase.
 #[derive(Clone, Debug)]
 pub struct Trace {
-    began: Instant,
-    spans: Vec<Span>,
+    pub(crate) began: Instant,
+    /// All spans, in the order in which they ended.
+    pub(crate) spans: Vec<Span>,
     /// Spans that did not fit.
     dropped: u64,
-    phase: Phase,
+    pub(crate) phase: Phase,
     phase_began: Instant,
     /// Time in each phase so far.
     phases: [Duration; Phase::ALL.len()],
@@ -75,8 +76,8 @@ pub struct Trace {
     block_staged: [Duration; Stage::ALL.len()],
     block_steps: u64,
     background: usize,
-    /// Time of the whole run, once it has ended.
-    wall: Duration,
+    /// Time of the whole run; zero before it has ended.
+    pub(crate) wall: Duration,
 }
 
 impl Default for Trace {
@@ -101,10 +102,6 @@ impl Default for Trace {
 }
 
 impl Trace {
-    pub(crate) fn phase(&self) -> Phase {
-        self.phase
-    }
-
     /// Reserves room for the steps `first..end`, before the first of them, and sets the length of their blocks.
     pub fn expect_steps(&mut self, first: u64, end: u64) {
         let steps = end.saturating_sub(first);
@@ -125,10 +122,6 @@ impl Trace {
         (self.phase, self.phase_began) = (phase, now);
         self.block_began = now;
         self.block_staged = self.staged[phase as usize];
-    }
-
-    pub(crate) fn began(&self) -> Instant {
-        self.began
     }
 
     /// Ends the run at a moment; returns its whole time.
@@ -192,11 +185,6 @@ impl Trace {
         }
     }
 
-    /// All spans, in the order in which they ended.
-    pub(crate) fn spans(&self) -> &[Span] {
-        &self.spans
-    }
-
     /// Number of recorded spans.
     pub fn span_count(&self) -> usize {
         self.spans.len()
@@ -205,11 +193,6 @@ impl Trace {
     /// Number of spans for which there was no room.
     pub fn dropped(&self) -> u64 {
         self.dropped
-    }
-
-    /// Time of the whole run; zero before it has ended.
-    pub(crate) fn wall(&self) -> Duration {
-        self.wall
     }
 
     pub(crate) fn phase_time(&self, phase: Phase) -> Duration {

@@ -9,9 +9,9 @@ use crate::contact::footprint::Footprint;
 use crate::contact::geometry::Geometry;
 use crate::counters::{Meter, Stage};
 use crate::plan::Plan;
-use crate::response::SliceErrors;
+use crate::response::{BandLevel, LevelErrors, SliceErrors};
 use crate::results::files::ResultFiles;
-use crate::results::plots::SurfaceMap;
+use crate::results::plots::{SurfaceMap, ThirdOctavePlot};
 use crate::results::sound::SoundSummary;
 use crate::results::summary::Outcome;
 use crate::results::vibration::VibrationSummary;
@@ -83,6 +83,25 @@ impl End<'_> {
         let map = SurfaceMap { title: &title, along, quantity, values, first_position, size };
         Ok(files.write_text(file, &map.to_svg()?)?)
     }
+}
+
+/// Draws named third octaves in one picture, unless there are none.
+///
+/// # Errors
+/// [`RunError`] of the picture, or of writing it.
+pub(crate) fn draw_third_octaves(
+    loaded: &LoadedScene,
+    [file, name, quantity]: [&str; 3],
+    drawn: &[(String, Vec<BandLevel>)],
+    errors: LevelErrors,
+    files: &dyn ResultFiles,
+) -> Result<(), RunError> {
+    if drawn.iter().all(|(_, levels)| levels.is_empty()) {
+        return Ok(());
+    }
+    let title = format!("{name}, third octaves: {}", loaded.title());
+    let spectra = drawn.iter().map(|(name, levels)| (name.as_str(), levels.as_slice())).collect();
+    Ok(files.write_text(file, &ThirdOctavePlot { title: &title, quantity, spectra, errors }.to_svg()?)?)
 }
 
 /// Results of a run's effects, for its summary.

@@ -6,8 +6,8 @@ use thiserror::Error;
 
 use crate::plan::Plan;
 use crate::response::{BandLevel, LevelErrors, ThirdOctaveBand};
-use crate::results::read_table::StoredTable;
 use crate::results::summary::Summary;
+use crate::results::table::StoredTable;
 use crate::scene::{LoadedScene, SceneError};
 use crate::storage::array::{Array, ArrayError};
 use crate::storage::flat_folder;

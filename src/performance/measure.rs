@@ -1,7 +1,7 @@
 //! Execution of one workload in this process.
 //!
 //! Times are taken in short blocks, the same ones in every run: a block that the machine disturbed stands out against
-//! the same block of other runs, and the stage around it is not lost with it. See `super::ratio`.
+//! the same block of other runs, and the stage around it is not lost with it. See `super::verdict`.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::workload::{MeasuredValue, Workload};
 use crate::counters::clock::Clock;
-use crate::counters::machine::instruction_set;
+use crate::counters::peak::instruction_set;
 use crate::counters::process::thread_cpu_time;
 use crate::counters::{Counter, Meter, Spent, Stage, Watch};
 use crate::plan::Plan;

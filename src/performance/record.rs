@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::measure::{Counts, Measurement};
 use super::workload::MeasuredValue;
-use crate::counters::machine::{instruction_set, processor};
+use crate::counters::peak::{instruction_set, processor};
 use crate::storage::PendingFile;
 use crate::storage::input::{self, TABLE_BYTES};
 

@@ -1,10 +1,14 @@
-//! Elements, time step and tolerances from the highest frequency and the accuracy wanted.
+//! Elements, time step and tolerances from the highest frequency and the accuracy wanted, and the
+//! requirements of the model that is fitted to a scene's tyre.
 
 use std::f64::consts::PI;
 
-use super::front::FrontRow;
 use crate::numeric::transform_length;
-use crate::scene::{Numerics, TimeRule};
+use crate::scene::{Numerics, Scene, TimeRule};
+use crate::tyre::influence::Field;
+use crate::tyre::poles::FitOptions;
+
+use super::front::FrontRow;
 
 /// Requirements of a scene on its resolution.
 ///
@@ -93,6 +97,18 @@ impl Resolution {
 
     pub(crate) fn steps_per_second(&self, circumference: f64, speed: f64) -> f64 {
         speed * (self.elements * self.substeps) as f64 / circumference
+    }
+}
+
+/// Options of the model of a scene's tyre under forces on a field.
+pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
+    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
+    FitOptions {
+        driven: field,
+        tolerance: pole_tolerance,
+        // The sums must be more accurate than the fit to them.
+        influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
+        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
     }
 }
 

@@ -1,36 +1,27 @@
 //! Error that a scene's preset states, if the scene keeps the preset's settings.
 
-use std::fmt;
-
 use super::decisions::cells_across;
 use super::front::{FrontRow, STATED_FROM};
 use super::resolution::{Need, Resolution};
 use crate::scene::{History, Numerics, Scene, Switch, Zone};
+use thiserror::Error;
 
 /// Reasons why the numerical error of a scene's levels is not known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Unstated {
     /// Neither `preset` nor `accuracy` is given.
+    #[error("numerical error not known: take a preset, or `tyrewave study`")]
     NoPreset,
     /// A key given by the scene is coarser than that of its preset.
+    #[error("numerical error not known: {0} is coarser than that of the preset; `tyrewave study`")]
     Coarser(&'static str),
     /// A key given by the scene makes sums of another kind than those of its preset, finer or coarser: nothing was
     /// measured with it.
+    #[error("numerical error not known: no preset was measured with {0}; `tyrewave study`")]
     OfAnotherKind(&'static str),
     /// No error is stated for such a scene: because of its fmax, its road, or friction.
+    #[error("numerical error not known: no preset states one for such a scene; `tyrewave study`")]
     OfNoRow,
-}
-
-impl fmt::Display for Unstated {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("numerical error not known: ")?;
-        match self {
-            Self::NoPreset => formatter.write_str("take a preset, or `tyrewave study`"),
-            Self::Coarser(key) => write!(formatter, "{key} is coarser than that of the preset; `tyrewave study`"),
-            Self::OfAnotherKind(key) => write!(formatter, "no preset was measured with {key}; `tyrewave study`"),
-            Self::OfNoRow => formatter.write_str("no preset states one for such a scene; `tyrewave study`"),
-        }
-    }
 }
 
 impl FrontRow {

@@ -13,7 +13,7 @@ use crate::road::slices::{SliceBuilder, SliceScratch};
 use crate::study::slices::LAWS;
 
 /// Index of a slice law by its name; refuses other names.
-pub(super) fn law_number(law: &str) -> Result<usize, Failure> {
+fn law_number(law: &str) -> Result<usize, Failure> {
     let names = || LAWS.map(|(_, name)| format!("\"{name}\"")).join(" or ");
     let found = LAWS.iter().position(|(_, name)| *name == law);
     found.ok_or_else(|| Failure::Argument(format!("law is \"{law}\": {} is known", names())))

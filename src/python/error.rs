@@ -68,7 +68,7 @@ impl From<&Diagnostic> for Complaint {
             column: diagnostic.column(),
             key: diagnostic.key().to_owned(),
             message: diagnostic.problem().to_string(),
-            hint: diagnostic.problem().right().to_owned(),
+            hint: diagnostic.problem().right.clone(),
             text: diagnostic.to_string(),
         }
     }

@@ -12,7 +12,6 @@ mod scene;
 mod signal;
 mod study;
 mod tyre;
-mod value;
 mod work;
 
 use pyo3::prelude::*;

@@ -75,12 +75,7 @@ impl Progress for &Watched {
         self.done.store(done, Ordering::Relaxed);
     }
 
-    // Notes and warnings of a run are in its summary, too.
-    fn note(&mut self, _text: &str) {}
-
-    fn warning(&mut self, _text: &str) {}
-
-    fn finish(&mut self) {}
+    // Notes and warnings of a run are in its summary, too: they are not reported.
 }
 
 /// Receiver of the progress, and the last state it was given.

@@ -1,6 +1,6 @@
 //! Results compared with each other: settings that differ, figures, third octaves.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -205,11 +205,9 @@ impl Comparison {
         } else {
             report.table(self.settings_table());
         }
-        report.text("\n");
-        report.table(self.figures_table());
+        report.titled("\n", self.figures_table());
         for spectrum in &self.spectra {
-            report.text("\n");
-            report.table(self.spectrum_table(spectrum));
+            report.titled("\n", self.spectrum_table(spectrum));
         }
         self.notes.iter().for_each(|note| report.text(format!("\nnote: {note}\n")));
         report
@@ -304,9 +302,7 @@ fn settings(all: &[Stored]) -> Vec<SettingDifference> {
             keys
         })
         .collect();
-    let mut keys: Vec<&String> = flat.iter().flat_map(BTreeMap::keys).collect();
-    keys.sort_unstable();
-    keys.dedup();
+    let keys: BTreeSet<&String> = flat.iter().flat_map(BTreeMap::keys).collect();
     let values = |key: &String| flat.iter().map(|of| of.get(key).cloned().unwrap_or_default()).collect::<Vec<_>>();
     let all = keys.into_iter().map(|key| SettingDifference { key: key.clone(), values: values(key) });
     all.filter(|setting| setting.values.windows(2).any(|pair| pair[0] != pair[1])).collect()
@@ -334,22 +330,18 @@ fn flatten(path: String, value: &Value, keys: &mut BTreeMap<String, String>) {
 
 fn figures(all: &[Stored]) -> Vec<FigureComparison> {
     let lists: Vec<Vec<Figure>> = all.iter().map(figures_of).collect();
-    let mut names: Vec<(&str, &'static str)> = Vec::new();
-    for Figure { name, unit, .. } in lists.iter().flatten() {
-        if !names.iter().any(|(known, _)| known == name) {
-            names.push((name, unit));
-        }
-    }
-    let figure = |(name, unit): (&str, &'static str)| {
+    let mut seen = BTreeSet::new();
+    let names = lists.iter().flatten().filter(|figure| seen.insert(&figure.name));
+    let figure = |Figure { name, unit, .. }: &Figure| {
         let found = |(list, stored): (&Vec<Figure>, &Stored)| {
-            let figure = list.iter().find(|figure| figure.name == name)?.clone();
+            let figure = list.iter().find(|figure| figure.name == *name)?.clone();
             let mut receivers = stored.summary.sound.iter().flat_map(|sound| &sound.receivers);
-            let passed = receivers.find(|receiver| name == format!("level at {}, L_AFmax", receiver.name));
+            let passed = receivers.find(|receiver| *name == format!("level at {}, L_AFmax", receiver.name));
             Some(FoundFigure { figure, pass_by: passed.and_then(|receiver| receiver.pass_by.clone()) })
         };
-        FigureComparison { name: name.to_owned(), unit, found: lists.iter().zip(all).map(found).collect() }
+        FigureComparison { name: name.clone(), unit, found: lists.iter().zip(all).map(found).collect() }
     };
-    names.into_iter().map(figure).collect()
+    names.map(figure).collect()
 }
 
 /// Figures of a run's effects, and its wall time.
@@ -359,21 +351,15 @@ pub(super) fn figures_of(stored: &Stored) -> Vec<Figure> {
 }
 
 fn spectra(all: &[Stored]) -> Vec<SpectrumComparison> {
-    let mut names: Vec<(&'static str, &str)> = Vec::new();
-    for spectrum in all.iter().flat_map(|stored| &stored.spectra) {
-        if !names.contains(&(spectrum.quantity, spectrum.name.as_str())) {
-            names.push((spectrum.quantity, &spectrum.name));
-        }
-    }
-    names.into_iter().map(|(quantity, name)| spectrum(all, quantity, name)).collect()
+    let names = all.iter().flat_map(|stored| &stored.spectra).map(|of| (of.quantity, of.name.as_str()));
+    let mut seen = BTreeSet::new();
+    names.filter(|name| seen.insert(*name)).map(|(quantity, name)| spectrum(all, quantity, name)).collect()
 }
 
 fn spectrum(all: &[Stored], quantity: &'static str, name: &str) -> SpectrumComparison {
     let found: Vec<Option<Spectrum>> = all.iter().map(|stored| stored.spectrum(quantity, name).cloned()).collect();
-    let mut bands: Vec<i32> =
+    let bands: BTreeSet<i32> =
         found.iter().flatten().flat_map(|spectrum| spectrum.levels.iter().map(|level| level.band.0)).collect();
-    bands.sort_unstable();
-    bands.dedup();
     let band = |band: i32| {
         let level =
             |spectrum: &Option<Spectrum>| spectrum.as_ref()?.levels.iter().find(|level| level.band.0 == band).copied();

@@ -105,14 +105,12 @@ pub(crate) fn description(road: &RoadDescription) -> Report {
             hertz(road.highest_frequency_of_road)
         ),
     );
-    let mut report = Report::default();
-    report.table(words([""; 0], rows));
+    let mut report = Report::from(words([""; 0], rows));
     if !road.levels.is_empty() {
         let value =
             |at: &TextureLevel| if at.valid { format!("{:.1}", at.level) } else { format!("({:.1})", at.level) };
         let level = road.levels.iter().map(|at| [format!("{:.2}", 1e3 * at.wavelength), value(at)]);
-        report.text("\n");
-        report.table(aligned(["wavelength [mm]", "level [dB re 1e-6 m]"], level));
+        report.titled("\n", aligned(["wavelength [mm]", "level [dB re 1e-6 m]"], level));
         if road.levels.iter().any(|at| !at.valid) {
             report.text("in brackets: the road is shorter than the twelve wavelengths that ISO 13473-4 asks for\n");
         }

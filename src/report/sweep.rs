@@ -1,5 +1,7 @@
 //! The page of a sweep: levels against what is varied, third octaves and sounds of its runs, its tables.
 
+use std::collections::BTreeSet;
+
 use maud::{Markup, html};
 use serde_json::json;
 
@@ -79,12 +81,9 @@ impl StoredSweep {
     fn varied(&self) -> String {
         let factors = self.variants.first().map_or(&[][..], |(label, _)| &label.choices);
         let words = factors.iter().enumerate().map(|(place, choice)| {
-            let mut values: Vec<&str> = Vec::new();
-            for value in self.variants.iter().filter_map(|(label, _)| Some(label.choices.get(place)?.value.as_str())) {
-                if !values.contains(&value) {
-                    values.push(value);
-                }
-            }
+            let all = self.variants.iter().filter_map(|(label, _)| Some(label.choices.get(place)?.value.as_str()));
+            let mut seen = BTreeSet::new();
+            let values: Vec<&str> = all.filter(|value| seen.insert(*value)).collect();
             match values.as_slice() {
                 [first, .., last] if values.len() > MOST_SPECTRA => {
                     format!("{} with {} values, {first} to {last}", choice.factor, values.len())
@@ -98,14 +97,12 @@ impl StoredSweep {
     /// Names and results of the runs whose third octaves and sounds are shown, and a sentence on the selection: of
     /// several seeds the first, of many combinations some at equal distances.
     fn shown(&self) -> (Vec<String>, Vec<Stored>, String) {
-        let (mut seen, mut shown) = (Vec::new(), Vec::<(String, &Stored)>::new());
+        let (mut seen, mut shown) = (BTreeSet::new(), Vec::<(String, &Stored)>::new());
         let finished = || self.variants.iter().filter_map(|(label, stored)| Some((label, stored.as_ref()?)));
         for (label, stored) in finished() {
             let settings = label.settings();
-            if !seen.contains(&settings) {
-                let name = if settings.is_empty() { stored.name() } else { settings.clone() };
-                shown.push((name, stored));
-                seen.push(settings);
+            if seen.insert(settings.clone()) {
+                shown.push((if settings.is_empty() { stored.name() } else { settings }, stored));
             }
         }
         if shown.len() > MOST_SPECTRA {

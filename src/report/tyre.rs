@@ -1,10 +1,12 @@
-//! A tyre as JSON, for scripts: modes, contact under loads, mobility.
-
-use serde_json::{Value, json};
+//! A tyre as JSON, for scripts: modes, contact under loads, mobility. The mobility of patches of the tread in a picture
+//! (Larsson's figure 2).
 
 use crate::contact::static_contact::StaticContact;
+use crate::results::plots::{Axis, LinePlot, Series};
 use crate::tyre::influence::mobility::{Mobility, level, phase};
 use crate::tyre::modes::{Mode, Modes};
+use num_complex::Complex64;
+use serde_json::{Value, json};
 
 /// Contact of a tyre under a load.
 #[derive(Clone, Debug)]
@@ -73,4 +75,30 @@ fn mobility_json(mobility: &Mobility) -> Value {
         })
     });
     json!({ "frequencies": mobility.frequencies, "patches": patches.collect::<Vec<_>>() })
+}
+
+/// Title of the axis, and value of a mobility on it.
+pub(crate) type Quantity = (&'static str, fn(Complex64) -> f64);
+
+/// Level of the mobility.
+pub(crate) const LEVEL: Quantity = ("Driving-point mobility [dB re 1 m/(N s)]", level);
+
+/// Picture with a curve for each patch.
+pub(crate) fn plot<'a>(
+    mobility: &Mobility,
+    title: &'a str,
+    names: &'a [String],
+    (quantity, shown): Quantity,
+) -> LinePlot<'a> {
+    let curves = names.iter().enumerate().map(|(column, name)| Series {
+        name,
+        points: mobility.frequencies.iter().zip(&mobility.values).map(|(&f, row)| (f, shown(row[column]))).collect(),
+    });
+    let values = mobility.values.iter().flatten().map(|&value| shown(value));
+    LinePlot {
+        title,
+        x: Axis::logarithmic_around("Frequency [Hz]", mobility.frequencies.iter().copied(), [1.0, 1.0]),
+        y: Axis::linear_around(quantity, values),
+        series: curves.collect(),
+    }
 }

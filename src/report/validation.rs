@@ -100,10 +100,8 @@ fn groups(rows: &[ValidationRow]) -> TextTable {
 /// A validation for a terminal: all rows, then the groups.
 pub(crate) fn report(title: &str, rows: &[ValidationRow]) -> Report {
     let mut report = Report::default();
-    report.text(format!("{title}\n\n"));
-    report.table(whole(rows));
-    report.text("\n");
-    report.table(groups(rows));
+    report.titled(format!("{title}\n\n"), whole(rows));
+    report.titled("\n", groups(rows));
     report.text(format!("\n{LEGEND}\n\n"));
     report
 }

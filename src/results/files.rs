@@ -31,18 +31,9 @@ impl ResultFiles for ResultsFolder {
 }
 
 /// Files of a run in memory, by name.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct FilesInMemory(RefCell<BTreeMap<String, Vec<u8>>>);
-
-impl FilesInMemory {
-    pub(crate) fn into_inner(self) -> BTreeMap<String, Vec<u8>> {
-        self.0.into_inner()
-    }
-}
-
-impl ResultFiles for FilesInMemory {
+impl ResultFiles for RefCell<BTreeMap<String, Vec<u8>>> {
     fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
-        self.0.borrow_mut().insert(name.to_owned(), bytes.to_vec());
+        self.borrow_mut().insert(name.to_owned(), bytes.to_vec());
         Ok(())
     }
 }

@@ -22,9 +22,11 @@ use std::path::{Path, PathBuf};
 use super::checkpoint::CheckpointError;
 use super::disk::{missing_parents, sync_folder, with_suffix, write_file};
 use super::error::ResultsError;
-use super::placing::{SERVICE_FILES, check_replaceable, place, put_in_order, tidy_up};
+use super::placing::{
+    LOCK_FILE, PARTIAL, SERVICE_FILES, check_replaceable, final_name, in_use, lock, place, put_in_order, tidy_up,
+    unfinished,
+};
 use super::summary::{SUMMARY_FILE, Summary};
-use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, lock, unfinished};
 use crate::storage::flat_folder::{self, entries};
 
 /// A results folder to which a run writes.

@@ -1,11 +1,11 @@
 //! Results of a run: a folder with a summary, arrays, spectra and plots.
 //!
-//! `folder` decides when and under which name the rest appears, `placing` gives it that name; `checkpoint` stores the
-//! state of an unfinished run beside it, `unfinished` finds it again; `npy` streams arrays during the run, `arrays`
-//! checks them when it is resumed; `summary`, `spectra`, `vibration` and `plots` are written at its end, into the
-//! folder or, by `files`, into memory; `profile_table` is for the terminal, `inputs` are the files that a scene reads,
-//! `table` formats tables, `read_table` reads those of a folder, `trace` is the timeline of a run, `tread_pattern`
-//! shows a tread. `cost` records the times and work of a run.
+//! `folder` decides when and under which name the rest appears, `placing` gives it that name and finds it again where a
+//! run is unfinished; `checkpoint` stores the state of such a run beside it; `npy` streams arrays during the run,
+//! `arrays` checks them when it is resumed; `summary`, `spectra`, `vibration` and `plots` are written at its end, into
+//! the folder or, by `files`, into memory; `inputs` are the files that a scene reads, `table` formats tables and reads
+//! those of a folder, `trace` is the timeline of a run, `tread_pattern` shows a tread. `cost` records the times and
+//! work of a run and shows them on the terminal.
 
 pub(crate) mod arrays;
 pub(crate) mod checkpoint;
@@ -17,17 +17,14 @@ pub(crate) mod folder;
 pub(crate) mod inputs;
 pub(crate) mod npy;
 pub(crate) mod pass_by;
-mod placing;
+pub(crate) mod placing;
 pub(crate) mod plots;
-pub(crate) mod profile_table;
-pub(crate) mod read_table;
 pub(crate) mod sound;
 pub(crate) mod spectra;
 pub(crate) mod summary;
 pub(crate) mod table;
 pub(crate) mod trace;
 pub(crate) mod tread_pattern;
-pub(crate) mod unfinished;
 pub(crate) mod vibration;
 
 pub use checkpoint::{CheckpointError, CheckpointFault};

@@ -29,10 +29,8 @@ pub struct PassBySummary {
     /// Mean of their maxima of the A-weighted level, time weighting F \[dB(A)\].
     pub maximum: f64,
     /// Standard deviation of the maxima \[dB\]; `None` for a single one.
-    #[serde(default)]
     pub deviation: Option<f64>,
     /// Upper bound of the standard error of their mean \[dB\]; `None` for no more passages than tyres.
-    #[serde(default)]
     pub standard_error: Option<f64>,
     /// Number of tyres that pass, each with a separate stretch of the run.
     #[serde(default = "one")]

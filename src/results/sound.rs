@@ -122,13 +122,11 @@ pub struct SoundError {
     /// Error of third octaves by the transfer path: elements, frequencies and lateral waves, or a draft \[dB\].
     pub way: f64,
     /// Sum of both for a third octave \[dB\].
-    #[serde(default)]
     pub band: Option<f64>,
     /// Mid-frequency of the lowest third octave for which that holds \[Hz\]; below it nothing is known.
     #[serde(default)]
     pub from: f64,
     /// Sum of both for an A-weighted level \[dB(A)\]: at most that of the worst of its bands.
-    #[serde(default)]
     pub level_a: Option<f64>,
 }
 
@@ -211,7 +209,6 @@ pub struct ReceiverSummary {
     pub voids_spread_a: Option<f64>,
     /// Error of the A-weighted level \[dB(A)\]: [`SoundError::level_a`], and the largest error by slices of its bands;
     /// `None` where one of them is not known.
-    #[serde(default)]
     pub level_a_error: Option<f64>,
     /// Reason why that error is not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -375,7 +372,6 @@ pub(crate) struct AudioSummary {
     /// Pressure of its full scale \[Pa\].
     pub full_scale: f64,
     /// Largest magnitude of the pressure in it \[Pa\].
-    #[serde(default)]
     pub peak: Option<f64>,
     /// True if its peak is above full scale: then samples are floats.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]

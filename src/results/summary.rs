@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use super::cost::{Planned, RunCost};
@@ -14,8 +15,15 @@ use super::sound::SoundSummary;
 use super::vibration::VibrationSummary;
 use crate::response::SliceErrors;
 use crate::scene::settings_hash;
+use crate::storage::input::{self, TABLE_BYTES};
 
 pub(crate) const SUMMARY_FILE: &str = "summary.json";
+
+/// The summary of a results folder as a value of any type; `None` if it cannot be read as one.
+pub(crate) fn read_summary<T: DeserializeOwned>(folder: &Path) -> Option<T> {
+    serde_json::from_slice(&input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?).ok()
+}
+
 /// Value of `format` in every summary.
 pub(crate) const FORMAT: &str = "tyrewave results";
 /// Version of the layout of the results folder; raised when older readers would fail.

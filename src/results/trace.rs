@@ -33,7 +33,7 @@ pub(crate) fn chrome_trace(trace: &Trace, title: &str) -> String {
         named(Row::Background, "behind the run"),
     ];
     // Outer spans before those within them, as readers expect.
-    let mut spans: Vec<_> = trace.spans().iter().collect();
+    let mut spans: Vec<_> = trace.spans.iter().collect();
     spans.sort_by_key(|span| (thread(span.row), span.begin, std::cmp::Reverse(span.length)));
     events.extend(spans.into_iter().map(|span| {
         let (name, category) = match span.what {
@@ -66,7 +66,7 @@ pub(crate) fn folded_stacks(trace: &Trace) -> String {
             text.push_str(&format!("{stack} {time}\n"));
         }
     };
-    let mut untraced = microseconds(trace.wall());
+    let mut untraced = microseconds(trace.wall);
     for phase in Phase::ALL {
         let name = format!("tyrewave;run;{}", phase.title());
         let whole = microseconds(trace.phase_time(phase)).min(untraced);
@@ -138,7 +138,7 @@ mod tests {
             .map(|line| line.rsplit_once(' ').unwrap())
             .map(|(stack, time)| (stack, time.parse().unwrap()))
             .collect();
-        assert_eq!(times.iter().map(|(_, time)| time).sum::<u64>(), trace.wall().as_micros() as u64, "{text}");
+        assert_eq!(times.iter().map(|(_, time)| time).sum::<u64>(), trace.wall.as_micros() as u64, "{text}");
         for stage in Stage::ALL {
             let in_stacks: u64 =
                 times.iter().filter(|(stack, _)| stack.ends_with(stage.title())).map(|(_, time)| time).sum();

@@ -1,5 +1,6 @@
 //! Run whose arrays, tables and sounds stay in memory: the content of a folder, except pictures.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -7,7 +8,6 @@ use crate::counters::process::cpu_time;
 use crate::counters::{Job, Meter, Stage};
 use crate::effects::{KeptArray, RunError};
 use crate::plan::Plan;
-use crate::results::files::FilesInMemory;
 use crate::results::summary::{RunCost, Summary};
 use crate::run::checkpoint::inputs_of;
 use crate::run::end::{finish, summary};
@@ -52,7 +52,7 @@ pub fn run_in_memory(loaded: &LoadedScene, mut job: Job<'_>) -> Result<RunInMemo
     run.settle();
     let arrays = run.finish_arrays()?;
     job.progress.stage(Stage::Response);
-    let files = FilesInMemory::default();
+    let files = RefCell::default();
     let found = finish(&mut run, &files, true)?;
     let spent = cpu.zip(cpu_time()).map(|(before, after)| after.saturating_sub(before));
     let seconds = wall.elapsed().as_secs_f64();

@@ -8,8 +8,7 @@
 
 mod cells;
 pub(crate) mod checkpoint;
-mod end;
-pub(crate) mod energy;
+pub(crate) mod end;
 mod friction;
 pub(crate) mod history;
 pub(crate) mod in_memory;

@@ -4,16 +4,15 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::counters::process::cpu_time;
-use crate::counters::{Job, MachinePeak, Meter, Progress, Stage, Trace};
+use crate::counters::{Job, MachinePeak, Meter, Progress, Stage};
 use crate::effects::RunError;
-use crate::plan::{Forecast, Plan, process_memory, unit_record};
+use crate::plan::{Forecast, Plan, process_memory, unit};
 use crate::results::arrays::ArrayPlace;
 use crate::results::folder::ResultsFolder;
+use crate::results::placing::unfinished;
 use crate::results::summary::{Planned, RunCost, Summary};
-use crate::results::unfinished::unfinished;
 use crate::run::checkpoint::{Checkpoint, Checkpoints, inputs_of};
-use crate::run::end::{finish, summary};
-use crate::run::energy::impossible_energy;
+use crate::run::end::{finish, impossible_energy, summary};
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 
@@ -108,7 +107,7 @@ impl Begin {
     fn now(meter: &Meter) -> Self {
         let (cpu, process) = (cpu_time(), process_memory());
         // A timeline and the wall time begin and end with the same reading of the clock.
-        let wall = meter.trace().map_or_else(Instant::now, Trace::began);
+        let wall = meter.trace().map_or_else(Instant::now, |trace| trace.began);
         Self { wall, cpu, process }
     }
 }
@@ -116,7 +115,7 @@ impl Begin {
 impl<'a> PlannedRun<'a> {
     /// A run with its forecast on `threads` threads, in a process that holds `process` besides \[bytes\].
     fn new(loaded: &'a LoadedScene, plan: &'a Plan, threads: usize, process: f64) -> Self {
-        let Forecast { wall_seconds, memory, measured, .. } = plan.forecast(&unit_record::known(), threads, process);
+        let Forecast { wall_seconds, memory, measured, .. } = plan.forecast(&unit::known(), threads, process);
         Self { loaded, plan, threads, planned: Planned { wall_seconds, memory, measured } }
     }
 

@@ -1,12 +1,13 @@
 //! Consistency of a scene across its tables.
 
+use crate::radiation::draft::{self, DraftErrors};
+
 use super::problem::Problem;
 use super::table::{Keys, Table};
 use super::{
-    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
-    Switch, TimeRule, Tread, Vehicle, Vibration, Zone, air_pumping, plausible, tread_pattern,
+    AirPumping, Axle, BlockModel, Lateral, PatchAir, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace,
+    Road, Scene, StandardReceiver, Switch, TimeRule, Tread, Vehicle, Vibration, Zone, plausible, tread_pattern,
 };
-use crate::radiation::draft::{self, DraftErrors};
 
 /// Reads a whole scene and checks it; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
@@ -20,7 +21,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     vibration(&scene, table)?;
     receiver_names(&scene, table)?;
     sound(&scene, table)?;
-    air_pumping::check(&scene, table)?;
+    air_pumping(&scene, table)?;
     Some(scene)
 }
 
@@ -41,29 +42,13 @@ fn receiver_names(scene: &Scene, table: &Table<'_>) -> Option<()> {
 fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
     if scene.contact.zone != Zone::Cells {
         let tolerance = scene.outputs.vibration.as_ref().and_then(|vibration| vibration.lateral_tolerance);
-        let refused = [
-            (scene.outputs.cells_every.is_some(), "outputs.cells_every", "there are no cells to write"),
-            (
-                tolerance.is_some(),
-                "outputs.vibration.lateral_tolerance",
-                "a slice has one force across the width, and no wave that it excites is left out",
-            ),
-        ];
-        let mut sound = Some(());
-        for (_, key, wrong) in refused.into_iter().filter(|(given, ..)| *given) {
-            sound = table.complain(key, Problem::new(wrong, "remove it, or contact.zone = \"cells\""));
-        }
-        return sound;
+        let right = "remove it, or contact.zone = \"cells\"";
+        let one_force = "a slice has one force across the width, and no wave that it excites is left out";
+        return table.complain_of_each([
+            (scene.outputs.cells_every.is_some(), "outputs.cells_every", "there are no cells to write", right),
+            (tolerance.is_some(), "outputs.vibration.lateral_tolerance", one_force, right),
+        ]);
     }
-    let right = "remove it, or contact.zone = \"slices\"";
-    let refused = [
-        (matches!(scene.rolling.axle, Axle::Mass { .. }), "rolling.axle.mass", "cells need an axle without a mass"),
-        (
-            scene.effects.texture == Switch::Off,
-            "effects.texture",
-            "cells have their texture in their heights; a road that is level across is kind = \"profile\"",
-        ),
-    ];
     let mut sound = Some(());
     if let (Some(terms), Some(across)) = (scene.numerics.lateral_terms, scene.contact.cells_across)
         && terms < across
@@ -73,10 +58,14 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
         let right = format!("write a whole number of at least {across}, or leave this out");
         sound = table.complain("numerics.lateral_terms", Problem::new(wrong, right));
     }
-    for (_, key, wrong) in refused.into_iter().filter(|(given, ..)| *given) {
-        sound = table.complain(key, Problem::new(wrong, right));
-    }
-    sound
+    let right = "remove it, or contact.zone = \"slices\"";
+    let has_mass = matches!(scene.rolling.axle, Axle::Mass { .. });
+    let level = "cells have their texture in their heights; a road that is level across is kind = \"profile\"";
+    let refused = [
+        (has_mass, "rolling.axle.mass", "cells need an axle without a mass", right),
+        (scene.effects.texture == Switch::Off, "effects.texture", level, right),
+    ];
+    table.complain_of_each(refused).and(sound)
 }
 
 /// Refuses what friction excludes, and sets the time rule that it needs where the scene leaves that open; `None` after
@@ -206,27 +195,23 @@ fn vibration(scene: &Scene, table: &Table<'_>) -> Option<()> {
 /// for which no error of a draft is known.
 fn draft_quality(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let radiation = &scene.radiation;
+    if radiation.quality != RadiationQuality::Draft {
+        return Some(());
+    }
     let default = Radiation::default();
     let differs = |value: f64, default: f64| (value - default).abs() > 0.0;
     let solved = "a draft solves no equations: there are no elements and no frequencies to choose";
     let sealed = "a draft's horn is fitted to a sealed patch";
-    let contradictions = [
-        ("nodes_per_wavelength", differs(radiation.nodes_per_wavelength, default.nodes_per_wavelength), solved),
-        ("frequency_tolerance", differs(radiation.frequency_tolerance, default.frequency_tolerance), solved),
-        ("acoustic_gap", differs(radiation.acoustic_gap, default.acoustic_gap), sealed),
-        ("sides", radiation.sides == Switch::On, "a draft has the sound of the tread alone"),
-    ];
-    let mut sound = Some(());
-    for (key, differs, wrong) in contradictions {
-        if differs && radiation.quality == RadiationQuality::Draft {
-            let right = "leave this out, or quality = \"full\"";
-            sound = table.complain(&format!("radiation.{key}"), Problem::new(wrong, right));
-        }
-    }
-    if radiation.quality == RadiationQuality::Draft {
-        sound = sound.and(stated(scene, table));
-    }
-    sound
+    let (tread, right) = ("a draft has the sound of the tread alone", "leave this out, or quality = \"full\"");
+    let many_nodes = differs(radiation.nodes_per_wavelength, default.nodes_per_wavelength);
+    let tolerant = differs(radiation.frequency_tolerance, default.frequency_tolerance);
+    let sound = table.complain_of_each([
+        (many_nodes, "radiation.nodes_per_wavelength", solved, right),
+        (tolerant, "radiation.frequency_tolerance", solved, right),
+        (differs(radiation.acoustic_gap, default.acoustic_gap), "radiation.acoustic_gap", sealed, right),
+        (radiation.sides == Switch::On, "radiation.sides", tread, right),
+    ]);
+    sound.and(stated(scene, table))
 }
 
 /// Speed of sound for a draft's highest frequency \[m/s\].
@@ -345,4 +330,76 @@ fn beside(vehicle: Vehicle, distance: f64, half_width: f64, index: usize, table:
     };
     // The table may have left the track to its default: the complaint is placed at the table.
     table.complain(&format!("receiver[{index}].vehicle"), Problem::new(wrong, right))
+}
+
+/// Refuses air paths under the patch that the rest of the scene rules out; `None` after a complaint.
+fn air_pumping(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let complain =
+        |key: &str, wrong: &str, right: &str| table.complain::<()>(key, Problem::new(wrong.to_owned(), right));
+    let is_open = matches!(&scene.air_pumping, Some(AirPumping { patch, .. }) if *patch != PatchAir::Sealed);
+    let squeezes = scene.air_pumping.as_ref().is_some_and(|pumping| pumping.squeeze);
+    if !is_open {
+        if squeezes && scene.effects.air_pumping != Switch::Off {
+            let wrong = "the patch is sealed: air that blocks press out cannot radiate";
+            return complain("air_pumping.squeeze", wrong, "add patch = \"grooves\", or leave this out");
+        }
+        if scene.effects.air_pumping == Switch::On {
+            let right = "\"auto\" or \"off\", or a table [air_pumping] with patch = \"grooves\"";
+            return complain("effects.air_pumping", "there is no [air_pumping] that opens the patch", right);
+        }
+        return Some(());
+    }
+    if scene.effects.air_pumping == Switch::Off {
+        return Some(());
+    }
+    let sealed = "leave [air_pumping] out";
+    if scene.receivers.is_empty() {
+        let right = "add a [[receiver]], or leave this out";
+        return complain("air_pumping", "there is no [[receiver]] for its sound", right);
+    }
+    let (radiation, pattern) = (&scene.radiation, scene.tread_pattern.as_ref());
+    let has_grooves = pattern.is_some_and(|pattern| pattern.grooves.iter().any(|groove| groove.depth > 0.0));
+    let takes_voids = scene.air_pumping.as_ref().is_some_and(|pumping| pumping.patch == PatchAir::Voids);
+    let missing = match pattern {
+        _ if has_grooves || takes_voids => None,
+        Some(pattern) if pattern.file.is_some() => Some("a raster does not say which of its voids run round the tyre"),
+        _ => Some("there are no grooves that run round the tyre"),
+    };
+    let are_compliant = pattern.is_some_and(|pattern| pattern.blocks == BlockModel::Compliant);
+    let compliant = "tread_pattern.blocks = \"compliant\", or leave this out";
+    let springs = "springs do not conserve volume: the air under them would be moved by more than the tread";
+    table.complain_of_each([
+        (missing.is_some(), "air_pumping.patch", missing.unwrap_or_default(), "give tread_pattern.grooves"),
+        (
+            takes_voids && scene.contact.zone != Zone::Cells,
+            "air_pumping.patch",
+            "slices do not resolve where tread and road touch across",
+            "contact.zone = \"cells\", or \"grooves\"",
+        ),
+        (scene.contact.tread != Tread::Elastic, "contact.tread", springs, "\"elastic\", or leave [air_pumping] out"),
+        (
+            radiation.acoustic_gap > 0.0,
+            "radiation.acoustic_gap",
+            "a patch is open by its grooves or by a slit, not by both",
+            sealed,
+        ),
+        (
+            radiation.quality == RadiationQuality::Draft,
+            "radiation.quality",
+            "a draft computes no field at the openings of the grooves",
+            "\"full\", or leave [air_pumping] out",
+        ),
+        (
+            squeezes && scene.contact.zone != Zone::Cells,
+            "air_pumping.squeeze",
+            "slices have no compliant blocks",
+            "contact.zone = \"cells\", or leave this out",
+        ),
+        (
+            squeezes && !are_compliant,
+            "air_pumping.squeeze",
+            "blocks as stiff as an uncut tread press no air out",
+            compliant,
+        ),
+    ])
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::diagnostic::SourceText;
+use super::problem::SourceText;
 use super::{Diagnostic, Problem};
 
 /// Place of a key and its value: byte ranges in a source.

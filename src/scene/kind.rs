@@ -127,7 +127,7 @@ impl Kind for Bounds {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<f64> {
-        let (number, text) = match value.get() {
+        let (number, text) = match value.value {
             DeValue::Float(float) => (float.as_str().parse::<f64>().ok(), float.to_string()),
             DeValue::Integer(integer) => (whole(integer).map(|whole| whole as f64), integer.to_string()),
             _ => return value.wrong_type(self),
@@ -185,7 +185,7 @@ impl<T: TryFrom<i128> + Serialize> Kind for Whole<T> {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<T> {
-        let DeValue::Integer(integer) = value.get() else { return value.wrong_type(self) };
+        let DeValue::Integer(integer) = value.value else { return value.wrong_type(self) };
         let number = whole(integer);
         if let Some(small) = number.filter(|&number| number < i128::from(self.0)) {
             return value.complain(Problem::too_small(small, self.0));
@@ -225,7 +225,7 @@ impl Kind for Decibels {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<f64> {
-        let number = value.get().as_str().and_then(|text| text.trim().strip_suffix("dB"));
+        let number = value.value.as_str().and_then(|text| text.trim().strip_suffix("dB"));
         let Some(number) = number.and_then(|number| number.trim().parse::<f64>().ok()) else {
             return value.wrong_type(self);
         };
@@ -256,7 +256,7 @@ impl Kind for Flag {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<bool> {
-        value.get().as_bool().or_else(|| value.wrong_type(self))
+        value.value.as_bool().or_else(|| value.wrong_type(self))
     }
 
     fn schema(&self) -> Json {
@@ -281,7 +281,7 @@ impl Kind for Text {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<String> {
-        let Some(text) = value.get().as_str() else { return value.wrong_type(self) };
+        let Some(text) = value.value.as_str() else { return value.wrong_type(self) };
         match text.chars().find(|&sign| is_no_text(sign)) {
             Some(sign) => {
                 let wrong = format!("this text holds the control character U+{:04X}", u32::from(sign));
@@ -342,7 +342,7 @@ impl Kind for File {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<PathBuf> {
-        match value.get().as_str() {
+        match value.value.as_str() {
             Some("") => value.complain(Problem::empty(&self.wanted())),
             Some(path) => Some(PathBuf::from(path)),
             None => value.wrong_type(self),
@@ -366,7 +366,7 @@ impl Kind for Column {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<String> {
-        match value.get() {
+        match value.value {
             DeValue::Integer(_) => Whole::<u64>::least(1).read(value).map(|number| number.to_string()),
             DeValue::String(name) if name.is_empty() => value.complain(Problem::empty(&self.wanted())),
             DeValue::String(name) if name == "0" => value.complain(Problem::too_small(0, 1)),
@@ -513,7 +513,7 @@ impl<T: DeserializeOwned + Serialize> Kind for OneOf<T> {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<T> {
-        let Some(word) = value.get().as_str() else { return value.wrong_type(self) };
+        let Some(word) = value.value.as_str() else { return value.wrong_type(self) };
         Self::parse(word).map_or_else(
             |UnknownVariant(accepted)| {
                 let former = self.former.iter().find(|[former, _]| *former == word);

@@ -16,8 +16,8 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::diagnostic::SourceText;
 use super::document::{Complaints, Document, join};
+use super::problem::SourceText;
 use super::receiver_file::ReceiverFiles;
 use super::schema::{Section, sections};
 use super::setting::{Setting, TYRE};

@@ -10,7 +10,7 @@ use std::ops::Range;
 use roxmltree::{Attribute, Document, Node, ParsingOptions};
 
 use super::Problem;
-use super::diagnostic::SourceText;
+use super::problem::SourceText;
 use crate::storage::separated::{Record, SeparatedTable};
 
 /// Most microphones of a file.

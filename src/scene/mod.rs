@@ -3,9 +3,7 @@
 //! [`Scene::load`] reads a file, [`Scene::from_str`] a text; both return a [`LoadedScene`], which later stages use to
 //! complain about a key ([`LoadedScene::complain`]). All mistakes of a file are collected in one [`SceneError`].
 
-mod air_pumping;
 mod consistency;
-mod diagnostic;
 mod document;
 mod error;
 mod keys;
@@ -24,13 +22,13 @@ mod table;
 pub(crate) mod tests;
 mod tread_pattern;
 
-pub use diagnostic::Diagnostic;
 pub use error::SceneError;
 pub(crate) use error::SetUpError;
 pub use load::LoadedScene;
 pub(crate) use load::{Reach, settings_hash};
 pub use model::*;
 pub(crate) use plausible::GRAVITY;
+pub use problem::Diagnostic;
 pub(crate) use problem::{Problem, short};
 pub use setting::Setting;
 pub(crate) use tread_pattern::deepest_groove;

@@ -10,10 +10,10 @@ use std::sync::Arc;
 use toml::de::{DeArray, DeTable, DeValue};
 use toml::{Spanned, Value};
 
-use super::diagnostic::SourceText;
 use super::document::{Complaints, Document};
 use super::microphone_array::{Microphone, microphones};
 use super::model::array_placement;
+use super::problem::SourceText;
 use super::table::Table;
 use super::{Diagnostic, Problem, SceneError};
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::diagnostic::{Diagnostic, SourceText};
 use super::document::Document;
+use super::problem::{Diagnostic, SourceText};
 use super::{Problem, SceneError};
 use crate::storage::input::beginning;
 

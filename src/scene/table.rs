@@ -32,14 +32,10 @@ pub(super) trait Kind {
 pub(super) struct Value<'a> {
     complaints: &'a Complaints<'a>,
     key: String,
-    value: &'a DeValue<'a>,
+    pub value: &'a DeValue<'a>,
 }
 
 impl<'a> Value<'a> {
-    pub(super) fn get(&self) -> &'a DeValue<'a> {
-        self.value
-    }
-
     /// Complains about this value; returns `None` for the reader to return.
     pub(super) fn complain<T>(&self, problem: Problem) -> Option<T> {
         self.complaints.add(&self.key, problem);
@@ -204,6 +200,19 @@ impl<'a> Table<'a> {
         None
     }
 
+    /// Complains about each of these keys that is refused, given with what is wrong and what would be right; `None`
+    /// after a complaint.
+    pub(super) fn complain_of_each<'b>(
+        &self,
+        keys: impl IntoIterator<Item = (bool, &'b str, &'b str, &'b str)>,
+    ) -> Option<()> {
+        let mut sound = Some(());
+        for (_, key, wrong, right) in keys.into_iter().filter(|(is_refused, ..)| *is_refused) {
+            sound = self.complain(key, Problem::new(wrong, right));
+        }
+        sound
+    }
+
     fn path(&self, key: &str) -> String {
         let dot = if self.key.is_empty() { "" } else { "." };
         format!("{}{dot}{key}", self.key)
@@ -286,7 +295,7 @@ impl<T: Serialize> Kind for Nested<T> {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<T> {
-        let Some(entries) = value.get().as_table() else { return value.wrong_type(self) };
+        let Some(entries) = value.value.as_table() else { return value.wrong_type(self) };
         let mut table = Table::new(value.complaints, value.key.clone(), self.title, entries);
         let read = (self.read)(&mut table);
         table.finish();

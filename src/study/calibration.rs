@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use crate::counters::process::cpu_time;
 use crate::counters::{Stage, Watch};
-use crate::plan::unit_record::{keep, known};
+use crate::plan::unit::{keep, known};
 use crate::plan::{Forecast, Plan, UnitCosts, WorkUnit};
 use crate::run::{RunError, Simulation};
 use crate::scene::{LoadedScene, PLATE, Road, Scene};

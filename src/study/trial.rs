@@ -18,7 +18,7 @@ use crate::plan::Plan;
 use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
 use crate::results::sound::{RatedLevel, ReceiverSpectrum};
 use crate::results::summary::{Outcome, RollingResistance};
-use crate::run::energy::impossible_energy;
+use crate::run::end::impossible_energy;
 use crate::run::{Results, RunError, Simulation};
 use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;

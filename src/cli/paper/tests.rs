@@ -71,7 +71,7 @@ fn every_figure_and_statement_has_a_verdict_and_finite_numbers() {
     assert_eq!(drawn, ["Figure 2", "Figure 3", "Figure 4", "Figure 5", "Figure 6"].into());
     let report = report(&statements, &scene);
     let ReportPart::Table(table) = &report.parts()[0] else { panic!("{report}") };
-    assert_eq!(table.rows().len(), statements.len());
+    assert_eq!(table.rows.len(), statements.len());
     let page = page(&subjects, &report);
     let drawn = subjects.iter().map(|subject| subject.pictures.len()).sum::<usize>();
     assert_eq!([page.matches("<figure>").count(), page.matches("<svg ").count()], [drawn; 2], "a picture is left out");

@@ -119,9 +119,8 @@ impl Observer for CellObserver {
                 let (area, footprint) = (area(step), step.footprint);
                 let total: f64 = footprint.column_mean().iter().sum();
                 let pressure = if area > 0.0 { total / area } else { 0.0 };
-                for (moments, value) in self.moments.iter_mut().zip([area, pressure, peak_pressure(step)]) {
-                    moments.push(value);
-                }
+                let values = [area, pressure, peak_pressure(step)];
+                self.moments.iter_mut().zip(values).for_each(|(moments, value)| moments.push(value));
                 self.sum.iter_mut().zip(footprint.mean()).for_each(|(sum, force)| *sum += force);
             });
         }

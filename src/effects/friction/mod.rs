@@ -26,19 +26,13 @@ pub(crate) struct FrictionEffect;
 
 /// Tables of third octaves of the total tangential forces, by component; no error of theirs is stated.
 static LEVELS: [LevelTable; 2] = [
-    LevelTable {
-        file: "longitudinal_spectra.csv",
-        quantity: "Longitudinal force level [dB re 1 N]",
-        column: "level_db_re_1n",
-        errors: |_| LevelErrors::default(),
-    },
-    LevelTable {
-        file: "lateral_spectra.csv",
-        quantity: "Lateral force level [dB re 1 N]",
-        column: "level_db_re_1n",
-        errors: |_| LevelErrors::default(),
-    },
+    of_force("longitudinal_spectra.csv", "Longitudinal force level [dB re 1 N]"),
+    of_force("lateral_spectra.csv", "Lateral force level [dB re 1 N]"),
 ];
+
+const fn of_force(file: &'static str, quantity: &'static str) -> LevelTable {
+    LevelTable { file, quantity, column: "level_db_re_1n", errors: |_| LevelErrors::default() }
+}
 
 /// A number of the tangential part of a step; 0 without one.
 fn number(step: &Step<'_>, of: fn(&TangentialPart) -> f64) -> f64 {

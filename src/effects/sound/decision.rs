@@ -28,8 +28,7 @@ const RADIATION: DecisionRow = DecisionRow {
 fn decide(scene: &Scene) -> Decided {
     let given = given(scene.effects.radiation, "radiation");
     if scene.receivers.is_empty() {
-        let reason = given.unwrap_or_else(|| "auto: there is no [[receiver]]".to_owned());
-        return Decided { on: false, form: String::new(), reason };
+        return Decided::off(given.unwrap_or_else(|| "auto: there is no [[receiver]]".to_owned()));
     }
     let radiation = &scene.radiation;
     let air = match radiation.air {
@@ -52,7 +51,7 @@ fn decide(scene: &Scene) -> Decided {
         1 => "auto: there is a [[receiver]]".to_owned(),
         several => format!("auto: there are {several} [[receiver]]"),
     });
-    Decided { on: true, form, reason }
+    Decided::on(form, reason)
 }
 
 const SIDES: DecisionRow = DecisionRow {
@@ -70,14 +69,13 @@ const SIDES: DecisionRow = DecisionRow {
 
 fn decide_sides(scene: &Scene) -> Decided {
     let Scene { radiation, tyre, .. } = scene;
-    let off = |reason: &str| Decided { on: false, form: String::new(), reason: reason.to_owned() };
     if scene.receivers.is_empty() {
-        return off("auto: there is no [[receiver]]");
+        return Decided::off("auto: there is no [[receiver]]");
     }
     match radiation.sides {
-        Switch::Off => return off("radiation.sides = \"off\""),
-        _ if !Radiation::sides_move(tyre) => return off("auto: the tyre has no sidewalls that move"),
-        _ if !radiation.hears_sides(tyre) => return off("auto: a draft has the sound of the tread alone"),
+        Switch::Off => return Decided::off("radiation.sides = \"off\""),
+        _ if !Radiation::sides_move(tyre) => return Decided::off("auto: the tyre has no sidewalls that move"),
+        _ if !radiation.hears_sides(tyre) => return Decided::off("auto: a draft has the sound of the tread alone"),
         Switch::On | Switch::Auto => {}
     }
     let form = format!("shoulders and sides as {} rings a side, as the sidewalls' arcs move them", SplitRule::POINTS);
@@ -85,7 +83,7 @@ fn decide_sides(scene: &Scene) -> Decided {
         Switch::On => "radiation.sides = \"on\"",
         _ => "auto: the tyre's sidewalls are arcs",
     };
-    Decided { on: true, form, reason: reason.to_owned() }
+    Decided::on(form, reason)
 }
 
 const PATCH: DecisionRow = DecisionRow {
@@ -105,18 +103,17 @@ const PATCH: DecisionRow = DecisionRow {
 
 fn decide_patch(scene: &Scene, decisions: &Decisions) -> Decided {
     let given = given(scene.effects.air_pumping, "air_pumping");
-    let off = |reason: String| Decided { on: false, form: String::new(), reason };
     let is_open = scene.air_pumping.as_ref().is_some_and(|pumping| pumping.patch != PatchAir::Sealed);
     if !is_open {
-        return off(given.unwrap_or_else(|| "auto: the patch is sealed".to_owned()));
+        return Decided::off(given.unwrap_or_else(|| "auto: the patch is sealed".to_owned()));
     }
     if scene.effects.air_pumping == Switch::Off {
-        return off(given.unwrap_or_default());
+        return Decided::off(given.unwrap_or_default());
     }
     let channels = channels(scene);
     let opens_voids = scene.opens_voids();
     if channels.is_empty() && !opens_voids {
-        return off("its grooves, the sound or the elastic tread are left out".to_owned());
+        return Decided::off("its grooves, the sound or the elastic tread are left out");
     }
     let across = decisions.cells_across.filter(|_| opens_voids);
     let needed = waves_for(&channels, scene.tyre.contact_width, across);
@@ -135,7 +132,7 @@ fn decide_patch(scene: &Scene, decisions: &Decisions) -> Decided {
     };
     let patch = if opens_voids { "voids" } else { "grooves" };
     let form = format!("{form} through the patch, lateral_waves of {needed} follow its steps{pitches}");
-    Decided { on: true, form, reason: given.unwrap_or_else(|| format!("air_pumping.patch = \"{patch}\"")) }
+    Decided::on(form, given.unwrap_or_else(|| format!("air_pumping.patch = \"{patch}\"")))
 }
 
 const SQUEEZE: DecisionRow = DecisionRow {
@@ -152,19 +149,18 @@ const SQUEEZE: DecisionRow = DecisionRow {
 };
 
 fn decide_squeeze(scene: &Scene, decisions: &mut Decisions) -> Decided {
-    let off = |reason: &str| Decided { on: false, form: String::new(), reason: reason.to_owned() };
     if !scene.air_pumping.as_ref().is_some_and(|pumping| pumping.squeeze) {
-        return off("air_pumping.squeeze is not set");
+        return Decided::off("air_pumping.squeeze is not set");
     }
     if !scene.squeezes_blocks() {
-        return off("the open patch, its sound or compliant blocks are left out");
+        return Decided::off("the open patch, its sound or compliant blocks are left out");
     }
     let Some(squeeze) = found_blocks(scene, decisions) else {
-        return off("no cut is deeper than a third of the tread");
+        return Decided::off("no cut is deeper than a third of the tread");
     };
     let [blocks, without] = squeeze.counts();
     let without = if without > 0 { format!(", but {without} that have none") } else { String::new() };
     let form =
         format!("{blocks} blocks and ribs press the volume by which they yield into the voids beside them{without}");
-    Decided { on: true, form, reason: "air_pumping.squeeze = true".to_owned() }
+    Decided::on(form, "air_pumping.squeeze = true")
 }

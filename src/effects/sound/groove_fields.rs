@@ -7,7 +7,7 @@ use crate::radiation::gap::patch::GapChannel;
 use crate::radiation::gap::resonance::Resonance;
 use crate::response::pressure::open_patch::{GrooveFields, OpenPatch, root_mean};
 use crate::results::table::{csv, optional, row};
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 
 /// File of the grooves' fields and resonances.
 pub(super) const GAP_FILE: &str = "gap.csv";
@@ -128,11 +128,7 @@ pub(super) struct MiddlePressure {
     largest: f64,
 }
 
-impl Evolving for MiddlePressure {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.samples, &mut self.above, &mut self.largest])
-    }
-}
+evolving!(MiddlePressure: samples, above, largest);
 
 impl MiddlePressure {
     /// Takes the next pressures \[Pa\].

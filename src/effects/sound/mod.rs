@@ -7,7 +7,6 @@ mod amounts;
 mod decision;
 mod groove_fields;
 mod page;
-mod passages;
 mod passing;
 mod pictures;
 mod results;

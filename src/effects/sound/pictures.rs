@@ -3,12 +3,13 @@
 use ndarray::Array2;
 
 use crate::effects::error::RunError;
+use crate::effects::observer::draw_third_octaves;
 use crate::plan::receivers::PlannedReceiver;
+use crate::response::LevelErrors;
 use crate::response::pressure::TransferPath;
 use crate::response::pressure::open_patch::UnderPatchLevels;
-use crate::response::{BandLevel, LevelErrors};
 use crate::results::files::ResultFiles;
-use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, SurfaceMap, ThirdOctavePlot};
+use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, SurfaceMap};
 use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::scene::LoadedScene;
@@ -21,24 +22,12 @@ pub(super) fn draw_levels(
     errors: LevelErrors,
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
-    let drawn: Vec<(&str, Vec<BandLevel>)> = spectra
-        .iter()
-        .map(|receiver| {
-            (receiver.name.as_str(), SoundLevels::of(&receiver.spectrum, LOWEST_FREQUENCY..f64::INFINITY).a_weighted)
-        })
-        .collect();
-    if drawn.iter().all(|(_, levels)| levels.is_empty()) {
-        return Ok(());
-    }
-    let title = format!("Sound, third octaves: {}", loaded.title());
-    let plot = ThirdOctavePlot {
-        title: &title,
-        quantity: SOUND_LEVEL,
-        spectra: drawn.iter().map(|(name, levels)| (*name, levels.as_slice())).collect(),
-        errors,
+    let levels = |receiver: &ReceiverSpectrum| {
+        let levels = SoundLevels::of(&receiver.spectrum, LOWEST_FREQUENCY..f64::INFINITY);
+        (receiver.name.clone(), levels.a_weighted)
     };
-    folder.write_text("sound_spectrum.svg", &plot.to_svg()?)?;
-    Ok(())
+    let drawn: Vec<_> = spectra.iter().map(levels).collect();
+    draw_third_octaves(loaded, ["sound_spectrum.svg", "Sound", SOUND_LEVEL], &drawn, errors, folder)
 }
 
 const ROWS: usize = 120;
@@ -70,8 +59,7 @@ pub(super) fn draw_under_patch(
         first_position: (0.5 - 0.5 * along as f64) * dx,
         size: [dx, dy],
     };
-    folder.write_text("gap.svg", &map.to_svg()?)?;
-    Ok(())
+    Ok(folder.write_text("gap.svg", &map.to_svg()?)?)
 }
 
 /// Draws the level over the position of the tyre, or of the vehicle's middle; rows are time, position, level.
@@ -90,8 +78,7 @@ pub(super) fn draw_pass_by(
         y: Axis::linear_around("A-weighted level, F [dB(A)]", points.iter().map(|point| point.1)),
         series: vec![Series { name: "", points }],
     };
-    folder.write_text(&format!("pass_by_{}.svg", receiver.file), &plot.to_svg())?;
-    Ok(())
+    Ok(folder.write_text(&format!("pass_by_{}.svg", receiver.file), &plot.to_svg())?)
 }
 
 /// Draws the level over the angle from straight ahead, by the left.
@@ -112,6 +99,5 @@ pub(super) fn draw_directivity(
         quantity: "A-weighted level [dB(A)]",
         series: vec![Series { name: "", points }],
     };
-    folder.write_text(&format!("directivity_{}.svg", receiver.file), &plot.to_svg())?;
-    Ok(())
+    Ok(folder.write_text(&format!("directivity_{}.svg", receiver.file), &plot.to_svg())?)
 }

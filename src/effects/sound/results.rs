@@ -282,7 +282,7 @@ impl SoundObserver {
     /// A receiver that is passed, and its passages or the reason why there is none; `None` for one that is not passed.
     fn passing(&self, receiver: &PlannedReceiver) -> Option<(Passing, Result<RecordedPassage, String>)> {
         let passing = Passing::of(&self.sound, &self.delays, receiver, self.speed, &self.band())?;
-        let stored = self.sound.stored_samples().min(self.signals[receiver.points.start].taken());
+        let stored = self.sound.stored_samples().min(self.signals[receiver.points.start].taken);
         let missing = || passing.missing(&self.sound, stored).unwrap_or_else(|| "no passage".to_owned());
         let found = passing.record(stored, &self.signals).ok_or_else(missing);
         Some((passing, found))

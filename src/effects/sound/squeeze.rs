@@ -18,7 +18,7 @@ use crate::response::pressure::{PressureModel, PressureStream, PressureTransfers
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::response::{PowerSpectrum, SpectrumAccumulator, SqueezedVolumes};
 use crate::scene::Scene;
-use crate::storage::state::{Evolving, StateError, StateStream};
+use crate::storage::state::evolving;
 use crate::tyre::tread_pattern::squeeze::Squeeze;
 
 /// Number of parts of the pressure: due to vibration, and due to squeeze.
@@ -104,8 +104,4 @@ impl SqueezeStream {
     }
 }
 
-impl Evolving for SqueezeStream {
-    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
-        state.all([&mut self.stream, &mut self.parts])
-    }
-}
+evolving!(SqueezeStream: stream, parts);

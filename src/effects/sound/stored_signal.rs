@@ -11,7 +11,7 @@ pub(super) struct StoredSignal {
     /// Range of samples of each excerpt.
     wanted: Vec<Range<usize>>,
     /// Number of samples so far.
-    taken: usize,
+    pub taken: usize,
     /// Pressures by excerpt, in single precision \[Pa\].
     excerpts: Vec<Vec<f32>>,
 }
@@ -34,10 +34,6 @@ impl StoredSignal {
             }
         }
         self.taken = here.end;
-    }
-
-    pub(super) fn taken(&self) -> usize {
-        self.taken
     }
 
     /// An excerpt, as far as it has come \[Pa\].
@@ -79,7 +75,7 @@ mod tests {
         let excerpt = |index| stored.excerpt(index).collect::<Vec<f64>>();
         assert_eq!((excerpt(0), excerpt(1)), (vec![2.0, 3.0, 4.0], vec![4.0, 5.0, 6.0, 7.0, 8.0]));
         assert_eq!((excerpt(2), excerpt(3)), ((20..25).map(f64::from).collect(), Vec::new()));
-        assert_eq!((stored.taken(), stored.count()), (25, 13));
+        assert_eq!((stored.taken, stored.count()), (25, 13));
         assert!(SavedState::of(&mut stored).unwrap().restore(&mut StoredSignal::default()).is_err());
     }
 }

@@ -3,7 +3,6 @@
 //! Without a request in the plan there is no observer, no table, and no model is retained.
 
 mod answer;
-mod decision;
 mod planned;
 mod resolved;
 pub(crate) mod results;
@@ -53,11 +52,11 @@ impl Effect for VibrationEffect {
     }
 
     fn rows(&self) -> &'static [DecisionRow] {
-        &decision::ROWS
+        &planned::ROWS
     }
 
     fn takes_models(&self, scene: &Scene) -> bool {
-        decision::wanted(scene).is_some()
+        planned::wanted(scene).is_some()
     }
 
     fn check(&self, loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {

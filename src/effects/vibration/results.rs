@@ -2,15 +2,16 @@
 
 use crate::counters::{Counter, Meter};
 use crate::effects::error::RunError;
+use crate::effects::observer::draw_third_octaves;
 use crate::effects::vibration::VibrationObserver;
 use crate::response::vibration::{
     Dissipation, FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, element_spectrum,
     field_spectra, point_spectrum, resolved_spectra,
 };
-use crate::response::{BandLevel, LateralForces, LevelErrors, PowerSpectrum};
+use crate::response::{LateralForces, LevelErrors, PowerSpectrum};
 use crate::results::files::ResultFiles;
 use crate::results::npy::{ArrayRow, array_file};
-use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
+use crate::results::plots::WavenumberPlot;
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::vibration::{
     FieldSummary, PowerSummary, VELOCITY_LEVEL, VIBRATION_FILE, VIBRATION_NARROW_FILE, VelocityPlace, VelocitySpectrum,
@@ -282,20 +283,9 @@ fn draw_spectra<'a>(
     file: &str,
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
-    let drawn: Vec<(String, Vec<BandLevel>)> =
-        spectra.map(|named| (named.name(), named.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0))).collect();
-    if drawn.iter().all(|(_, levels)| levels.is_empty()) {
-        return Ok(());
-    }
-    let title = format!("Velocities, third octaves: {}", loaded.title());
-    let plot = ThirdOctavePlot {
-        title: &title,
-        quantity: VELOCITY_LEVEL,
-        spectra: drawn.iter().map(|(name, levels)| (name.as_str(), levels.as_slice())).collect(),
-        errors: errors.clone(),
-    };
-    folder.write_text(file, &plot.to_svg()?)?;
-    Ok(())
+    let levels = |of: &VelocitySpectrum| (of.name(), of.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0));
+    let drawn: Vec<_> = spectra.map(levels).collect();
+    draw_third_octaves(loaded, [file, "Velocities", VELOCITY_LEVEL], &drawn, errors.clone(), folder)
 }
 
 fn write_rows(

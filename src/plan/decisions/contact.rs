@@ -1,11 +1,15 @@
-//! Zone of the contact, texture, and coupling of points in contact.
+//! Zone of the contact, texture, and coupling of points in contact. Friction: whether tangential forces act, and by
+//! which law.
 
-use super::row::{Decided, DecisionRow, given};
-use super::tread_pattern::taken_pattern;
-use super::values::Decisions;
 use crate::road::Lattice;
-use crate::scene::{PatchAir, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};
+use crate::scene::{
+    Coefficient, FallingFriction, LongitudinalCreep, PatchAir, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre,
+    Zone,
+};
 use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
+
+use super::tread_pattern::taken_pattern;
+use super::values::{Decided, DecisionRow, Decisions, given};
 
 pub(super) const ZONE: DecisionRow = DecisionRow {
     title: "contact in three dimensions",
@@ -106,9 +110,8 @@ pub(crate) fn square_cells(tyre: &Tyre, elements: usize) -> usize {
 fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
     let switch = scene.effects.texture;
     if scene.contact.zone == Zone::Cells {
-        let reason = "contact.zone = \"cells\"".to_owned();
         (decisions.slices, decisions.cells_across) = (None, Some(cells_across(scene)));
-        return Decided { on: true, form: "heights of cells".to_owned(), reason };
+        return Decided::on("heights of cells", "contact.zone = \"cells\"");
     }
     if let Some(pattern) = taken_pattern(scene) {
         let (elements, along) =
@@ -119,8 +122,7 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         });
         (decisions.slices, decisions.cells_across) = (Some(Slices::Winkler), Some(across));
         decisions.cells_along = Some(along);
-        let reason = "the tread has a pattern".to_owned();
-        return Decided { on: true, form: "springs all over each slice".to_owned(), reason };
+        return Decided::on("springs all over each slice", "the tread has a pattern");
     }
     let varies = scene.road.varies_across();
     // A road that is level across is not flat along an element, unless that is one cell.
@@ -161,19 +163,17 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         decisions.cells_across.get_or_insert_with(|| Lattice::across(scene.tyre.contact_width, size));
         decisions.cells_along.get_or_insert_with(|| Road::cells(element, size));
     }
-    Decided { on: true, form: law.to_owned(), reason }
+    Decided::on(law, reason)
 }
 
 fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
-    let row = |on, form: &str, reason: String| Decided { on, form: form.to_owned(), reason };
-    let explicit = |form: &str, reason: String| row(false, form, reason);
     decisions.slice_coupling = SliceCoupling::Explicit;
     if scene.contact.zone == Zone::Cells {
-        return explicit("", "cells have no law of their own".to_owned());
+        return Decided::off("cells have no law of their own");
     }
     // The explicit form can keep its factors.
     if decisions.slices.is_none() {
-        return explicit("", "slices that are level are the same by every form".to_owned());
+        return Decided::off("slices that are level are the same by every form");
     }
     match scene.contact.slice_coupling {
         SliceCoupling::Local => {
@@ -183,7 +183,7 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
                 None => "its compliance from the tread's modulus and the road's texture".to_owned(),
             };
             decisions.slice_coupling = SliceCoupling::Local;
-            row(true, "each slice yields by a compliance of its own", reason)
+            Decided::on("each slice yields by a compliance of its own", reason)
         }
         SliceCoupling::Explicit => {
             decisions.notes.push(
@@ -192,8 +192,8 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
                  contact.slice_coupling = \"local\" has one"
                     .to_owned(),
             );
-            let reason = "contact.slice_coupling = \"explicit\"".to_owned();
-            explicit("curves read without the neighbours' forces of the step", reason)
+            let form = "curves read without the neighbours' forces of the step".to_owned();
+            Decided { form, ..Decided::off("contact.slice_coupling = \"explicit\"") }
         }
     }
 }
@@ -211,4 +211,37 @@ fn tread_coupling(scene: &Scene, _: &mut Decisions) -> Decided {
         Tread::Bedding => "bedding",
     };
     Decided { on, form: form.to_owned(), reason: format!("contact.tread = \"{name}\"") }
+}
+
+pub(super) const FRICTION: DecisionRow = DecisionRow {
+    title: "friction",
+    short: "friction",
+    decide: friction,
+    // A scene without [friction] refuses to have it switched on.
+    switch: Some(|scene, on| {
+        scene.effects.friction = if on { Switch::On } else { Switch::Auto };
+        if !on {
+            (scene.friction, scene.adhesion) = (None, None);
+        }
+    }),
+    of_cells: true,
+};
+
+fn friction(scene: &Scene, _: &mut Decisions) -> Decided {
+    let reason = given(scene.effects.friction, "friction");
+    let Some(friction) = &scene.friction else {
+        return Decided::off(reason.unwrap_or_else(|| "auto: the scene has no [friction]".to_owned()));
+    };
+    let law = match friction.coefficient() {
+        Coefficient::Constant(mu) => format!("mu = {mu}"),
+        Coefficient::Falling(FallingFriction { slow, fast, .. }) => format!("mu from {slow} down to {fast}"),
+    };
+    let rolling = match friction.creep.longitudinal {
+        LongitudinalCreep::Given(_) => "",
+        LongitudinalCreep::Free => ", rolls freely",
+    };
+    let law = format!("{law}{rolling}");
+    let form = scene.adhesion.as_ref().map_or(law.clone(), |pull| format!("{law}, a pull of {} Pa", pull.stress));
+    let reason = reason.unwrap_or_else(|| "the scene has [friction]".to_owned());
+    Decided { on: scene.has_tractions(), form, reason }
 }

@@ -5,22 +5,18 @@
 
 mod axle;
 mod contact;
-mod friction;
-mod rotation;
-mod row;
 mod tread_pattern;
 mod values;
 
 use crate::scene::{History, Road, Scene, Zone};
 pub(crate) use contact::{cells_across, square_cells};
-pub(crate) use row::{Decided, DecisionRow, given};
 pub(crate) use tread_pattern::{taken_pattern, takes_depths, tread_blocks, tread_map};
-pub(crate) use values::Decision;
 pub use values::Decisions;
+pub(crate) use values::{Decided, Decision, DecisionRow, given};
 
 /// Choices of the physics, in the order of the computation.
 pub(crate) static PHYSICS: [DecisionRow; 7] = [
-    rotation::ROTATION,
+    axle::ROTATION,
     contact::ZONE,
     contact::TEXTURE,
     contact::SLICE_COUPLING,
@@ -30,7 +26,7 @@ pub(crate) static PHYSICS: [DecisionRow; 7] = [
 ];
 
 /// Choices of the physics that are listed after the effects.
-pub(crate) static LATE: [DecisionRow; 3] = [friction::FRICTION, tread_pattern::TREAD_PATTERN, tread_pattern::BLOCKS];
+pub(crate) static LATE: [DecisionRow; 3] = [contact::FRICTION, tread_pattern::TREAD_PATTERN, tread_pattern::BLOCKS];
 
 impl Decisions {
     /// Decides on a scene row by row; `takes_models`: an effect uses the models of the tyre.
@@ -63,7 +59,7 @@ fn history(scene: &Scene, _: &mut Decisions) -> Decided {
         History::Direct => (format!("sum over {} s", scene.numerics.memory), "numerics.history = \"direct\""),
         History::Modal => ("recursion by poles".to_owned(), "numerics.history = \"modal\""),
     };
-    Decided { on: true, form, reason: reason.to_owned() }
+    Decided::on(form, reason)
 }
 
 #[cfg(test)]

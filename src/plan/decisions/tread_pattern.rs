@@ -1,7 +1,6 @@
 //! Pattern of the tread, and its blocks.
 
-use super::row::{Decided, DecisionRow, given};
-use super::values::Decisions;
+use super::values::{Decided, DecisionRow, Decisions, given};
 use crate::scene::{BlockModel, Scene, Slices, Switch, TreadPattern, Zone};
 use crate::tyre::tread_pattern::PatternFault;
 use crate::tyre::tread_pattern::blocks::TreadBlocks;
@@ -71,25 +70,23 @@ pub(crate) fn tread_blocks(scene: &Scene, map: &TreadMap) -> Option<TreadBlocks>
 
 fn pattern(scene: &Scene, decisions: &mut Decisions) -> Decided {
     let reason = given(scene.effects.tread_pattern, "tread_pattern");
-    let off = |reason: String| Decided { on: false, form: String::new(), reason };
     if scene.tread_pattern.is_none() {
-        return off(reason.unwrap_or_else(|| "auto: the scene has no [tread_pattern]".to_owned()));
+        return Decided::off(reason.unwrap_or_else(|| "auto: the scene has no [tread_pattern]".to_owned()));
     }
     let Some(map) = tread_map(scene, decisions) else {
         if scene.effects.tread_pattern == Switch::Off {
-            return off(reason.unwrap_or_default());
+            return Decided::off(reason.unwrap_or_default());
         }
         let law = "slices take depths by independent springs alone (contact.slices = \"winkler\")";
         decisions.notes.push(format!("the tread's pattern is left out: {law}"));
-        return off(format!("auto: {law}"));
+        return Decided::off(format!("auto: {law}"));
     };
     if let Some(void) = map.as_ref().ok().map(|map| map.exact_void).filter(|void| *void > MOST_VOID) {
         let share = 100.0 * void;
         decisions.notes.push(format!("{share:.0} % of the tread is void: tyres of cars have 20 to 40 %"));
     }
     let form = map.map_or_else(|fault| fault.wrong, |map| form(&map, scene));
-    let reason = reason.unwrap_or_else(|| "the scene has [tread_pattern]".to_owned());
-    Decided { on: true, form, reason }
+    Decided::on(form, reason.unwrap_or_else(|| "the scene has [tread_pattern]".to_owned()))
 }
 
 /// A map in words: pitches and their passing frequency, and shares of void.
@@ -104,19 +101,19 @@ fn form(map: &TreadMap, scene: &Scene) -> String {
 }
 
 fn blocks(scene: &Scene, decisions: &mut Decisions) -> Decided {
-    let row = |on, form: String, reason: &str| Decided { on, form, reason: reason.to_owned() };
     let Some(pattern) = taken_pattern(scene) else {
-        return row(false, String::new(), "there is no tread pattern");
+        return Decided::off("there is no tread pattern");
     };
     if scene.contact.zone != Zone::Cells {
-        return row(false, String::new(), "slices have no blocks");
+        return Decided::off("slices have no blocks");
     }
     if pattern.blocks == BlockModel::Continuum {
-        return row(false, "as stiff as an uncut tread".to_owned(), "tread_pattern.blocks = \"continuum\"");
+        let form = "as stiff as an uncut tread".to_owned();
+        return Decided { form, ..Decided::off("tread_pattern.blocks = \"continuum\"") };
     }
     let found = tread_map(scene, decisions).and_then(Result::ok).and_then(|map| tread_blocks(scene, &map));
     let Some(blocks) = found else {
-        return row(false, String::new(), "no cut is deeper than a third of the tread");
+        return Decided::off("no cut is deeper than a third of the tread");
     };
     let yields = || blocks.blocks.iter().map(|block| block.compliance);
     let ends = |best: fn(f64, f64) -> f64, from: f64| yields().fold(from, best);
@@ -127,5 +124,5 @@ fn blocks(scene: &Scene, decisions: &mut Decisions) -> Decided {
     let form = format!(
         "{count} blocks and {ribs} ribs yield by {least:.2e} to {most:.2e} m/Pa, pressed by at least {cells} cells each"
     );
-    row(true, form, if pattern.block_compliance.is_some() { "tread_pattern.block_compliance" } else { "by formula" })
+    Decided::on(form, if pattern.block_compliance.is_some() { "tread_pattern.block_compliance" } else { "by formula" })
 }

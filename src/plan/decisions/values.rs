@@ -1,8 +1,8 @@
-//! Values that later stages ask for, and their rows in words.
+//! Values that later stages ask for, and their rows in words. Row of the table of effects: its words, its decision, its
+//! switch.
 
+use crate::scene::{Axle, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};
 use serde::Serialize;
-
-use crate::scene::{Axle, SliceCoupling, Slices, Tread, Tyre, Zone};
 
 /// Decisions on everything that a run simulates.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,4 +44,48 @@ pub struct Decision {
     pub form: String,
     /// Why it was decided so.
     pub reason: String,
+}
+
+/// One effect, or one choice of the physics.
+pub struct DecisionRow {
+    /// Name of the effect, in words.
+    pub title: &'static str,
+    /// Name of the effect, in a single word.
+    pub short: &'static str,
+    /// Decides on the effect, and sets what later stages ask for.
+    pub decide: fn(&Scene, &mut Decisions) -> Decided,
+    /// Switches the effect in a scene; `None` for an effect that cannot be switched.
+    pub switch: Option<fn(&mut Scene, bool)>,
+    /// True if the effect exists for contact over cells.
+    pub of_cells: bool,
+}
+
+pub struct Decided {
+    /// True if it is simulated.
+    pub on: bool,
+    /// How it is simulated, in words.
+    pub form: String,
+    /// Why, in words.
+    pub reason: String,
+}
+
+impl Decided {
+    /// Simulated in some form, for a reason.
+    pub(crate) fn on(form: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self { on: true, form: form.into(), reason: reason.into() }
+    }
+
+    /// Left out, for a reason.
+    pub(crate) fn off(reason: impl Into<String>) -> Self {
+        Self { on: false, form: String::new(), reason: reason.into() }
+    }
+}
+
+/// The reason, if the scene sets the switch itself.
+pub(crate) fn given(switch: Switch, key: &str) -> Option<String> {
+    match switch {
+        Switch::On => Some(format!("effects.{key} = \"on\"")),
+        Switch::Off => Some(format!("effects.{key} = \"off\"")),
+        Switch::Auto => None,
+    }
 }

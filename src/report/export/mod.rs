@@ -15,7 +15,6 @@
 
 mod error;
 pub(crate) mod mat;
-mod mat_file;
 pub(crate) mod uff;
 pub(crate) mod vtk;
 

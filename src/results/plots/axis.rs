@@ -5,9 +5,10 @@ use std::ops::Range;
 /// One axis of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Axis {
-    title: String,
+    /// Title of the axis, unit included.
+    pub title: String,
     scale: Scale,
-    range: Range<f64>,
+    pub range: Range<f64>,
     /// Values, and labels of those that have one.
     ticks: Vec<(f64, Option<String>)>,
 }
@@ -100,15 +101,6 @@ impl Axis {
     pub(super) fn label(&self, value: f64) -> String {
         let tick = self.ticks.iter().find(|(tick, _)| tick.total_cmp(&value).is_eq());
         tick.and_then(|(_, label)| label.clone()).unwrap_or_else(|| four_digits(value))
-    }
-
-    /// Title of the axis, unit included.
-    pub(crate) fn title(&self) -> &str {
-        &self.title
-    }
-
-    pub(crate) fn range(&self) -> Range<f64> {
-        self.range.clone()
     }
 
     /// Position of a value as a part of the axis' length; outside \[0, 1\] for values beyond its ends. NaN where a
@@ -273,10 +265,10 @@ mod tests {
     #[test]
     fn nonsense_ranges_become_some_axis() {
         for range in [0.0..0.0, 1.0..0.0, f64::NAN..1.0, 0.0..f64::INFINITY] {
-            assert_eq!(Axis::linear("", range.clone()).range(), 0.0..1.0);
-            assert_eq!(Axis::logarithmic("", range).range(), 1.0..10.0);
+            assert_eq!(Axis::linear("", range.clone()).range, 0.0..1.0);
+            assert_eq!(Axis::logarithmic("", range).range, 1.0..10.0);
         }
-        assert_eq!(Axis::logarithmic("", -1.0..1.0).range(), 1.0..10.0);
+        assert_eq!(Axis::logarithmic("", -1.0..1.0).range, 1.0..10.0);
         assert_eq!(extent([f64::NAN]), 0.0..1.0);
         assert_eq!(extent([f64::NAN, 3.0, f64::NEG_INFINITY]), 3.0..3.0);
     }
@@ -298,7 +290,7 @@ mod tests {
                 prop_assert!((0.0..=1.0).contains(&axis.place(value)));
             }
             let ticks = axis.ticks().count();
-            prop_assert!((3..=12).contains(&ticks), "{} ticks over {:?}", ticks, axis.range());
+            prop_assert!((3..=12).contains(&ticks), "{} ticks over {:?}", ticks, axis.range);
         }
     }
 }

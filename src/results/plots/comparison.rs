@@ -40,7 +40,7 @@ impl ComparisonPlot<'_> {
         for (number, panel) in self.panels.iter().enumerate() {
             let title = if number == 0 { self.title } else { "" };
             let axes = sheet.axes(title, [&self.x, &panel.y], HEIGHT, EDGE);
-            sheet.curve(&axes, &[(self.x.range().start, 0.0), (self.x.range().end, 0.0)], INK, 0.75);
+            sheet.curve(&axes, &[(self.x.range.start, 0.0), (self.x.range.end, 0.0)], INK, 0.75);
             for (index, points) in panel.points.iter().enumerate() {
                 for &point in points.iter().filter(|&&point| has_position(axes.at(point))) {
                     sheet.mark(axes.within(point), Form::of_curve(index), 0.6 * MARK, colour::line(index), WHITE);

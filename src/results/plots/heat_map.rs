@@ -2,6 +2,9 @@
 //!
 //! The SVG is small: at most [`MOST_COLUMNS`] x [`MOST_ROWS`] cells (larger fields are averaged), 64 colours, and for
 //! each colour one path whose strokes are the runs of equal cells: some bytes per run instead of a rectangle per cell.
+//!
+//! Two kinds of them: a field over a piece of road or over the contact patch (Larsson's figure 3), and shares that add
+//! up to a whole, over a coordinate and the frequency.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -15,7 +18,7 @@ use super::layout::width_beside;
 use super::sheet::{Frame, Sheet, WIDTH, title};
 
 /// Most cells along x that are drawn.
-pub(crate) const MOST_COLUMNS: usize = 400;
+const MOST_COLUMNS: usize = 400;
 /// Most cells along y that are drawn.
 pub(crate) const MOST_ROWS: usize = 300;
 /// Width of the colour bar, its distance from the frame, and the smallest and largest height of both in shown pixels.
@@ -148,10 +151,116 @@ fn draw_cells(sheet: &mut Sheet, cells: &Array2<f64>, frame: Frame, bar: &Axis) 
             LEVELS => (NO_VALUE, "no value".to_owned()),
             _ => (viridis((level as f64 + 0.5) / LEVELS as f64), four_digits(middle_of(level, bar))),
         };
-        let value = title(&format!("{}: {value}", bar.title()));
+        let value = title(&format!("{}: {value}", bar.title));
         sheet.put(format_args!(r#"<path stroke="{colour}" d="{path}">{value}</path>"#));
     }
     sheet.put(format_args!("</g>"));
+}
+
+/// Smallest and largest height over width; beyond these a picture is not true to scale, since 1:1 would be a thread.
+const ASPECTS: (f64, f64) = (0.22, 1.2);
+
+/// A field over a lattice of points, each in the middle of its cell; across, they are centred on the tyre.
+#[derive(Clone, Debug)]
+pub(crate) struct SurfaceMap<'a> {
+    /// Title of the picture.
+    pub title: &'a str,
+    /// Title of the horizontal axis, without its unit.
+    pub along: &'a str,
+    /// Quantity of the colours, unit included.
+    pub quantity: &'a str,
+    /// Values: \[points along, points across\], NaN where there is none.
+    pub values: ArrayView2<'a, f64>,
+    /// Position of the first points along \[m\].
+    pub first_position: f64,
+    /// Length and width of a cell \[m\].
+    pub size: [f64; 2],
+}
+
+impl SurfaceMap<'_> {
+    /// The picture as SVG, true to scale unless it would be too flat or too tall.
+    ///
+    /// # Errors
+    /// [`PlotError`] without points.
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
+        let Self { title, along, quantity, values, first_position, size: [dx, dy] } = self;
+        let [length, width] = [values.nrows() as f64 * dx, values.ncols() as f64 * dy];
+        let (unit, scale) = if length < 1.0 { ("mm", 1e3) } else { ("m", 1.0) };
+        let begin = first_position - 0.5 * dx;
+        HeatMap {
+            title,
+            x: Axis::linear(format!("{along} [{unit}]"), scale * begin..scale * (begin + length)),
+            y: Axis::linear("Across [mm]", -500.0 * width..500.0 * width),
+            quantity,
+            values: values.t(),
+            colours: Colours::Extent,
+            aspect: Some((width / length).clamp(ASPECTS.0, ASPECTS.1)),
+        }
+        .to_svg()
+    }
+}
+
+/// Rows of the picture, evenly spaced on the logarithmic axis, however the frequencies are.
+const ROWS: usize = 120;
+
+/// Values of the first and last colour: contributions that cancel each other have sums of shares below 0 and above 1.
+/// The value 1, all shares together, is in the middle of a colour and not between two.
+const RANGE: std::ops::Range<f64> = -0.6..1.6;
+
+/// Running sums of shares, one row for each frequency.
+#[derive(Clone, Debug)]
+pub(crate) struct ShareMap<'a> {
+    /// Title of the picture.
+    pub title: &'a str,
+    /// Coordinate along which shares add up; its range is that of all shares of a row, outer edge to outer edge.
+    pub x: Axis,
+    /// Quantity of the colours.
+    pub quantity: &'a str,
+    /// Frequencies, rising \[Hz\].
+    pub frequencies: &'a [f64],
+    /// Running sums of shares by frequency, all of the same length.
+    pub so_far: &'a [Vec<f64>],
+    /// Curves over the map, in the units of the axes.
+    pub curves: &'a [Vec<(f64, f64)>],
+}
+
+impl ShareMap<'_> {
+    /// The picture as SVG. Each row shows the nearest frequency.
+    ///
+    /// # Errors
+    /// [`PlotError`] for fewer than two frequencies or rows that are no shares.
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
+        let picture = "a map of shares";
+        let (expected, got) = (self.frequencies.len().max(2), self.so_far.len());
+        if got != expected {
+            return Err(PlotError { picture, quantity: "the shares", expected, got });
+        }
+        let columns = self.so_far[0].len();
+        if let Some(row) = self.so_far.iter().find(|row| row.len() != columns) {
+            return Err(PlotError { picture, quantity: "a row", expected: columns, got: row.len() });
+        }
+        let (lowest, highest) = (self.frequencies[0], self.frequencies[got - 1]);
+        let rows: Vec<usize> = (0..ROWS).map(|row| self.nearest(lowest, highest, row)).collect();
+        let values = Array2::from_shape_fn((ROWS, columns), |(row, column)| self.so_far[rows[row]][column]);
+        HeatMap {
+            title: self.title,
+            x: self.x.clone(),
+            y: Axis::logarithmic("Frequency [Hz]", lowest..highest),
+            quantity: self.quantity,
+            values: values.view(),
+            colours: Colours::Between(RANGE),
+            aspect: None,
+        }
+        .to_svg_under(self.curves)
+    }
+
+    /// Index of the frequency that is shown in a row.
+    fn nearest(&self, lowest: f64, highest: f64, row: usize) -> usize {
+        let wanted = lowest * (highest / lowest).powf((row as f64 + 0.5) / ROWS as f64);
+        let above = self.frequencies.partition_point(|&frequency| frequency < wanted).min(self.frequencies.len() - 1);
+        let below = above.saturating_sub(1);
+        if wanted / self.frequencies[below] < self.frequencies[above] / wanted { below } else { above }
+    }
 }
 
 #[cfg(test)]
@@ -205,5 +314,43 @@ mod tests {
         assert!(svg.len() < 1_600_000, "{} bytes", svg.len());
         let empty = HeatMap { values: ArrayView2::from_shape((0, 0), &[]).unwrap(), ..map };
         assert!(matches!(empty.to_svg(), Err(PlotError { quantity: "the field", .. })));
+    }
+
+    #[test]
+    fn holes_and_flat_roads_are_drawn_and_nothing_is_refused() {
+        let mut heights = Array2::zeros((100, 10));
+        let road = |heights: &Array2<f64>| {
+            let (title, along, quantity) = ("r", "Along", "Height [mm]");
+            let values = heights.view();
+            SurfaceMap { title, along, quantity, values, first_position: 1.0, size: [0.01, 0.02] }.to_svg()
+        };
+        assert!(road(&heights).unwrap().contains("Along [m]"));
+        heights[[3, 4]] = f64::NAN;
+        assert!(road(&heights).unwrap().contains("#C8C8C8"), "a hole is grey");
+        heights.fill(f64::NAN);
+        assert!(road(&heights).is_ok());
+        assert!(road(&Array2::zeros((50, 10))).unwrap().contains("Along [mm]"));
+        assert!(matches!(road(&Array2::zeros((0, 3))), Err(PlotError { .. })));
+    }
+
+    #[test]
+    fn rows_show_the_nearest_frequency_and_wrong_shapes_are_refused() {
+        let so_far = [vec![0.2, 1.0], vec![0.5, 1.0], vec![0.9, 1.0]];
+        let map = ShareMap {
+            title: "t",
+            x: Axis::linear("n", 0.0..2.0),
+            quantity: "share",
+            frequencies: &[100.0, 400.0, 1600.0],
+            so_far: &so_far,
+            curves: &[],
+        };
+        let shown: Vec<usize> = (0..ROWS).map(|row| map.nearest(100.0, 1600.0, row)).collect();
+        let count = |frequency: usize| shown.iter().filter(|&&shown| shown == frequency).count();
+        assert!(shown.is_sorted() && (count(0), count(1), count(2)) == (30, 60, 30));
+        assert!(map.to_svg().unwrap().contains("</svg>"));
+        assert!(ShareMap { so_far: &so_far[..2], ..map.clone() }.to_svg().is_err());
+        assert!(ShareMap { so_far: &so_far[..1], frequencies: &[100.0], ..map.clone() }.to_svg().is_err());
+        let ragged = [vec![0.2], vec![0.5, 1.0], vec![0.9, 1.0]];
+        assert!(ShareMap { so_far: &ragged, ..map }.to_svg().is_err());
     }
 }

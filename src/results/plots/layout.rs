@@ -78,7 +78,7 @@ impl Sheet {
             self.texts(label, (frame.across(*place), low + TICK), Anchor::Below, TICK_LABEL);
         }
         let labels = labels.iter().map(|(_, label)| stacked(label, TICK_LABEL)).fold(0.0, f64::max);
-        let title = lines(x.title(), frame.width + 2.0 * EDGE, TEXT);
+        let title = lines(&x.title, frame.width + 2.0 * EDGE, TEXT);
         self.texts(&title, (frame.across(0.5), low + TICK + labels + 2.0), Anchor::Below, TEXT);
         self.bottom = low + TICK + labels + stacked(&title, TEXT) + EDGE;
         self.ticks_beside(frame, y, -1.0);
@@ -168,7 +168,7 @@ fn labels_beside(axis: &Axis) -> f64 {
 
 /// Lines of the title of an axis beside a frame of a height.
 fn title_beside(axis: &Axis, height: f64) -> Vec<String> {
-    lines(axis.title(), height + 3.0 * EDGE, TEXT)
+    lines(&axis.title, height + 3.0 * EDGE, TEXT)
 }
 
 /// Width that an axis takes between a frame of a height and the sheet's edge.

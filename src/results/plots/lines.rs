@@ -134,9 +134,9 @@ impl LinePlot<'_> {
                 let Series { name, points } = &self.series[index];
                 let (x, y) = points[point];
                 if text.is_empty() {
-                    text = format!("{}: {}", self.x.title(), four_digits(x));
+                    text = format!("{}: {}", self.x.title, four_digits(x));
                 }
-                let name = if name.is_empty() { self.y.title() } else { name };
+                let name = if name.is_empty() { self.y.title.as_str() } else { name };
                 let mark = if is_valid(index, point) { "" } else { ", not valid" };
                 text += &format!("\n{name}: {}{mark}", four_digits(y));
             }

@@ -68,9 +68,9 @@ impl PointPlot<'_> {
                 if written {
                     sheet.text(&format!("{y:.1}"), (at.0 + REACH, at.1), Anchor::Right, TICK_LABEL);
                 }
-                let named = if series.name.is_empty() { self.y.title() } else { series.name };
+                let named = if series.name.is_empty() { self.y.title.as_str() } else { series.name };
                 let (place, value) = (self.x.label(x), four_digits(y));
-                let text = format!("{}: {place}\n{named}: {value}{interval}", self.x.title());
+                let text = format!("{}: {place}\n{named}: {value}{interval}", self.x.title);
                 sheet.value(Frame::around(at, 2.0 * REACH, 2.0 * REACH), &text);
             }
         }

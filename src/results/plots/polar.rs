@@ -117,7 +117,7 @@ mod tests {
             series: vec![Series { name: "500 Hz", points }],
         };
         // Forty decibels are shown, and lower levels are in the middle.
-        assert_eq!(plot.axis().range(), -40.0..0.0);
+        assert_eq!(plot.axis().range, -40.0..0.0);
         let svg = plot.to_svg();
         for text in ["Directivity: a tyre", "Source: a point of the tread", "Transfer [dB re 1/m]", "ahead", "left"] {
             assert!(svg.contains(text), "{text}");

@@ -52,7 +52,7 @@ impl ThirdOctavePlot<'_> {
             let colour = colour::line(index);
             // Levels of silence have no end.
             let ends = |level: &BandLevel, half: f64| -> [Point; 2] {
-                let top = level.level.max(y.range().start);
+                let top = level.level.max(y.range.start);
                 [-half, half].map(|side| axes.within((f64::from(level.band.0) + side, top)))
             };
             let steps = |levels: &[BandLevel]| levels.iter().flat_map(|level| ends(level, 0.5)).collect::<Vec<_>>();
@@ -190,7 +190,7 @@ mod tests {
             spectra: vec![("", &silent)],
             errors: LevelErrors::default(),
         };
-        let range = plot.level_axis().range();
+        let range = plot.level_axis().range;
         assert!(range.start > 30.0 && range.end < 50.0, "{range:?}");
         assert!(plot.to_svg().unwrap().contains("31.5"));
         let empty =

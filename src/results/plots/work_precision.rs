@@ -54,7 +54,7 @@ impl WorkPrecisionPlot<'_> {
     fn panel(&self, sheet: &mut Sheet, panel: &WorkPrecisionPanel<'_>, axes: &Axes<'_>) {
         let frame = axes.frame;
         // An error of 0 has no position on a logarithmic axis.
-        let place = |&(cost, error): &(f64, f64)| axes.within((cost, error.max(self.error.range().start)));
+        let place = |&(cost, error): &(f64, f64)| axes.within((cost, error.max(self.error.range.start)));
         let places = |points: &[(f64, f64)]| points.iter().map(place).collect::<Vec<Point>>();
         let uncertainty = self.error.place(self.uncertainty);
         if (0.0..=1.0).contains(&uncertainty) {

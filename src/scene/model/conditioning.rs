@@ -39,7 +39,7 @@ const HEIGHT: Bounds = Bounds::any("the file's unit of heights");
 
 impl MissingHeights {
     fn one(self, value: &Value<'_>) -> Option<MissingHeight> {
-        match value.get() {
+        match value.value {
             DeValue::String(word) if word.trim().is_empty() => value.complain(Problem::empty(&self.wanted())),
             DeValue::String(word) => Some(MissingHeight::Word(word.trim().to_owned())),
             DeValue::Float(_) | DeValue::Integer(_) => HEIGHT.read(value).map(MissingHeight::Number),

@@ -126,7 +126,7 @@ impl Kind for LongitudinalKind {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<LongitudinalCreep> {
-        match value.get().as_str() {
+        match value.value.as_str() {
             Some(LongitudinalCreep::FREE) => Some(LongitudinalCreep::Free),
             Some(_) => value.wrong_type(self),
             None => RATIO.read(value).map(LongitudinalCreep::Given),

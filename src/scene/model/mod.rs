@@ -3,8 +3,6 @@
 //! SI units throughout; a key carries its unit in its name only where another unit is customary (`speed_kmh`). Values
 //! are as the user wrote them or the documented default; [`Scene::load`] has checked their ranges.
 
-mod air_pumping;
-mod axle;
 mod conditioning;
 mod contact;
 mod cords;
@@ -18,7 +16,6 @@ mod numerics;
 mod road;
 mod rolling;
 mod scene;
-mod sidewall;
 mod sound;
 mod tread_pattern;
 mod tyre;
@@ -26,8 +23,6 @@ mod vibration;
 
 pub use crate::time_rule::TimeRule;
 
-pub use air_pumping::*;
-pub use axle::Axle;
 pub use conditioning::{Levelling, MissingHeight};
 pub use contact::*;
 pub use cords::*;
@@ -41,9 +36,10 @@ pub use numerics::*;
 pub use road::*;
 pub use rolling::*;
 pub use scene::*;
-pub use sidewall::*;
 pub(in crate::scene) use sound::array_placement;
-pub use sound::{AirMotion, Radiation, RadiationQuality, Receiver, ReceiverPlace, StandardReceiver, Vehicle};
+pub use sound::{
+    AirMotion, AirPumping, PatchAir, Radiation, RadiationQuality, Receiver, ReceiverPlace, StandardReceiver, Vehicle,
+};
 pub use tread_pattern::*;
 pub use tyre::*;
 pub use vibration::*;

@@ -31,32 +31,14 @@ pub enum NamedTexture {
 }
 
 /// Third-octave bands of the named textures: mid-wavelengths 10^(n/10) m, n = -8 (158 mm) down to -24 (4 mm).
-pub(crate) const NAMED_TEXTURE_BANDS: std::ops::RangeInclusive<i32> = -24..=-8;
+const NAMED_TEXTURE_BANDS: std::ops::RangeInclusive<i32> = -24..=-8;
 
 /// Levels of the bands, longest wavelength first \[dB re 1e-6 m\].
 type Levels = [f64; 17];
 
-/// Level at 125 mm, which was not measured: the mean of its neighbours.
-const DENSE_ASPHALT_AT_125_MM: f64 = 0.5 * (40.6 + 42.0);
-const DENSE_ASPHALT: Levels = [
-    40.6,
-    DENSE_ASPHALT_AT_125_MM,
-    42.0,
-    40.6,
-    42.8,
-    44.2,
-    44.4,
-    44.6,
-    46.0,
-    46.8,
-    46.2,
-    45.6,
-    43.1,
-    40.3,
-    37.9,
-    35.4,
-    30.4,
-];
+/// The level at 125 mm, the second one, was not measured: it is the mean of its neighbours.
+const DENSE_ASPHALT: Levels =
+    [40.6, 41.3, 42.0, 40.6, 42.8, 44.2, 44.4, 44.6, 46.0, 46.8, 46.2, 45.6, 43.1, 40.3, 37.9, 35.4, 30.4];
 const ISO_10844: Levels =
     [31.8, 32.8, 33.6, 34.3, 33.7, 34.5, 36.2, 36.9, 37.1, 38.0, 39.1, 39.0, 38.4, 36.6, 33.9, 31.4, 28.9];
 const STONE_MASTIC_8: Levels =

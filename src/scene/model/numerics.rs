@@ -123,7 +123,7 @@ impl Kind for Elements {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<usize> {
-        if value.get().as_integer().is_none() {
+        if value.value.as_integer().is_none() {
             return value.wrong_type(self);
         }
         let elements: usize = Whole::between(Numerics::FEWEST_ELEMENTS as u64, MOST).read(value)?;

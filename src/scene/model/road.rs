@@ -95,12 +95,14 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
-    /// All units, and their words in column titles, in lower case; the first word is that in a scene.
-    const WORDS: [(Self, &[&str]); 7] = [
-        (Self::Metre, &["m", "metre", "metres", "meter", "meters"]),
-        (Self::Millimetre, &["mm", "millimetre", "millimetres", "millimeter", "millimeters"]),
+    /// All units, one of each in metres, and their words in column titles, in lower case; the first word is that in a
+    /// scene.
+    const ALL: [(Self, f64, &[&str]); 7] = [
+        (Self::Metre, 1.0, &["m", "metre", "metres", "meter", "meters"]),
+        (Self::Millimetre, 1e-3, &["mm", "millimetre", "millimetres", "millimeter", "millimeters"]),
         (
             Self::Micrometre,
+            1e-6,
             &[
                 "um",
                 "\u{b5}m",
@@ -113,34 +115,26 @@ impl LengthUnit {
                 "microns",
             ],
         ),
-        (Self::Centimetre, &["cm", "centimetre", "centimetres", "centimeter", "centimeters"]),
-        (Self::Inch, &["in", "inch", "inches"]),
-        (Self::Foot, &["ft", "foot", "feet"]),
-        (Self::Mil, &["mil", "mils", "thou"]),
+        (Self::Centimetre, 1e-2, &["cm", "centimetre", "centimetres", "centimeter", "centimeters"]),
+        (Self::Inch, 0.0254, &["in", "inch", "inches"]),
+        (Self::Foot, 0.3048, &["ft", "foot", "feet"]),
+        (Self::Mil, 25.4e-6, &["mil", "mils", "thou"]),
     ];
 
     /// The unit named by a word, in any case.
     pub(crate) fn of_word(word: &str) -> Option<Self> {
         let word = word.trim().to_lowercase();
-        Self::WORDS.into_iter().find(|(_, words)| words.contains(&word.as_str())).map(|(unit, _)| unit)
+        Self::ALL.into_iter().find(|(.., words)| words.contains(&word.as_str())).map(|(unit, ..)| unit)
     }
 
     /// The unit's word in a scene.
     pub(crate) fn word(self) -> &'static str {
-        Self::WORDS.iter().find(|(unit, _)| *unit == self).map_or("m", |(_, words)| words[0])
+        Self::ALL.iter().find(|(unit, ..)| *unit == self).map_or("m", |(.., words)| words[0])
     }
 
     /// One unit in metres.
     pub(crate) fn metres(self) -> f64 {
-        match self {
-            Self::Metre => 1.0,
-            Self::Millimetre => 1e-3,
-            Self::Micrometre => 1e-6,
-            Self::Centimetre => 1e-2,
-            Self::Inch => 0.0254,
-            Self::Foot => 0.3048,
-            Self::Mil => 25.4e-6,
-        }
+        Self::ALL.iter().find(|(unit, ..)| *unit == self).map_or(1.0, |(_, metres, _)| *metres)
     }
 }
 

@@ -4,14 +4,13 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::air_pumping::{AIR_PUMPING, AirPumping, PatchAir};
 use super::contact::{CONTACT, Contact, Tread, Zone, of_zone};
 use super::effects::{EFFECTS, Effects, Switch};
 use super::friction::{ADHESION, Adhesion, FRICTION, Friction};
 use super::numerics::{NUMERICS, Numerics, OUTPUTS, Outputs};
 use super::road::{ROAD, Road};
 use super::rolling::{ROLLING, Rolling};
-use super::sound::{RADIATION, RECEIVERS, Radiation, RadiationQuality, Receiver};
+use super::sound::{AIR_PUMPING, AirPumping, PatchAir, RADIATION, RECEIVERS, Radiation, RadiationQuality, Receiver};
 use super::tread_pattern::{BlockModel, Groove, TREAD_PATTERN, TreadPattern};
 use super::tyre::{Tyre, TyreKind};
 use crate::scene::keys::{is_default, keys};

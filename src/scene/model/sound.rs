@@ -1,17 +1,18 @@
-//! `[[receiver]]` and `[radiation]`: where sound is received, and how its transfer paths are computed.
+//! `[[receiver]]` and `[radiation]`: where sound is received, and how its transfer paths are computed. `[air_pumping]`:
+//! the air under the contact patch.
 
 use std::path::PathBuf;
 
+use crate::scene::Problem;
+use crate::scene::keys::{is_default, keys};
+use crate::scene::kind::{Bounds, Decibels, Exactly, File, Flag, Name, OneOf, Optional, Whole};
+use crate::scene::table::{Each, Keys, Kind, Nested, Table, Value};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
 
 use super::effects::Switch;
 use super::numerics::decibels;
 use super::tyre::{Sides, Tyre};
-use crate::scene::Problem;
-use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Decibels, Exactly, File, Flag, Name, OneOf, Optional, Whole};
-use crate::scene::table::{Each, Keys, Kind, Nested, Table, Value};
 
 /// A place, or places, at which the sound pressure is wanted. A scene without any computes none.
 ///
@@ -361,3 +362,33 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
     };
     Some(Receiver { name, place })
 }
+
+/// Paths of the air under the patch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PatchAir {
+    /// None: the patch is sealed all over.
+    #[default]
+    Sealed,
+    /// The grooves that run round the tyre; the ribs between them are sealed.
+    Grooves,
+    /// All voids between tread and road, those of grooves and of the road's texture, as they stand at some places.
+    Voids,
+}
+
+keys! {
+    /// Air under the contact patch.
+    #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+    pub AirPumping {
+        /// Paths of the air under the patch: none, the grooves of `[tread_pattern]` that run round the tyre, or all
+        /// voids between tread and road.
+        patch: PatchAir = PatchAir::Sealed => OneOf::new(),
+        /// True if compliant blocks of `[tread_pattern]` press air into the voids beside them, as much as the volume of
+        /// their compression.
+        #[serde(skip_serializing_if = "is_default")]
+        squeeze: bool = false => Flag,
+    }
+}
+
+pub(in crate::scene) const AIR_PUMPING: Nested<AirPumping> =
+    Nested::new("[air_pumping]", "the table [air_pumping] with patch = \"sealed\", \"grooves\" or \"voids\"");

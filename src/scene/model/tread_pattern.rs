@@ -144,7 +144,7 @@ impl Kind for PitchesKind {
     }
 
     fn read(&self, value: &Value<'_>) -> Option<Pitches> {
-        match value.get() {
+        match value.value {
             DeValue::Integer(_) => Whole::between(1, MOST_PITCHES).read(value).map(Pitches::Equal),
             DeValue::Table(_) => VARIED.read(value).map(Pitches::Varied),
             _ => value.wrong_type(self),

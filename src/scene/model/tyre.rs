@@ -6,11 +6,10 @@ use serde_json::{Value as Json, json};
 use toml::de::DeValue;
 
 use super::cords::{CORDS, Cords, MOST_CORD_LOSSES, ORTHOTROPIC, Orthotropic};
-use super::inflation::{CAVITY, Cavity, INFLATION, Inflation};
+use super::inflation::{CAVITY, Cavity, INFLATION, Inflation, SIDEWALL, Sidewall};
 use super::material::{
     FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, WrittenMaterial, corner_frequency, reference_frequency,
 };
-use super::sidewall::{SIDEWALL, Sidewall};
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Exactly, File, Flag, Name, OneOf, Optional, Whole};
@@ -297,7 +296,7 @@ impl Kind for TyreKind {
 
     fn read(&self, value: &Value<'_>) -> Option<Tyre> {
         // A path is still here only if its file could not be read, which was complained about.
-        if matches!(value.get(), DeValue::String(_)) { None } else { TYRE.read(value) }
+        if matches!(value.value, DeValue::String(_)) { None } else { TYRE.read(value) }
     }
 
     fn schema(&self) -> Json {

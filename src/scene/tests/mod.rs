@@ -70,7 +70,7 @@ pub(crate) fn listed(error: &SceneError) -> Vec<Complaint> {
         column: diagnostic.column(),
         key: diagnostic.key().to_owned(),
         wrong: diagnostic.problem().to_string(),
-        right: diagnostic.problem().right().to_owned(),
+        right: diagnostic.problem().right.clone(),
     };
     error.diagnostics().iter().map(complaint).collect()
 }

@@ -9,24 +9,21 @@
 //! An outline ([`Sweep::Outline`]) has a coarser reference, leaves out the presets, and does half of 3. Runs follow one
 //! another, so that none disturbs the time of another; a study that is stopped keeps those that were rolled.
 
-pub(crate) mod front;
 pub(crate) mod knobs;
-pub(crate) mod options;
 pub(crate) mod runs;
 pub(crate) mod settings;
 
 use serde::Serialize;
 
-pub use front::front;
 pub(crate) use knobs::Knob;
-pub use options::{StudyOptions, Sweep};
 pub(crate) use runs::StudyCost;
-pub use runs::StudyPoint;
+pub use runs::{StudyPoint, front};
 pub(crate) use settings::Settings;
+pub use settings::{StudyOptions, Sweep};
 
 use crate::counters::Job;
 use crate::plan::front::FrontRow;
-use crate::plan::{Plan, unit_record};
+use crate::plan::{Plan, unit};
 use crate::run::RunError;
 use crate::scene::{LoadedScene, Numerics, Road, Scene, SceneError, Zone};
 use crate::study::trial::{RunDifference, SETTLING, Trials, least_rate};
@@ -179,7 +176,7 @@ fn forecast<'a>(
     scene: &Scene,
     all: impl Iterator<Item = &'a Settings>,
 ) -> Result<Vec<(Settings, f64)>, RunError> {
-    let (costs, threads) = (unit_record::known(), rayon::current_num_threads());
+    let (costs, threads) = (unit::known(), rayon::current_num_threads());
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();
     let resting = Plan::new(&scene);

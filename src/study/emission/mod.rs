@@ -13,6 +13,8 @@ mod rows;
 mod run_levels;
 mod table;
 
+use std::collections::BTreeSet;
+
 use crate::study::sweep::StoredSweep;
 use rows::EmissionRow;
 pub(crate) use run_levels::EmissionError;
@@ -40,14 +42,9 @@ impl Emission {
             runs.extend(run_levels(label, run.as_ref().ok_or_else(unfinished)?)?);
         }
         let (mut rows, mut missing) = (Vec::new(), Vec::new());
-        let mut places: Vec<(&str, &str)> = Vec::new();
-        for RunLevels { group, receiver, .. } in &runs {
-            let place = (group.as_str(), receiver.as_str());
-            if !places.contains(&place) {
-                places.push(place);
-            }
-        }
-        for place in places {
+        let places = runs.iter().map(|of| (of.group.as_str(), of.receiver.as_str()));
+        let mut seen = BTreeSet::new();
+        for place in places.filter(|place| seen.insert(*place)) {
             let all: Vec<&RunLevels> =
                 runs.iter().filter(|of| (of.group.as_str(), of.receiver.as_str()) == place).collect();
             let speed = all[0].speed;

@@ -1,5 +1,7 @@
 //! Regressions of the emission over the logarithm of the speed.
 
+use std::collections::BTreeSet;
+
 use super::run_levels::{RunLevels, octaves};
 use crate::counters::catalogue::catalogue;
 use crate::response::{BandLevel, ThirdOctaveBand};
@@ -101,9 +103,7 @@ pub(super) fn rows(runs: &[&RunLevels]) -> Vec<EmissionRow> {
     // Points of each band from all runs, bands rising; a band reaches over so many third octaves on either side.
     let banded = |model: EmissionModel, reach: i32, bands: &dyn Fn(&RunLevels) -> Vec<BandLevel>| -> Vec<EmissionRow> {
         let spectra: Vec<(&RunLevels, Vec<BandLevel>)> = runs.iter().map(|of| (*of, bands(of))).collect();
-        let mut numbers: Vec<_> = spectra.iter().flat_map(|(_, bands)| bands).map(|of| of.band).collect();
-        numbers.sort_unstable();
-        numbers.dedup();
+        let numbers: BTreeSet<_> = spectra.iter().flat_map(|(_, bands)| bands).map(|of| of.band).collect();
         let points = |band: ThirdOctaveBand| -> Vec<Point> {
             let of_run = |(run, bands): &(&RunLevels, Vec<BandLevel>)| {
                 let of = bands.iter().find(|of| of.band == band)?;

@@ -43,7 +43,7 @@ pub(crate) const LOW: f64 = 260.0;
 /// Number of points that are evaluated at first; descents begin from the best [`BEST`] of them.
 pub(crate) const TRIALS: usize = 40;
 /// Number of descents on low frequencies, see [`TRIALS`].
-pub(crate) const BEST: usize = 4;
+const BEST: usize = 4;
 /// Parts of the work that progress counts: the trials, the descents on low frequencies, the one on all.
 pub(crate) const PIECES: u64 = BEST as u64 + 2;
 

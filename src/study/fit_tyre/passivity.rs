@@ -5,7 +5,6 @@
 //! several answers, or none, the starting tyre's mobilities decide: a fit moves levels by less than a factor ten.
 
 use std::f64::consts::{PI, TAU};
-use std::fmt;
 
 use num_complex::Complex64;
 use thiserror::Error;
@@ -24,14 +23,37 @@ const FAR: f64 = 20.0;
 const TURNED: f64 = 45.0;
 
 /// Quantity that the values are instead of a mobility.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum Instead {
+    #[error(
+        "Its values are those of an accelerance (imaginary part 0 or more): divide by i w, w = 2 pi f, or give the \
+         universal file (dataset 58), which says what it holds"
+    )]
     Accelerance,
+    #[error(
+        "Its values are those of a receptance (imaginary part 0 or less): multiply by i w, w = 2 pi f, or give the \
+         universal file (dataset 58), which says what it holds"
+    )]
     Receptance,
+    #[error(
+        "With the opposite sign it would be one: force and velocity were counted in opposite directions; turn the \
+         sign, or the phase by 180 degrees"
+    )]
     OppositeSign,
+    #[error(
+        "With the opposite sign of the phase it would be one: it has the time factor exp(-i w t); turn the sign of \
+         the imaginary part, or of the phase"
+    )]
     OtherTimeFactor,
+    #[error("Its phases are in radians, and phase_deg is in degrees: multiply by 180/pi")]
     Radians,
+    #[error("Its unit is another one, such as mm/(N s), or m/(kN s)")]
     OtherUnits,
+    #[error(
+        "Neither as an accelerance nor as a receptance nor with the opposite sign is it one: the phase is wrong (a \
+         delay, a filter in one channel), or force and velocity are at two points; leave frequencies out at which \
+         nothing was measured (--lowest, --highest), or state the phases' uncertainty (--phase-error)"
+    )]
     WrongPhase,
 }
 
@@ -43,37 +65,6 @@ pub struct NoMobility {
     pub evidence: String,
     /// Quantity that the values are instead, as far as the data show.
     pub instead: Instead,
-}
-
-impl fmt::Display for Instead {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Accelerance => {
-                "Its values are those of an accelerance (imaginary part 0 or more): divide by i w, w = 2 pi f, or give \
-                 the universal file (dataset 58), which says what it holds"
-            }
-            Self::Receptance => {
-                "Its values are those of a receptance (imaginary part 0 or less): multiply by i w, w = 2 pi f, or give \
-                 the universal file (dataset 58), which says what it holds"
-            }
-            Self::OppositeSign => {
-                "With the opposite sign it would be one: force and velocity were counted in opposite directions; turn \
-                 the sign, or the phase by 180 degrees"
-            }
-            Self::OtherTimeFactor => {
-                "With the opposite sign of the phase it would be one: it has the time factor exp(-i w t); turn the \
-                 sign of the imaginary part, or of the phase"
-            }
-            Self::Radians => "Its phases are in radians, and phase_deg is in degrees: multiply by 180/pi",
-            Self::OtherUnits => "Its unit is another one, such as mm/(N s), or m/(kN s)",
-            Self::WrongPhase => {
-                "Neither as an accelerance nor as a receptance nor with the opposite sign is it one: the phase is \
-                 wrong (a delay, a filter in one channel), or force and velocity are at two points; leave frequencies \
-                 out at which nothing was measured (--lowest, --highest), or state the phases' uncertainty \
-                 (--phase-error)"
-            }
-        })
-    }
 }
 
 impl Instead {

@@ -8,10 +8,8 @@
 //!    finds the variants again;
 //! 5. [`tasks`]: the same as tasks in a folder, for batch systems.
 
-pub(crate) mod design;
 pub(crate) mod factor;
 pub(crate) mod friction_curves;
-pub(crate) mod full_scale;
 pub(crate) mod record;
 pub(crate) mod repeated;
 pub(crate) mod run;
@@ -19,10 +17,8 @@ pub(crate) mod table;
 pub(crate) mod tasks;
 pub(crate) mod variants;
 
-pub(crate) use design::Design;
-pub(crate) use factor::{Factor, Range};
-pub(crate) use full_scale::share_full_scale;
-pub(crate) use record::StoredSweep;
+pub(crate) use factor::{Design, Factor, Range};
+pub(crate) use record::{StoredSweep, share_full_scale};
 pub(crate) use repeated::RepeatedTable;
 pub(crate) use run::{Done, VariantOutcome, sweep};
 pub(crate) use table::blocks;

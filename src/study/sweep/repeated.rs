@@ -255,15 +255,13 @@ impl RepeatedTable {
             row
         };
         let rows: Vec<RepeatedRow> = found.into_iter().zip(drawn).map(row).collect();
-        let mut quantities: Vec<Quantity> =
+        let quantities: BTreeSet<Quantity> =
             rows.iter().flat_map(|row| row.means.keys().chain(row.apart.keys()).cloned()).collect();
-        quantities.sort_unstable();
-        quantities.dedup();
         let reported = |(label, done): &(Label, Option<Done>)| {
             let unread = done.iter().flat_map(|done| &done.unread);
             unread.map(|reported| format!("{}: {reported}\n", label.name)).collect::<Vec<_>>()
         };
-        Self { factors, rows, quantities, unread: runs.iter().flat_map(reported).collect() }
+        Self { factors, rows, quantities: Vec::from_iter(quantities), unread: runs.iter().flat_map(reported).collect() }
     }
 
     /// Report for people: a line per combination, without third octaves, which are in the files.
@@ -285,8 +283,7 @@ impl RepeatedTable {
             let runs = if runs == row.planned { runs.to_string() } else { format!("{runs} of {}", row.planned) };
             row.values.iter().cloned().chain([runs]).chain(shown.iter().map(cell)).collect()
         };
-        let mut report = Report::default();
-        report.table(aligned(header, self.rows.iter().map(row)));
+        let mut report = Report::from(aligned(header, self.rows.iter().map(row)));
         if self.rows.iter().any(|row| row.means.values().any(|(mean, _)| mean.interval.is_some())) {
             report.text("means over seeds +- half of their 95 % interval\n");
         }

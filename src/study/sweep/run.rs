@@ -18,13 +18,13 @@ use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::inputs::{Input, Inputs};
 use crate::results::pass_by::PassBySummary;
-use crate::results::read_table::StoredTable;
+use crate::results::placing::{forget_abandoned, unfinished};
 use crate::results::sound::{RatedLevel, ReceiverSummary, SOUND_COLUMN, SOUND_FILE};
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
-use crate::results::summary::{FrictionSummary, LoadResult, RollingResistance, SUMMARY_FILE};
-use crate::results::unfinished::{forget_abandoned, unfinished};
+use crate::results::summary::{FrictionSummary, LoadResult, RollingResistance, read_summary};
+use crate::results::table::StoredTable;
 use crate::run::checkpoint::Checkpoint;
-use crate::run::energy::impossible_energy;
+use crate::run::end::impossible_energy;
 use crate::run::{self, Progress, RunError, RunOptions, RunReport};
 use crate::scene::{History, Scene};
 use crate::sound::TotalLevel;
@@ -54,7 +54,6 @@ pub(crate) struct Done {
     /// Rolling resistance, where the tread law has one.
     pub rolling_resistance: Option<RollingResistance>,
     /// Tangential forces, where the contact has friction.
-    #[serde(default)]
     pub friction: Option<FrictionSummary>,
     /// Load, and how accurately it was met.
     pub load: Option<LoadResult>,
@@ -235,7 +234,7 @@ fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<Vari
     let folder = target.join(&variant.label.name);
     // Errors of this are reported when the variant is run.
     let _ = ResultsFolder::put_in_order(&folder);
-    let summary = read_summary(&folder)?;
+    let summary: serde_json::Value = read_summary(&folder)?;
     let planned = variant.loaded.clone().settled(variant.plan.scene.clone());
     let same = summary["complete"] == true
         && summary["scene_sha256"] == planned.hash().ok()?.as_str()
@@ -265,10 +264,6 @@ fn read_receiver_levels(folder: &Path) -> NamedLevels {
     let text = input::read_text(&folder.join(SOUND_FILE), TABLE_BYTES).ok();
     let table = text.and_then(|text| StoredTable::parse(&text).ok());
     table.and_then(|table| levels(&table, SOUND_COLUMN)).unwrap_or_default()
-}
-
-fn read_summary(folder: &Path) -> Option<serde_json::Value> {
-    serde_json::from_slice(&input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?).ok()
 }
 
 /// Continues a variant from its checkpoint, or runs it from the beginning.
@@ -326,8 +321,6 @@ struct VariantProgress<'a, 'b> {
 }
 
 impl Progress for VariantProgress<'_, '_> {
-    fn stage(&mut self, _stage: Stage) {}
-
     fn march(&mut self, done: u64, _steps: u64, time_step: f64) {
         self.time_step = time_step;
         self.step(done);
@@ -355,8 +348,6 @@ impl Progress for VariantProgress<'_, '_> {
     fn warning(&mut self, text: &str) {
         lock(self.watch).progress.warning(&format!("{}: {text}", self.name));
     }
-
-    fn finish(&mut self) {}
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The levels of a sweep side by side.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::response::{BandLevel, SpeedExponent, ThirdOctaveBand};
 use crate::results::pass_by::PassBySummary;
@@ -79,9 +79,7 @@ pub(crate) fn side_by_side(blocks: &[SweepBlock]) -> Report {
 impl SweepBlock {
     /// Block of the results at each speed \[km/h\].
     pub(crate) fn new(group: &str, speeds: Vec<f64>, found: Vec<Done>) -> Self {
-        let mut bands: Vec<i32> = found.iter().flat_map(|done| &done.levels).map(|level| level.band.0).collect();
-        bands.sort_unstable();
-        bands.dedup();
+        let bands: BTreeSet<i32> = found.iter().flat_map(|done| &done.levels).map(|level| level.band.0).collect();
         let line = |band: i32| {
             let at = |done: &Done| done.levels.iter().find(|level| level.band.0 == band).copied();
             let levels: Vec<Option<BandLevel>> = found.iter().map(at).collect();
@@ -94,13 +92,9 @@ impl SweepBlock {
 
     /// Receivers with a level at one speed at least.
     fn receivers(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        for (name, _) in self.found.iter().flat_map(|done| &done.sound) {
-            if !names.contains(name) {
-                names.push(name.clone());
-            }
-        }
-        names
+        let mut seen = BTreeSet::new();
+        let names = self.found.iter().flat_map(|done| &done.sound).map(|(name, _)| name);
+        names.filter(|name| seen.insert(*name)).cloned().collect()
     }
 
     /// Growth of the level at a receiver with the speed, about 80 km/h, over the bands that are valid in all runs.
@@ -198,12 +192,10 @@ impl SweepBlock {
                 row("N", &|resistance| format!("{:.2}", resistance.force)),
                 row("W", &|resistance| format!("{:.1}", resistance.power)),
             ];
-            report.text("\n");
-            report.table(aligned(header("rolling resistance"), rows));
+            report.titled("\n", aligned(header("rolling resistance"), rows));
         }
         if self.found.iter().any(|done| done.friction.is_some()) {
-            report.text("\n");
-            report.table(aligned(header("friction"), friction_rows(&self.found)));
+            report.titled("\n", aligned(header("friction"), friction_rows(&self.found)));
         }
         let receivers = self.receivers();
         if !receivers.is_empty() {

@@ -1,5 +1,7 @@
 //! Pictures of a sweep of settings: levels against what is varied.
 
+use std::collections::BTreeSet;
+
 use super::{FORCE, MeanBands, Quantity, RepeatedRow, RepeatedTable, SOUND};
 use crate::results::plots::{Axis, PointPlot, PointSeries};
 use crate::results::spectra::FORCE_LEVEL;
@@ -108,9 +110,7 @@ impl RepeatedTable {
             let bound = if bands.lower_bound { ", at least" } else { "" };
             Some(format!("{}{bound}", bands.range.as_ref()?))
         };
-        let mut ranges: Vec<String> = bands.filter_map(|(_, bands)| range(bands.as_ref()?)).collect();
-        ranges.sort_unstable();
-        ranges.dedup();
+        let ranges: BTreeSet<String> = bands.filter_map(|(_, bands)| range(bands.as_ref()?)).collect();
         let axis = [axis.to_owned()].into_iter().chain(ranges).collect::<Vec<_>>().join(", ");
         let y = Axis::linear_around(axis, ends);
         PointPlot { title: &format!("{short} against {factor}: {title}"), x, y, series }.to_svg()
@@ -124,13 +124,8 @@ impl RepeatedTable {
 
     /// Distinct values of a factor, in the order of the rows.
     fn labels(&self, column: usize) -> Vec<&str> {
-        let mut labels: Vec<&str> = Vec::new();
-        for row in &self.rows {
-            if !labels.contains(&row.values[column].as_str()) {
-                labels.push(&row.values[column]);
-            }
-        }
-        labels
+        let mut seen = BTreeSet::new();
+        self.rows.iter().map(|row| row.values[column].as_str()).filter(|label| seen.insert(*label)).collect()
     }
 }
 

@@ -1,13 +1,14 @@
-//! Collection of all tasks' outcomes, and of the missing tasks.
+//! Collection of all tasks' outcomes, and of the missing tasks. Compact lists of task numbers, as batch systems read
+//! them: `3,7-9`.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use crate::storage::Unusable;
 use crate::study::sweep::run::Done;
-use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::TaskFolder;
-use crate::study::sweep::tasks::numbers::Numbers;
 use crate::study::sweep::tasks::outcomes::Outcomes;
+use crate::study::sweep::tasks::task::TaskError;
 use crate::study::sweep::variants::Label;
 
 /// Outcomes of all tasks.
@@ -55,5 +56,46 @@ impl Collection {
     pub(crate) fn missed_loads(&self) -> Vec<String> {
         let missed = |done: &Option<Done>| done.as_ref().is_some_and(|done| done.missed_load().is_some());
         self.tasks.iter().filter(|(_, done)| missed(done)).map(|(label, _)| label.name.clone()).collect()
+    }
+}
+
+/// Distinct numbers, rising.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Numbers(pub Vec<u64>);
+
+impl Numbers {
+    /// Collects numbers in any order; duplicates count once.
+    pub(crate) fn new(numbers: impl IntoIterator<Item = u64>) -> Self {
+        let mut numbers: Vec<u64> = numbers.into_iter().collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        Self(numbers)
+    }
+}
+
+impl fmt::Display for Numbers {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, run) in self.0.chunk_by(|one, other| other - one == 1).enumerate() {
+            let comma = if index > 0 { "," } else { "" };
+            match run {
+                [first, .., last] => write!(formatter, "{comma}{first}-{last}")?,
+                _ => write!(formatter, "{comma}{}", run[0])?,
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_said_as_job_arrays_read_them() {
+        for (numbers, text) in
+            [(&[9, 3, 8, 7, 7][..], "3,7-9"), (&[0], "0"), (&[0, 1], "0-1"), (&[0, 2, 4], "0,2,4"), (&[], "")]
+        {
+            assert_eq!(Numbers::new(numbers.iter().copied()).to_string(), text);
+        }
     }
 }

@@ -12,8 +12,7 @@ use crate::numeric::in_parallel;
 use crate::results::ResultsError;
 use crate::results::inputs::Inputs;
 use crate::storage::{Format, PendingFile, Unusable};
-use crate::study::sweep::tasks::error::TaskError;
-use crate::study::sweep::tasks::task::{Task, inputs_of};
+use crate::study::sweep::tasks::task::{Task, TaskError, inputs_of};
 use crate::study::sweep::variants::Variant;
 
 /// Name of the manifest.
@@ -27,21 +26,23 @@ const SHARD: u64 = 1000;
 
 /// Content of the manifest beside the program's version.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-struct Manifest {
-    title: String,
+pub(crate) struct Manifest {
+    /// Title of the swept scene.
+    pub title: String,
     /// True if the scene wants pictures.
-    plots: bool,
-    count: u64,
+    pub plots: bool,
+    /// Number of tasks.
+    pub count: u64,
     /// SHA-256 of the ids of all tasks.
     digest: String,
     /// Number of tasks that job files give to an element of their array.
-    chunk: u64,
+    pub chunk: u64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TaskFolder {
-    path: PathBuf,
-    manifest: Manifest,
+    pub path: PathBuf,
+    pub manifest: Manifest,
 }
 
 /// Tasks that have been written, or were there already.
@@ -136,34 +137,12 @@ impl TaskFolder {
         Ok(Self { path: path.to_owned(), manifest: body.finish().map_err(unusable)? })
     }
 
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Title of the swept scene.
-    pub(crate) fn title(&self) -> &str {
-        &self.manifest.title
-    }
-
-    pub(crate) fn plots(&self) -> bool {
-        self.manifest.plots
-    }
-
-    pub(crate) fn count(&self) -> u64 {
-        self.manifest.count
-    }
-
-    /// Number of tasks that job files give to an element of their array.
-    pub(crate) fn chunk(&self) -> u64 {
-        self.manifest.chunk
-    }
-
     pub(crate) fn shards(&self) -> u64 {
-        self.count().div_ceil(SHARD)
+        self.manifest.count.div_ceil(SHARD)
     }
 
     pub(crate) fn numbers(&self, shard: u64) -> Range<u64> {
-        shard * SHARD..((shard + 1) * SHARD).min(self.count())
+        shard * SHARD..((shard + 1) * SHARD).min(self.manifest.count)
     }
 
     /// Shards that hold a range of tasks.
@@ -171,9 +150,9 @@ impl TaskFolder {
     /// # Errors
     /// [`TaskError::Number`] for the first number that no task has.
     pub(crate) fn shards_of(&self, numbers: &RangeInclusive<u64>) -> Result<RangeInclusive<u64>, TaskError> {
-        match [*numbers.start(), *numbers.end()].into_iter().find(|&number| number >= self.count()) {
+        match [*numbers.start(), *numbers.end()].into_iter().find(|&number| number >= self.manifest.count) {
             Some(number) => {
-                let last = self.count().saturating_sub(1);
+                let last = self.manifest.count.saturating_sub(1);
                 Err(TaskError::Number { path: self.path.clone(), number, last })
             }
             None => Ok(numbers.start() / SHARD..=numbers.end() / SHARD),

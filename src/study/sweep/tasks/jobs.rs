@@ -83,7 +83,7 @@ impl<'a> Jobs<'a> {
     /// Jobs of tasks that were written; `program` and `folder` are absolute paths.
     pub(crate) fn of(written: &Written, program: &'a Path, folder: &'a Path, threads: usize) -> Self {
         let Written { folder: tasks, seconds, memory, alone, .. } = written;
-        let (count, chunk) = (tasks.count(), tasks.chunk());
+        let (count, chunk) = (tasks.manifest.count, tasks.manifest.chunk);
         let at_a_time = if *alone { 1 } else { threads };
         let (at_once, seconds, memory, keep_results) = (MOST_ELEMENTS, seconds[0], *memory, false);
         Self { program, folder, count, chunk, threads, at_a_time, at_once, seconds, memory, keep_results }

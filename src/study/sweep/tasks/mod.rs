@@ -6,8 +6,9 @@
 //!    shard;
 //! 4. [`work`]: runs some of the tasks; leaves out those that are done or under way elsewhere, and resumes interrupted
 //!    ones;
-//! 5. [`collect`]: outcomes for the sweep's tables, and numbers of the missing tasks;
-//! 6. [`numbers`]: lists of task numbers as batch systems read them; [`jobs`]: files to submit.
+//! 5. [`collect`]: outcomes for the sweep's tables, and numbers of the missing tasks, listed as batch systems read
+//!    them;
+//! 6. [`jobs`]: files to submit.
 //!
 //! ```text
 //! DIR/manifest              written last: format, version, how many tasks, which
@@ -24,17 +25,14 @@
 //! work.
 
 pub(crate) mod collect;
-pub(crate) mod error;
 pub(crate) mod folder;
 pub(crate) mod jobs;
-pub(crate) mod numbers;
 pub(crate) mod outcomes;
 pub(crate) mod task;
 pub(crate) mod work;
 
-pub(crate) use collect::Collection;
-pub(crate) use error::TaskError;
+pub(crate) use collect::{Collection, Numbers};
 pub(crate) use folder::{TaskFolder, Written};
 pub(crate) use jobs::Jobs;
-pub(crate) use numbers::Numbers;
+pub(crate) use task::TaskError;
 pub(crate) use work::{Ended, Event, TaskWork};

@@ -13,9 +13,8 @@ use crate::numeric::digest::sha256;
 use crate::storage::flat_folder::entries;
 use crate::storage::{Format, Unusable};
 use crate::study::sweep::run::Done;
-use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::{TaskFolder, write_sealed};
-use crate::study::sweep::tasks::task::Task;
+use crate::study::sweep::tasks::task::{Task, TaskError};
 
 /// Number of outcomes of one process that are merged into one file.
 pub(super) const TOGETHER: usize = 64;

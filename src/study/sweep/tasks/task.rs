@@ -1,13 +1,17 @@
-//! One scene with everything needed to run it.
+//! One scene with everything needed to run it. Why a folder of tasks cannot be used.
 
-use serde::{Deserialize, Serialize};
+use std::io;
+use std::path::{Path, PathBuf};
 
 use crate::numeric::digest::sha256;
-use crate::plan::{Plan, unit_record};
+use crate::plan::{Plan, unit};
+use crate::results::ResultsError;
 use crate::results::inputs::{Input, Inputs, changed};
 use crate::scene::{Scene, SceneError, Setting};
-use crate::study::sweep::tasks::error::TaskError;
+use crate::storage::Unusable;
 use crate::study::sweep::variants::{Label, Variant};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 /// A task: beside it only its input files and the program are needed.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -37,7 +41,7 @@ impl Task {
         let Variant { label, loaded, plan } = variant;
         let scene = loaded.given().map_err(failed(&label.name))?.to_string();
         let digests = inputs.iter().map(|input| input.sha256.as_str());
-        let forecast = plan.clone().with_cached_model().forecast(&unit_record::known(), 1, 0.0);
+        let forecast = plan.clone().with_cached_model().forecast(&unit::known(), 1, 0.0);
         Ok(Self {
             id: sha256(&[[scene.as_str(), "\n"].to_vec(), digests.collect()].concat()),
             label: label.clone(),
@@ -92,11 +96,102 @@ impl Task {
     }
 }
 
+/// Reasons why tasks cannot be written, done or collected.
+#[derive(Debug, Error)]
+pub(crate) enum TaskError {
+    /// There is no manifest.
+    #[error("no tasks: there is no {} (`tyrewave sweep SCENE --speed ... --tasks DIR` writes tasks)", path.display())]
+    NoTasks {
+        /// The manifest.
+        path: PathBuf,
+    },
+    /// Manifest or tasks are damaged.
+    #[error(
+        "{} cannot be used: {reason}; delete it, and the command that wrote the tasks writes it again (what is done \
+         stays, for outcomes are known by their scenes)",
+        path.display()
+    )]
+    Unusable {
+        /// The file.
+        path: PathBuf,
+        /// Fault of the file.
+        reason: Unusable,
+    },
+    /// Tasks of another version of the program.
+    #[error(
+        "tyrewave {found} has written the tasks in {}, this is {}; the same bits cannot be promised: use that version, \
+         or write the tasks into another folder",
+        path.display(),
+        env!("CARGO_PKG_VERSION")
+    )]
+    Program {
+        /// The folder.
+        path: PathBuf,
+        /// The version found.
+        found: String,
+    },
+    /// The folder holds other tasks.
+    #[error("{} holds {count} other tasks (\"{title}\"); they are left alone: choose another folder", path.display())]
+    Others {
+        /// The folder.
+        path: PathBuf,
+        /// Number of its tasks.
+        count: u64,
+        /// Title of their scene.
+        title: String,
+    },
+    /// No task has the number.
+    #[error("there is no task {number} in {}: they have the numbers 0 to {last}", path.display())]
+    Number {
+        /// The folder.
+        path: PathBuf,
+        /// The number asked for.
+        number: u64,
+        /// Number of the last task.
+        last: u64,
+    },
+    /// A file that the scene reads has changed.
+    #[error("task {task}: the file {} has changed since the tasks were written", path.display())]
+    Input {
+        /// Name of the task.
+        task: String,
+        /// The file.
+        path: PathBuf,
+    },
+    /// The scene of a task.
+    #[error("task {task}: {source}")]
+    Scene {
+        /// Name of the task.
+        task: String,
+        /// Fault of the scene.
+        source: SceneError,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Error of the system.
+        source: io::Error,
+    },
+    /// A file that cannot be written.
+    #[error(transparent)]
+    Results(#[from] ResultsError),
+}
+
+impl TaskError {
+    /// Constructor of the error that reading `path` failed, for `map_err`.
+    pub(super) fn reading(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
+        move |source| Self::Read { path: path.to_owned(), source }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::study::sweep::variants::{Axes, variants};
     use crate::test_models::edit;
+
+    use super::*;
 
     #[test]
     fn a_task_is_its_variant_again() {

@@ -9,15 +9,13 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use crate::counters::Stage;
 use crate::results::ResultsError;
 use crate::run::Progress;
 use crate::storage::flat_folder;
 use crate::study::sweep::run::{Done, VariantOutcome, sweep};
-use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::TaskFolder;
 use crate::study::sweep::tasks::outcomes::{Outcomes, TOGETHER};
-use crate::study::sweep::tasks::task::Task;
+use crate::study::sweep::tasks::task::{Task, TaskError};
 use crate::study::trial::UNIT;
 
 /// Prefix of the file that a process locks while it does a task; the task's number follows.
@@ -230,8 +228,6 @@ struct Reporter<'a> {
 }
 
 impl Progress for Reporter<'_> {
-    fn stage(&mut self, _stage: Stage) {}
-
     fn march(&mut self, _done: u64, units: u64, unit: f64) {
         self.all = units as f64 * unit;
     }
@@ -251,6 +247,4 @@ impl Progress for Reporter<'_> {
     fn warning(&mut self, text: &str) {
         (self.report)(self.number, self.name, Event::Warning(text));
     }
-
-    fn finish(&mut self) {}
 }

@@ -44,7 +44,7 @@ pub use crate::effects::{channel, channels};
 pub use crate::half_space::line::{GrowingContact, LineInfluence};
 pub use crate::half_space::love::displacement as love_displacement;
 pub use crate::half_space::rough::Convolution;
-pub use crate::numeric::precision::double;
+pub use crate::numeric::complex_field::double;
 pub use crate::numeric::transform_length::transform_length;
 pub use crate::numeric::{Aligned, Ring};
 pub use crate::performance::changes::{differences, read_accepted};

@@ -1,8 +1,9 @@
-//! Complex arithmetic as the compliance kernel needs it, for one number or for several in lockstep.
+//! Complex arithmetic as the compliance kernel needs it, for one number or for several in lockstep; and complex numbers
+//! in single precision, in which large tables are stored.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
 
 /// A complex number, or several processed in lockstep.
 ///
@@ -83,4 +84,16 @@ impl ComplexField for Complex64 {
     fn outlined<R>(self, part: impl FnOnce() -> R) -> R {
         part()
     }
+}
+
+/// Rounds to single precision; relative error 6e-8 in each part.
+#[inline]
+pub(crate) fn single(value: Complex64) -> Complex32 {
+    Complex32::new(value.re as f32, value.im as f32)
+}
+
+/// The same number in double precision, exactly.
+#[inline]
+pub fn double(value: Complex32) -> Complex64 {
+    Complex64::new(f64::from(value.re), f64::from(value.im))
 }

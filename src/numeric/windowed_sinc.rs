@@ -137,6 +137,11 @@ fn bessel_i0(x: f64) -> f64 {
     sum
 }
 
+/// sin(x)/x; 1 at 0, by its series for |x| < 1e-4, where the next term is below rounding.
+pub(crate) fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

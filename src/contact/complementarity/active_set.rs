@@ -29,9 +29,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::factors::FactorCache;
-use super::residue::Residue;
+use super::residue::{Residue, Unsolved};
 use super::sweeps::{PATIENCE, PointLaw, SearchCounts, Surface};
-use super::unsolved::Unsolved;
 use crate::counters::Meter;
 use crate::numeric::largest_or_zero;
 use crate::storage::state::{Evolving, StateError, StateStream};

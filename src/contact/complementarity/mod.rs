@@ -5,8 +5,7 @@
 //! - `pieces`: where in their curves they are;
 //! - `search`: which of these methods;
 //! - `sweeps`: the beginning of both;
-//! - `residue`: where the corrections for a tyre that turns end;
-//! - `unsolved`: why there are no forces;
+//! - `residue`: where the corrections for a tyre that turns end, and why there are no forces;
 //! - `factors`: cached factorisations, found by `pattern_index` or served by a `neighbour_set`;
 //! - `ldlt`: how they are made, of whole matrices and of bands, in `tiles`.
 
@@ -23,7 +22,6 @@ mod search;
 mod skew_tests;
 mod sweeps;
 mod tiles;
-mod unsolved;
 
 pub(crate) use active_set::{ActiveSet, Residuals};
 pub(crate) use factors::largest_memory;

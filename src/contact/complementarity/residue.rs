@@ -1,6 +1,7 @@
-//! Residual that corrections of the forces of a set leave in its equations, where G0 has a skew part.
+//! Residual that corrections of the forces of a set leave in its equations, where G0 has a skew part; why a search has
+//! ended without forces.
 
-use super::unsolved::Unsolved;
+use super::ldlt::Singular;
 
 /// Part of the tolerance at which corrections end.
 const ENOUGH: f64 = 0.5;
@@ -49,5 +50,20 @@ impl Residue {
     /// [`Unsolved::Unsettled`] if the residual of a solution exceeds its tolerance.
     pub(super) fn settled(self) -> Result<(), Unsolved> {
         if self.residual.is_some_and(|residual| residual > self.allowed) { Err(Unsolved::Unsettled) } else { Ok(()) }
+    }
+}
+
+/// Why a search has ended without forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unsolved {
+    /// A matrix turned out singular.
+    Singular,
+    /// The residual does not become small: the tolerance is below rounding.
+    Unsettled,
+}
+
+impl From<Singular> for Unsolved {
+    fn from(_: Singular) -> Self {
+        Self::Singular
     }
 }

@@ -3,8 +3,8 @@
 use super::active_set::{ActiveSet, Residuals};
 use super::local_set::{LocalSet, SlicesUnder};
 use super::pieces::{HeldPiece, LocalSlice};
+use super::residue::Unsolved;
 use super::sweeps::{SearchCounts, move_on};
-use super::unsolved::Unsolved;
 use crate::contact::ContactError;
 use crate::counters::Meter;
 use crate::scene::Numerics;

@@ -143,7 +143,7 @@ fn a_tolerance_below_rounding_ends_at_rounding() {
             (0..COLUMNS).map(|i| if (i + round) % 7 < 3 { 1.0 } else { 1.0 - 1e-14 * (i % 3) as f64 }).collect();
         match search.search(&d, &mut forces, &mut Meter::default()) {
             Ok(residuals) => assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12, "{residuals:?}"),
-            Err(unsolved) => assert_eq!(unsolved, super::unsolved::Unsolved::Unsettled),
+            Err(unsolved) => assert_eq!(unsolved, super::residue::Unsolved::Unsettled),
         }
     }
 }

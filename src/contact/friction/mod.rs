@@ -3,8 +3,7 @@
 //! - [`product`]: displacements of all cells by the forces on all of them within an instant;
 //! - [`conditions`]: contact and friction law of a cell, how far it is missed, and the linear equation that stands for
 //!   it near a guess;
-//! - [`nearby`]: forces from the neighbourhood of each cell;
-//! - [`linear`]: solution of the linear equations of all cells;
+//! - [`linear`]: solution of the linear equations of all cells, preconditioned by the neighbourhood of each;
 //! - [`sweeps`]: cell after cell, which converges where linear equations do not;
 //! - [`search`]: the forces of an instant;
 //! - [`modal`]: displacements by past forces, by poles, its `wave_group` and `late` channels;
@@ -18,7 +17,6 @@ mod late;
 pub(crate) mod law;
 mod linear;
 pub(crate) mod modal;
-mod nearby;
 pub(crate) mod product;
 pub(crate) mod search;
 mod sweeps;

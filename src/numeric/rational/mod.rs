@@ -1,6 +1,6 @@
 //! Rational approximation of transfer functions H(s) with H(conj s) = conj H(s), sampled on the upper imaginary axis.
 //!
-//! - `samples`: what is fitted;
+//! - [`Samples`]: what is fitted;
 //! - [`partial_fractions`]: sum of residues over poles, plus a constant: the form in which everything is handed on;
 //! - `parts`: the same at many points at once;
 //! - [`least_squares`]: Householder elimination, shared by all that follows;
@@ -15,14 +15,13 @@ pub(crate) mod least_squares;
 mod normal_equations;
 pub(crate) mod partial_fractions;
 mod parts;
-mod samples;
 mod secular;
 pub(crate) mod vector_fitting;
 
 pub(crate) use partial_fractions::PartialFractions;
 pub(crate) use parts::ComplexParts;
-pub(crate) use samples::Samples;
 
+use num_complex::Complex64;
 use thiserror::Error;
 
 /// Errors of a rational fit.
@@ -48,4 +47,28 @@ pub(crate) enum RationalError {
         /// Stage of the fit.
         stage: &'static str,
     },
+}
+
+/// Samples of Q responses at common points.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Samples {
+    /// s_k \[1/s\].
+    pub points: Vec<Complex64>,
+    /// Row q: H_q(s_k).
+    pub responses: Vec<Vec<Complex64>>,
+    /// One weight per response: the reciprocal of the error that counts as 1.
+    pub weights: Vec<f64>,
+    /// One weight per point, for all responses.
+    pub point_weights: Vec<f64>,
+}
+
+impl Samples {
+    /// Checks that responses are finite and samples enough for so many real unknowns.
+    fn check(&self, unknowns: usize, stage: &'static str) -> Result<(), RationalError> {
+        if 2 * self.points.len() < unknowns {
+            return Err(RationalError::TooFewSamples { samples: self.points.len(), unknowns });
+        }
+        let finite = self.responses.iter().flatten().all(|value| value.is_finite());
+        if finite { Ok(()) } else { Err(RationalError::NotFinite { stage }) }
+    }
 }

@@ -13,7 +13,7 @@ use super::height_map::{LARGE_SPAN, RoadHeightMap, fill, remove_plane};
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
-use crate::road::texture::profile::remove_line;
+use crate::road::texture::levels::remove_line;
 use crate::road::texture::{HeightOrigin, rms};
 use crate::scene::Levelling;
 

@@ -11,7 +11,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 use serde::Serialize;
 
-use super::profile::remove_line;
+use super::levels::remove_line;
 
 /// Segment length \[m\].
 const SEGMENT_LENGTH: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! Third-octave levels of profiles.
+//! Third-octave levels of profiles; their line and root mean square.
 //!
 //! 1. Remove mean and linear slope, apply a Hann window over the whole length, scaled to keep the mean square.
 //! 2. Transform; the one-sided power spectrum at the lines k/length, each line a cell one line spacing wide.
@@ -9,8 +9,6 @@ use std::ops::RangeInclusive;
 
 use realfft::RealFftPlanner;
 use serde::Serialize;
-
-use super::profile::remove_line;
 
 /// Reference height of texture levels \[m\].
 const REFERENCE_HEIGHT: f64 = 1e-6;
@@ -203,6 +201,32 @@ pub(crate) fn bands_between(longest: f64, shortest: f64) -> impl Iterator<Item =
         let (lower, upper) = band_edges(band);
         lower * longest * slack >= 1.0 && upper * shortest <= slack
     })
+}
+
+/// Subtracts mean and least-squares line.
+pub(crate) fn remove_line(heights: &mut [f64]) {
+    let (mean, slope) = line_of(heights);
+    let middle = 0.5 * (heights.len() as f64 - 1.0);
+    for (index, height) in heights.iter_mut().enumerate() {
+        *height -= mean + slope * (index as f64 - middle);
+    }
+}
+
+/// Mean, and slope per sample, of the least-squares line about the middle of the profile.
+pub(crate) fn line_of(heights: &[f64]) -> (f64, f64) {
+    let count = heights.len() as f64;
+    let middle = 0.5 * (count - 1.0);
+    let mean = heights.iter().sum::<f64>() / count.max(1.0);
+    let moment: f64 = heights.iter().enumerate().map(|(index, height)| (index as f64 - middle) * height).sum();
+    let inertia = count * (count * count - 1.0) / 12.0;
+    (mean, if inertia > 0.0 { moment / inertia } else { 0.0 })
+}
+
+/// Root mean square about the mean \[m\].
+pub(crate) fn rms(heights: &[f64]) -> f64 {
+    let count = heights.len().max(1) as f64;
+    let mean = heights.iter().sum::<f64>() / count;
+    (heights.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count).sqrt()
 }
 
 #[cfg(test)]

@@ -1,14 +1,12 @@
-//! Texture measures: [`profile`] has a profile's line and height, [`depth`] its mean profile depth, [`levels`] its
-//! third octaves, [`wavenumber`] how fine the surface is.
+//! Texture measures: [`depth`] has a profile's mean profile depth, [`levels`] its line, height and third octaves,
+//! [`wavenumber`] how fine the surface is.
 
 pub(crate) mod depth;
 pub(crate) mod levels;
-pub(crate) mod profile;
 pub(crate) mod wavenumber;
 
 pub(crate) use depth::{HeightOrigin, ProfileDepth};
 pub(crate) use levels::{
     BandFit, LOWEST_LEVEL, OverallLevel, ProfileSpectrum, TextureLevel, band_edges, bands_between, level, line_inside,
-    mean_square, mid_wavelength, nearest_band,
+    line_of, mean_square, mid_wavelength, nearest_band, rms,
 };
-pub(crate) use profile::{line_of, rms};

@@ -4,7 +4,7 @@ use super::measure::{Measured, StandingTyre, ValidationRun};
 use super::missing::{Compared, Lacks};
 use super::published::{BANDS, PUBLISHED_SPEEDS, Published, ROAD, RangeOrigin, bands, decades, energy_sum};
 use super::row::{Group, ValidationRow};
-use crate::numeric::straight_line::StraightLine;
+use crate::numeric::StraightLine;
 use crate::response::ThirdOctaveBand;
 use crate::scene::NamedTexture;
 use crate::sound::{Compared as TotalsCompared, TotalLevel};

@@ -37,8 +37,7 @@ use super::traction_influence::{COMPONENTS, PairTables, TractionInfluence, Unifo
 use crate::numeric::{Ring, sinc};
 use crate::scene::Sides;
 use crate::tyre::layers::compliance::Matrix3;
-use crate::tyre::layers::surface_asymptote::thickness_limit;
-use crate::tyre::layers::traction_asymptote::HalfSpaceTraction;
+use crate::tyre::layers::surface_asymptote::{HalfSpaceTraction, thickness_limit};
 
 /// Number of pairs of components.
 pub(crate) const PAIRS: usize = COMPONENTS * COMPONENTS;

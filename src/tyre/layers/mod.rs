@@ -9,8 +9,7 @@
 //! - [`cylinder`]: the same wave by wave, prepared once for all s;
 //! - [`rotation`]: growth and hoop stress of a tyre that turns;
 //! - [`lane_compliance`]: the flat stack at several s in lockstep;
-//! - [`surface_asymptote`]: the limit of C_zz at high wavenumbers;
-//! - `traction_asymptote`: that of all components, at real s;
+//! - [`surface_asymptote`]: the limit of C_zz at high wavenumbers, and of all components at real s;
 //! - [`cases`]: files of wavenumbers and s in, C and D out.
 
 mod anisotropic;
@@ -31,7 +30,6 @@ mod radial_polynomials;
 pub(crate) mod rotation;
 mod scaled_series;
 pub(crate) mod surface_asymptote;
-pub(crate) mod traction_asymptote;
 mod triangle;
 
 #[cfg(test)]

@@ -2,13 +2,12 @@
 //!
 //! `target` turns levels or a power law into band energies of a profile, `rings` finds the two-dimensional spectrum
 //! whose profiles have them, `sizes` divides it into levels of some octaves and computes their sizes, `levels` draws
-//! each in patches, `synthesis` sums them row by row; `noise` has their random numbers, `rows` their inner loop.
+//! each in patches, `synthesis` sums them row by row; `rows` has their inner loop.
 //! `shape` gives heights their skewness and kurtosis, `translation` finds the Gaussian spectrum that the shape
 //! transforms into the wanted one.
 
 mod levels;
 mod nnls;
-mod noise;
 mod rings;
 mod rows;
 mod shape;

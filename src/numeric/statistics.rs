@@ -85,8 +85,8 @@ impl StraightLine {
     }
 }
 
-/// Student's distribution: probability that |t| stays below a value for so many degrees of freedom (at least 1): Abramowitz and Stegun, 26.7.3
-/// and 26.7.4.
+/// Student's distribution: probability that |t| stays below a value for so many degrees of freedom (at least 1):
+/// Abramowitz and Stegun, 26.7.3 and 26.7.4.
 fn probability_of_student(value: f64, freedom: usize) -> f64 {
     let angle = (value / (freedom as f64).sqrt()).atan();
     let (sine, cosine) = angle.sin_cos();

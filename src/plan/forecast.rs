@@ -92,7 +92,8 @@ impl Plan {
             loaded.complain(
                 "numerics.elements",
                 format!(
-                    "{} elements and {} steps need about {hours:.1e} core hours{}, more than numerics.time_limit = {} h",
+                    "{} elements and {} steps need about {hours:.1e} core hours{}, more than numerics.time_limit = {} \
+                     h",
                     numerics.elements,
                     self.steps,
                     most.unwrap_or_default(),

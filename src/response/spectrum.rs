@@ -19,8 +19,8 @@
 //! than the record averages (Welch 1967, Modified periodograms); a single pair (J = 1) keeps the finest resolution.
 //!
 //! Statistical error: of noise with the density S, the mean square E of a band over a record of T seconds has the
-//! variance (1/T) integral S^2 df (Bendat & Piersol 2010, Random Data, section 8.5). The bins P_k of the record estimate
-//! the integral; the mean of P_k^2 is (1 + 1.2/J) times that of S^2, as neighbouring segments are correlated by
+//! variance (1/T) integral S^2 df (Bendat & Piersol 2010, Random Data, section 8.5). The bins P_k of the record give an
+//! estimate of it; the mean of P_k^2 is (1 + 1.2/J) times that of S^2, as neighbouring segments are correlated by
 //! 1/pi^2. So the standard error in dB is 10/ln(10) sqrt(sum P_k^2/df/(T (1 + 1.2/J)))/E. Narrow resonances, which
 //! leave a band few degrees of freedom, count by their squares; of a tone it is too large.
 //!
@@ -150,7 +150,7 @@ impl PowerSpectrum {
         self.bins_within(frequencies).map(|(part, _)| part).sum()
     }
 
-    /// Of each bin that some frequencies \[Hz\] overlap, the power within them, and all of its power.
+    /// Bins that some frequencies \[Hz\] overlap: the power of each within them, and all of its power.
     fn bins_within(&self, frequencies: Range<f64>) -> impl Iterator<Item = (f64, f64)> + '_ {
         let (from, to) = (frequencies.start.max(0.0), frequencies.end.min(self.nyquist));
         let bins = if from < to {

@@ -47,13 +47,14 @@ pub struct SoundParts {
 
 /// Table of third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level
 /// \[dB(A)\], 1 for valid levels and 0 for others, error of valid levels by the numerical solution and the transfer
-/// path, by slices, and standard error; empty where that is not known \[dB\]. Where there are parts, their levels
-/// follow; where voids are open, the standard deviation of the level over their places \[dB\].
+/// path, and by slices; empty where that is not known \[dB\]. Where there are parts, their levels follow; where voids
+/// are open, the standard deviation of the level over their places \[dB\]. Last the standard error \[dB\].
 pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
-    const HEADER: &str = "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db,\
-         standard_error_db";
+    const HEADER: &str =
+        "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
     const PARTS: &str = "vibration_db_re_20upa,squeeze_db_re_20upa";
     const SPREAD: &str = "voids_spread_db";
+    const SCATTER: &str = "standard_error_db";
     let has_parts = spectra.iter().any(|spectrum| spectrum.parts.is_some());
     let has_places = spectra.iter().any(|spectrum| !spectrum.places.is_empty());
     let third_octaves = |spectrum| SoundLevels::of(spectrum, lowest..f64::INFINITY).third_octaves;
@@ -68,17 +69,18 @@ pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices
             let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
             let error = optional(error.of_band(middle).filter(|_| plain.valid));
             let by_slices = optional(slices.and_then(|slices| slices.sound(band)));
-            let scatter = optional(spectrum.standard_error([band]));
-            let [level, level_a] = [plain.level, weighted.level];
-            let of_sum = row([name, &nominal, &middle, &level, &level_a, &valid, &error, &by_slices, &scatter]);
+            let of_sum = row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices]);
             let of_parts =
                 parts.iter().flat_map(|[vibration, squeeze]| row([&vibration[index].level, &squeeze[index].level]));
             let of_places = spread(places.iter().map(|bands| bands[index].level)).map(|spread| row([&spread]));
-            of_sum.into_iter().chain(of_parts).chain(of_places.into_iter().flatten()).collect::<Vec<String>>()
+            let of_record = [optional(spectrum.standard_error([band]))];
+            let optional = of_parts.chain(of_places.into_iter().flatten());
+            of_sum.into_iter().chain(optional).chain(of_record).collect::<Vec<String>>()
         })
     });
     let parts = PARTS.split(',').filter(|_| has_parts);
-    csv(HEADER.split(',').chain(parts).chain([SPREAD].into_iter().filter(|_| has_places)), rows)
+    let spread = [SPREAD].into_iter().filter(|_| has_places);
+    csv(HEADER.split(',').chain(parts).chain(spread).chain([SCATTER]), rows)
 }
 
 /// Standard deviation of levels; `None` for fewer than two.

@@ -213,7 +213,7 @@ fn a_draft_solves_nothing_and_states_its_error() {
     let apart = number(&draft, "/receivers/0/level") - number(&full, "/receivers/0/level");
     assert!(apart.abs() < 3.0 && apart.abs() > 1e-6, "{apart} dB between the qualities");
     let table = fs::read_to_string(folder.path().join("draft/sound.csv")).unwrap();
-    assert!(table.lines().next().unwrap().ends_with("valid,error_db,slice_error_db"), "{table}");
+    assert!(table.lines().next().unwrap().ends_with("valid,error_db,slice_error_db,standard_error_db"), "{table}");
     fs::write(folder.path().join("coarse.toml"), format!("{text}\n{way}\n")).unwrap();
     let reported = program(folder.path(), &["effects", "coarse.toml", "--out", "effects", "--duration", "0.9"]);
     let reported = String::from_utf8_lossy(&reported.stdout).into_owned();

@@ -70,15 +70,16 @@ impl CacheArguments {
                 ];
                 let entries = cache.list(&kinds)?;
                 let (usable, others): (Vec<_>, Vec<_>) = entries.iter().partition(|entry| entry.usable.is_ok());
+                let megabytes = |bytes: u64| format!("{:.1}", bytes as f64 / 1e6);
                 let of_kind = kinds.iter().filter_map(|kind| {
                     let extension = OsStr::new(kind.extension);
                     let sizes = usable.iter().filter(|entry| entry.path.extension() == Some(extension));
                     let sizes: Vec<u64> = sizes.map(|entry| entry.bytes).collect();
-                    let total = sizes.iter().sum::<u64>() as f64;
-                    (!sizes.is_empty()).then(|| row([&kind.format.name, &sizes.len(), &format!("{:.1}", total / 1e6)]))
+                    let total = megabytes(sizes.iter().sum());
+                    (!sizes.is_empty()).then(|| row([&kind.format.name, &sizes.len(), &total]))
                 });
-                let mut report = Report::default();
                 let of_kind: Vec<_> = of_kind.collect();
+                let mut report = Report::default();
                 if !of_kind.is_empty() {
                     report.table(aligned(["contents", "entries", "MB"], of_kind));
                 }
@@ -86,12 +87,12 @@ impl CacheArguments {
                     let rows = others.iter().map(|entry| {
                         let name = entry.path.file_name().unwrap_or_default().to_string_lossy();
                         let reason = entry.usable.as_ref().err().map(ToString::to_string).unwrap_or_default();
-                        row([&name, &format!("{:.1}", entry.bytes as f64 / 1e6), &reason])
+                        row([&name, &megabytes(entry.bytes), &reason])
                     });
                     report.table(words(["not usable", "MB", "reason"], rows));
                 }
-                let total: u64 = entries.iter().map(|entry| entry.bytes).sum();
-                report.text(format!("{} entries, {:.1} MB in {folder}\n", entries.len(), total as f64 / 1e6));
+                let total = megabytes(entries.iter().map(|entry| entry.bytes).sum());
+                report.text(format!("{} entries, {total} MB in {folder}\n", entries.len()));
                 context.print_report(&report)
             }
         }

@@ -12,7 +12,7 @@
 //!    the search takes y_i itself and d_i follows from the forces;
 //! 4. the forces join the history.
 //!
-//! So for slices, in `slices`; over cells, [`CellZone`] does the same for each cell of the window.
+//! So for slices, in `slices`; over cells, `CellZone` does the same for each cell of the window.
 
 use std::ops::Range;
 

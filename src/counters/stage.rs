@@ -1,4 +1,4 @@
-//! The stages of a run. Exact work counters.
+//! Stages of a run, which are timed, and exact counters of its work.
 
 use super::catalogue::catalogue;
 

@@ -1,5 +1,5 @@
-//! Warnings, from a plan alone, about a run that will hardly give what it is asked for. Shortest warm-up in which an
-//! axle finds the height for its load.
+//! Warnings, from a plan alone, about a run that will hardly give what it is asked for, such as one whose warm-up is
+//! too short for the axle to find the height for its load.
 
 use crate::contact::axle::LoadControl;
 use crate::scene::{LoadedScene, Rolling, SceneError, short};

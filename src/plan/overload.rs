@@ -1,4 +1,4 @@
-//! Loads beyond the range of a tyre's model: a linear tyre carries any. Loads that load indices stand for.
+//! Loads beyond the range of a tyre's model, as a linear tyre carries any, or beyond its load index.
 
 use crate::contact::static_contact::StaticContact;
 use crate::scene::{Axle, GRAVITY, LoadedScene, SceneError, Tyre, short};

@@ -1,4 +1,4 @@
-//! Units of work, and the cost of each on one core. Measured costs of units of work on this machine, stored beside the
+//! Units of work and the cost of each on one core: a typical one, or as measured on this machine and stored beside the
 //! fitted models.
 
 use std::fs;
@@ -103,7 +103,7 @@ impl WorkUnit {
     }
 }
 
-/// Costs of work on a machine, relative to the [typical](Unit::typical) cost of its units.
+/// Costs of work on a machine, relative to the [typical](WorkUnit::typical) cost of its units.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct UnitCosts {
     /// Factors by [`Stage`].

@@ -1,7 +1,8 @@
 //! Sound that a rigid body radiates over a rigid road when its surface vibrates, by boundary elements.
 //!
 //! A tyre's transfers, to be multiplied with its vibration: [`TransferProblem`] at one wavenumber, [`transfers`] over a
-//! range of frequencies chosen adaptively. Any body and velocity: [`RadiationProblem`]. Reference command: [`cases`].
+//! range of frequencies chosen adaptively. Any body and velocity: [`solve::RadiationProblem`]. Reference command:
+//! [`cases`].
 //!
 //! - Time factor exp(+i w t), G = exp(-ikR)/(4 pi R), normals and v_n > 0 out of the body into the air, dp/dn =
 //!   -i w rho v_n. The road z = 0 is rigid, by images. The air is inviscid.

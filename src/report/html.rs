@@ -1,5 +1,4 @@
-//! Text, tables and pictures as HTML, for self-contained pages. Pictures in a page: SVG that draws and does nothing
-//! else.
+//! Text, tables and pictures as HTML, for self-contained pages. Pictures are SVG that draws and does nothing else.
 
 use crate::results::table::{Report, ReportPart, TextTable};
 use maud::{DOCTYPE, Markup, PreEscaped, html};

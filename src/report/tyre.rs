@@ -1,5 +1,5 @@
-//! A tyre as JSON, for scripts: modes, contact under loads, mobility. The mobility of patches of the tread in a picture
-//! (Larsson's figure 2).
+//! A tyre as JSON, for scripts: modes, contact under loads, mobility; and a picture of the mobility of patches of the
+//! tread (Larsson's figure 2).
 
 use crate::contact::static_contact::StaticContact;
 use crate::results::plots::{Axis, LinePlot, Series};

@@ -1,5 +1,5 @@
-//! End of a run: files and findings of its effects, and the summary. Impossible energies of a run: a search that has
-//! satisfied its conditions may still have gone wrong.
+//! End of a run: its energies, which are refused if they are impossible, since a search that has satisfied its
+//! conditions may still have gone wrong; files and findings of its effects; and the summary.
 
 use crate::counters::{Meter, Stage};
 use crate::effects::{Found, RunError};

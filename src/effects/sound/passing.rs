@@ -10,8 +10,6 @@
 //!
 //! The rear tyres of a vehicle roll where the front ones have rolled, a wheelbase/V later. Noise with that delay is
 //! incoherent except for tones, so they, too, add as mean squares.
-//!
-//! Passages of a microphone beside the road that a run is long enough for.
 
 use std::ops::Range;
 

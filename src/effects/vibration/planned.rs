@@ -1,4 +1,4 @@
-//! Sizes and expected cost of the vibration. Rows of the plan on the velocities of belt and tread.
+//! Vibration in a plan: the rows on the velocities of belt and tread, sizes, and expected cost.
 
 use crate::counters::{Counter, Stage};
 use crate::plan::amounts::wavenumbers;

@@ -1,4 +1,4 @@
-//! Values that later stages ask for, and their rows in words. Row of the table of effects: its words, its decision, its
+//! Decisions as later stages ask for them: their values, and the rows of the table of effects with words, decision and
 //! switch.
 
 use crate::scene::{Axle, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};

@@ -1,4 +1,4 @@
-//! Settings that a study varies, which trade accuracy for time in a scene. Options of a study.
+//! Options of a study, and the settings of a scene that it varies, which trade accuracy for time.
 
 use crate::plan::decisions::{cells_across, square_cells};
 use crate::plan::front::{FrontRow, cell_for};

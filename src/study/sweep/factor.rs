@@ -1,5 +1,5 @@
-//! Factor of a sweep: a key of the scene and its values. Designs of experiments: which combinations of several factors'
-//! values are run.
+//! Factors of a sweep, each a key of the scene and its values, and designs of experiments, which choose the
+//! combinations of several factors' values that are run.
 
 use std::str::FromStr;
 

@@ -1,6 +1,6 @@
 //! One scene at many speeds, loads, roads and settings.
 //!
-//! 1. [`factor`] and [`mod@design`]: what is varied, and which of its values are tried together;
+//! 1. [`factor`]: what is varied, and which of its values are tried together;
 //! 2. [`mod@variants`]: the scenes, checked before anything runs;
 //! 3. [`mod@run`]: what is finished is left alone, what was interrupted continues, the rest is run, several at a time;
 //! 4. [`table`]: levels side by side, and how they grow with the speed; [`repeated`]: means over seeds, with their

@@ -45,7 +45,7 @@ fn every_module_is_documented_in_the_order_of_levels() {
         .collect();
     assert!(modules.len() >= 9);
     for module in &modules {
-        assert!(level(module).is_some(), "{module} has no level in tests/suite/layers.rs");
+        assert!(level(module).is_some(), "{module} has no level in tests/suite/layers/mod.rs");
         assert!(text.contains(&format!("`{module}`")), "src/lib.rs does not say where {module} stands");
     }
     let documented: Vec<usize> = text

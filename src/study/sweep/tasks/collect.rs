@@ -1,5 +1,4 @@
-//! Collection of all tasks' outcomes, and of the missing tasks. Compact lists of task numbers, as batch systems read
-//! them: `3,7-9`.
+//! Collection of all tasks' outcomes, and of the missing tasks as a compact list that batch systems read: `3,7-9`.
 
 use std::fmt;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! One scene with everything needed to run it. Why a folder of tasks cannot be used.
+//! One scene of a folder of tasks, with everything needed to run it, and reasons why such a folder cannot be used.
 
 use std::io;
 use std::path::{Path, PathBuf};

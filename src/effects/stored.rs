@@ -219,7 +219,8 @@ mod tests {
     #[test]
     fn silence_is_read_as_it_is_written() {
         let band = BandLevel { band: ThirdOctaveBand(-10), mean_square: 0.0, level: f64::NEG_INFINITY, valid: true };
-        let table = StoredTable::parse(&force_levels_csv(&[band], &LevelErrors::default(), |_| None)).unwrap();
+        let table =
+            StoredTable::parse(&force_levels_csv(&[band], &LevelErrors::default(), |_| None, |_| None)).unwrap();
         assert_eq!(levels(&table, "level_db_re_1n").unwrap(), [(String::new(), vec![band])]);
     }
 }

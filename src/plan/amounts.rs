@@ -93,6 +93,12 @@ pub struct Amounts {
     pub fit_memory: f64,
     /// Memory that is allocated during the fit and held in the steps, included in [`Self::memory`] \[bytes\].
     pub fit_memory_that_stays: f64,
+    /// Largest memory of runs that are over before this one begins, on one thread, and more for each other thread
+    /// \[bytes\].
+    #[serde(skip)]
+    pub(crate) memory_before: f64,
+    #[serde(skip)]
+    pub(crate) memory_per_thread_before: f64,
     /// Result arrays \[bytes\].
     pub result_bytes: f64,
     /// Models, waves and transfers that the run leaves in the cache \[bytes\].
@@ -126,7 +132,8 @@ impl Amounts {
     /// fit before them.
     pub fn memory_on(&self, threads: usize) -> f64 {
         let fit = self.set_up_memory_on(threads);
-        (fit + self.fit_memory_that_stays).max(self.step_memory_on(threads))
+        let before = self.memory_before + self.memory_per_thread_before * (threads as f64 - 1.0);
+        (fit + self.fit_memory_that_stays).max(self.step_memory_on(threads)).max(before)
     }
 
     /// Memory of the steps on `threads` threads \[bytes\].
@@ -154,6 +161,20 @@ impl Amounts {
 
     pub(crate) fn hold(&mut self, what: &'static str, bytes: f64) {
         self.memory.push((what, bytes));
+    }
+
+    /// Adds the work of another run, which is done before this one; its memory is free again by then.
+    pub(crate) fn add_before(&mut self, other: &Self) {
+        self.work.extend(other.work.iter().map(|&amount| {
+            let place = match amount.place {
+                WorkPlace::Before | WorkPlace::March => WorkPlace::Before,
+                WorkPlace::BeforeOnAll | WorkPlace::MarchOnAll | WorkPlace::Background => WorkPlace::BeforeOnAll,
+            };
+            Amount { place, ..amount }
+        }));
+        self.cache_bytes += other.cache_bytes;
+        self.memory_before = self.memory_before.max(other.memory_on(1));
+        self.memory_per_thread_before = self.memory_per_thread_before.max(other.memory_on(2) - other.memory_on(1));
     }
 
     fn direct(&mut self, scene: &Scene, plan: &Plan) {

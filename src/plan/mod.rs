@@ -17,6 +17,7 @@ pub(crate) mod feasible;
 mod forecast;
 mod foreseen;
 pub(crate) mod front;
+pub(crate) mod meshes;
 pub(crate) mod models;
 pub(crate) mod overload;
 pub(crate) mod receivers;
@@ -33,10 +34,11 @@ pub(crate) mod unit;
 pub(crate) use amounts::{Amounts, WorkPlace};
 pub use decisions::Decisions;
 pub(crate) use forecast::{Forecast, process_memory};
+pub(crate) use meshes::MeshCorrections;
 pub(crate) use unit::UnitCosts;
 pub use unit::WorkUnit;
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use crate::contact::ContactError;
 use crate::contact::static_contact::StaticContact;
@@ -111,6 +113,12 @@ pub struct Plan {
     pub(crate) reach: f64,
     /// Length of the window of cells over that of the reported forces: 1, and more once contact has reached its end.
     pub(crate) window: f64,
+    /// Short runs over the scene's and the finer mesh by which the levels are corrected; empty without `outputs.levels`.
+    pub(crate) short_runs: Vec<Self>,
+    /// Correction of the levels, set once those runs are done.
+    pub(crate) corrections: Option<Arc<MeshCorrections>>,
+    /// Where spectra keep the transforms of their segments, what the lengths of these are multiples of.
+    pub(crate) kept_transforms: Option<usize>,
     /// Contact on a smooth road, computed at first use: nothing else in a plan takes as long.
     standing: OnceLock<Result<StaticContact, ContactError>>,
 }
@@ -167,6 +175,9 @@ impl Plan {
             stored_frequencies: Vec::new(),
             reach: 1.0,
             window: 1.0,
+            short_runs: Vec::new(),
+            corrections: None,
+            kept_transforms: None,
             standing: OnceLock::new(),
         }
     }

@@ -115,6 +115,12 @@ impl Sound {
         self.duration_for((seconds / self.path.layout.time_step + ends) as u64 + 1)
     }
 
+    /// True if pressures are stored over time, for sound files, passages or intensities.
+    pub(crate) fn is_stored(&self) -> bool {
+        let audio = self.path.radiation.audio;
+        self.receivers.iter().any(|receiver| receiver.is_passed() || receiver.standard().is_stored(audio))
+    }
+
     /// For so many samples of all points at a speed \[m/s\]: the number of samples that are stored, and the number of
     /// samples of passages that are computed.
     pub(crate) fn recorded_samples(&self, samples: usize, speed: f64) -> [f64; 2] {

@@ -3,7 +3,7 @@
 use super::decisions::cells_across;
 use super::front::{FrontRow, STATED_FROM};
 use super::resolution::{Need, Resolution};
-use crate::scene::{History, Numerics, Scene, Switch, Zone};
+use crate::scene::{History, MeshLevels, Numerics, Scene, Switch, Zone};
 use thiserror::Error;
 
 /// Reasons why the numerical error of a scene's levels is not known.
@@ -31,9 +31,25 @@ impl FrontRow {
     /// # Errors
     /// Why none is stated.
     pub(crate) fn stated_error(scene: &Scene) -> Result<(f64, f64), Unstated> {
+        if let Some(levels) = &scene.outputs.levels {
+            return Self::stated_error_of_finer_mesh(scene, levels);
+        }
         let (row, fmax) = Self::asked_for(scene).zip(scene.numerics.fmax).ok_or(Unstated::NoPreset)?;
         let error = row.error_for(scene, fmax).ok_or(Unstated::OfNoRow)?;
         row.departure(scene, fmax).map_or(Ok((STATED_FROM, error)), Err)
+    }
+
+    /// As [`Self::stated_error`], for levels of a finer mesh: those of the most accurate row whose settings it keeps.
+    fn stated_error_of_finer_mesh(scene: &Scene, levels: &MeshLevels) -> Result<(f64, f64), Unstated> {
+        let mut finer = scene.clone();
+        finer.numerics.elements = levels.fine_elements(scene.numerics.elements);
+        finer.outputs.levels = None;
+        let of = |row: &Self| {
+            let numerics = Numerics { preset: Some(row.preset), accuracy: None, ..finer.numerics.clone() };
+            Self::stated_error(&Scene { numerics, ..finer.clone() })
+        };
+        let stated = Self::all(scene.contact.zone).iter().rev().find_map(|row| of(row).ok());
+        stated.map_or_else(|| Self::stated_error(&finer), Ok)
     }
 
     /// A key of a scene by which the row's error does not hold; `None` if there is none.
@@ -91,6 +107,22 @@ mod tests {
         assert_eq!(stated(&scene), Ok(3.0_f64.to_bits()));
         scene.numerics.fmax = Some(2500.0);
         assert_eq!(stated(&scene), Err(Unstated::OfNoRow));
+    }
+
+    #[test]
+    fn levels_of_a_finer_mesh_have_the_error_of_its_row() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        scene.contact.zone = Zone::Cells;
+        (scene.numerics.preset, scene.numerics.fmax) = (Some(Preset::Draft), Some(1000.0));
+        scene.contact.cells_across = Some(56);
+        let stated = |scene: &Scene| FrontRow::stated_error(scene).map(|(_, error)| error.to_bits());
+        assert_eq!(stated(&scene), Ok(5.0_f64.to_bits()));
+        scene.outputs.levels = Some(MeshLevels { standard_error: 0.5, elements: None });
+        assert_eq!(stated(&scene), Ok(3.0_f64.to_bits()));
+        scene.numerics.elements /= 2;
+        assert_eq!(stated(&scene), Ok(5.0_f64.to_bits()));
+        scene.numerics.elements /= 2;
+        assert_eq!(stated(&scene), Err(Unstated::Coarser("numerics.elements")));
     }
 
     #[test]

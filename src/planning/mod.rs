@@ -5,7 +5,7 @@ use crate::effects::{Arrays, EFFECTS, channels};
 use crate::plan::decisions::{DecisionRow, Decisions, LATE, PHYSICS};
 use crate::plan::models::cached_cell_poles;
 use crate::plan::settle::{self, PlannedSetting};
-use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, cached_poles, feasible};
+use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, cached_poles, feasible, meshes};
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::Cache;
 
@@ -52,10 +52,13 @@ impl Plan {
         plan.check_rotation(loaded)?;
         plan.decisions.notes.extend(plan.outrun_tread());
         choices.extend(EFFECTS.iter().filter_map(|effect| effect.choice(&plan)));
+        choices.extend(plan.choice_of_finer_mesh());
         let notes: Vec<String> = EFFECTS.iter().flat_map(|effect| effect.notes(&plan)).collect();
         plan.decisions.notes.extend(notes);
         plan.choices = choices;
         plan.overridden = settle::overridden(loaded, &scene);
+        let short = meshes::short_scenes(loaded, &scene, plan.compared_at_first())?;
+        plan.short_runs = short.iter().flatten().map(|scene| Self::new(scene).standing_as(&plan)).collect();
         if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
             let note = format!(
                 "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \
@@ -78,6 +81,7 @@ impl Plan {
         self.cached_poles = cached_poles(&self);
         self.cached_cell_poles = Cache::open().ok().and_then(|cache| cached_cell_poles(&self, &cache));
         EFFECTS.iter().for_each(|effect| effect.look_up(&mut self));
+        self.short_runs = std::mem::take(&mut self.short_runs).into_iter().map(Self::with_cached_model).collect();
         self
     }
 
@@ -90,6 +94,7 @@ impl Plan {
         amounts.add_results(self, Arrays::bytes(channels(), self, window));
         // The last effect, sound, takes what memory the others leave.
         EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
+        self.short_runs.iter().for_each(|plan| amounts.add_before(&plan.amounts()));
         amounts
     }
 

@@ -26,13 +26,14 @@
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
+use num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 
 use super::spectrum::{PowerSpectrum, SpectrumError};
 use crate::numeric::{RunningMoments, transform_length};
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 
-const FEWEST_SAMPLES: usize = 8;
+pub(crate) const FEWEST_SAMPLES: usize = 8;
 
 /// Averaged spectrum of a record of known length, fed sample by sample.
 #[derive(Clone)]
@@ -54,6 +55,8 @@ pub struct SpectrumAccumulator {
     segments: [Vec<f64>; 2],
     /// |X|^2, Re(X conj W) and |W|^2 by bin.
     sums: [Vec<f64>; 3],
+    /// X of every segment, where they are kept.
+    transforms: Option<Vec<Vec<Complex64>>>,
 }
 
 impl PowerSpectrum {
@@ -88,23 +91,42 @@ impl SpectrumAccumulator {
             .map_or(longest_segment, |seconds| (seconds / time_step).clamp(FEWEST_SAMPLES as f64, longest_segment));
         let hops = ((longest_segment / wanted).round() as u64).max(1);
         let hop = samples as f64 / hops as f64;
-        // An even length with small prime factors, fast to transform; zeros in the tail change no energy.
-        let length = transform_length((2.0 * hop).ceil() as usize + 2);
-        let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
-        let sum = vec![0.0; length / 2 + 1];
-        Ok(Self {
+        let this = Self {
             samples: samples as u64,
             time_step,
             hops,
             hop,
             fade: 0,
+            transform: RealFftPlanner::<f64>::new().plan_fft_forward(2),
             moments: RunningMoments::default(),
             not_finite: None,
             open: 0,
+            segments: Default::default(),
+            sums: Default::default(),
+            transforms: None,
+        };
+        Ok(this.in_lengths(1))
+    }
+
+    /// The same accumulator, whose transforms have a length that is a multiple of `multiple`: fast to transform, with
+    /// zeros in the tail, which change no energy.
+    fn in_lengths(self, multiple: usize) -> Self {
+        let length = multiple * transform_length((2.0 * self.hop / multiple as f64).ceil() as usize + 2);
+        let sum = vec![0.0; length / 2 + 1];
+        Self {
+            transform: RealFftPlanner::<f64>::new().plan_fft_forward(length),
             segments: [vec![0.0; length], vec![0.0; length]],
             sums: [sum.clone(), sum.clone(), sum],
-            transform,
-        })
+            ..self
+        }
+    }
+
+    /// Keeps the transforms of all segments, where `multiple` is given: of records with the same times and sampling
+    /// rates in the ratio of their multiples they have the same resolution.
+    #[must_use]
+    pub(crate) fn keeping(self, multiple: Option<usize>) -> Self {
+        let Some(multiple) = multiple else { return self };
+        Self { transforms: Some(Vec::new()), ..self.in_lengths(multiple) }
     }
 
     /// As [`Self::new`], for a record that fades in and out over `fade` seconds, or a quarter of its length if that is
@@ -191,7 +213,9 @@ impl SpectrumAccumulator {
             power: power.collect(),
             nyquist: 0.5 / self.time_step,
             valid_to: f64::INFINITY,
-            averaged_over: Some((self.samples - self.fade) as f64 * self.time_step * (1.0 + 1.2 / self.hops as f64)),
+            averaged_over: Some([(self.samples - self.fade) as f64 * self.time_step, 1.0 + 1.2 / self.hops as f64]),
+            gains: Vec::new(),
+            transforms: self.transforms.unwrap_or_default(),
         })
     }
 
@@ -249,6 +273,10 @@ impl SpectrumAccumulator {
             squares[k] += share * x.norm_sqr();
             crosses[k] += share * (x.re * w.re + x.im * w.im);
             windows[k] += share * w.norm_sqr();
+        }
+        let [of_segment, _] = bins;
+        if let Some(transforms) = &mut self.transforms {
+            transforms.push(of_segment);
         }
         // 4. Open the next segment.
         self.segments.swap(0, 1);

@@ -29,9 +29,11 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::band_gain::BandGain;
 use super::third_octave::ThirdOctaveBand;
 use crate::time_rule::TimeRule;
 
@@ -78,8 +80,12 @@ pub struct PowerSpectrum {
     pub nyquist: f64,
     /// Highest frequency at which the signal is valid \[Hz\]; infinite unless set.
     pub valid_to: f64,
-    /// T (1 + 1.2/J), by which standard errors follow from the bins \[s\]; `None` if the power is not that of a record.
-    pub averaged_over: Option<f64>,
+    /// T \[s\] and 1 + 1.2/J, by which standard errors follow from the bins; `None` if the power is not that of a record.
+    pub averaged_over: Option<[f64; 2]>,
+    /// Gains of its bands by which it was corrected, ascending; empty otherwise.
+    pub(crate) gains: Vec<BandGain>,
+    /// Transforms of the segments of the record, or of several records in turn, where they are kept.
+    pub(crate) transforms: Vec<Vec<Complex64>>,
 }
 
 /// Level of one third-octave band.
@@ -97,11 +103,18 @@ pub struct BandLevel {
 }
 
 impl PowerSpectrum {
+    /// Spectrum of the given powers \[unit^2\] in bins at 0, `resolution`, ... \[Hz\], of which no record is known.
+    pub fn of_powers(power: Vec<f64>, resolution: f64, nyquist: f64) -> Self {
+        let (valid_to, gains, transforms) = (f64::INFINITY, Vec::new(), Vec::new());
+        Self { mean: 0.0, resolution, power, nyquist, valid_to, averaged_over: None, gains, transforms }
+    }
+
     /// Mean of spectra over the same frequencies; `None` of none. The means and limits are those of the first.
     pub(crate) fn mean_of<'a>(mut spectra: impl Iterator<Item = &'a Self>) -> Option<Self> {
         let (mut mean, mut count) = (spectra.next()?.clone(), 1.0);
         for spectrum in spectra {
             mean.power.iter_mut().zip(&spectrum.power).for_each(|(sum, power)| *sum += power);
+            mean.transforms.extend_from_slice(&spectrum.transforms);
             count += 1.0;
         }
         mean.power.iter_mut().for_each(|power| *power /= count);
@@ -151,7 +164,7 @@ impl PowerSpectrum {
     }
 
     /// Bins that some frequencies \[Hz\] overlap: the power of each within them, and all of its power.
-    fn bins_within(&self, frequencies: Range<f64>) -> impl Iterator<Item = (f64, f64)> + '_ {
+    pub(super) fn bins_within(&self, frequencies: Range<f64>) -> impl Iterator<Item = (f64, f64)> + '_ {
         let (from, to) = (frequencies.start.max(0.0), frequencies.end.min(self.nyquist));
         let bins = if from < to {
             let first = (from / self.resolution + 0.5).floor() as usize;
@@ -169,16 +182,42 @@ impl PowerSpectrum {
     /// Standard error of the level of the sum of some bands \[dB\]; `None` for silence, or a spectrum that is not of a
     /// record.
     pub fn standard_error(&self, bands: impl IntoIterator<Item = ThirdOctaveBand>) -> Option<f64> {
-        let duration = self.averaged_over?;
-        let (mut sum, mut squares) = (0.0, 0.0);
+        let [seconds, overlap] = self.averaged_over?;
+        let (mut sum, mut variance) = (0.0, 0.0);
         for band in bands {
+            let (mut of_band, mut squares) = (0.0, 0.0);
             for (part, whole) in self.bins_within(band.lower_edge()..band.upper_edge()) {
-                sum += part;
+                of_band += part;
                 squares += part * whole;
             }
+            sum += of_band;
+            variance += match self.gains.iter().find(|gain| gain.band == band) {
+                Some(gain) => gain.variance * of_band * of_band,
+                None => squares / (self.resolution * seconds * overlap),
+            };
         }
-        let deviation = (squares / (self.resolution * duration)).sqrt();
-        (sum > 0.0).then(|| 10.0 / std::f64::consts::LN_10 * deviation / sum)
+        (sum > 0.0).then(|| 10.0 / std::f64::consts::LN_10 * variance.sqrt() / sum)
+    }
+
+    /// Multiplies the power by the gains of its bands, a bin on an edge by each over its part, bins beyond the
+    /// outermost bands by the gains of those.
+    pub(crate) fn correct(&mut self, gains: &[BandGain]) {
+        let (Some(first), Some(last)) = (gains.first(), gains.last()) else { return };
+        for bin in 0..self.power.len() {
+            let interval = self.bin_interval(bin);
+            let part = |from: f64, to: f64| (interval.end.min(to) - interval.start.max(from)).max(0.0);
+            let inside = gains.iter().map(|gain| gain.gain * part(gain.band.lower_edge(), gain.band.upper_edge()));
+            let gained = inside.sum::<f64>()
+                + first.gain * part(0.0, first.band.lower_edge())
+                + last.gain * part(last.band.upper_edge(), f64::INFINITY);
+            self.power[bin] *= gained / (interval.end - interval.start);
+        }
+        self.gains = gains.to_vec();
+    }
+
+    /// What the correction has added to the level of a band \[dB\]; `None` without one.
+    pub(crate) fn correction(&self, band: ThirdOctaveBand) -> Option<f64> {
+        self.gains.iter().find(|gain| gain.band == band).map(|gain| 10.0 * gain.gain.log10())
     }
 
     /// Third-octave levels re `reference` (1 N for forces) of all bands that lie whole between `lowest` \[Hz\] and the

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::pass_by::PassBySummary;
+use super::spectra::CORRECTION;
 use super::table::{csv, optional, row};
 use crate::radiation::{FrequencyReport, RadiatingBody};
 use crate::response::{BandLevel, PowerSpectrum, SliceErrors};
@@ -48,7 +49,8 @@ pub struct SoundParts {
 /// Table of third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level
 /// \[dB(A)\], 1 for valid levels and 0 for others, error of valid levels by the numerical solution and the transfer
 /// path, and by slices; empty where that is not known \[dB\]. Where there are parts, their levels follow; where voids
-/// are open, the standard deviation of the level over their places \[dB\]. Last the standard error \[dB\].
+/// are open, the standard deviation of the level over their places \[dB\]. Last the standard error \[dB\], and of levels
+/// corrected to a finer mesh what that has added \[dB\].
 pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
     const HEADER: &str =
         "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
@@ -56,6 +58,7 @@ pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices
     const SPREAD: &str = "voids_spread_db";
     const SCATTER: &str = "standard_error_db";
     let has_parts = spectra.iter().any(|spectrum| spectrum.parts.is_some());
+    let is_corrected = spectra.iter().any(|spectrum| !spectrum.spectrum.gains.is_empty());
     let has_places = spectra.iter().any(|spectrum| !spectrum.places.is_empty());
     let third_octaves = |spectrum| SoundLevels::of(spectrum, lowest..f64::INFINITY).third_octaves;
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, parts, places, error }| {
@@ -74,13 +77,15 @@ pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices
                 parts.iter().flat_map(|[vibration, squeeze]| row([&vibration[index].level, &squeeze[index].level]));
             let of_places = spread(places.iter().map(|bands| bands[index].level)).map(|spread| row([&spread]));
             let of_record = [optional(spectrum.standard_error([band]))];
+            let added = is_corrected.then(|| optional(spectrum.correction(band)));
             let optional = of_parts.chain(of_places.into_iter().flatten());
-            of_sum.into_iter().chain(optional).chain(of_record).collect::<Vec<String>>()
+            of_sum.into_iter().chain(optional).chain(of_record).chain(added).collect::<Vec<String>>()
         })
     });
     let parts = PARTS.split(',').filter(|_| has_parts);
     let spread = [SPREAD].into_iter().filter(|_| has_places);
-    csv(HEADER.split(',').chain(parts).chain(spread).chain([SCATTER]), rows)
+    let correction = [CORRECTION].into_iter().filter(|_| is_corrected);
+    csv(HEADER.split(',').chain(parts).chain(spread).chain([SCATTER]).chain(correction), rows)
 }
 
 /// Standard deviation of levels; `None` for fewer than two.

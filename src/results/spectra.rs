@@ -6,6 +6,8 @@ use super::table::csv;
 use crate::response::{BandLevel, LevelErrors, ThirdOctaveBand};
 
 pub(crate) const SPECTRA_FILE: &str = "spectra.csv";
+/// Column of what a finer mesh adds to levels \[dB\], where they are corrected to one.
+pub(crate) const CORRECTION: &str = "correction_db";
 
 /// Quantity of its levels.
 pub(crate) const FORCE_LEVEL: &str = "Contact force level [dB re 1 N]";
@@ -15,13 +17,16 @@ pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 
 /// Text of the file. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB
 /// re 1 N\], 1 for valid levels and 0 for others, the numerical error of valid levels, the error by slices and the
-/// standard error of the level \[dB\]. Numbers are written so that reading gives the same bits; where there is none
-/// (the level of silence, an error that is not known) the cell is empty.
+/// standard error of the level \[dB\]; of levels corrected to a finer mesh also what that has added \[dB\]. Numbers are
+/// written so that reading gives the same bits; where there is none (the level of silence, an error that is not known)
+/// the cell is empty.
 pub(crate) fn force_levels_csv(
     levels: &[BandLevel],
     errors: &LevelErrors,
     standard_error: impl Fn(ThirdOctaveBand) -> Option<f64>,
+    correction: impl Fn(ThirdOctaveBand) -> Option<f64>,
 ) -> String {
+    let is_corrected = levels.iter().any(|level| correction(level.band).is_some());
     let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid,error_db,\
                   slice_error_db,standard_error_db";
     let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid: is_valid }| {
@@ -30,9 +35,12 @@ pub(crate) fn force_levels_csv(
         let known = [errors.numerical(band).filter(|_| is_valid), errors.by_slices(band), standard_error(band)];
         let [numerical, slices, scatter] = known.map(|error| error.unwrap_or(f64::NAN));
         let middle = band.mid_frequency();
+        let added = is_corrected.then(|| correction(band).unwrap_or(f64::NAN));
         [band.nominal_frequency(), middle, edges[0], edges[1], mean_square, level, valid, numerical, slices, scatter]
+            .into_iter()
+            .chain(added)
     });
-    csv(header.split(','), rows)
+    csv(header.split(',').chain([CORRECTION].into_iter().filter(|_| is_corrected)), rows)
 }
 
 /// Levels in such a text, with the same bits; `None` if it is another text.
@@ -69,7 +77,7 @@ mod tests {
         let levels = [level(-15, 1.0 / 3.0), level(-14, 0.0), level(-13, 1e-200)];
         let slices = BySlices::Known(vec![(ThirdOctaveBand(-14), 2.0)]);
         let errors = LevelErrors { numerical: Some((0.0, 1.0 / 3.0)), slices };
-        let text = force_levels_csv(&levels, &errors, |band| (band.0 == -13).then_some(0.7));
+        let text = force_levels_csv(&levels, &errors, |band| (band.0 == -13).then_some(0.7), |_| None);
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let rows: Vec<Vec<f64>> = reader
             .records()

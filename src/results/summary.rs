@@ -57,6 +57,9 @@ pub struct Summary {
     /// Sound at the receivers, where there are any and the run was long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound: Option<SoundSummary>,
+    /// Finer mesh whose levels are reported, where they are not those of the run's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub levels: Option<FinerMesh>,
     /// Warnings that the user should act on.
     pub warnings: Vec<String>,
     /// Settings that were chosen, and results that the run leaves out.
@@ -68,6 +71,17 @@ pub struct Summary {
     pub settings: serde_json::Value,
     /// Names of all files in the folder; filled in when it is completed.
     pub files: Vec<String>,
+}
+
+/// Mesh to which the levels of a run are corrected.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub struct FinerMesh {
+    /// Its elements round the tyre.
+    pub elements: usize,
+    /// Time that it and the run's mesh have both rolled after the warm-up \[s\].
+    pub seconds: f64,
+    /// Standard error wanted of third octaves \[dB\].
+    pub standard_error: f64,
 }
 
 /// Results after the warm-up.
@@ -257,6 +271,7 @@ impl Summary {
             contact: ContactQuality::default(),
             vibration: None,
             sound: None,
+            levels: None,
             warnings: Vec::new(),
             notes: Vec::new(),
             cost,

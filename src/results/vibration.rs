@@ -159,14 +159,7 @@ mod tests {
 
     #[test]
     fn tables_hold_every_spectrum_once_and_all_digits() {
-        let spectrum = PowerSpectrum {
-            mean: 0.0,
-            resolution: 1.0 / 3.0,
-            power: vec![1.0 / 7.0; 601],
-            nyquist: 200.0,
-            valid_to: 150.0,
-            averaged_over: None,
-        };
+        let spectrum = PowerSpectrum::of_powers(vec![1.0 / 7.0; 601], 1.0 / 3.0, 200.0).valid_to(150.0);
         let named =
             |place| VelocitySpectrum { field: "belt", frame: "non-rotating", place, spectrum: spectrum.clone() };
         let spectra =

@@ -14,6 +14,7 @@ use crate::counters::process::cpu_time;
 use crate::counters::{Counters, Stage};
 use crate::effects::RunError;
 use crate::numeric::digest::{hexadecimal, sha256};
+use crate::plan::MeshCorrections;
 use crate::results::ResultsError;
 use crate::results::arrays::WrittenArrays;
 use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, UnusableCheckpoint};
@@ -38,6 +39,8 @@ struct Owner {
     path: String,
     /// Files that the scene reads.
     inputs: Vec<Input>,
+    /// Corrections of its levels.
+    corrections: Option<MeshCorrections>,
 }
 
 impl Owner {
@@ -45,7 +48,8 @@ impl Owner {
     fn of(loaded: &LoadedScene, inputs: Vec<Input>) -> Result<(Self, String), RunError> {
         let scene = loaded.scene.to_toml()?;
         let path = loaded.path.to_string_lossy().into_owned();
-        Ok((Self { scene: sha256(&[&scene]), written: loaded.written_toml()?, path, inputs }, scene))
+        let written = loaded.written_toml()?;
+        Ok((Self { scene: sha256(&[&scene]), written, path, inputs, corrections: None }, scene))
     }
 }
 
@@ -75,6 +79,8 @@ pub(crate) struct Checkpoint {
     pub loaded: LoadedScene,
     /// Files that the scene reads.
     pub inputs: Vec<Input>,
+    /// Corrections of its levels.
+    pub corrections: Option<MeshCorrections>,
 }
 
 impl Checkpoint {
@@ -107,7 +113,7 @@ impl Checkpoint {
             return Err(unusable(UnusableCheckpoint::Input { file: file.to_owned() }).into());
         }
         written.check(folder)?;
-        Ok(Self { path, state: body, steps, written, loaded, inputs })
+        Ok(Self { path, state: body, steps, written, loaded, inputs, corrections: owner.corrections })
     }
 
     /// Brings a prepared run to the state; returns its wall and processor time so far.
@@ -210,6 +216,7 @@ impl Checkpoints {
         }
         let open = run.meter.open();
         let state = RunState::of(run, [self.wall(Instant::now()), self.cpu().unwrap_or_default()])?;
+        self.owner.corrections = run.corrections().cloned();
         let owned = (&self.owner, run.next_step(), written);
         checkpoint::write(folder.working(), &(env!("CARGO_PKG_VERSION"), owned, state))?;
         folder.keep_if_stopped();

@@ -11,6 +11,7 @@ use crate::plan::Plan;
 use crate::results::summary::{RunCost, Summary};
 use crate::run::checkpoint::inputs_of;
 use crate::run::end::{finish, summary};
+use crate::run::meshes::corrected;
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 
@@ -32,8 +33,10 @@ pub struct RunInMemory {
 pub fn run_in_memory(loaded: &LoadedScene, mut job: Job<'_>) -> Result<RunInMemory, RunError> {
     let (wall, cpu) = (Instant::now(), cpu_time());
     let plan = Plan::of(loaded)?.with_cached_model();
-    let loaded = &loaded.clone().settled(plan.scene.clone());
-    plan.check(loaded)?;
+    let loaded = loaded.clone().settled(plan.scene.clone());
+    plan.check(&loaded)?;
+    let (loaded, plan) = corrected(loaded, plan, &mut job)?;
+    let loaded = &loaded;
     let mut undrawn = loaded.clone();
     undrawn.scene.outputs.plots = false;
     let inputs = inputs_of(loaded);

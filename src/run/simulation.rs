@@ -16,7 +16,7 @@ use crate::effects::force::ForceObserver;
 use crate::effects::sound::{SoundObserver, SoundResults};
 use crate::effects::vibration::{VibrationObserver, VibrationResults};
 use crate::effects::{Arrays, EFFECTS, EffectObserver, End, Found, KeptArray, Observer, RunError, Step, channels};
-use crate::plan::Plan;
+use crate::plan::{MeshCorrections, Plan};
 use crate::response::PowerSpectrum;
 use crate::response::vibration::ContactPower;
 use crate::results::ResultsError;
@@ -24,7 +24,7 @@ use crate::results::arrays::{ArrayPlace, WrittenArrays};
 use crate::results::files::ResultFiles;
 use crate::results::summary::{FrictionSummary, RollingResistance};
 use crate::run::prepare::{Prepared, prepare};
-use crate::scene::LoadedScene;
+use crate::scene::{LoadedScene, SceneError};
 use crate::storage::state::{Evolving, StateError, StateStream};
 
 /// Steps between two checks of the interrupt flag, with an update of the progress.
@@ -126,6 +126,15 @@ impl Simulation {
         job: &mut Job<'_>,
     ) -> Result<Self, RunError> {
         loaded.check_time_domain()?;
+        if plan.wanted_levels().is_some() {
+            let wrong = "a run that is stepped by its caller has the levels of its own mesh";
+            return Err(SceneError::from(loaded.complain(
+                "outputs.levels",
+                wrong,
+                "leave it out, or run the scene as a whole",
+            ))
+            .into());
+        }
         job.progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, job)?;
         let mut begin = prepared.begin(loaded, plan, in_memory);
@@ -358,6 +367,11 @@ impl Simulation {
         self.next_step = steps;
         let done = self.prepared.march.next_step();
         done == steps || done < steps && self.window() > 1.0
+    }
+
+    /// Corrections of the levels to a finer mesh.
+    pub(crate) fn corrections(&self) -> Option<&MeshCorrections> {
+        self.plan.corrections.as_deref()
     }
 
     /// Length of the window of cells over that of the reported forces.

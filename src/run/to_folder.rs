@@ -1,6 +1,7 @@
 //! A run to a results folder: every step, then spectra, plots and summary.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::counters::process::cpu_time;
@@ -13,6 +14,7 @@ use crate::results::placing::unfinished;
 use crate::results::summary::{Planned, RunCost, Summary};
 use crate::run::checkpoint::{Checkpoint, Checkpoints, inputs_of};
 use crate::run::end::{finish, impossible_energy, summary};
+use crate::run::meshes::corrected;
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 
@@ -44,12 +46,12 @@ pub struct RunReport {
 ///
 /// # Errors
 /// [`RunError`]; nothing is left under the target's name then.
-pub fn run(loaded: &LoadedScene, options: &RunOptions, job: Job<'_>) -> Result<RunReport, RunError> {
+pub fn run(loaded: &LoadedScene, options: &RunOptions, mut job: Job<'_>) -> Result<RunReport, RunError> {
     let begin = Begin::now(&job.meter);
     loaded.check_time_domain()?;
     let plan = Plan::of(loaded)?.with_cached_model();
-    let loaded = &loaded.clone().settled(plan.scene.clone());
-    plan.check(loaded)?;
+    let loaded = loaded.clone().settled(plan.scene.clone());
+    plan.check(&loaded)?;
     // A target that cannot be written to is refused before the long work, not after it; the folder itself is created
     // when there is something to put in.
     drop(ResultsFolder::create(&options.target)?);
@@ -60,7 +62,9 @@ pub fn run(loaded: &LoadedScene, options: &RunOptions, job: Job<'_>) -> Result<R
             unfinished.display()
         ));
     }
-    let planned = PlannedRun::new(loaded, &plan, options.threads, begin.process);
+    let forecast = PlannedRun::forecast(&plan, options.threads, begin.process);
+    let (loaded, plan) = corrected(loaded, plan, &mut job)?;
+    let planned = PlannedRun { loaded: &loaded, plan: &plan, threads: options.threads, planned: forecast };
     planned.carry_out(begin, || Ok(ResultsFolder::create(&options.target)?), None, job)
 }
 
@@ -76,9 +80,14 @@ pub fn resume(path: &Path, threads: usize, job: Job<'_>) -> Result<RunReport, Ru
     let checkpoint = Checkpoint::read(folder.working())?;
     let loaded = checkpoint.loaded.clone();
     loaded.check_time_domain()?;
-    let plan = Plan::of(&loaded)?.with_cached_model();
+    let mut plan = Plan::of(&loaded)?;
+    if let Some(corrections) = &checkpoint.corrections {
+        (plan.corrections, plan.short_runs) = (Some(Arc::new(corrections.clone())), Vec::new());
+    }
+    let plan = plan.with_cached_model();
     plan.check(&loaded)?;
-    let planned = PlannedRun::new(&loaded, &plan, threads, begin.process);
+    let planned = PlannedRun::forecast(&plan, threads, begin.process);
+    let planned = PlannedRun { loaded: &loaded, plan: &plan, threads, planned };
     let partial = folder.working().to_owned();
     planned.carry_out(begin, || Ok(folder), Some(checkpoint), job).map_err(|error| match error {
         // Before its first step: what was stored is still there.
@@ -112,11 +121,11 @@ impl Begin {
     }
 }
 
-impl<'a> PlannedRun<'a> {
-    /// A run with its forecast on `threads` threads, in a process that holds `process` besides \[bytes\].
-    fn new(loaded: &'a LoadedScene, plan: &'a Plan, threads: usize, process: f64) -> Self {
+impl PlannedRun<'_> {
+    /// Forecast on `threads` threads, in a process that holds `process` besides \[bytes\].
+    fn forecast(plan: &Plan, threads: usize, process: f64) -> Planned {
         let Forecast { wall_seconds, memory, measured, .. } = plan.forecast(&unit::known(), threads, process);
-        Self { loaded, plan, threads, planned: Planned { wall_seconds, memory, measured } }
+        Planned { wall_seconds, memory, measured }
     }
 
     fn carry_out(

@@ -22,6 +22,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     receiver_names(&scene, table)?;
     sound(&scene, table)?;
     air_pumping(&scene, table)?;
+    levels(&scene, table)?;
     Some(scene)
 }
 
@@ -36,6 +37,16 @@ fn receiver_names(scene: &Scene, table: &Table<'_>) -> Option<()> {
         }
     }
     sound
+}
+
+/// Refuses what `outputs.levels` does not correct; `None` after a complaint.
+fn levels(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let wrong = "only levels of normal force and sound are corrected to the finer mesh";
+    let is_asked = scene.outputs.levels.is_some();
+    table.complain_of_each([
+        (is_asked && scene.friction.is_some(), "outputs.levels", wrong, "remove it, or [friction]"),
+        (is_asked && scene.outputs.vibration.is_some(), "outputs.levels", wrong, "remove it, or [outputs.vibration]"),
+    ])
 }
 
 /// Refuses what contact over cells does not support yet, or cannot have; `None` after a complaint.

@@ -102,14 +102,7 @@ pub fn spectrum_of_density(density: &[f64], resolution: f64, rate: f64) -> Optio
         (middle + 0.5 * resolution).min(nyquist) - (middle - 0.5 * resolution).max(0.0)
     };
     let power = density.iter().enumerate().map(|(bin, density)| density * width(bin)).collect();
-    sound.then_some(PowerSpectrum {
-        mean: 0.0,
-        resolution,
-        power,
-        nyquist,
-        valid_to: f64::INFINITY,
-        averaged_over: None,
-    })
+    sound.then_some(PowerSpectrum::of_powers(power, resolution, nyquist))
 }
 
 #[cfg(test)]

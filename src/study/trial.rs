@@ -19,6 +19,7 @@ use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
 use crate::results::sound::{RatedLevel, ReceiverSpectrum};
 use crate::results::summary::{Outcome, RollingResistance};
 use crate::run::end::impossible_energy;
+use crate::run::meshes::corrected;
 use crate::run::{Results, RunError, Simulation};
 use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;
@@ -106,6 +107,7 @@ impl Trial {
 pub(crate) struct Trials<'a> {
     /// True if the runs compute the sound at the receivers.
     with_sound: bool,
+    with_levels: bool,
     job: Job<'a>,
     /// Simulated time, or expected wall time of the runs so far \[s\].
     done: f64,
@@ -126,14 +128,14 @@ impl<'a> Trials<'a> {
     /// Runs of about `time` \[s\] of simulated time in all.
     pub(crate) fn new(time: f64, job: Job<'a>) -> Self {
         job.progress.march(0, (time / UNIT) as u64, UNIT);
-        Self { with_sound: false, job, done: 0.0, shared: None }
+        Self { with_sound: false, with_levels: false, job, done: 0.0, shared: None }
     }
 
     /// Runs that are expected to take about `all` \[s\] of wall time: progress is their share of it, see
     /// [`Self::announce`].
     pub(crate) fn shared(all: f64, job: Job<'a>) -> Self {
         let shared = Shared { all, name: String::new(), seconds: 0.0 };
-        Self { with_sound: false, job, done: 0.0, shared: Some(shared) }
+        Self { with_sound: false, with_levels: false, job, done: 0.0, shared: Some(shared) }
     }
 
     /// Announces what is rolled or prepared next, and the wall time that it is expected to take \[s\].
@@ -159,6 +161,12 @@ impl<'a> Trials<'a> {
     #[must_use]
     pub(crate) fn with_sound(self) -> Self {
         Self { with_sound: true, ..self }
+    }
+
+    /// The same, with the levels of a finer mesh where a scene wants them; else variants have those of their own.
+    #[must_use]
+    pub(crate) fn with_levels(self) -> Self {
+        Self { with_levels: true, ..self }
     }
 
     /// Rolls a variant to its end. The road is made on another thread where there is one; the march has its thread to
@@ -192,12 +200,15 @@ impl<'a> Trials<'a> {
     }
 
     fn begin(&self, scene: &Scene) -> Result<(Plan, Simulation), RunError> {
-        let loaded = LoadedScene::from_scene(scene, "variant")?;
+        let mut scene = scene.clone();
+        scene.outputs.levels = scene.outputs.levels.filter(|_| self.with_levels);
+        let loaded = LoadedScene::from_scene(&scene, "variant")?;
         let plan = Plan::of(&loaded)?.with_cached_model();
         plan.check(&loaded)?;
         let without: &[&str] = if self.with_sound { &[] } else { &["sound"] };
         let mut unwatched = Unwatched;
         let mut job = Job::new(self.job.stop, &mut unwatched).watched(Watch::EVERY);
+        let (loaded, plan) = corrected(loaded, plan, &mut job)?;
         let run = Simulation::prepare(&loaded, &plan, true, without, &mut job)?;
         Ok((plan, run))
     }

@@ -49,6 +49,11 @@ const VOIDS: &str = "[contact]\nzone = \"cells\"\ncells_across = 4\n\
                      [[receiver]]\nposition = [0.1, 1.0, 0.3]\n\
                      [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"\n\
                      audio = false\n[air_pumping]\npatch = \"voids\"";
+/// Those of levels of a finer mesh.
+const LEVELS: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\nlevels = { standard_error = 2.0 }\n\
+                      [[receiver]]\nposition = [0.1, 1.0, 0.3]\n\
+                      [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"\n\
+                      audio = false";
 /// Those of friction and adhesion.
 const FRICTION: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
                         [friction]\nmu = 0.5\n[adhesion]\nstress = 1e4\nrange = 1e-5";
@@ -143,6 +148,7 @@ fn names_that_scripts_read_are_kept() {
         ("grooves", load, NUMERICS, GROOVES),
         ("squeeze", load, NUMERICS, SQUEEZE),
         ("voids", load, NUMERICS, VOIDS),
+        ("levels", load, NUMERICS, LEVELS),
     ] {
         // One of them reads a file.
         let road = if name == "friction" { MEASURED } else { "kind = \"made\"" };

@@ -24,6 +24,7 @@ mod determinism;
 mod emission;
 mod export;
 mod faults;
+mod finer_mesh;
 mod first_run;
 mod fit_tyre;
 mod friction;

@@ -145,14 +145,7 @@ fn largest_difference(segment: f64) -> f64 {
             }
         }
     }
-    let spectrum = PowerSpectrum {
-        mean: 0.0,
-        resolution: 1.0 / (length as f64 * step),
-        power,
-        nyquist: 0.5 / step,
-        valid_to: f64::INFINITY,
-        averaged_over: None,
-    };
+    let spectrum = PowerSpectrum::of_powers(power, 1.0 / (length as f64 * step), 0.5 / step);
     let sums: BTreeMap<ThirdOctaveBand, f64> =
         spectrum.third_octaves(20.0, 1.0).into_iter().map(|level| (level.band, level.mean_square)).collect();
     let found = levels(&results);
@@ -510,14 +503,7 @@ fn welch(series: &[f64], length: usize, step: f64) -> PowerSpectrum {
             *sum += sides * bin.norm_sqr() * 2.0 / (length * length * segments) as f64;
         }
     }
-    PowerSpectrum {
-        mean: 0.0,
-        resolution: 1.0 / (length as f64 * step),
-        power,
-        nyquist: 0.5 / step,
-        valid_to: f64::INFINITY,
-        averaged_over: None,
-    }
+    PowerSpectrum::of_powers(power, 1.0 / (length as f64 * step), 0.5 / step)
 }
 
 #[test]

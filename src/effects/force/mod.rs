@@ -2,6 +2,7 @@
 //! with the number of steps.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use ndarray::ArrayView2;
 
@@ -14,7 +15,7 @@ use super::stored::Stored;
 use crate::counters::{Job, Meter};
 use crate::numeric::RunningMoments;
 use crate::plan::front::FrontRow;
-use crate::plan::{Plan, SEGMENT};
+use crate::plan::{MeshCorrections, Plan, SEGMENT};
 use crate::response::{BandLevel, LevelErrors, PowerSpectrum, SliceErrors, SpectrumAccumulator};
 use crate::results::files::ResultFiles;
 use crate::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
@@ -105,7 +106,10 @@ impl Effect for ForceEffect {
         let rows = shown.end.saturating_sub(shown.start) as usize;
         let counted = (plan.steps - plan.warm_up_steps) as usize;
         let spectrum = in_memory || outputs.spectra || outputs.plots;
-        let accumulator = || SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok();
+        let accumulator = || {
+            let accumulator = SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok()?;
+            Some(accumulator.keeping(plan.kept_transforms))
+        };
         Ok(Some(Box::new(ForceObserver {
             shown,
             drawn: Drawn {
@@ -118,6 +122,7 @@ impl Effect for ForceEffect {
             spectrum: spectrum.then(accumulator).flatten(),
             sum_of_lengths: 0.0,
             recording: (plan.scene.numerics.time_rule, plan.time_step),
+            corrections: plan.corrections.clone(),
         })))
     }
 }
@@ -135,6 +140,8 @@ pub(crate) struct ForceObserver {
     sum_of_lengths: f64,
     /// Time rule whose mean force over a step is recorded, and the time step \[s\].
     recording: (TimeRule, f64),
+    /// Corrections of the levels to a finer mesh.
+    corrections: Option<Arc<MeshCorrections>>,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -199,7 +206,8 @@ impl EffectObserver for ForceObserver {
             let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
             if outputs.spectra {
                 let errors = level_errors(end.plan, end.slice_errors);
-                let text = force_levels_csv(&levels, &errors, |band| spectrum.standard_error([band]));
+                let standard_error = |band| spectrum.standard_error([band]);
+                let text = force_levels_csv(&levels, &errors, standard_error, |band| spectrum.correction(band));
                 files.write_text(SPECTRA_FILE, &text)?;
             }
             if outputs.plots && !levels.is_empty() {
@@ -218,7 +226,11 @@ impl ForceObserver {
     pub(crate) fn spectrum(&self) -> Option<PowerSpectrum> {
         let (rule, time_step) = self.recording;
         let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
-        Some(spectrum.without_mean_of_steps(rule, time_step))
+        let mut spectrum = spectrum.without_mean_of_steps(rule, time_step);
+        if let Some(corrections) = &self.corrections {
+            spectrum.correct(&corrections.force.gains(&spectrum));
+        }
+        Some(spectrum)
     }
 
     fn draw_patch(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), RunError> {

@@ -288,8 +288,10 @@ impl EffectObserver for FrictionObserver {
                 if let Some(spectrum) = self.spectrum(spectrum.as_ref(), end.valid_to) {
                     let levels = spectrum.third_octaves(LOWEST_FREQUENCY, 1.0);
                     let standard_error = |band| spectrum.standard_error([band]);
-                    files
-                        .write_text(table.file, &force_levels_csv(&levels, &LevelErrors::default(), standard_error))?;
+                    files.write_text(
+                        table.file,
+                        &force_levels_csv(&levels, &LevelErrors::default(), standard_error, |_| None),
+                    )?;
                 }
             }
         }

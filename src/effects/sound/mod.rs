@@ -14,6 +14,7 @@ mod squeeze;
 mod stored_signal;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -26,13 +27,13 @@ use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::plan::decisions::{DecisionRow, taken_pattern};
 use crate::plan::receivers::PlannedReceiver;
 use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT, Sound};
-use crate::plan::{Amounts, Decisions, Plan, PlannedSetting};
+use crate::plan::{Amounts, Decisions, MeshCorrections, Plan, PlannedSetting};
 use crate::radiation::RadiationError;
 use crate::response::pressure::open_patch::{GrooveFields, waves_for};
 use crate::response::pressure::set_up::{FoundTransfers, SetUp};
 use crate::response::pressure::{BlockPressures, PressureStream};
 use crate::response::vibration::SegmentLayout;
-use crate::response::{LateralForces, LevelErrors, Orders, SliceErrors, SpectrumAccumulator};
+use crate::response::{LateralForces, LevelErrors, Orders, SliceErrors, SpectrumAccumulator, SpectrumError};
 use crate::results::files::ResultFiles;
 use crate::results::sound::{
     BodySummary, RatedLevel, ReceiverSpectrum, SOUND_COLUMN, SOUND_FILE, SOUND_LEVEL, SoundError,
@@ -139,6 +140,8 @@ pub(crate) struct SoundObserver {
     by_slices: bool,
     /// Errors of contact over slices, where they are known.
     slice_errors: Option<SliceErrors>,
+    /// Corrections of the levels to a finer mesh.
+    corrections: Option<Arc<MeshCorrections>>,
     /// Rolling speed \[m/s\].
     speed: f64,
 }
@@ -292,8 +295,11 @@ impl SoundObserver {
         }
         // 3. Spectra, orders and lateral forces.
         let spectra = (0..path.spectra())
-            .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
-            .collect::<Result<_, _>>()?;
+            .map(|_| {
+                let spectrum = SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE)?;
+                Ok(spectrum.keeping(plan.kept_transforms))
+            })
+            .collect::<Result<_, SpectrumError>>()?;
         let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;
         let receivers = if taken_pattern(&plan.scene).is_some() { sound.receivers.len() } else { 0 };
         let over_cells = plan.decisions.zone == Zone::Cells;
@@ -318,6 +324,7 @@ impl SoundObserver {
             valid_to: contact.sound_valid_to().min(sound.complete_to()),
             by_slices: plan.by_slices(),
             slice_errors: contact.slice_errors.clone(),
+            corrections: plan.corrections.clone(),
             sound,
         }))
     }

@@ -16,6 +16,7 @@ use std::ops::Range;
 use crate::numeric::in_parallel;
 use crate::plan::receivers::PlannedReceiver;
 use crate::plan::sound::Sound;
+use crate::response::BandGain;
 use crate::results::pass_by::PassBySummary;
 use crate::sound::band_pass::band_pass;
 use crate::sound::levels::energetic_sum;
@@ -37,6 +38,8 @@ pub(super) struct Passing {
     lead: usize,
     /// Band of the sound \[Hz\].
     band: Range<f64>,
+    /// Gains of its third octaves; none unless set.
+    pub(super) gains: Vec<BandGain>,
 }
 
 struct Line {
@@ -96,7 +99,14 @@ impl Passing {
         let sample = |place: f64| (front - place) / speed * FILE_RATE;
         let start = (sample(0.5 * passage).ceil() as usize).max(most);
         let end = (sample(-0.5 * passage).floor() as usize + 1).min(count.saturating_sub(most));
-        Some(Self { lines, tyres, samples: start..end.max(start), lead: start - most, band: band.clone() })
+        Some(Self {
+            lines,
+            tyres,
+            samples: start..end.max(start),
+            lead: start - most,
+            band: band.clone(),
+            gains: Vec::new(),
+        })
     }
 
     /// Time, place and Doppler ratio of the vehicle's middle, which moves as a tyre on the first line.
@@ -156,7 +166,7 @@ impl Passing {
         let mut alone: Vec<Vec<Vec<f64>>> = Vec::new();
         for (number, line) in self.lines.iter().enumerate() {
             let read = |stretch: usize| {
-                let pressures = band_pass(&line.pressures(stretch, signals)?, FILE_RATE, &self.band);
+                let pressures = band_pass(&line.pressures(stretch, signals)?, FILE_RATE, &self.band, &self.gains);
                 let levels = self.levels(&pressures)?;
                 // In the first passage a tyre has the stretch of its number.
                 let tyre = self.tyres[..sounding].get(stretch).filter(|tyre| tyre.line == number);

@@ -11,7 +11,9 @@ use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_b
 use crate::numeric::in_parallel;
 use crate::plan::receivers::PlannedReceiver;
 use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT};
-use crate::response::{BandLevel, LevelErrors, PowerSpectrum, SliceErrors, SpectrumAccumulator, ThirdOctaveBand};
+use crate::response::{
+    BandGain, BandLevel, LevelErrors, PowerSpectrum, SliceErrors, SpectrumAccumulator, ThirdOctaveBand,
+};
 use crate::results::ResultsError;
 use crate::results::files::ResultFiles;
 use crate::results::pass_by::PassBySummary;
@@ -83,7 +85,29 @@ impl SoundObserver {
 
     /// Spectra at all points, averaged over places whose voids are open.
     pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
-        Ok(PowerSpectrum::means(self.place_spectra()?, self.sound.path.points()))
+        let mut points = PowerSpectrum::means(self.place_spectra()?, self.sound.path.points());
+        for (receiver, gains) in self.sound.receivers.iter().zip(self.gains()?) {
+            points[receiver.points.clone()].iter_mut().for_each(|point| point.correct(&gains));
+        }
+        Ok(points)
+    }
+
+    /// Gains of the bands at each receiver to the levels of a finer mesh; none where they are not corrected.
+    fn gains(&self) -> Result<Vec<Vec<BandGain>>, RunError> {
+        let receivers = &self.sound.receivers;
+        let Some(corrections) = &self.corrections else { return Ok(vec![Vec::new(); receivers.len()]) };
+        let points = PowerSpectrum::means(self.place_spectra()?, self.sound.path.points());
+        let gains = |(place, receiver): (usize, &PlannedReceiver)| {
+            let mean = PowerSpectrum::mean_of(self.sound.counted(receiver).map(|point| &points[point]));
+            corrections.receivers.get(place).zip(mean).map_or_else(Vec::new, |(of, mean)| of.gains(&mean))
+        };
+        Ok(receivers.iter().enumerate().map(gains).collect())
+    }
+
+    /// Gains of the bands at a receiver, as [`Self::gains`].
+    fn gains_at(&self, receiver: &PlannedReceiver) -> Vec<BandGain> {
+        let place = self.sound.receivers.iter().position(|other| other.name == receiver.name);
+        place.zip(self.gains().ok()).and_then(|(place, gains)| gains.into_iter().nth(place)).unwrap_or_default()
     }
 
     /// Spectra at all points, place by place.
@@ -101,23 +125,25 @@ impl SoundObserver {
         let count = self.sound.path.points();
         let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(count, self.valid_to)).transpose()?;
         let places = if self.sound.path.places > 1 { self.place_spectra()? } else { Vec::new() };
-        let at = |receiver: &PlannedReceiver, points: &[PowerSpectrum]| {
+        let at = |receiver: &PlannedReceiver, points: &[PowerSpectrum], gains: &[BandGain]| {
             let mut spectrum = PowerSpectrum::mean_of(self.sound.counted(receiver).map(|point| &points[point]))?;
             let tyres = receiver.tyres() as f64;
             spectrum.power.iter_mut().for_each(|power| *power *= tyres);
+            spectrum.correct(gains);
             Some(spectrum)
         };
-        let one = |receiver: &PlannedReceiver| {
-            let [vibration, squeeze] = [0, 1].map(|part| parts.as_ref().and_then(|parts| at(receiver, &parts[part])));
+        let one = |(receiver, gains): (&PlannedReceiver, Vec<BandGain>)| {
+            let part = |part: usize| parts.as_ref().and_then(|parts| at(receiver, &parts[part], &gains));
             Some(ReceiverSpectrum {
                 name: receiver.name.clone(),
-                spectrum: at(receiver, points)?,
-                parts: vibration.zip(squeeze).map(|(vibration, squeeze)| SoundParts { vibration, squeeze }),
-                places: places.chunks_exact(count).filter_map(|points| at(receiver, points)).collect(),
+                // Its points have the gains already.
+                spectrum: at(receiver, points, &[])?,
+                parts: part(0).zip(part(1)).map(|(vibration, squeeze)| SoundParts { vibration, squeeze }),
+                places: places.chunks_exact(count).filter_map(|points| at(receiver, points, &gains)).collect(),
                 error: self.sound.error_at(receiver),
             })
         };
-        Ok(self.sound.receivers.iter().filter_map(one).collect())
+        Ok(self.sound.receivers.iter().zip(self.gains()?).filter_map(one).collect())
     }
 
     fn receiver(
@@ -187,7 +213,8 @@ impl SoundObserver {
             Finding::Level => {}
         }
         if audio && standard.is_recorded() {
-            let channels = receiver.points.clone().map(|point| self.at_file_rate(point)).collect();
+            let gains = self.gains_at(receiver);
+            let channels = receiver.points.clone().map(|point| self.at_file_rate(point, &gains)).collect();
             let description = "a tyre, at a microphone that moves along";
             recording = Some(Audible { channels, description, tyres: None });
         }
@@ -214,10 +241,13 @@ impl SoundObserver {
         let time_step = self.sound.path.layout.time_step;
         // Pressures are early by the whole time steps of each point's delay.
         let delays = receiver.points.clone().map(|point| self.delays[point]);
-        let latest = delays.clone().max().unwrap_or(0);
+        let (latest, gains) = (delays.clone().max().unwrap_or(0), self.gains_at(receiver));
         let signal = |point: usize| -> Vec<f64> {
             let early = latest - self.delays[receiver.points.start + point];
-            self.signals[receiver.points.start + point].excerpt(0).skip(early as usize).collect()
+            let signal: Vec<f64> =
+                self.signals[receiver.points.start + point].excerpt(0).skip(early as usize).collect();
+            let all = LOWEST_FREQUENCY..0.5 / time_step;
+            if gains.is_empty() { signal } else { band_pass(&signal, 1.0 / time_step, &all, &gains) }
         };
         let (mut rows, mut levels, mut seconds, mut bands) = (Vec::new(), BTreeMap::new(), 0.0, None);
         for (name, [first, second]) in &probes.pairs {
@@ -281,7 +311,8 @@ impl SoundObserver {
 
     /// A receiver that is passed, and its passages or the reason why there is none; `None` for one that is not passed.
     fn passing(&self, receiver: &PlannedReceiver) -> Option<(Passing, Result<RecordedPassage, String>)> {
-        let passing = Passing::of(&self.sound, &self.delays, receiver, self.speed, &self.band())?;
+        let mut passing = Passing::of(&self.sound, &self.delays, receiver, self.speed, &self.band())?;
+        passing.gains = self.gains_at(receiver);
         let stored = self.sound.stored_samples().min(self.signals[receiver.points.start].taken);
         let missing = || passing.missing(&self.sound, stored).unwrap_or_else(|| "no passage".to_owned());
         let found = passing.record(stored, &self.signals).ok_or_else(missing);
@@ -296,10 +327,10 @@ impl SoundObserver {
         bands.first().zip(last).map_or(LOWEST_FREQUENCY..LOWEST_FREQUENCY, edges)
     }
 
-    fn at_file_rate(&self, point: usize) -> Vec<f64> {
+    fn at_file_rate(&self, point: usize, gains: &[BandGain]) -> Vec<f64> {
         let (signal, rate): (Vec<f64>, f64) =
             (self.signals[point].excerpt(0).collect(), 1.0 / self.sound.path.layout.time_step);
-        resample(&band_pass(&signal, rate, &self.band()), rate, FILE_RATE)
+        resample(&band_pass(&signal, rate, &self.band(), gains), rate, FILE_RATE)
     }
 }
 

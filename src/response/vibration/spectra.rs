@@ -250,14 +250,7 @@ fn bins_of_row(layout: &SegmentLayout) -> usize {
 
 /// Spectrum of one-sided powers by bin.
 fn spectrum(layout: &SegmentLayout, power: Vec<f64>) -> PowerSpectrum {
-    PowerSpectrum {
-        mean: 0.0,
-        resolution: layout.resolution(),
-        power,
-        nyquist: 0.5 / layout.time_step,
-        valid_to: f64::INFINITY,
-        averaged_over: None,
-    }
+    PowerSpectrum::of_powers(power, layout.resolution(), 0.5 / layout.time_step)
 }
 
 fn one_sided(layout: &SegmentLayout, powers: &[f64]) -> PowerSpectrum {

@@ -195,6 +195,30 @@ keys! {
         cells_every?: f64 => Bounds::positive("s").plausible(1e-9, 1e6),
         /// Vibration of the tyre; none is computed without it.
         vibration?: Vibration => VIBRATION,
+        /// Levels of a finer mesh with a standard error; without it levels are those of the run's mesh.
+        levels?: MeshLevels => MESH_LEVELS,
+    }
+}
+
+keys! {
+    /// Levels of a finer mesh: the run, over the scene's elements, is corrected by short runs over these and over more
+    /// elements, on the first piece of its road. Over `contact.zone = "cells"` only.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    pub MeshLevels {
+        /// Standard error wanted of every third octave from 100 Hz to the highest valid one \[dB\]: the short runs last
+        /// as long as that takes, and the run no longer, but to `rolling.duration` at most.
+        standard_error: f64 => Bounds::between(0.05, 6.0, "dB"),
+        /// Elements of the finer mesh, a multiple of `numerics.elements`; twice as many by default.
+        elements?: usize => Elements,
+    }
+}
+
+const MESH_LEVELS: Nested<MeshLevels> = Nested::new("[outputs.levels]", "the table [outputs.levels]");
+
+impl MeshLevels {
+    /// Elements of the finer mesh beside a run over so many.
+    pub(crate) fn fine_elements(&self, elements: usize) -> usize {
+        self.elements.unwrap_or(2 * elements)
     }
 }
 

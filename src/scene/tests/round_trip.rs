@@ -402,6 +402,7 @@ fn scene() -> impl Strategy<Value = Scene> {
         |([arrays, spectra, plots], checkpoint_interval, vibration)| Outputs {
             patch_span: None,
             cells_every: None,
+            levels: None,
             arrays,
             spectra,
             plots,

@@ -183,7 +183,7 @@ pub(crate) fn measure(loaded: &LoadedScene, options: &Options, job: Job<'_>) -> 
         }
     }
     let all = planned.iter().map(|(_, _, seconds, _)| seconds).sum();
-    let mut trials = Trials::shared(all, job).with_sound();
+    let mut trials = Trials::shared(all, job).with_sound().with_levels();
     let mut runs = Vec::new();
     for (number, (texture, speed, seconds, scene)) in planned.iter().enumerate() {
         trials

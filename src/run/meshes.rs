@@ -1,0 +1,111 @@
+//! Levels of a finer mesh (`outputs.levels`): short runs over the run's mesh and over the finer one, and the correction
+//! of the run's levels by what they find.
+
+use std::sync::Arc;
+
+use crate::contact::geometry::Geometry;
+use crate::counters::{Counters, Job};
+use crate::effects::RunError;
+use crate::plan::meshes::short_scenes;
+use crate::plan::{MeshCorrections, Plan};
+use crate::response::accumulator::FEWEST_SAMPLES;
+use crate::response::{MeshCorrection, PowerSpectrum, SpectrumError};
+use crate::results::spectra::LOWEST_FREQUENCY;
+use crate::run::simulation::{Results, Simulation};
+use crate::scene::{LoadedScene, Scene};
+
+/// Times that are asked for beyond this factor of those of the first comparison lead to a second one.
+const LONGER: f64 = 1.1;
+
+/// A scene with all settings decided and its plan, with the corrections of its levels if it wants those of a finer
+/// mesh: its run then lasts no longer than their standard error takes, unless its sound is listened to.
+///
+/// # Errors
+/// [`RunError`] of the short runs.
+pub(crate) fn corrected(loaded: LoadedScene, plan: Plan, job: &mut Job<'_>) -> Result<(LoadedScene, Plan), RunError> {
+    if plan.wanted_levels().is_none() {
+        return Ok((loaded, plan));
+    }
+    let longest = plan.scene.rolling.duration;
+    let highest = plan.valid_to;
+    // 1. Both meshes over the shortest time, again over a longer one if the errors ask for that.
+    let mut corrections = compare(&loaded, &plan, plan.compared_at_first(), job)?;
+    let [short, _] = corrections.needed(highest, longest);
+    if short > LONGER * corrections.seconds {
+        corrections = compare(&loaded, &plan, short, job)?;
+    }
+    // 2. The run as long as it has to be.
+    let mut scene = plan.scene.clone();
+    if !plan.sound().is_some_and(|sound| sound.is_stored()) {
+        let [_, long] = corrections.needed(highest, longest);
+        scene.rolling.duration = long;
+    }
+    job.warnings.extend(corrections.missed(highest, scene.rolling.duration));
+    let loaded = loaded.settled(scene);
+    let mut plan = Plan::of(&loaded)?.with_cached_model();
+    plan.short_runs = Vec::new();
+    let [few, many] = corrections.elements;
+    plan.decisions.notes.push(format!(
+        "levels are those of {many} elements: {few} and {many} have rolled the same {:.2} s, {few} roll {:.2} s",
+        corrections.seconds, plan.scene.rolling.duration
+    ));
+    plan.corrections = Some(Arc::new(corrections));
+    Ok((loaded, plan))
+}
+
+/// Rolls both meshes of a planned run for some time after the warm-up \[s\].
+fn compare(loaded: &LoadedScene, plan: &Plan, seconds: f64, job: &mut Job<'_>) -> Result<MeshCorrections, RunError> {
+    let (Some([coarse, mut fine]), Some(levels)) =
+        (short_scenes(loaded, &plan.scene, seconds)?, &plan.scene.outputs.levels)
+    else {
+        return Err(RunError::Impossible("levels of no finer mesh are wanted".to_owned()));
+    };
+    let elements = [coarse.numerics.elements, fine.numerics.elements];
+    let [few, many] = elements;
+    job.progress.note(&format!("levels: {few} and {many} elements roll the same {seconds:.2} s"));
+    let (coarse, geometry) = roll(loaded, &coarse, 1, job)?;
+    // The same piece of road, and the same body for the sound.
+    fine.rolling.start = Some(geometry.start);
+    let (fine, _) = roll(loaded, &fine, many / few, job)?;
+    let between =
+        |fine: &PowerSpectrum, coarse: &PowerSpectrum| MeshCorrection::between(fine, coarse, LOWEST_FREQUENCY);
+    let forces = fine.spectrum.as_ref().zip(coarse.spectrum.as_ref());
+    let too_short = || SpectrumError::TooShort { samples: coarse.steps as usize, needed: FEWEST_SAMPLES };
+    let force = forces.map(|(fine, coarse)| between(fine, coarse)).ok_or_else(too_short)?;
+    let receivers = fine.sound.iter().flat_map(|sound| &sound.receivers);
+    let of_coarse_receivers = coarse.sound.iter().flat_map(|sound| &sound.receivers);
+    let receivers = receivers.zip(of_coarse_receivers).map(|(fine, coarse)| between(&fine.spectrum, &coarse.spectrum));
+    let receivers = receivers.collect();
+    Ok(MeshCorrections { force, receivers, elements, seconds, standard_error: levels.standard_error })
+}
+
+/// Rolls a scene with all settings decided; its spectra keep their transforms, in lengths that are multiples of
+/// `multiple`.
+fn roll(
+    loaded: &LoadedScene,
+    scene: &Scene,
+    multiple: usize,
+    job: &mut Job<'_>,
+) -> Result<(Results, Geometry), RunError> {
+    let loaded = loaded.clone().settled(scene.clone());
+    let mut plan = Plan::of(&loaded)?.with_cached_model();
+    plan.kept_transforms = Some(multiple);
+    plan.check(&loaded)?;
+    let mut short = Job::new(job.stop, &mut *job.progress);
+    let mut run = Simulation::prepare(&loaded, &plan, true, &["cells", "resistance"], &mut short)?;
+    short.progress.march(0, plan.steps, plan.time_step);
+    run.enter_steps();
+    let complete = run.roll(&mut |run| {
+        run.report(short.progress);
+        Ok(!short.is_stopped())
+    })?;
+    if !complete {
+        return Err(RunError::Interrupted { partial: None });
+    }
+    let geometry = run.prepared.march.geometry().clone();
+    let results = run.finish();
+    // Its times count for the run that it serves, its counts do not.
+    let counts = job.meter.counters().counts;
+    job.meter.resume(&Counters { counts, ..results.meter.counters() });
+    Ok((results, geometry))
+}

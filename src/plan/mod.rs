@@ -17,6 +17,7 @@ pub(crate) mod feasible;
 mod forecast;
 mod foreseen;
 pub(crate) mod front;
+mod mesh_corrections;
 pub(crate) mod meshes;
 pub(crate) mod models;
 pub(crate) mod overload;
@@ -34,7 +35,7 @@ pub(crate) mod unit;
 pub(crate) use amounts::{Amounts, WorkPlace};
 pub use decisions::Decisions;
 pub(crate) use forecast::{Forecast, process_memory};
-pub(crate) use meshes::MeshCorrections;
+pub(crate) use mesh_corrections::MeshCorrections;
 pub(crate) use unit::UnitCosts;
 pub use unit::WorkUnit;
 
@@ -113,7 +114,7 @@ pub struct Plan {
     pub(crate) reach: f64,
     /// Length of the window of cells over that of the reported forces: 1, and more once contact has reached its end.
     pub(crate) window: f64,
-    /// Short runs over the scene's and the finer mesh by which the levels are corrected; empty without `outputs.levels`.
+    /// Short runs over the scene's and the finer mesh that correct the levels; empty without `outputs.levels`.
     pub(crate) short_runs: Vec<Self>,
     /// Correction of the levels, set once those runs are done.
     pub(crate) corrections: Option<Arc<MeshCorrections>>,

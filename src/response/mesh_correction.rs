@@ -3,8 +3,8 @@
 //! Financial Engineering, section 4.1).
 //!
 //! The longer the waves, the more alike are forces over two meshes on the same road: most of their scatter is common.
-//! Of a band let E_f and E_c be the mean squares over the fine and the coarse mesh during T seconds, and E_l that of the
-//! coarse run over T_l >= T seconds, which begins with these. The corrected mean square E has
+//! Let E_f and E_c be the mean squares of a band over the fine and the coarse mesh during T seconds, and E_l the mean
+//! square of the coarse run over T_l >= T seconds, which begins with these. The corrected mean square E has
 //!
 //! ```text
 //! ln E = ln E_f + b (ln E_l - ln E_c)

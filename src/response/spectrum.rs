@@ -80,7 +80,8 @@ pub struct PowerSpectrum {
     pub nyquist: f64,
     /// Highest frequency at which the signal is valid \[Hz\]; infinite unless set.
     pub valid_to: f64,
-    /// T \[s\] and 1 + 1.2/J, by which standard errors follow from the bins; `None` if the power is not that of a record.
+    /// T \[s\] and 1 + 1.2/J, by which standard errors follow from the bins; `None` if the power is not that of a
+    /// record.
     pub averaged_over: Option<[f64; 2]>,
     /// Gains of its bands by which it was corrected, ascending; empty otherwise.
     pub(crate) gains: Vec<BandGain>,
@@ -215,7 +216,7 @@ impl PowerSpectrum {
         self.gains = gains.to_vec();
     }
 
-    /// What the correction has added to the level of a band \[dB\]; `None` without one.
+    /// Difference that the correction has made to the level of a band \[dB\]; `None` without one.
     pub(crate) fn correction(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.gains.iter().find(|gain| gain.band == band).map(|gain| 10.0 * gain.gain.log10())
     }

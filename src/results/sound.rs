@@ -49,8 +49,8 @@ pub struct SoundParts {
 /// Table of third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level
 /// \[dB(A)\], 1 for valid levels and 0 for others, error of valid levels by the numerical solution and the transfer
 /// path, and by slices; empty where that is not known \[dB\]. Where there are parts, their levels follow; where voids
-/// are open, the standard deviation of the level over their places \[dB\]. Last the standard error \[dB\], and of levels
-/// corrected to a finer mesh what that has added \[dB\].
+/// are open, the standard deviation of the level over their places \[dB\]. Last the standard error \[dB\], and for
+/// levels corrected to a finer mesh the correction \[dB\].
 pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
     const HEADER: &str =
         "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";

@@ -3,7 +3,7 @@
 //! 1. `prepare`: tyre -> road -> contact, ready to take the first step; `cells` (with tangential forces `friction`) or
 //!    `slices` make the contact, `history` the history of slices, `road` opens the road;
 //! 2. `simulation`: step by step, over a road that is made ahead of its use; effects observe each step;
-//! 3. `meshes`: short runs over two meshes that correct the levels of the run, where a scene wants those of the finer one;
+//! 3. `meshes`: short runs over two meshes that correct the levels, where a scene wants those of the finer one;
 //! 4. `to_folder` and `in_memory`: the same with arrays, tables, pictures and summary, `end` after the last step;
 //!    `checkpoint` lets a folder's run continue after a stop.
 

@@ -19,7 +19,7 @@ use crate::road::maker::SliceForm;
 use crate::run::friction::FrictionContact;
 use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
 use crate::scene::{Axle, History, LoadedScene, SceneError};
-use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, WaveBand, WaveValues};
+use crate::tyre::influence::{CellInfluence, CellSums, WaveBand, WaveValues};
 use crate::tyre::poles::cells::fit_cells;
 use crate::tyre::poles::pole_model::PoleModel;
 use crate::tyre::tread_pattern::blocks::TreadBlocks;
@@ -103,7 +103,7 @@ impl<'a> CellContact<'a> {
     pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan) -> Self {
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
-        let sums = cell_sums(plan, &plan.decisions.tyre);
+        let sums = cell_sums(plan, WaveBand::WHOLE);
         let (tread, blocks) = match plan.tread() {
             Some((map, blocks)) => (TreadSurface::with_pattern(crown, &map), blocks),
             None => (crown.into(), None),
@@ -145,13 +145,13 @@ impl<'a> CellContact<'a> {
     fn carried(&self, columns: usize, job: &mut Job<'_>) -> Result<Vec<CarriedWaves>, RunError> {
         let stop = job.stop;
         let carried = |band: WaveBand| -> Result<CarriedWaves, RunError> {
-            let sums = band_sums(self.plan, band, &self.sums);
-            let rows = sums.waves(band);
+            let grid = self.plan.grid_of(band);
+            let rows = band.rows(&grid, self.plan.cell_truncation());
             let options = self.plan.cell_fit();
-            let fit = || fit_cells(&sums, &rows, &options, stop);
+            let fit = || fit_cells(&band_sums(self.plan, band, &self.sums), &rows, &options, stop);
             let count = PoleModel::evaluations;
             let model = planned_cell_model(self.loaded, self.plan, (band, &rows), fit, count, job)?;
-            Ok(CarriedWaves { part: band.part, rows, model })
+            Ok(CarriedWaves { ring: grid.elements(), rows, model })
         };
         self.bands(columns).into_iter().map(carried).collect()
     }
@@ -161,14 +161,14 @@ impl<'a> CellContact<'a> {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step);
         let values: Vec<WaveValues> = carried.iter().map(|waves| waves.model.values(rate)).collect();
-        let known = carried.iter().zip(&values).map(|(waves, values)| (waves.part, waves.rows.as_slice(), values));
+        let known = carried.iter().zip(&values).map(|(waves, values)| (waves.ring, waves.rows.as_slice(), values));
         all -= &CellInfluence::of_waves(self.sums.grid(), all.columns, known);
         all
     }
 
     fn direct(&self, columns: usize, meter: &mut Meter) -> DirectCellHistory<1> {
         let rows = self.sums.waves(WaveBand::WHOLE);
-        let transform = WaveTransform::new(self.sums.grid(), self.sums.grid().elements(), columns, &rows);
+        let transform = WaveTransform::new(self.sums.grid(), columns, &rows);
         let rule = self.plan.scene.numerics.time_rule;
         meter.time(Stage::Influence, || {
             DirectCellHistory::new(&self.sums, &rows, transform, rule, self.plan.time_step, self.plan.lags)
@@ -177,15 +177,15 @@ impl<'a> CellContact<'a> {
 
     fn rings<N: WaveNumber>(&self, columns: usize, carried: &[CarriedWaves], meter: &mut Meter) -> WaveHistory<N> {
         let numerics = &self.plan.scene.numerics;
-        let rings = self.bands(columns).into_iter().zip(carried).map(|(band, CarriedWaves { part, rows, model })| {
+        let rings = self.bands(columns).into_iter().zip(carried).map(|(band, CarriedWaves { rows, model, .. })| {
             meter.count(Counter::Poles, model.order() as u64);
-            let grid = CellGrid::new(&self.plan.tyre_of(band), numerics.elements, self.sums.grid().across);
+            let grid = self.plan.grid_of(band);
             let seen = self.plan.seen_columns(band, columns);
-            let transform = WaveTransform::new(&grid, grid.elements() / part, seen, rows);
+            let transform = WaveTransform::new(&grid, seen, rows);
             let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
-            let next_instant = (*part > 1).then(|| {
-                meter.time(Stage::Influence, || first_influences(&grid, [*part, seen], rows, model, rule, time_step))
-            });
+            let next_instant = band
+                .ring
+                .map(|_| meter.time(Stage::Influence, || first_influences(&grid, seen, rows, model, rule, time_step)));
             let forgotten_after = self.plan.forgotten_after(band, columns);
             let fewer_poles = self.plan.fewer_poles();
             RingParts { model, transform, next_instant, forgotten_after, substeps: numerics.substeps, fewer_poles }

@@ -56,18 +56,18 @@ pub struct WaveHistory<N: WaveNumber = f64> {
     work: Work,
 }
 
-/// Influence of the forces of each stage at the next instant, of a ring that is `part` times shorter than the tyre,
-/// between cells of a window of `columns` columns.
+/// Influence of the forces of each stage at the next instant, by the waves of the grid's ring, between cells of a
+/// window of `columns` columns.
 pub fn first_influences(
     grid: &CellGrid,
-    [part, columns]: [usize; 2],
+    columns: usize,
     rows: &[CellRow],
     model: &PoleModel,
     rule: TimeRule,
     time_step: f64,
 ) -> Vec<CellInfluence> {
     let of_stages = first_responses(model, rule, time_step);
-    of_stages.iter().map(|values| CellInfluence::of_waves(grid, columns, [(part, rows, values)])).collect()
+    of_stages.iter().map(|values| CellInfluence::of_waves(grid, columns, [(grid.elements(), rows, values)])).collect()
 }
 
 impl<N: WaveNumber> WaveHistory<N> {

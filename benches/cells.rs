@@ -17,9 +17,9 @@ use num_complex::Complex;
 use realfft::RealFftPlanner;
 use tyrewave::counters::Meter;
 use tyrewave::internals::{
-    CellFitOptions, CellGrid, CellHistory, CellSearch, CellSums, CellTruncation, DirectCellHistory, InstantCells,
-    PoleModel, RingParts, RoughRoad, WaveBand, WaveHistory, WaveNumber, WaveTransform, first_influences, fit_cells,
-    instant_cells, plate_tyre,
+    CellFitOptions, CellGrid, CellHistory, CellSearch, CellSums, CellTruncation, DirectCellHistory, FewerPoles,
+    InstantCells, PoleModel, RingParts, RoughRoad, WaveBand, WaveHistory, WaveNumber, WaveTransform, fewer_poles,
+    first_influences, fit_cells, instant_cells, plate_tyre,
 };
 use tyrewave::scene::TimeRule;
 
@@ -124,7 +124,7 @@ fn past(criterion: &mut Criterion) {
     fn ring<'m, N: WaveNumber>(
         model: &'m PoleModel,
         transform: WaveTransform<N>,
-        fewer_poles: Option<f64>,
+        fewer_poles: Option<FewerPoles>,
     ) -> RingParts<'m, N> {
         RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles }
     }
@@ -164,9 +164,10 @@ fn past(criterion: &mut Criterion) {
     }
     // Reduced sets of poles exist for one-step rules only.
     let rule = TimeRule::Sdirk2;
+    let least = fewer_poles(model, rule, time_step, options.tolerance);
     let (mut all, mut fewer) = (
         boxed(WaveHistory::new(blocks(), rule, time_step)),
-        boxed(WaveHistory::new([ring(model, double(), Some(options.tolerance))], rule, time_step)),
+        boxed(WaveHistory::new([ring(model, double(), Some(least.clone()))], rule, time_step)),
     );
     let (mut error, mut largest) = (0.0_f64, 0.0_f64);
     for instant in 0..2 * lags as i64 {
@@ -176,7 +177,7 @@ fn past(criterion: &mut Criterion) {
         largest = exact.iter().fold(largest, |largest, u| largest.max(u.abs()));
     }
     println!("fewer poles: error {:.1e}", error / largest);
-    let both = rounded(WaveHistory::new([ring(model, single(), Some(options.tolerance))], rule, time_step));
+    let both = rounded(WaveHistory::new([ring(model, single(), Some(least))], rule, time_step));
     let mut group = criterion.benchmark_group("past of cells");
     group.sample_size(10);
     let of_stages = [("sdirk2", all), ("sdirk2, fewer poles", fewer), ("sdirk2, both", both)];
@@ -224,7 +225,7 @@ fn rings(criterion: &mut Criterion) {
                 next_instant: ring.map(first),
                 forgotten_after: ring.map(|cells| cells - seen - 20),
                 substeps: 1,
-                fewer_poles: Some(options.tolerance),
+                fewer_poles: Some(fewer_poles(model, rule, time_step, options.tolerance)),
             }
         });
         (name, WaveHistory::<f32>::new(rings, rule, time_step))

@@ -55,6 +55,8 @@ const FRICTION_CHANNEL: f64 = 0.7;
 const FRICTION_FIT: f64 = 10.0;
 /// Tolerance of the reduced set of poles relative to that of the fit.
 const FEWER_POLES: f64 = 1.0;
+/// Bytes on disk of that set relative to those of the fit (measured).
+const FEWER_BYTES: f64 = 0.5;
 /// Poles of a wave, counting conjugates, at a tolerance of 1e-5, and the decrease for each factor of ten above it
 /// (measured, N = 256 to 1024).
 const POLES: [f64; 2] = [32.0, 5.0];
@@ -292,7 +294,8 @@ impl Amounts {
             self.fit_memory_per_thread = expected_fit::BYTES;
             let of_pole =
                 if has_tractions { TractionModel::BYTES_OF_CHANNEL } else { PoleModel::bytes_of_pole(1, turns) };
-            self.cache_bytes += poles * of_pole;
+            let fewer = if has_tractions || plan.fewer_poles().is_none() { 0.0 } else { FEWER_BYTES };
+            self.cache_bytes += (1.0 + fewer) * poles * of_pole;
         }
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);

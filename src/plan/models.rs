@@ -1,9 +1,11 @@
 //! Models of the tyre that a planned run needs, from the user's cache or fitted.
 
 use std::borrow::Cow;
+use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 
 use super::Plan;
+use crate::contact::cells::history::{FewerPoles, STEPS, fewer_poles};
 use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::scene::{History, LoadedScene, SceneError, SetUpError, Tyre, Zone};
 use crate::storage::cache::key;
@@ -90,6 +92,24 @@ pub(crate) fn planned_cell_model<M: Cached>(
         (Ok(cache), Ok(key)) => cache.fetch(&key, &mut job.warnings, fitted),
         _ => fitted(),
     }
+}
+
+/// Fewer poles that predict the history of a band of waves, from the user's cache or found; `None`: all of them do.
+pub(crate) fn planned_fewer_poles(
+    plan: &Plan,
+    (band, rows): (WaveBand, &[CellRow]),
+    model: &PoleModel,
+    job: &mut Job<'_>,
+) -> Option<FewerPoles> {
+    let (rule, time_step, tolerance) = (plan.scene.numerics.time_rule, plan.time_step, plan.fewer_poles()?);
+    let make = || Ok::<_, Infallible>(fewer_poles(model, rule, time_step, tolerance));
+    let key =
+        cell_key(plan, band, rows).and_then(|key| self::key::<FewerPoles>(&(key, rule, time_step, STEPS, tolerance)));
+    let Ok(fewer) = match (Cache::open(), key) {
+        (Ok(cache), Ok(key)) => cache.fetch(&key, &mut job.warnings, make),
+        _ => make(),
+    };
+    Some(fewer)
 }
 
 /// Key of the cached model of a band of waves on cells.

@@ -12,7 +12,7 @@ use crate::contact::tread::TreadSurface;
 use crate::counters::{Counter, Job, Meter, Stage};
 use crate::effects::{RunError, TyreModels};
 use crate::plan::Plan;
-use crate::plan::models::{band_sums, cell_sums, planned_cell_model};
+use crate::plan::models::{band_sums, cell_sums, planned_cell_model, planned_fewer_poles};
 use crate::radiation::gap::patch::REACH;
 use crate::response::vibration::CarriedWaves;
 use crate::road::maker::SliceForm;
@@ -88,7 +88,7 @@ impl ZoneMaker for CellContact<'_> {
             History::Direct if !followed => Vec::new(),
             _ => self.carried(columns, job)?,
         };
-        let zone = self.zone(instant.clone(), &waves, margin, &mut job.meter);
+        let zone = self.zone(instant.clone(), &waves, margin, job);
         let mut models = TyreModels::default();
         if followed {
             let beyond = job.meter.time(Stage::Influence, || self.beyond(instant, &waves));
@@ -121,12 +121,12 @@ impl<'a> CellContact<'a> {
 
     /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the
     /// history is that of the `carried` waves, or of direct sums.
-    fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
+    fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, job: &mut Job<'_>) -> CellZone {
         let numerics = &self.plan.scene.numerics;
         let history: Box<dyn CellHistory<1>> = match numerics.history {
-            History::Direct => Box::new(self.direct(instant.columns, meter)),
-            History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(instant.columns, carried, meter)),
-            History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, meter)),
+            History::Direct => Box::new(self.direct(instant.columns, &mut job.meter)),
+            History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(instant.columns, carried, job)),
+            History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, job)),
         };
         let tolerance = self.plan.cell_tolerance();
         let instant = InstantCells::on_blocks(instant, self.sums.grid(), self.blocks.as_ref());
@@ -175,19 +175,19 @@ impl<'a> CellContact<'a> {
         })
     }
 
-    fn rings<N: WaveNumber>(&self, columns: usize, carried: &[CarriedWaves], meter: &mut Meter) -> WaveHistory<N> {
+    fn rings<N: WaveNumber>(&self, columns: usize, carried: &[CarriedWaves], job: &mut Job<'_>) -> WaveHistory<N> {
         let numerics = &self.plan.scene.numerics;
         let rings = self.bands(columns).into_iter().zip(carried).map(|(band, CarriedWaves { rows, model, .. })| {
-            meter.count(Counter::Poles, model.order() as u64);
+            job.meter.count(Counter::Poles, model.order() as u64);
             let grid = self.plan.grid_of(band);
             let seen = self.plan.seen_columns(band, columns);
             let transform = WaveTransform::new(&grid, seen, rows);
             let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
-            let next_instant = band
-                .ring
-                .map(|_| meter.time(Stage::Influence, || first_influences(&grid, seen, rows, model, rule, time_step)));
+            let next_instant = band.ring.map(|_| {
+                job.meter.time(Stage::Influence, || first_influences(&grid, seen, rows, model, rule, time_step))
+            });
             let forgotten_after = self.plan.forgotten_after(band, columns);
-            let fewer_poles = self.plan.fewer_poles();
+            let fewer_poles = planned_fewer_poles(self.plan, (band, rows), model, job);
             RingParts { model, transform, next_instant, forgotten_after, substeps: numerics.substeps, fewer_poles }
         });
         WaveHistory::new(rings, numerics.time_rule, self.plan.time_step)

@@ -14,6 +14,7 @@
 
 use num_complex::Complex;
 
+pub use super::fewer_poles::FewerPoles;
 pub use super::ring_waves::RingParts;
 use super::ring_waves::{RingWaves, first_responses};
 use super::short_ring::{NextInstant, ShortRing};
@@ -68,6 +69,11 @@ pub fn first_influences(
 ) -> Vec<CellInfluence> {
     let of_stages = first_responses(model, rule, time_step);
     of_stages.iter().map(|values| CellInfluence::of_waves(grid, columns, [(grid.elements(), rows, values)])).collect()
+}
+
+/// Poles that predict the waves of a model from block to block, within a tolerance relative to each wave's influence.
+pub fn fewer_poles(model: &PoleModel, rule: TimeRule, time_step: f64, tolerance: f64) -> FewerPoles {
+    FewerPoles::of(model, rule, time_step, STEPS, tolerance)
 }
 
 impl<N: WaveNumber> WaveHistory<N> {

@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::direct::DirectCellHistory;
-use super::history::{RingParts, WaveHistory, first_influences};
+use super::history::{RingParts, WaveHistory, fewer_poles, first_influences};
 use super::resting::RestingCells;
 use super::wave_transform::{WaveNumber, WaveTransform};
 use super::{CellHistory, CellProduct};
@@ -224,10 +224,12 @@ fn single_precision_and_fewer_poles_give_the_same_history() {
     fn history<N: WaveNumber>(
         model: &PoleModel,
         transform: WaveTransform<N>,
-        fewer_poles: Option<f64>,
+        tolerance: Option<f64>,
     ) -> WaveHistory<N> {
+        let (rule, time_step) = (TimeRule::Sdirk2, 1.7e-4);
+        let fewer_poles = tolerance.map(|tolerance| fewer_poles(model, rule, time_step, tolerance));
         let ring = RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles };
-        WaveHistory::new([ring], TimeRule::Sdirk2, 1.7e-4)
+        WaveHistory::new([ring], rule, time_step)
     }
     let double = || WaveTransform::<f64>::new(sums.grid(), columns, &rows);
     let single = || WaveTransform::<f32>::new(sums.grid(), columns, &rows);

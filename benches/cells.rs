@@ -17,9 +17,9 @@ use num_complex::Complex;
 use realfft::RealFftPlanner;
 use tyrewave::counters::Meter;
 use tyrewave::internals::{
-    CellFitOptions, CellGrid, CellHistory, CellSearch, CellSums, CellTruncation, DirectCellHistory, InstantCells,
-    PoleModel, RingParts, RoughRoad, WaveBand, WaveHistory, WaveNumber, WaveTransform, first_influences, fit_cells,
-    instant_cells, plate_tyre,
+    CellFitOptions, CellGrid, CellHistory, CellSearch, CellSums, CellTruncation, DirectCellHistory, FewerPoles,
+    InstantCells, PoleModel, RingParts, RoughRoad, WaveBand, WaveHistory, WaveNumber, WaveTransform, fewer_poles,
+    first_influences, fit_cells, instant_cells, plate_tyre,
 };
 use tyrewave::scene::TimeRule;
 
@@ -124,12 +124,12 @@ fn past(criterion: &mut Criterion) {
     fn ring<'m, N: WaveNumber>(
         model: &'m PoleModel,
         transform: WaveTransform<N>,
-        fewer_poles: Option<f64>,
+        fewer_poles: Option<FewerPoles>,
     ) -> RingParts<'m, N> {
         RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles }
     }
-    let double = || WaveTransform::<f64>::new(sums.grid(), elements, columns, &rows);
-    let single = || WaveTransform::<f32>::new(sums.grid(), elements, columns, &rows);
+    let double = || WaveTransform::<f64>::new(sums.grid(), columns, &rows);
+    let single = || WaveTransform::<f32>::new(sums.grid(), columns, &rows);
     let boxed = |past: WaveHistory| -> Box<dyn CellHistory<1>> { Box::new(past) };
     let rounded = |past: WaveHistory<f32>| -> Box<dyn CellHistory<1>> { Box::new(past) };
     let blocks = || [ring(model, double(), None)];
@@ -164,9 +164,10 @@ fn past(criterion: &mut Criterion) {
     }
     // Reduced sets of poles exist for one-step rules only.
     let rule = TimeRule::Sdirk2;
+    let least = fewer_poles(model, rule, time_step, options.tolerance);
     let (mut all, mut fewer) = (
         boxed(WaveHistory::new(blocks(), rule, time_step)),
-        boxed(WaveHistory::new([ring(model, double(), Some(options.tolerance))], rule, time_step)),
+        boxed(WaveHistory::new([ring(model, double(), Some(least.clone()))], rule, time_step)),
     );
     let (mut error, mut largest) = (0.0_f64, 0.0_f64);
     for instant in 0..2 * lags as i64 {
@@ -176,7 +177,7 @@ fn past(criterion: &mut Criterion) {
         largest = exact.iter().fold(largest, |largest, u| largest.max(u.abs()));
     }
     println!("fewer poles: error {:.1e}", error / largest);
-    let both = rounded(WaveHistory::new([ring(model, single(), Some(options.tolerance))], rule, time_step));
+    let both = rounded(WaveHistory::new([ring(model, single(), Some(least))], rule, time_step));
     let mut group = criterion.benchmark_group("past of cells");
     group.sample_size(10);
     let of_stages = [("sdirk2", all), ("sdirk2, fewer poles", fewer), ("sdirk2, both", both)];
@@ -204,28 +205,27 @@ fn rings(criterion: &mut Criterion) {
     let tyre = plate_tyre();
     let options = CellFitOptions { top: 8.0 / time_step, tolerance: 1e-4, most_poles: 160 };
     let fitted = |band: WaveBand| {
-        let grid = CellGrid::new(&tyre, elements, across);
+        let grid = CellGrid::new(&tyre, elements, across).on_ring(band.ring);
         let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 8.0 / time_step);
         let rows = sums.waves(band);
         let model = fit_cells(&sums, &rows, &options, &Default::default()).expect("the waves can be fitted");
-        (band.part, sums.grid().clone(), rows, model)
+        (band.ring, sums.grid().clone(), rows, model)
     };
     let border = Some([231.0, 461.0]);
     let long = WaveBand { fades_out: border, ..WaveBand::WHOLE };
-    let (one, two) = ([fitted(WaveBand::WHOLE)], [long, WaveBand { part: 4, fades_in: border, ..WaveBand::WHOLE }]);
-    let two = two.map(fitted);
+    let short = WaveBand { ring: Some(128), fades_in: border, ..WaveBand::WHOLE };
+    let (one, two) = ([fitted(WaveBand::WHOLE)], [long, short].map(fitted));
     let mut pasts = [("one ring", &one[..]), ("two rings", &two)].map(|(name, rings)| {
-        let rings = rings.iter().map(|(part, grid, rows, model)| {
-            let is_short = *part > 1;
-            let width = if is_short { seen } else { columns };
-            let first = || first_influences(grid, [*part, width], rows, model, rule, time_step);
+        let rings = rings.iter().map(|(ring, grid, rows, model)| {
+            let width = if ring.is_some() { seen } else { columns };
+            let first = |_| first_influences(grid, width, rows, model, rule, time_step);
             RingParts {
                 model,
-                transform: WaveTransform::<f32>::new(grid, elements / part, width, rows),
-                next_instant: is_short.then(first),
-                forgotten_after: is_short.then(|| elements / part - seen - 20),
+                transform: WaveTransform::<f32>::new(grid, width, rows),
+                next_instant: ring.map(first),
+                forgotten_after: ring.map(|cells| cells - seen - 20),
                 substeps: 1,
-                fewer_poles: Some(options.tolerance),
+                fewer_poles: Some(fewer_poles(model, rule, time_step, options.tolerance)),
             }
         });
         (name, WaveHistory::<f32>::new(rings, rule, time_step))
@@ -273,8 +273,8 @@ fn rows(criterion: &mut Criterion) {
     let tyre = plate_tyre();
     let sums = CellSums::new(&tyre, CellGrid::new(&tyre, ring, across), CellTruncation::default(), 1e-8, 1e5);
     let rows = sums.waves(WaveBand::WHOLE);
-    let mut transform = WaveTransform::<f32>::new(sums.grid(), ring, columns, &rows);
-    let mut exact = WaveTransform::<f64>::new(sums.grid(), ring, columns, &rows);
+    let mut transform = WaveTransform::<f32>::new(sums.grid(), columns, &rows);
+    let mut exact = WaveTransform::<f64>::new(sums.grid(), columns, &rows);
     let forces: Vec<f64> = (0..columns * across).map(|cell| (0.7 * (cell * cell) as f64).sin().max(0.0)).collect();
     let mut spectrum = vec![Complex::default(); transform.waves()];
     let mut exact_spectrum = vec![Complex::default(); transform.waves()];

@@ -17,7 +17,7 @@ pub use crate::contact::axle::{AxleHeight, LoadControl, MovingAxle, SprungMass};
 pub use crate::contact::cells::InstantCells;
 pub use crate::contact::cells::blocks::BlockTerm;
 pub use crate::contact::cells::direct::DirectCellHistory;
-pub use crate::contact::cells::history::{RingParts, WaveHistory, first_influences};
+pub use crate::contact::cells::history::{FewerPoles, RingParts, WaveHistory, fewer_poles, first_influences};
 pub use crate::contact::cells::search::CellSearch;
 pub use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
 pub use crate::contact::cells::zone::CellHistory;

@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 
+use crate::contact::cells::history::FewerPoles;
 use crate::contact::pressed::CachedBlock;
 use crate::radiation::stored::StoredReceiver;
 use crate::results::table::{Report, aligned, row, words};
@@ -16,12 +17,12 @@ use super::context::{Context, print};
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
-The cache holds what later runs can use again: influence functions of a tyre (for all time steps and roads at the same \
-speed), its surface waves (for all roads), its radiation transfers to a receiver (for all roads and speeds with the \
-same patch length), and pressed roads (for all runs with the same tread and cells). It is in TYREWAVE_CACHE_DIR or in \
-the platform's cache folder, and takes at most an eighth of the space on its disk (at least 2 GiB, at most 32 GiB); \
-the least recently used entries are removed first. An entry that is damaged or of another version is computed again \
-when it is needed.
+The cache holds what later runs can use again: influence functions of a tyre (for all time steps and roads at the \
+same speed), poles of cells for a time step (for all roads), its surface waves (for all roads), its radiation \
+transfers to a receiver (for all roads and speeds with the same patch length), and pressed roads (for all runs with \
+the same tread and cells). It is in TYREWAVE_CACHE_DIR or in the platform's cache folder, and takes at most an eighth \
+of the space on its disk (at least 2 GiB, at most 32 GiB); the least recently used entries are removed first. An \
+entry that is damaged or of another version is computed again when it is needed.
 
 Examples:
   tyrewave cache list
@@ -62,6 +63,7 @@ impl CacheArguments {
                 let kinds = [
                     RationalModel::KIND,
                     PoleModel::KIND,
+                    FewerPoles::KIND,
                     TractionModel::KIND,
                     CellInfluence::KIND,
                     CachedBlock::KIND,

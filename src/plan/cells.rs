@@ -10,7 +10,7 @@ use crate::contact::cells::history::STEPS;
 use crate::contact::friction::wave_group::STEPS as TRACTION_STEPS;
 use crate::contact::history::expected_multiply_adds;
 use crate::counters::{Counter, Stage};
-use crate::numeric::transform_multiply_adds;
+use crate::numeric::{transform_length, transform_multiply_adds};
 use crate::scene::{History, Sides, Tyre};
 use crate::tyre::influence::{CellGrid, CellTruncation, WaveBand, wave_bytes};
 use crate::tyre::poles::cells::CellFitOptions;
@@ -55,6 +55,8 @@ const FRICTION_CHANNEL: f64 = 0.7;
 const FRICTION_FIT: f64 = 10.0;
 /// Tolerance of the reduced set of poles relative to that of the fit.
 const FEWER_POLES: f64 = 1.0;
+/// Bytes on disk of that set relative to those of the fit (measured).
+const FEWER_BYTES: f64 = 0.5;
 /// Poles of a wave, counting conjugates, at a tolerance of 1e-5, and the decrease for each factor of ten above it
 /// (measured, N = 256 to 1024).
 const POLES: [f64; 2] = [32.0, 5.0];
@@ -84,16 +86,16 @@ impl Plan {
     pub(crate) fn wave_bands(&self, columns: usize) -> Vec<WaveBand> {
         let numerics = &self.scene.numerics;
         let finite = numerics.lateral_terms.is_some() || numerics.wavenumber_aliases.is_some();
-        let band = |part, fades_in, fades_out| WaveBand { part, fades_in, fades_out, folded: false };
+        let band = |ring, fades_in, fades_out| WaveBand { ring, fades_in, fades_out, folded: false };
         let borders = self.border(HANDED_OVER).zip(self.border(FOLDED)).filter(|_| !finite);
         let Some((longer, shorter)) = borders else { return vec![WaveBand::WHOLE] };
-        let least = (PATCH * columns as f64).ceil() as usize;
-        let whole_rings = (1..=numerics.elements).filter(|part| numerics.elements.is_multiple_of(2 * part));
-        let fits = |part: &usize| self.longest_patch(numerics.elements / part, longer[0]) >= least;
-        let part = whole_rings.filter(fits).max().unwrap_or(1);
+        let least = 2 * (PATCH * columns as f64).ceil() as usize + self.beside_patch(longer[0]);
+        // Power is found for each of the tyre's own waves, which only a ring of a whole part of its elements has.
+        let has_own = |ring: &usize| !self.decisions.takes_models || numerics.elements.is_multiple_of(*ring);
+        let ring = (least..numerics.elements).find(|ring| transform_length(*ring) == *ring && has_own(ring));
         let mut bands = vec![WaveBand::WHOLE];
-        if part > 1 {
-            bands = vec![band(1, None, Some(longer)), band(part, Some(longer), None)];
+        if ring.is_some() {
+            bands = vec![band(None, None, Some(longer)), band(ring, Some(longer), None)];
         }
         let beside = self.scene.tyre.width - self.scene.tyre.contact_width;
         let alone = match self.scene.has_tractions() {
@@ -105,7 +107,7 @@ impl Plan {
         if shorter[0] * beside > FAR_SIDES && !alone {
             let last = bands.pop().unwrap_or(WaveBand::WHOLE);
             bands.push(WaveBand { fades_out: Some(shorter), ..last });
-            bands.push(WaveBand { folded: true, ..band(part, Some(shorter), None) });
+            bands.push(WaveBand { folded: true, ..band(ring, Some(shorter), None) });
         }
         if self.scene.has_tractions() {
             // A window on several rings costs as much as many waves of one.
@@ -127,10 +129,10 @@ impl Plan {
         (CREEPING / wavenumber / self.element).ceil() as usize
     }
 
-    /// Columns of contact for which a shorter ring of `ring` cells has room, for waves from a wavenumber on: the
-    /// contact with its surroundings on either side, and as much that is remembered.
-    fn longest_patch(&self, ring: usize, wavenumber: f64) -> usize {
-        ring.saturating_sub(3 * self.creeping(wavenumber) + self.late_steps()) / 2
+    /// Cells of a shorter ring, for waves from a wavenumber on, beside the contact and as much that is remembered: the
+    /// contact's surroundings on either side among them.
+    fn beside_patch(&self, wavenumber: f64) -> usize {
+        3 * self.creeping(wavenumber) + self.late_steps()
     }
 
     /// Delay of the forgetting of forces in steps, since the recursion advances its poles block by block.
@@ -141,17 +143,15 @@ impl Plan {
     /// Columns around the contact in which a band is evaluated, for a window of `columns` columns: short waves have
     /// decayed elsewhere.
     pub(crate) fn seen_columns(&self, band: WaveBand, columns: usize) -> usize {
-        let Some([longest, _]) = self.border(HANDED_OVER).filter(|_| band.part > 1) else { return columns };
-        let patch = self.longest_patch(self.scene.numerics.elements / band.part, longest);
-        columns.min(patch + 2 * self.creeping(longest))
+        let Some((ring, [longest, _])) = band.ring.zip(self.border(HANDED_OVER)) else { return columns };
+        columns.min(ring.saturating_sub(self.beside_patch(longest)) / 2 + 2 * self.creeping(longest))
     }
 
     /// Number of steps after which a band forgets forces, seen through a window of `columns` columns: before the window
     /// returns to their place on the ring. `None` for a ring as long as the tyre.
     pub(crate) fn forgotten_after(&self, band: WaveBand, columns: usize) -> Option<usize> {
-        let [start, _] = band.fades_in.filter(|_| band.part > 1)?;
-        let seen = self.seen_columns(band, columns);
-        let cells = self.scene.numerics.elements / band.part - seen - self.creeping(start);
+        let (ring, [start, _]) = band.ring.zip(band.fades_in)?;
+        let cells = ring - self.seen_columns(band, columns) - self.creeping(start);
         let steps = (cells as f64 * self.element / (self.speed * self.time_step)) as usize;
         Some(steps.saturating_sub(self.late_steps()))
     }
@@ -161,6 +161,11 @@ impl Plan {
     pub(crate) fn tyre_of(&self, band: WaveBand) -> Tyre {
         let width = if band.folded { self.cell_grid().width_in_cells() } else { self.decisions.tyre.width };
         Tyre { width, ..self.decisions.tyre.clone() }
+    }
+
+    /// Cells around a band's ring and across the strip.
+    pub(crate) fn grid_of(&self, band: WaveBand) -> CellGrid {
+        CellGrid::new(&self.tyre_of(band), self.scene.numerics.elements, self.cell_grid().across).on_ring(band.ring)
     }
 
     /// Cells around the tyre and across its strip.
@@ -204,16 +209,14 @@ impl Plan {
 
     /// The same for some bands.
     fn expected_waves_of(&self, bands: &[WaveBand], columns: usize) -> [f64; 3] {
-        let grid = self.cell_grid();
-        let waves = grid.waves();
         let mut expected = [0.0; 3];
         for &band in bands {
-            let ring = grid.elements() / band.part;
+            let grid = self.grid_of(band);
+            let (ring, waves) = (grid.elements(), grid.waves());
             let around = (ring / 2 + 1) as f64;
             // Share of the rectangle of all wavenumbers: a quarter of a disc, less the one of the band before.
             let rows = if band.folded { waves.width / grid.pitch() } else { self.last_lateral_number() as f64 };
-            let disc =
-                |end: f64| 0.25 * PI * rows.min(end / waves.ky(1)) * around.min(end / (band.part as f64 * waves.kx(1)));
+            let disc = |end: f64| 0.25 * PI * rows.min(end / waves.ky(1)) * around.min(end / waves.kx(1));
             let inner = band.fades_in.map_or(0.0, |[start, _]| disc(start));
             let rows = band.fades_out.map_or(rows, |[_, end]| rows.min(end / waves.ky(1)));
             let count = band.fades_out.map_or(rows * around, |[_, end]| disc(end)) - inner;
@@ -291,7 +294,8 @@ impl Amounts {
             self.fit_memory_per_thread = expected_fit::BYTES;
             let of_pole =
                 if has_tractions { TractionModel::BYTES_OF_CHANNEL } else { PoleModel::bytes_of_pole(1, turns) };
-            self.cache_bytes += poles * of_pole;
+            let fewer = if has_tractions || plan.fewer_poles().is_none() { 0.0 } else { FEWER_BYTES };
+            self.cache_bytes += (1.0 + fewer) * poles * of_pole;
         }
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);

@@ -1,14 +1,16 @@
 //! Models of the tyre that a planned run needs, from the user's cache or fitted.
 
 use std::borrow::Cow;
+use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 
 use super::Plan;
+use crate::contact::cells::history::{FewerPoles, STEPS, fewer_poles};
 use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::scene::{History, LoadedScene, SceneError, SetUpError, Tyre, Zone};
 use crate::storage::cache::key;
 use crate::storage::{Cache, Cached};
-use crate::tyre::influence::{CellGrid, CellRow, CellSums, WaveBand};
+use crate::tyre::influence::{CellRow, CellSums, WaveBand};
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::pole_model::PoleModel;
@@ -92,13 +94,29 @@ pub(crate) fn planned_cell_model<M: Cached>(
     }
 }
 
+/// Fewer poles that predict the history of a band of waves, from the user's cache or found; `None`: all of them do.
+pub(crate) fn planned_fewer_poles(
+    plan: &Plan,
+    (band, rows): (WaveBand, &[CellRow]),
+    model: &PoleModel,
+    job: &mut Job<'_>,
+) -> Option<FewerPoles> {
+    let (rule, time_step, tolerance) = (plan.scene.numerics.time_rule, plan.time_step, plan.fewer_poles()?);
+    let make = || Ok::<_, Infallible>(fewer_poles(model, rule, time_step, tolerance));
+    let key =
+        cell_key(plan, band, rows).and_then(|key| self::key::<FewerPoles>(&(key, rule, time_step, STEPS, tolerance)));
+    let Ok(fewer) = match (Cache::open(), key) {
+        (Ok(cache), Ok(key)) => cache.fetch(&key, &mut job.warnings, make),
+        _ => make(),
+    };
+    Some(fewer)
+}
+
 /// Key of the cached model of a band of waves on cells.
 fn cell_key(plan: &Plan, band: WaveBand, rows: &[CellRow]) -> serde_json::Result<[u8; 32]> {
-    let (tyre, options) = (plan.tyre_of(band).levelled(), plan.cell_fit());
-    match plan.scene.has_tractions() {
-        true => key::<TractionModel>(&(tyre, rows, options, plan.scene.numerics.influence_tolerance)),
-        false => key::<PoleModel>(&(tyre, rows, options)),
-    }
+    let numerics = &plan.scene.numerics;
+    let content = (plan.tyre_of(band).levelled(), band.ring, rows, plan.cell_fit(), numerics.influence_tolerance);
+    if plan.scene.has_tractions() { key::<TractionModel>(&content) } else { key::<PoleModel>(&content) }
 }
 
 /// Number of poles of the models of cells that a cache holds for a plan; `None` if one is missing, or none is needed.
@@ -113,7 +131,7 @@ pub(crate) fn cached_cell_poles(plan: &Plan, cache: &Cache) -> Option<usize> {
         return None;
     }
     let order = |band: WaveBand| -> Option<usize> {
-        let grid = CellGrid::new(&plan.tyre_of(band), scene.numerics.elements, plan.cell_grid().across);
+        let grid = plan.grid_of(band);
         if scene.has_tractions() {
             let key = cell_key(plan, band, &band.traction_rows(&grid, plan.cell_truncation())).ok()?;
             return Some(cache.load::<TractionModel>(&key).ok()??.ok()?.order());
@@ -124,18 +142,17 @@ pub(crate) fn cached_cell_poles(plan: &Plan, cache: &Cache) -> Option<usize> {
     plan.wave_bands(columns as usize).into_iter().map(order).sum()
 }
 
-/// Sums over the waves of a tyre on the cells of a planned scene.
-pub(crate) fn cell_sums(plan: &Plan, tyre: &Tyre) -> CellSums {
+/// Sums over the waves of a band on the cells of a planned scene.
+pub(crate) fn cell_sums(plan: &Plan, band: WaveBand) -> CellSums {
     let numerics = &plan.scene.numerics;
-    let grid = CellGrid::new(tyre, numerics.elements, plan.cell_grid().across);
     let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
-    CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
+    let (tyre, grid) = (plan.tyre_of(band), plan.grid_of(band));
+    CellSums::new(&tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
 }
 
-/// Sums that carry a band of waves: those of the tyre as a `whole`, or, for a folded band, of the tyre with its sides
-/// moved.
+/// Sums that carry a band of waves: those of the tyre as a `whole`, or of its own ring, or with its sides moved.
 pub(crate) fn band_sums<'a>(plan: &Plan, band: WaveBand, whole: &'a CellSums) -> Cow<'a, CellSums> {
-    if band.folded { Cow::Owned(cell_sums(plan, &plan.tyre_of(band))) } else { Cow::Borrowed(whole) }
+    if band.ring.is_some() || band.folded { Cow::Owned(cell_sums(plan, band)) } else { Cow::Borrowed(whole) }
 }
 
 /// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic, two flops per multiply-add.
@@ -162,7 +179,7 @@ mod tests {
         let cache = Cache::at(folder.path().to_owned(), u64::MAX);
         let has_fit = |plan: &Plan| plan.amounts().work.iter().any(|work| work.stage == Stage::Fit);
         assert!(cached_cell_poles(&plan, &cache).is_none() && has_fit(&plan));
-        let (whole, mut poles, mut stored) = (cell_sums(&plan, &plan.decisions.tyre), 0, 0);
+        let (whole, mut poles, mut stored) = (cell_sums(&plan, WaveBand::WHOLE), 0, 0);
         for band in plan.wave_bands(plan.expected().columns as usize) {
             let sums = band_sums(&plan, band, &whole);
             let rows = sums.waves(band);

@@ -145,7 +145,7 @@ mod tests {
         for (zone, key, value) in [
             ("slices", "contact.cells_across", "20"),
             ("slices", "contact.slice_tolerance", "1e-6"),
-            ("slices", "numerics.pole_tolerance", "1e-3"),
+            ("slices", "numerics.pole_tolerance", "2e-3"),
             ("slices", "numerics.influence_tolerance", "1e-6"),
             ("cells", "contact.cells_across", "20"),
             ("cells", "numerics.contact_tolerance", "1e-3"),

@@ -132,6 +132,28 @@ fn a_preset_over_cells_asks_for_no_more_than_it_needs() {
 }
 
 #[test]
+fn short_rings_have_room_for_the_contact_and_with_vibration_only_waves_of_the_tyre() {
+    let mut scene = Scene::from_str(crate::scene::DEFAULT, "default").unwrap().scene;
+    scene.contact.zone = Zone::Cells;
+    let mut plan = Plan::new(&scene);
+    for (columns, wanted) in [(30, [64, 64]), (60, [108, 128]), (75, [128, 128]), (90, [144, 256])] {
+        for (takes_models, wanted) in [false, true].into_iter().zip(wanted) {
+            plan.decisions.takes_models = takes_models;
+            let bands = plan.wave_bands(columns);
+            for band in &bands[1..] {
+                assert_eq!(band.ring, Some(wanted), "{columns} columns");
+                let patch = plan.seen_columns(*band, columns);
+                assert!(patch as f64 >= 0.68 * columns as f64 && patch < wanted, "{patch} of {columns}");
+                assert!(
+                    plan.forgotten_after(*band, columns).unwrap() as f64 > 0.68 * columns as f64 - 1.0,
+                    "{columns}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn a_preset_takes_cells_for_sound_unless_slices_are_given() {
     let receiver = "\n[[receiver]]\nstandard = \"cpx\"\n";
     let zone = |preset: &str, law: &str, receiver: &str| {

@@ -12,14 +12,14 @@ use crate::contact::tread::TreadSurface;
 use crate::counters::{Counter, Job, Meter, Stage};
 use crate::effects::{RunError, TyreModels};
 use crate::plan::Plan;
-use crate::plan::models::{band_sums, cell_sums, planned_cell_model};
+use crate::plan::models::{band_sums, cell_sums, planned_cell_model, planned_fewer_poles};
 use crate::radiation::gap::patch::REACH;
 use crate::response::vibration::CarriedWaves;
 use crate::road::maker::SliceForm;
 use crate::run::friction::FrictionContact;
 use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
 use crate::scene::{Axle, History, LoadedScene, SceneError};
-use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, WaveBand, WaveValues};
+use crate::tyre::influence::{CellInfluence, CellSums, WaveBand, WaveValues};
 use crate::tyre::poles::cells::fit_cells;
 use crate::tyre::poles::pole_model::PoleModel;
 use crate::tyre::tread_pattern::blocks::TreadBlocks;
@@ -88,7 +88,7 @@ impl ZoneMaker for CellContact<'_> {
             History::Direct if !followed => Vec::new(),
             _ => self.carried(columns, job)?,
         };
-        let zone = self.zone(instant.clone(), &waves, margin, &mut job.meter);
+        let zone = self.zone(instant.clone(), &waves, margin, job);
         let mut models = TyreModels::default();
         if followed {
             let beyond = job.meter.time(Stage::Influence, || self.beyond(instant, &waves));
@@ -103,7 +103,7 @@ impl<'a> CellContact<'a> {
     pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan) -> Self {
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
-        let sums = cell_sums(plan, &plan.decisions.tyre);
+        let sums = cell_sums(plan, WaveBand::WHOLE);
         let (tread, blocks) = match plan.tread() {
             Some((map, blocks)) => (TreadSurface::with_pattern(crown, &map), blocks),
             None => (crown.into(), None),
@@ -121,12 +121,12 @@ impl<'a> CellContact<'a> {
 
     /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the
     /// history is that of the `carried` waves, or of direct sums.
-    fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
+    fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, job: &mut Job<'_>) -> CellZone {
         let numerics = &self.plan.scene.numerics;
         let history: Box<dyn CellHistory<1>> = match numerics.history {
-            History::Direct => Box::new(self.direct(instant.columns, meter)),
-            History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(instant.columns, carried, meter)),
-            History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, meter)),
+            History::Direct => Box::new(self.direct(instant.columns, &mut job.meter)),
+            History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(instant.columns, carried, job)),
+            History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, job)),
         };
         let tolerance = self.plan.cell_tolerance();
         let instant = InstantCells::on_blocks(instant, self.sums.grid(), self.blocks.as_ref());
@@ -145,13 +145,13 @@ impl<'a> CellContact<'a> {
     fn carried(&self, columns: usize, job: &mut Job<'_>) -> Result<Vec<CarriedWaves>, RunError> {
         let stop = job.stop;
         let carried = |band: WaveBand| -> Result<CarriedWaves, RunError> {
-            let sums = band_sums(self.plan, band, &self.sums);
-            let rows = sums.waves(band);
+            let grid = self.plan.grid_of(band);
+            let rows = band.rows(&grid, self.plan.cell_truncation());
             let options = self.plan.cell_fit();
-            let fit = || fit_cells(&sums, &rows, &options, stop);
+            let fit = || fit_cells(&band_sums(self.plan, band, &self.sums), &rows, &options, stop);
             let count = PoleModel::evaluations;
             let model = planned_cell_model(self.loaded, self.plan, (band, &rows), fit, count, job)?;
-            Ok(CarriedWaves { part: band.part, rows, model })
+            Ok(CarriedWaves { ring: grid.elements(), rows, model })
         };
         self.bands(columns).into_iter().map(carried).collect()
     }
@@ -161,33 +161,33 @@ impl<'a> CellContact<'a> {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step);
         let values: Vec<WaveValues> = carried.iter().map(|waves| waves.model.values(rate)).collect();
-        let known = carried.iter().zip(&values).map(|(waves, values)| (waves.part, waves.rows.as_slice(), values));
+        let known = carried.iter().zip(&values).map(|(waves, values)| (waves.ring, waves.rows.as_slice(), values));
         all -= &CellInfluence::of_waves(self.sums.grid(), all.columns, known);
         all
     }
 
     fn direct(&self, columns: usize, meter: &mut Meter) -> DirectCellHistory<1> {
         let rows = self.sums.waves(WaveBand::WHOLE);
-        let transform = WaveTransform::new(self.sums.grid(), self.sums.grid().elements(), columns, &rows);
+        let transform = WaveTransform::new(self.sums.grid(), columns, &rows);
         let rule = self.plan.scene.numerics.time_rule;
         meter.time(Stage::Influence, || {
             DirectCellHistory::new(&self.sums, &rows, transform, rule, self.plan.time_step, self.plan.lags)
         })
     }
 
-    fn rings<N: WaveNumber>(&self, columns: usize, carried: &[CarriedWaves], meter: &mut Meter) -> WaveHistory<N> {
+    fn rings<N: WaveNumber>(&self, columns: usize, carried: &[CarriedWaves], job: &mut Job<'_>) -> WaveHistory<N> {
         let numerics = &self.plan.scene.numerics;
-        let rings = self.bands(columns).into_iter().zip(carried).map(|(band, CarriedWaves { part, rows, model })| {
-            meter.count(Counter::Poles, model.order() as u64);
-            let grid = CellGrid::new(&self.plan.tyre_of(band), numerics.elements, self.sums.grid().across);
+        let rings = self.bands(columns).into_iter().zip(carried).map(|(band, CarriedWaves { rows, model, .. })| {
+            job.meter.count(Counter::Poles, model.order() as u64);
+            let grid = self.plan.grid_of(band);
             let seen = self.plan.seen_columns(band, columns);
-            let transform = WaveTransform::new(&grid, grid.elements() / part, seen, rows);
+            let transform = WaveTransform::new(&grid, seen, rows);
             let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
-            let next_instant = (*part > 1).then(|| {
-                meter.time(Stage::Influence, || first_influences(&grid, [*part, seen], rows, model, rule, time_step))
+            let next_instant = band.ring.map(|_| {
+                job.meter.time(Stage::Influence, || first_influences(&grid, seen, rows, model, rule, time_step))
             });
             let forgotten_after = self.plan.forgotten_after(band, columns);
-            let fewer_poles = self.plan.fewer_poles();
+            let fewer_poles = planned_fewer_poles(self.plan, (band, rows), model, job);
             RingParts { model, transform, next_instant, forgotten_after, substeps: numerics.substeps, fewer_poles }
         });
         WaveHistory::new(rings, numerics.time_rule, self.plan.time_step)

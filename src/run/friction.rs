@@ -95,20 +95,20 @@ impl FrictionContact<'_> {
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
         if plan.scene.numerics.history == History::Direct {
             let rows = sums.traction_rows(WaveBand::WHOLE);
-            let transforms = ComponentTransforms::of_tractions(grid, [grid.elements(), columns], &rows);
+            let transforms = ComponentTransforms::of_tractions(grid, columns, &rows);
             let history = || DirectCellHistory::of_tractions(sums, &rows, transforms, rule, time_step, plan.lags);
             return Ok(Box::new(job.meter.time(Stage::Influence, history)));
         }
         let stop = job.stop;
         let carried = |band: WaveBand| -> Result<Carried, RunError> {
-            let sums = band_sums(plan, band, sums);
-            let rows = sums.traction_rows(band);
+            let grid = plan.grid_of(band);
+            let rows = band.traction_rows(&grid, plan.cell_truncation());
             let options = plan.cell_fit();
-            let fit = || fit_tractions(&sums, &rows, &options, stop);
+            let fit = || fit_tractions(&band_sums(plan, band, sums), &rows, &options, stop);
             let count = TractionModel::evaluations;
             let model = planned_cell_model(self.loaded, plan, (band, &rows), fit, count, job)?;
             job.meter.count(Counter::Poles, model.order() as u64);
-            Ok(Carried { band, grid: sums.grid().clone(), rows, model })
+            Ok(Carried { band, grid, rows, model })
         };
         let carried = plan.wave_bands(columns).into_iter().map(carried).collect::<Result<Vec<_>, _>>()?;
         Ok(job.meter.time(Stage::Influence, || -> Box<dyn CellHistory<COMPONENTS>> {
@@ -132,8 +132,8 @@ impl FrictionContact<'_> {
                 tolerance: fit.tolerance,
                 forgotten_after: self.plan.forgotten_after(*band, columns),
             };
-            let transform = ComponentTransforms::of_tractions(grid, [grid.elements() / band.part, columns], rows);
-            TractionRing { model, transform, seen: (band.part > 1).then_some(grid.across), stepping }
+            let transform = ComponentTransforms::of_tractions(grid, columns, rows);
+            TractionRing { model, transform, seen: band.ring.map(|_| grid.across), stepping }
         }))
     }
 }

@@ -33,8 +33,8 @@ impl<R: WaveNumber> From<WaveTransform<R>> for ComponentTransforms<R, 1> {
 }
 
 impl<R: WaveNumber> ComponentTransforms<R, COMPONENTS> {
-    /// Transforms between tractions on a window of `columns` columns and the waves of rows on a ring of `ring` cells.
-    pub(crate) fn of_tractions(grid: &CellGrid, [ring, columns]: [usize; 2], rows: &[CellRow]) -> Self {
+    /// Transforms between tractions on a window of `columns` columns and the waves of rows on the grid's ring.
+    pub(crate) fn of_tractions(grid: &CellGrid, columns: usize, rows: &[CellRow]) -> Self {
         let part = |component: usize| {
             let shape = |row: &CellRow, j: usize| {
                 let of = if row.folded { folded_traction_shape } else { traction_shape };
@@ -43,7 +43,7 @@ impl<R: WaveNumber> ComponentTransforms<R, COMPONENTS> {
             // Sines and cosines of waves between the sides, and sines less their mean.
             let is_cosine = (component == 1) == (grid.waves().sides == Sides::Supported);
             let is_even = |m: usize| m.is_multiple_of(2) == is_cosine;
-            WaveTransform::with_shapes([ring, columns, grid.across], rows, shape, is_even).into()
+            WaveTransform::with_shapes([grid.elements(), columns, grid.across], rows, shape, is_even).into()
         };
         Self { parts: std::array::from_fn(part) }
     }

@@ -15,9 +15,13 @@
 use std::f64::consts::PI;
 
 use num_complex::Complex64;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
+use crate::storage::{CacheKind, Cached, Format};
 use crate::time_rule::TimeRule;
 use crate::tyre::poles::WaveModes;
+use crate::tyre::poles::pole_model::PoleModel;
 
 /// Samples between the lowest frequency and the highest, in addition to those at the poles' frequencies.
 const SAMPLES: usize = 16;
@@ -30,17 +34,52 @@ const ROOT_MEAN_SQUARE: f64 = 0.5;
 /// Part of a column's square below which its remainder is rounding.
 const DEPENDENT: f64 = 1e-12;
 
+/// Poles that predict the waves of a ring, which all of its poles do to within a tolerance.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct FewerPoles {
+    /// `None` for a two-step rule.
+    pub(super) model: Option<PoleModel>,
+    pub(super) tolerance: f64,
+}
+
+impl FewerPoles {
+    /// Poles of a model's waves for displacements by forces of more than `passed` steps ago; of a wave that can do
+    /// without none, all.
+    pub(super) fn of(model: &PoleModel, rule: TimeRule, time_step: f64, passed: usize, tolerance: f64) -> Self {
+        let waves = 0..if rule.looks_back() { 0 } else { model.len() };
+        let reduced = |wave: usize| fewer_poles(&model.wave(wave), rule, time_step, passed, tolerance);
+        let reduced: Vec<Option<FewerModes>> = waves.into_par_iter().map(reduced).collect();
+        let mut all = PoleModel::new(1);
+        for (wave, reduced) in reduced.iter().enumerate() {
+            let WaveModes { poles, residues, odd, .. } = reduced.as_ref().map_or(model.wave(wave), FewerModes::modes);
+            all.push(poles, [&[residues.to_vec()], &[odd.to_vec()]], 0);
+        }
+        Self { model: (!reduced.is_empty()).then(|| all.complete()), tolerance }
+    }
+}
+
+impl Cached for FewerPoles {
+    const KIND: CacheKind = CacheKind {
+        extension: "fewer",
+        format: Format { magic: b"TWAVEFEW", version: 1, name: "poles of contact cells for a time step" },
+    };
+
+    fn is_valid(&self) -> bool {
+        self.model.as_ref().is_none_or(PoleModel::is_valid)
+    }
+}
+
 /// Poles and residues of a wave.
 #[derive(Clone, Debug)]
-pub(super) struct FewerPoles {
+struct FewerModes {
     poles: Vec<Complex64>,
     residues: Vec<Complex64>,
     odd: Vec<Complex64>,
     pairs: usize,
 }
 
-impl FewerPoles {
-    pub(super) fn modes(&self) -> WaveModes<'_> {
+impl FewerModes {
+    fn modes(&self) -> WaveModes<'_> {
         let Self { poles, residues, odd, pairs } = self;
         WaveModes { poles, residues, odd, pairs: *pairs, constant: 0.0 }
     }
@@ -120,13 +159,13 @@ impl Columns {
 
 /// Poles that predict a wave's displacements by forces of more than `passed` steps ago to within `tolerance`; `None`
 /// where none can be left out, or for a two-step rule.
-pub(super) fn fewer_poles(
+fn fewer_poles(
     modes: &WaveModes<'_>,
     rule: TimeRule,
     time_step: f64,
     passed: usize,
     tolerance: f64,
-) -> Option<FewerPoles> {
+) -> Option<FewerModes> {
     let columns = Columns::new(modes, rule, time_step, passed)?;
     let flat = |residues: &[Complex64]| -> Vec<f64> {
         let parts = residues.iter().zip(&columns.places);
@@ -159,7 +198,7 @@ pub(super) fn fewer_poles(
             _ => fitted[columns.places[pole][0]].into(),
         };
         let residues = |fitted: &Vec<f64>| taken.iter().map(|&pole| number(fitted, pole)).collect();
-        return Some(FewerPoles {
+        return Some(FewerModes {
             poles: taken.iter().map(|&pole| modes.poles[pole]).collect(),
             residues: residues(&fitted[0]),
             odd: fitted.get(1).map(residues).unwrap_or_default(),
@@ -259,6 +298,7 @@ fn fit(products: &[Vec<f64>], places: &[usize], target: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::storage::Cache;
 
     const TIME_STEP: f64 = 1e-4;
     const PASSED: usize = 4;
@@ -306,6 +346,21 @@ mod tests {
                 }
             }
         }
+        // The waves of a model, one that can do without some poles and one that cannot, from the cache on disk too.
+        let mut model = PoleModel::new(1);
+        for last in [poles.len(), 1] {
+            model.push(&poles[..last], [&[residues[..last].to_vec()], &[odd[..last].to_vec()]], 7);
+        }
+        let (model, folder) = (model.complete(), tempfile::tempdir().unwrap());
+        let of = |rule: TimeRule| FewerPoles::of(&model, rule, TIME_STEP, PASSED, 1e-4);
+        let found = of(TimeRule::Sdirk2);
+        let fewer = fewer_poles(&model.wave(0), TimeRule::Sdirk2, TIME_STEP, PASSED, 1e-4).unwrap();
+        let of_waves = [0, 1].map(|wave| found.model.as_ref().unwrap().wave(wave));
+        assert_eq!(of_waves, [fewer.modes(), model.wave(1)]);
+        let cache = Cache::at(folder.path().to_owned(), u64::MAX);
+        cache.store(&[1; 32], &found).unwrap();
+        assert_eq!(cache.load(&[1; 32]).unwrap(), Some(Ok(found)));
+        assert!(of(TimeRule::Bdf2).model.is_none());
         let modes = WaveModes { poles: &poles[..1], residues: &residues[..1], odd: &[], pairs: 1, constant: 0.0 };
         assert!(fewer_poles(&modes, TimeRule::Sdirk2, TIME_STEP, PASSED, 1e-4).is_none());
         assert!(fewer_poles(&modes, TimeRule::Bdf2, TIME_STEP, PASSED, 1e-4).is_none());

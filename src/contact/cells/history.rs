@@ -14,6 +14,7 @@
 
 use num_complex::Complex;
 
+pub use super::fewer_poles::FewerPoles;
 pub use super::ring_waves::RingParts;
 use super::ring_waves::{RingWaves, first_responses};
 use super::short_ring::{NextInstant, ShortRing};
@@ -56,18 +57,23 @@ pub struct WaveHistory<N: WaveNumber = f64> {
     work: Work,
 }
 
-/// Influence of the forces of each stage at the next instant, of a ring that is `part` times shorter than the tyre,
-/// between cells of a window of `columns` columns.
+/// Influence of the forces of each stage at the next instant, by the waves of the grid's ring, between cells of a
+/// window of `columns` columns.
 pub fn first_influences(
     grid: &CellGrid,
-    [part, columns]: [usize; 2],
+    columns: usize,
     rows: &[CellRow],
     model: &PoleModel,
     rule: TimeRule,
     time_step: f64,
 ) -> Vec<CellInfluence> {
     let of_stages = first_responses(model, rule, time_step);
-    of_stages.iter().map(|values| CellInfluence::of_waves(grid, columns, [(part, rows, values)])).collect()
+    of_stages.iter().map(|values| CellInfluence::of_waves(grid, columns, [(grid.elements(), rows, values)])).collect()
+}
+
+/// Poles that predict the waves of a model from block to block, within a tolerance relative to each wave's influence.
+pub fn fewer_poles(model: &PoleModel, rule: TimeRule, time_step: f64, tolerance: f64) -> FewerPoles {
+    FewerPoles::of(model, rule, time_step, STEPS, tolerance)
 }
 
 impl<N: WaveNumber> WaveHistory<N> {

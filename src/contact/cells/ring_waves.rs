@@ -9,7 +9,7 @@ use num_complex::{Complex, Complex64};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::fewer_poles::{FewerPoles, fewer_poles};
+use super::fewer_poles::FewerPoles;
 use super::wave_transform::{WaveNumber, WaveTransform};
 use crate::contact::history::add_responses;
 use crate::contact::history::block_pass::pass;
@@ -42,9 +42,8 @@ pub struct RingParts<'m, N: WaveNumber = f64> {
     pub forgotten_after: Option<usize>,
     /// Steps in which the window moves on by an element.
     pub substeps: usize,
-    /// Tolerance to which fewer poles may predict displacements by forces older than a block, relative to each wave's
-    /// influence; `None`: none is left out.
-    pub fewer_poles: Option<f64>,
+    /// Fewer poles that predict displacements by forces older than a block; `None`: none is left out.
+    pub fewer_poles: Option<FewerPoles>,
 }
 
 /// The waves of one ring, in tiles of [`tile`] neighbours. Of a complex field a tile has the real parts first, then the
@@ -85,10 +84,10 @@ impl<N: WaveNumber> RingWaves<N> {
         let RingParts { model, transform, substeps, fewer_poles: fewer, .. } = parts;
         let (waves, stages) = (model.len(), rule.stages());
         let (instants, tiles) = (steps * stages, waves.div_ceil(tile::<N>()));
-        let reduced = |wave: usize| fewer_poles(&model.wave(wave), rule, time_step, steps, (*fewer)?);
-        let reduced: Vec<Option<FewerPoles>> = (0..waves).into_par_iter().map(reduced).collect();
-        let modes = |wave: usize| reduced[wave].as_ref().map_or(model.wave(wave), FewerPoles::modes);
-        let (allowed, angles) = (allowed_rounding(*fewer), transform.angles());
+        let predicting = fewer.as_ref().and_then(|fewer| fewer.model.as_ref()).unwrap_or(model);
+        let modes = |wave: usize| predicting.wave(wave);
+        let allowed = allowed_rounding(fewer.as_ref().map(|fewer| fewer.tolerance));
+        let angles = transform.angles();
         // A deformation at rest on the road moves through the tyre with the window.
         let rate = |wave: usize| angles[wave] / (*substeps as f64 * time_step);
         let [fast, slow] = by_precision::<N>(waves, |wave| is_slow(&modes(wave), time_step, rate(wave), allowed));

@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::direct::DirectCellHistory;
-use super::history::{RingParts, WaveHistory, first_influences};
+use super::history::{RingParts, WaveHistory, fewer_poles, first_influences};
 use super::resting::RestingCells;
 use super::wave_transform::{WaveNumber, WaveTransform};
 use super::{CellHistory, CellProduct};
@@ -101,7 +101,7 @@ fn both_histories_are_the_convolution_with_the_definition() {
     for rule in [TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
         let sums = sums(&tyre, FINITE, rule);
         let rows = sums.waves(WaveBand::WHOLE);
-        let transform = || WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
+        let transform = || WaveTransform::new(sums.grid(), COLUMNS, &rows);
         let mut direct = DirectCellHistory::new(&sums, &rows, transform(), rule, TIME_STEP, 64);
         let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: 1e-6, most_poles: 160 };
         let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
@@ -140,7 +140,7 @@ fn both_histories_are_the_convolution_with_the_definition() {
 #[test]
 fn short_waves_on_a_short_ring_are_those_of_the_whole_tyre() {
     // Contact is in the middle of the window, and short waves are seen four columns farther.
-    let (elements, columns, seen, patch, across, time_step) = (512, 40, 32, 24, 24, 1.7e-4);
+    let (elements, ring, columns, seen, patch, across, time_step) = (512, 120, 40, 32, 24, 24, 1.7e-4);
     let mut tyre = tyre(PLATE);
     (tyre.width, tyre.contact_width) = (0.136, 0.111);
     let options = CellFitOptions { top: 8.0 / time_step, tolerance: 1e-4, most_poles: 160 };
@@ -150,30 +150,31 @@ fn short_waves_on_a_short_ring_are_those_of_the_whole_tyre() {
             tyre.width = CellGrid::new(&tyre, elements, across).width_in_cells();
             assert!((tyre.width - 0.136).abs() > 1e-3, "the sides of this tyre are not on cells");
         }
-        let grid = CellGrid::new(&tyre, elements, across);
+        let grid = CellGrid::new(&tyre, elements, across).on_ring(band.ring);
         let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 8.0 / time_step);
         let rows = sums.waves(band);
         let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
-        (band.part, sums.grid().clone(), rows, model)
+        (band.ring, sums.grid().clone(), rows, model)
     };
     let [longer, shorter] = [Some([231.0, 461.0]), Some([461.0, 923.0])];
-    let band = |part, fades_in, fades_out, folded| WaveBand { part, fades_in, fades_out, folded };
-    let bands = [band(1, None, longer, false), band(4, longer, shorter, false), band(4, shorter, None, true)];
+    let band = |ring, fades_in, fades_out, folded| WaveBand { ring, fades_in, fades_out, folded };
+    let short = |fades_in, fades_out, folded| band(Some(ring), fades_in, fades_out, folded);
+    let bands = [band(None, None, longer, false), short(longer, shorter, false), short(shorter, None, true)];
     let (whole, parts) = ([fitted(WaveBand::WHOLE)], bands.map(fitted));
     // The window goes round the short ring three times. Deformation left there recovers as slowly; elements in the
     // window are remembered for as long as they stay in it.
-    let remembered = elements / 4 - seen - 20;
+    let remembered = ring - seen - 20;
     for (forgotten_after, bound) in [(Some(remembered), 1e-4), (None, 1e-3)] {
         let mut histories = [&whole[..], &parts].map(|rings| {
-            let rings = rings.iter().map(|(part, grid, rows, model)| {
-                let width = if *part > 1 { seen } else { columns };
-                let transform = WaveTransform::<f64>::new(grid, elements / part, width, rows);
-                let first = || first_influences(grid, [*part, width], rows, model, TimeRule::Sdirk2, time_step);
+            let rings = rings.iter().map(|(ring, grid, rows, model)| {
+                let width = if ring.is_some() { seen } else { columns };
+                let transform = WaveTransform::<f64>::new(grid, width, rows);
+                let first = |_| first_influences(grid, width, rows, model, TimeRule::Sdirk2, time_step);
                 RingParts {
                     model,
                     transform,
-                    next_instant: (*part > 1).then(first),
-                    forgotten_after: forgotten_after.filter(|_| *part > 1),
+                    next_instant: ring.map(first),
+                    forgotten_after: forgotten_after.filter(|_| ring.is_some()),
                     substeps: 1,
                     fewer_poles: None,
                 }
@@ -223,13 +224,15 @@ fn single_precision_and_fewer_poles_give_the_same_history() {
     fn history<N: WaveNumber>(
         model: &PoleModel,
         transform: WaveTransform<N>,
-        fewer_poles: Option<f64>,
+        tolerance: Option<f64>,
     ) -> WaveHistory<N> {
+        let (rule, time_step) = (TimeRule::Sdirk2, 1.7e-4);
+        let fewer_poles = tolerance.map(|tolerance| fewer_poles(model, rule, time_step, tolerance));
         let ring = RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles };
-        WaveHistory::new([ring], TimeRule::Sdirk2, 1.7e-4)
+        WaveHistory::new([ring], rule, time_step)
     }
-    let double = || WaveTransform::<f64>::new(sums.grid(), elements, columns, &rows);
-    let single = || WaveTransform::<f32>::new(sums.grid(), elements, columns, &rows);
+    let double = || WaveTransform::<f64>::new(sums.grid(), columns, &rows);
+    let single = || WaveTransform::<f32>::new(sums.grid(), columns, &rows);
     let (mut exact, mut fewer) = (history(&model, double(), None), history(&model, double(), Some(1e-4)));
     let (mut rounded, mut both) = (history(&model, single(), None), history::<f32>(&model, single(), Some(1e-4)));
     let (mut errors, mut largest) = ([0.0_f64; 3], 0.0_f64);
@@ -313,7 +316,7 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
     let (rule, lags) = (TimeRule::Bdf2, 64);
     let sums = sums(&tyre, FINITE, rule);
     let rows = sums.waves(WaveBand::WHOLE);
-    let transform = WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &rows);
+    let transform = WaveTransform::new(sums.grid(), COLUMNS, &rows);
     let mut direct = DirectCellHistory::new(&sums, &rows, transform, rule, TIME_STEP, lags);
     // One impulse, seen by another cell: a trapezoidal sum on a separate circle.
     let (driven, other, points, radius) = ((2, 1), (5, 3), 512, 0.95_f64);

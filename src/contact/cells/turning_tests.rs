@@ -39,7 +39,7 @@ fn fitted(sums: &CellSums) -> PoleModel {
 }
 
 fn transform(sums: &CellSums) -> WaveTransform {
-    WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &sums.waves(WaveBand::WHOLE))
+    WaveTransform::new(sums.grid(), COLUMNS, &sums.waves(WaveBand::WHOLE))
 }
 
 /// Forces of the window's cells \[N\], arbitrary.

@@ -103,12 +103,12 @@ enum Along<R> {
 }
 
 impl<R: WaveNumber> WaveTransform<R> {
-    /// Plans transforms between windows of `columns` columns and the waves of rows on a ring of `ring` cells.
-    pub fn new(grid: &CellGrid, ring: usize, columns: usize, rows: &[CellRow]) -> Self {
+    /// Plans transforms between windows of `columns` columns and the waves of rows on the grid's ring.
+    pub fn new(grid: &CellGrid, columns: usize, rows: &[CellRow]) -> Self {
         let shape = |row: &CellRow, j: usize| if row.folded { grid.wave(row.m, j) } else { grid.shape(row.m, j) };
         // The ends of the strip decide which are even.
         let is_even = |m: usize| m.is_multiple_of(2) == (grid.waves().first_lateral_number() == 0);
-        Self::with_shapes([ring, columns, grid.across], rows, shape, is_even)
+        Self::with_shapes([grid.elements(), columns, grid.across], rows, shape, is_even)
     }
 
     /// Plans transforms between a ring, columns and cells across, with shapes by row and cell; `is_even` says of a

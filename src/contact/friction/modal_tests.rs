@@ -64,7 +64,7 @@ fn resume<P: CellHistory<3>>(history: &mut P, other: &mut P) {
 fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRule) -> Vec<Vector> {
     let rows = sums.traction_rows(WaveBand::WHOLE);
     let new = || {
-        let transform = ComponentTransforms::of_tractions(sums.grid(), [ELEMENTS, COLUMNS], &rows);
+        let transform = ComponentTransforms::of_tractions(sums.grid(), COLUMNS, &rows);
         let stepping =
             Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after: None };
         TractionHistory::<R>::new([TractionRing { model, transform, seen: None, stepping }])
@@ -90,7 +90,7 @@ fn hold(name: &str, tyre: &Tyre) {
     println!("{name}: {waves} waves, {} channels, error {:.1e}", model.order(), model.error());
     assert!(model.error() <= TOLERANCE, "{name}: {:e}", model.error());
     for rule in [TimeRule::Bdf2, TimeRule::Bdf1] {
-        let transform = ComponentTransforms::of_tractions(sums.grid(), [ELEMENTS, COLUMNS], &rows);
+        let transform = ComponentTransforms::of_tractions(sums.grid(), COLUMNS, &rows);
         let mut direct = DirectCellHistory::of_tractions(&sums, &rows, transform, rule, TIME_STEP, STEPS + 2);
         let exact = roll(|first, forces, out| {
             direct.add_displacement(0, first, out, &mut Meter::default());
@@ -115,15 +115,16 @@ fn the_history_by_poles_is_that_of_sums() {
 /// Rolls with forces on some columns of a window, over a history in bands; returns the displacements of all steps.
 fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usize>) -> Vec<Vector> {
     let [elements, columns, seen] = [128, 48, 22];
-    let grid = CellGrid::new(tyre, elements, ACROSS);
-    let sums = CellSums::new(tyre, grid.clone(), CellTruncation::default(), 1e-9, 40.0 / TIME_STEP);
-    let models: Vec<TractionModel> = bands.iter().map(|band| model(&sums, *band)).collect();
+    let sums = |band: &WaveBand| {
+        let grid = CellGrid::new(tyre, elements, ACROSS).on_ring(band.ring);
+        CellSums::new(tyre, grid, CellTruncation::default(), 1e-9, 40.0 / TIME_STEP)
+    };
+    let models: Vec<TractionModel> = bands.iter().map(|band| model(&sums(band), *band)).collect();
     println!("{:?} waves", models.iter().map(TractionModel::len).collect::<Vec<_>>());
     let ring = |(band, model): (&WaveBand, _)| {
-        let is_short = band.part > 1;
+        let (is_short, sums) = (band.ring.is_some(), sums(band));
         let columns = if is_short { seen } else { columns };
-        let transform =
-            ComponentTransforms::of_tractions(&grid, [elements / band.part, columns], &sums.traction_rows(*band));
+        let transform = ComponentTransforms::of_tractions(sums.grid(), columns, &sums.traction_rows(*band));
         let forgotten_after = forgotten_after.filter(|_| is_short);
         let stepping =
             Stepping { rule: TimeRule::Bdf2, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after };
@@ -154,9 +155,10 @@ fn short_rings_carry_what_waves_of_the_whole_tyre_do() {
     // Sides are whole cells away.
     let mut flat = Tyre { width: 0.12, contact_width: 0.06, ..tyre(0.25) };
     flat.layers.last_mut().unwrap().thickness = 0.05;
-    let band = |part, fades_in, fades_out, folded| WaveBand { part, fades_in, fades_out, folded };
+    let band = |ring, fades_in, fades_out, folded| WaveBand { ring, fades_in, fades_out, folded };
+    let short = |fades_in, fades_out, folded| band(Some(60), fades_in, fades_out, folded);
     let (longer, shorter) = (Some([60.0, 120.0]), Some([120.0, 240.0]));
-    let bands = [band(1, None, longer, false), band(2, longer, shorter, false), band(2, shorter, None, true)];
+    let bands = [band(None, None, longer, false), short(longer, shorter, false), short(shorter, None, true)];
     let exact = roll_with_rings(&flat, &[WaveBand::WHOLE], None);
     let found = roll_with_rings(&flat, &bands, Some(56));
     let lasting = roll_with_rings(&flat, &bands, None);

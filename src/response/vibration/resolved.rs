@@ -19,8 +19,8 @@
 //! products of all components would be as many as the square of their number. So the tyre's transfers must be known
 //! before the first segment: in single precision, which changes a level by 1e-6 dB.
 //!
-//! The power's waves are those that the run itself carries, each on a separate ring ([`CarriedWaves`]): a ring that is
-//! a part of the tyre's length has every part-th n.
+//! The power's waves are those that the run itself carries, each on a separate ring ([`CarriedWaves`]), a whole part of
+//! the tyre's: it has every part-th n.
 
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -53,8 +53,8 @@ pub struct ResolvedVelocity {
 /// Waves that a run carries on one ring, and their poles.
 #[derive(Clone, Debug)]
 pub struct CarriedWaves {
-    /// The ring's length is that of the tyre divided by this.
-    pub part: usize,
+    /// Cells of the ring.
+    pub ring: usize,
     /// Waves by lateral number.
     pub rows: Vec<CellRow>,
     /// Poles and residues of the waves, in their order.
@@ -128,14 +128,14 @@ impl ResolvedPower {
         let count = products::count(layout.stages());
         // By n, components with their waves.
         let mut waves: Vec<Vec<(usize, ScaledModes<'_>)>> = (0..=layout.elements / 2).map(|_| Vec::new()).collect();
-        for CarriedWaves { part, rows, model } in carried {
+        for CarriedWaves { ring, rows, model } in carried {
             let mut known = 0..model.len();
             for CellRow { m, first, waves: of_row, .. } in rows {
                 let component = numbers.iter().position(|number| number == m);
                 for ((place, _), wave) in of_row.iter().enumerate().zip(known.by_ref()) {
                     let modes =
                         ScaledModes { modes: model.wave(wave), scale: 1.0, added_compliance: 0.0, odd_constant: 0.0 };
-                    let n = part * (first + place);
+                    let n = layout.elements / ring * (first + place);
                     waves[n].extend(component.map(|component| (component, modes)));
                 }
             }

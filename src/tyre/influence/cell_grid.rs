@@ -31,7 +31,16 @@ impl CellGrid {
         self.along.waves
     }
 
-    /// Cells N round the tyre.
+    /// The same cells on a ring of so many, if given, instead of round the tyre: its waves are then those of the ring.
+    pub fn on_ring(mut self, ring: Option<usize>) -> Self {
+        if let Some(cells) = ring {
+            self.along.waves.circumference = cells as f64 * self.along.element;
+            self.along.elements = cells;
+        }
+        self
+    }
+
+    /// Cells N round the tyre, or the ring.
     pub fn elements(&self) -> usize {
         self.along.elements
     }

@@ -46,17 +46,16 @@ pub struct WaveValues {
 }
 
 impl CellInfluence {
-    /// Sums the influence between cells from some waves alone, up to `columns` along. `waves`: for each ring, the
-    /// number by which it is shorter than the tyre's circumference, its rows, and the values of their waves in the
-    /// same order.
+    /// Sums the influence between cells from some waves alone, up to `columns` along. `waves`: for each ring, its
+    /// number of cells, its rows, and the values of their waves in the same order.
     pub fn of_waves<'a>(
         grid: &CellGrid,
         columns: usize,
         waves: impl IntoIterator<Item = (usize, &'a [CellRow], &'a WaveValues)>,
     ) -> Self {
         let mut rows = Rows::default();
-        for (part, of_ring, WaveValues { even, odd }) in waves {
-            let (mut ring, mut start) = (Ring::new(grid.elements() / part), 0);
+        for (cells, of_ring, WaveValues { even, odd }) in waves {
+            let (mut ring, mut start) = (Ring::new(cells), 0);
             for CellRow { m, folded, first, waves } in of_ring {
                 // Folded rows already hold the cells' weight: each stands for several lateral numbers.
                 let cell_weight = grid.lateral_weight(*m) / grid.waves().lateral_norm(*m);

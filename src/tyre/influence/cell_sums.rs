@@ -67,11 +67,12 @@ pub struct CellSums {
 pub struct CellSumsAt(pub(super) KernelAt);
 
 impl CellSums {
-    /// Sums of a tyre for |s| up to `largest_s` \[1/s\]; compliances within a relative `tolerance`.
+    /// Sums of a tyre on the grid's ring for |s| up to `largest_s` \[1/s\]; compliances within a relative `tolerance`.
     pub fn new(tyre: &Tyre, grid: CellGrid, truncation: CellTruncation, tolerance: f64, largest_s: f64) -> Self {
         let turns = tyre.turns() && tyre.curvature;
         let identity = format!("{:?} {grid:?} {truncation:?} {tolerance:?} {largest_s:?}", tyre.levelled());
-        Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation, turns, identity }
+        let kernel = Kernel::on_ring(tyre, grid.waves(), largest_s, tolerance);
+        Self { kernel, grid, truncation, turns, identity }
     }
 
     /// All that the sums depend on, to the last bit, as text.
@@ -428,6 +429,32 @@ mod tests {
             }
         }
         assert!(odd_share > 1e-2, "{odd_share:e}");
+    }
+
+    #[test]
+    fn waves_on_a_shorter_ring_are_as_long_as_those_of_the_tyre() {
+        let (tyre, s) = (turning(), [Complex64::new(300.0, 2e3)]);
+        // Every other wave of two thirds of the tyre is every third of the tyre.
+        let [ring, whole] = [Some(32), None].map(|ring| {
+            let grid = CellGrid::new(&tyre, 48, 4).on_ring(ring);
+            CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 8.0 / TIME_STEP)
+        });
+        let value = |sums: &CellSums, row: usize, n: usize| {
+            let mut values = Vec::new();
+            sums.values(&sums.waves(WaveBand::WHOLE)[row].waves[n], &s.map(|s| sums.at(s)), &mut values);
+            [values[0].driven, values[0].odd[0]]
+        };
+        for (row, n) in [(3, 1), (3, 4), (5, 5), (7, 6)] {
+            let (found, exact) = (value(&ring, row, 2 * n), value(&whole, row, 3 * n));
+            for (found, exact) in found.into_iter().zip(exact) {
+                assert!((found - 1.5 * exact).norm() <= 1e-9 * exact.norm(), "{row} {n}: {found:e} {exact:e}");
+            }
+            // Those between lie between.
+            let near = [1, 2].map(|more| value(&whole, row, 3 * n + more)[0]);
+            let (mean, apart) = (1.5 * (near[0] + near[1]) / 2.0, 1.5 * (near[0] - near[1]).norm());
+            let found = value(&ring, row, 2 * n + 1)[0];
+            assert!((found - mean).norm() < apart, "{row} {n}: {found:e} {mean:e} {apart:e}");
+        }
     }
 
     #[test]

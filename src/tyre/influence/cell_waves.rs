@@ -43,11 +43,11 @@ pub struct CellRow {
 }
 
 /// Waves in a range of wavenumbers, on a ring. The longer ones need all of the tyre; the shorter ones are damped out
-/// within a part of it, and a ring that is as much shorter has as many waves fewer.
+/// within a part of it, and a ring of any number of cells that holds that part has fewer waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WaveBand {
-    /// The ring is as long as the tyre's circumference over this.
-    pub part: usize,
+    /// Cells of the ring; `None`: those of the tyre.
+    pub ring: Option<usize>,
     /// Between these wavenumbers waves fade in \[1/m\]; `None`: from 0 on.
     pub fades_in: Option<[f64; 2]>,
     /// Between these wavenumbers waves fade out \[1/m\]; `None`: as far as the sums go.
@@ -82,7 +82,7 @@ impl CellRow {
 
 impl WaveBand {
     /// All waves of the whole tyre.
-    pub const WHOLE: Self = Self { part: 1, fades_in: None, fades_out: None, folded: false };
+    pub const WHOLE: Self = Self { ring: None, fades_in: None, fades_out: None, folded: false };
 
     /// Fraction of a wave that belongs to the band; those of two bands that meet add up to one.
     fn share(&self, k: f64) -> f64 {
@@ -93,10 +93,11 @@ impl WaveBand {
         };
         self.fades_in.map_or(1.0, passed) * (1.0 - self.fades_out.map_or(0.0, passed))
     }
-    /// Waves on cells, by lateral number.
+
+    /// Waves on the cells of the ring, by lateral number.
     pub fn rows(self, grid: &CellGrid, truncation: CellTruncation) -> Vec<CellRow> {
         let waves = grid.waves();
-        let ring = grid.elements() / self.part;
+        let ring = grid.elements();
         let CellTruncation { lateral_terms, aliases } = truncation;
         // The first zero of the cells' mean over a wave.
         let largest = 2.0 * PI / grid.length().min(grid.pitch());
@@ -110,11 +111,11 @@ impl WaveBand {
             let wave = |bin: usize| {
                 // The ring's n run from -N/2: its N/2 is -N/2.
                 let first = if 2 * bin == ring { -(bin as i64) } else { bin as i64 };
-                let around = (-most..=most).map(|p| (first + p * ring as i64) * self.part as i64);
+                let around = (-most..=most).map(|p| first + p * ring as i64);
                 let pairs = around.flat_map(|n| numbers.iter().map(move |&m| (n, m)));
                 let terms = pairs.filter_map(|(n, m)| {
                     let k = waves.kx(n).hypot(waves.ky(m));
-                    let weight = self.share(k) * self.part as f64 * grid.longitudinal_weight(n) * lateral(m);
+                    let weight = self.share(k) * grid.longitudinal_weight(n) * lateral(m);
                     (weight > 0.0 && k <= ends).then_some((n, m, weight))
                 });
                 CellWave { terms: terms.collect(), is_mirror: bin == 0 || 2 * bin == ring, lateral_period }

@@ -1,4 +1,5 @@
-//! The waves of a curved tyre, each prepared when it is first asked for, and stored.
+//! The waves of a curved tyre, or of its short waves on a shorter ring, each prepared when it is first asked for, and
+//! stored.
 //!
 //! Waves so short that they do not feel the tread's thickness are a flat layer's, as in the sums' tail: the same wave
 //! is in the tail at one s and evaluated at another, and a difference would be a step in H_n(s). What that leaves out,
@@ -23,6 +24,8 @@ pub(super) struct CurvedWaves {
     tyre: Tyre,
     tolerance: f64,
     waves: Waves,
+    /// Periods round the tyre of a wave of one period round the ring.
+    periods: f64,
     /// Wavenumber from which on waves are a flat layer's \[1/m\].
     pub(super) below: f64,
     /// Number of lateral numbers m below it, at most.
@@ -65,9 +68,8 @@ pub(crate) fn wave_count(tyre: &Tyre, tolerance: f64) -> f64 {
 }
 
 impl CurvedWaves {
-    /// For |s| up to `largest_s` \[1/s\] and values within a relative `tolerance`.
-    pub(super) fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
-        let waves = Waves::new(tyre);
+    /// For a ring's waves, |s| up to `largest_s` \[1/s\] and values within a relative `tolerance`.
+    pub(super) fn new(tyre: &Tyre, waves: Waves, largest_s: f64, tolerance: f64) -> Self {
         let below = flat_from(tyre, tolerance);
         let columns = (below / waves.ky(1)) as usize + 1;
         let rows = (below / waves.kx(1)) as usize + 1;
@@ -76,6 +78,7 @@ impl CurvedWaves {
             tyre: tyre.clone(),
             tolerance,
             waves,
+            periods: tyre.circumference / waves.circumference,
             below,
             columns,
             prepared: (0..rows * columns).map(|_| OnceLock::new()).collect(),
@@ -84,7 +87,7 @@ impl CurvedWaves {
 
     /// The same waves for s = 0 alone: less work each.
     pub(super) fn at_rest(&self) -> Self {
-        Self::new(&self.tyre, 0.0, self.tolerance)
+        Self::new(&self.tyre, self.waves, 0.0, self.tolerance)
     }
 
     /// Prepares the waves below a wavenumber \[1/m\] whose m a centred strip excites, on all threads: for sums that
@@ -113,6 +116,6 @@ impl CurvedWaves {
         }
         let row = n.unsigned_abs() as usize;
         let wave = self.prepared.get(row * self.columns + m)?;
-        Some(wave.get_or_init(|| Box::new(self.cylinder.wave(row as i64, m))))
+        Some(wave.get_or_init(|| Box::new(self.cylinder.wave_on_ring(row as f64 * self.periods, m))))
     }
 }

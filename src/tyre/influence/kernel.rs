@@ -59,8 +59,13 @@ pub(crate) struct KernelAt {
 impl Kernel {
     /// For |s| up to `largest_s` \[1/s\]; on a curved tyre with values within a relative `tolerance`.
     pub(crate) fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
-        let curved = tyre.curvature.then(|| Arc::new(CurvedWaves::new(tyre, largest_s, tolerance)));
-        Self { stack: Stack::new(tyre), waves: Waves::new(tyre), curved }
+        Self::on_ring(tyre, Waves::new(tyre), largest_s, tolerance)
+    }
+
+    /// The same for the waves of a shorter ring: n counts periods round that.
+    pub(super) fn on_ring(tyre: &Tyre, waves: Waves, largest_s: f64, tolerance: f64) -> Self {
+        let curved = tyre.curvature.then(|| Arc::new(CurvedWaves::new(tyre, waves, largest_s, tolerance)));
+        Self { stack: Stack::new(tyre), waves, curved }
     }
 
     /// Outermost layer, if it is a half-space to short waves: a layer under tension has no such limit.

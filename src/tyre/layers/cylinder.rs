@@ -166,7 +166,12 @@ impl Cylinder {
 
     /// Wave of n periods round the tyre and of the lateral number m.
     pub fn wave(&self, n: i64, m: usize) -> CylinderWave {
-        self.with_face(n as f64, self.stack.inner_face(n, m))
+        self.wave_on_ring(n as f64, m)
+    }
+
+    /// The same with any number of periods: air and sidewalls act as for the nearest whole one.
+    pub(in crate::tyre) fn wave_on_ring(&self, n: f64, m: usize) -> CylinderWave {
+        self.with_face(n, self.stack.inner_face(n.round() as i64, m))
     }
 
     /// Wave of any wavenumbers \[1/m\] on the outer face, so short that it hardly moves the inner one: the pressure

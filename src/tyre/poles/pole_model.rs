@@ -28,14 +28,14 @@ pub struct PoleModel {
 
 impl PoleModel {
     /// No functions, whose residues are those of `faces` faces.
-    pub(super) fn new(faces: usize) -> Self {
+    pub(crate) fn new(faces: usize) -> Self {
         let residues = vec![Default::default(); faces];
         Self { offsets: vec![0], first_real: Vec::new(), poles: Vec::new(), residues, evaluations: 0 }
     }
 
     /// Appends a function: its poles, in the stored order, the residues of its even and odd parts by face, those of odd
     /// parts empty where these are 0, and the evaluations of the compliance that its fit took.
-    pub(super) fn push(&mut self, poles: &[Complex64], parts: [&[Vec<Complex64>]; 2], evaluations: u64) {
+    pub(crate) fn push(&mut self, poles: &[Complex64], parts: [&[Vec<Complex64>]; 2], evaluations: u64) {
         let pairs = poles.iter().filter(|&&pole| is_pair(pole)).count();
         self.first_real.push(self.poles.len() + pairs);
         for (residues, (even, odd)) in self.residues.iter_mut().zip(parts[0].iter().zip(parts[1])) {
@@ -52,7 +52,7 @@ impl PoleModel {
     }
 
     /// The model with all of its functions.
-    pub(super) fn complete(mut self) -> Self {
+    pub(crate) fn complete(mut self) -> Self {
         for [_, odd] in self.residues.iter_mut().filter(|[_, odd]| !odd.is_empty()) {
             odd.resize(self.poles.len(), Complex64::ZERO);
         }

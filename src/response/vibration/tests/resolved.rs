@@ -35,7 +35,7 @@ fn carried(elements: usize) -> CarriedWaves {
     let rows = sums.waves(WaveBand::WHOLE);
     let options = CellFitOptions { top: 1e5, tolerance: 1e-3, most_poles: 160 };
     let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
-    CarriedWaves { part: 1, rows, model }
+    CarriedWaves { ring: elements, rows, model }
 }
 
 /// The carried waves as if their tyre turned: with odd parts for those that are not their own mirror.
@@ -48,7 +48,7 @@ fn turned_waves(waves: &CarriedWaves) -> CarriedWaves {
     let mut model = serde_json::to_value(&waves.model).unwrap();
     model["residues"][0][1] = serde_json::to_value(odd.collect::<Vec<_>>()).unwrap();
     let model = serde_json::from_value(model).unwrap();
-    CarriedWaves { part: waves.part, rows: waves.rows.clone(), model }
+    CarriedWaves { ring: waves.ring, rows: waves.rows.clone(), model }
 }
 
 fn answer(model: &RationalModel) -> TyreResponse<'_> {

@@ -28,7 +28,7 @@ fn stepped(
     let truncation = CellTruncation { lateral_terms: Some(HIGHEST), aliases: Some(1) };
     let sums = CellSums::new(tyre, grid.clone(), truncation, 1e-9, 10.0 / layout.time_step);
     let rows = sums.traction_rows(WaveBand::WHOLE);
-    let transform = ComponentTransforms::of_tractions(&grid, [grid.elements(), COLUMNS_HERE], &rows);
+    let transform = ComponentTransforms::of_tractions(&grid, COLUMNS_HERE, &rows);
     let mut history = DirectCellHistory::of_tractions(&sums, &rows, transform, layout.rule, layout.time_step, lags);
     let instant = sums.traction_instant(layout.rule.first_rate(layout.time_step), COLUMNS_HERE);
     let (steps, cells) = (lags + layout.length(), COLUMNS_HERE * ACROSS_HERE);

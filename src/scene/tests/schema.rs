@@ -97,7 +97,7 @@ fn every_table_of_the_schema_has_the_keys_that_its_reader_knows() {
         }
     }
     // Every table that a scene can have, each kind of road separately.
-    assert_eq!(all.len(), 35, "{:?}", all.iter().map(|section| &section.path).collect::<Vec<_>>());
+    assert_eq!(all.len(), 36, "{:?}", all.iter().map(|section| &section.path).collect::<Vec<_>>());
 }
 
 #[test]

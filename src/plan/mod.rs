@@ -225,6 +225,10 @@ impl Plan {
     pub fn lattice(&self) -> Result<Lattice, RoadError> {
         let Scene { road, tyre, .. } = &self.scene;
         let Decisions { cells_across, cells_along, .. } = self.decisions;
+        let refine = crate::contact::cells::two_scales::refine();
+        if let (Some(refine), Some(across)) = (refine, cells_across) {
+            return Lattice::choose(road, self.element, tyre.contact_width, Some(refine * across), Some(refine));
+        }
         Lattice::choose(road, self.element, tyre.contact_width, cells_across, cells_along)
     }
 

@@ -4,6 +4,7 @@ use crate::contact::cells::direct::DirectCellHistory;
 use crate::contact::cells::gaps::{GapMap, PLACES, StandingCells};
 use crate::contact::cells::history::{RingParts, WaveHistory, first_influences};
 use crate::contact::cells::resting::RestingCells;
+use crate::contact::cells::two_scales::{self, Interpolation, TwoScaleHistory, TwoScaleZone};
 use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
 use crate::contact::cells::{CellHistory, CellZone, InstantCells};
 use crate::contact::march::March;
@@ -88,6 +89,11 @@ impl ZoneMaker for CellContact<'_> {
             History::Direct if !followed => Vec::new(),
             _ => self.carried(columns, job)?,
         };
+        if let Some(refine) = two_scales::refine() {
+            let zone = self.two_scales(refine, &instant, &waves, margin, &mut job.meter);
+            let march = March::over(Box::new(zone), output_window, numerics.time_rule, plan.time_step);
+            return Ok(made(march, TyreModels::default()));
+        }
         let zone = self.zone(instant.clone(), &waves, margin, &mut job.meter);
         let mut models = TyreModels::default();
         if followed {
@@ -103,6 +109,9 @@ impl<'a> CellContact<'a> {
     pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan) -> Self {
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
+        if let Some(table) = two_scales::boost() {
+            crate::tyre::influence::set_two_scale_boost(table);
+        }
         let sums = cell_sums(plan, &plan.decisions.tyre);
         let (tread, blocks) = match plan.tread() {
             Some((map, blocks)) => (TreadSurface::with_pattern(crown, &map), blocks),
@@ -131,6 +140,73 @@ impl<'a> CellContact<'a> {
         let tolerance = self.plan.cell_tolerance();
         let instant = InstantCells::on_blocks(instant, self.sums.grid(), self.blocks.as_ref());
         CellZone::new(instant, self.tread.clone(), history, tolerance, margin)
+    }
+
+    /// Prototype: see [`two_scales`].
+    fn two_scales(
+        &self,
+        refine: usize,
+        instant: &CellInfluence,
+        carried: &[CarriedWaves],
+        margin: usize,
+        meter: &mut Meter,
+    ) -> TwoScaleZone {
+        let plan = self.plan;
+        let Plan { scene, time_step, .. } = plan;
+        let (numerics, tyre, columns) = (&scene.numerics, &plan.decisions.tyre, instant.columns);
+        let (rule, order) = (numerics.time_rule, two_scales::order());
+        let rate = rule.first_rate(*time_step);
+        let largest = rule.resolved_symbol() / time_step;
+        let coarse = self.sums.grid();
+        let fine = CellGrid::new(tyre, refine * numerics.elements, refine * coarse.across);
+        let mut light = tyre.clone();
+        if let Some(tread) = light.layers.last_mut() {
+            tread.material.density *= two_scales::density();
+        }
+        let sums =
+            |tyre, grid| CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest);
+        let (whole, light_fine, light_coarse) =
+            (sums(tyre, fine.clone()), sums(&light, fine.clone()), sums(&light, coarse.clone()));
+        // Part of a wave that coarse cells carry, relative to sub-cells.
+        let (length, pitch) = (coarse.length(), coarse.pitch());
+        let sinc = crate::numeric::sinc;
+        let carried_part = move |phase: f64| {
+            let gain =
+                sinc(0.5 * phase) * Interpolation::passed(order, refine, phase) / sinc(0.5 * phase / refine as f64);
+            let boost = crate::tyre::influence::two_scale_boost().map_or(1.0, |boost| boost.of(phase, 0.0));
+            boost * gain * gain
+        };
+        let share = move |kx: f64, ky: f64| {
+            let (along, across) = (kx * length, ky * pitch);
+            let limit = std::f64::consts::PI;
+            if along.abs() < limit && across.abs() < limit { carried_part(along) * carried_part(across) } else { 0.0 }
+        };
+        let boost = crate::tyre::influence::two_scale_boost();
+        let name = format!("two scales {order} {refine} {length:?} {pitch:?} {boost:?}");
+        let [searched, quasi_fine, quasi_coarse] = meter.time(Stage::Influence, || {
+            [
+                whole.cached_blended_instant(rate, refine * columns, &light_fine, (&name, &share)),
+                light_fine.cached_instant(rate, refine * columns),
+                match boost {
+                    Some(boost) => {
+                        light_coarse.boosted_instant(rate, columns, &|kx, ky| boost.of(kx * length, ky * pitch))
+                    }
+                    None => light_coarse.cached_instant(rate, columns),
+                },
+            ]
+        });
+        let material = &tyre.layers[tyre.layers.len() - 1].material;
+        let exponent = 2.0 * material.loss_factor.atan() / std::f64::consts::PI;
+        let creep = two_scales::creep(exponent, std::f64::consts::TAU * material.corner_frequency, rate);
+        let history: Box<dyn CellHistory<1>> = if plan.is_single() {
+            Box::new(self.rings::<f32>(columns, carried, meter))
+        } else {
+            Box::new(self.rings::<f64>(columns, carried, meter))
+        };
+        let between = Interpolation::new(order, refine, columns, coarse.across);
+        let history = TwoScaleHistory::new(history, between, [quasi_fine, quasi_coarse], creep, rule, *time_step);
+        let crown: Vec<f64> = (0..fine.across).map(|j| plan.crown(fine.from_middle(j))).collect();
+        TwoScaleZone::new(InstantCells::new(searched), crown.into(), history, plan.cell_tolerance(), margin)
     }
 
     fn bands(&self, columns: usize) -> Vec<WaveBand> {

@@ -35,6 +35,7 @@ pub(in crate::contact) mod ring_waves;
 pub(crate) mod search;
 pub(crate) mod short_ring;
 mod transform;
+pub(crate) mod two_scales;
 pub(crate) mod wave_transform;
 mod waves;
 pub(crate) mod zone;

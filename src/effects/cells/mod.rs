@@ -152,7 +152,8 @@ impl CellObserver {
         let first = geometry.first_element(end.steps.saturating_sub(1));
         let mut heights = vec![f64::NAN; self.sum.len()];
         for (element, heights) in (first..).zip(heights.chunks_exact_mut(self.across)) {
-            if let Some(known) = end.road.heights(element) {
+            // Sub-cells of the prototype of two scales are not drawn.
+            if let Some(known) = end.road.heights(element).filter(|known| known.len() == heights.len()) {
                 heights.copy_from_slice(known);
             }
         }

@@ -35,4 +35,21 @@ impl CellSums {
         };
         influence
     }
+
+    /// [`Self::blended_instant`] from the cache; `name` stands for the `share`.
+    pub(crate) fn cached_blended_instant(
+        &self,
+        s: f64,
+        columns: usize,
+        other: &Self,
+        (name, share): (&str, &(dyn Fn(f64, f64) -> f64 + Sync)),
+    ) -> CellInfluence {
+        let make = || Ok::<_, Infallible>(self.blended_instant(s, columns, other, share));
+        let Ok(influence) =
+            match (Cache::open(), key::<CellInfluence>(&(self.identity(), other.identity(), name, s, columns))) {
+                (Ok(cache), Ok(key)) => cache.fetch(&key, &mut Vec::new(), make),
+                _ => make(),
+            };
+        influence
+    }
 }

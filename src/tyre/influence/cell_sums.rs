@@ -123,15 +123,54 @@ impl CellSums {
 
     /// Influence between cells at a real s \[1/s\], up to `columns` along.
     pub fn instant(&self, s: f64, columns: usize) -> CellInfluence {
+        self.instant_with(s, columns, None, None)
+    }
+
+    /// [`Self::instant`] of waves weighted by a `boost`, none of which are beyond the explicit sums: prototype of two
+    /// scales.
+    pub(crate) fn boosted_instant(
+        &self,
+        s: f64,
+        columns: usize,
+        boost: &(dyn Fn(f64, f64) -> f64 + Sync),
+    ) -> CellInfluence {
+        self.instant_with(s, columns, None, Some(boost))
+    }
+
+    /// [`Self::instant`], but of each wave (kx, ky) only the part `share` has this compliance, the rest that of another
+    /// tyre, which short waves have altogether: prototype of two scales.
+    pub(crate) fn blended_instant(
+        &self,
+        s: f64,
+        columns: usize,
+        other: &Self,
+        share: &(dyn Fn(f64, f64) -> f64 + Sync),
+    ) -> CellInfluence {
+        self.instant_with(s, columns, Some((other, share)), None)
+    }
+
+    fn instant_with(
+        &self,
+        s: f64,
+        columns: usize,
+        blend: Option<(&Self, &(dyn Fn(f64, f64) -> f64 + Sync))>,
+        boost: Option<&(dyn Fn(f64, f64) -> f64 + Sync)>,
+    ) -> CellInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
-        let (grid, tail) = (&self.grid, HalfSpace::of(&self.kernel, &at));
+        let other = blend.map(|(other, share)| {
+            let at = other.kernel.at(Complex64::new(s, 0.0));
+            let tail = HalfSpace::of(&other.kernel, &at);
+            (at, tail, share)
+        });
+        let (grid, own_tail) = (&self.grid, HalfSpace::of(&self.kernel, &at));
+        let tail = other.as_ref().map_or(&own_tail, |(_, tail, _)| tail);
         // Odd parts vanish at s = 0, too.
         let turns = self.turns && s > 0.0;
         let elements = grid.elements();
         let waves = grid.waves();
         let (last_around, last_m) = self.last_of_instant();
         let numbers: Vec<usize> = grid.lateral_numbers().take_while(|&m| m <= last_m).collect();
-        let compliance = |n: i64, m: usize| match &tail {
+        let of = |tail: &Option<HalfSpace>, at: &KernelAt, n: i64, m: usize| match tail {
             Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => {
                 [tail.compliance(waves.kx(n), waves.ky(m)), 0.0]
             }
@@ -141,7 +180,20 @@ impl CellSums {
             }
             _ => [at.normal(n, m, Field::Surface).re, 0.0],
         };
-        let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none());
+        let compliance = |n: i64, m: usize| match &other {
+            None => match boost.map(|boost| boost(waves.kx(n), waves.ky(m))) {
+                None => of(&own_tail, &at, n, m),
+                Some(boost) if boost > 0.0 => of(&own_tail, &at, n, m).map(|value| boost * value),
+                Some(_) => [0.0; 2],
+            },
+            Some((other_at, other_tail, share)) => {
+                let share = share(waves.kx(n), waves.ky(m));
+                let own = if share > 0.0 { of(&own_tail, &at, n, m) } else { [0.0; 2] };
+                let other = if share < 1.0 { of(other_tail, other_at, n, m) } else { [0.0; 2] };
+                [0, 1].map(|part| share * own[part] + (1.0 - share) * other[part])
+            }
+        };
+        let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none() && boost.is_none());
         let around = Around { grid, last: last_around, truncated: closed.is_none(), columns };
         // For each m: the sum over n at each distance along, and the tail above the last n.
         let of_number = |ring: &mut Ring, m: usize| {

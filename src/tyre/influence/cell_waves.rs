@@ -114,7 +114,9 @@ impl WaveBand {
                 let pairs = around.flat_map(|n| numbers.iter().map(move |&m| (n, m)));
                 let terms = pairs.filter_map(|(n, m)| {
                     let k = waves.kx(n).hypot(waves.ky(m));
-                    let weight = self.share(k) * self.part as f64 * grid.longitudinal_weight(n) * lateral(m);
+                    let boost = two_scale_boost()
+                        .map_or(1.0, |boost| boost.of(waves.kx(n) * grid.length(), waves.ky(m) * grid.pitch()));
+                    let weight = boost * self.share(k) * self.part as f64 * grid.longitudinal_weight(n) * lateral(m);
                     (weight > 0.0 && k <= ends).then_some((n, m, weight))
                 });
                 CellWave { terms: terms.collect(), is_mirror: bin == 0 || 2 * bin == ring, lateral_period }
@@ -131,4 +133,36 @@ impl WaveBand {
         }
         same.into_iter().filter(|(m, _)| grid.is_felt(*m)).filter_map(row).collect()
     }
+}
+
+/// Prototype of two scales: by how much the waves of coarse cells are raised.
+#[derive(Clone, Debug)]
+pub(crate) struct TwoScaleBoost {
+    /// By phase over a cell, from 0 to pi.
+    pub(crate) table: Vec<f64>,
+}
+
+impl TwoScaleBoost {
+    fn along(&self, phase: f64) -> f64 {
+        let place = phase.abs() / PI * (self.table.len() - 1) as f64;
+        let (low, part) = (place as usize, place.fract());
+        match self.table.get(low..low + 2) {
+            Some(ends) => ends[0] + part * (ends[1] - ends[0]),
+            None => 0.0,
+        }
+    }
+
+    pub(crate) fn of(&self, along: f64, across: f64) -> f64 {
+        self.along(along) * self.along(across)
+    }
+}
+
+static TWO_SCALE_BOOST: std::sync::OnceLock<TwoScaleBoost> = std::sync::OnceLock::new();
+
+pub(crate) fn two_scale_boost() -> Option<&'static TwoScaleBoost> {
+    TWO_SCALE_BOOST.get()
+}
+
+pub(crate) fn set_two_scale_boost(table: Vec<f64>) {
+    let _ = TWO_SCALE_BOOST.set(TwoScaleBoost { table });
 }

@@ -51,7 +51,7 @@ pub use cell_influence::CellInfluence;
 pub(crate) use cell_influence::OddInfluence;
 pub(crate) use cell_influence::WaveValues;
 pub(crate) use cell_sums::{CellSums, CellSumsAt};
-pub(crate) use cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
+pub(crate) use cell_waves::{CellRow, CellTruncation, CellWave, WaveBand, set_two_scale_boost, two_scale_boost};
 pub(crate) use curved_waves::{steep_bytes, wave_bytes, wave_count};
 pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};
 pub use kernel::Field;

@@ -11,10 +11,13 @@ use super::Plan;
 
 impl Plan {
     /// Problems that need the user's attention before the run: a speed at which the tyre rolls into its own waves, a
-    /// load beyond the range of its model, a warm-up that takes most of the run, keys that override a preset's.
+    /// load beyond the range of its model, a warm-up that takes most of the run, a standard error that is missed, keys
+    /// that override a preset's.
     pub fn warnings(&self) -> Vec<String> {
         let reported = [self.outrun_waves(), self.load_warning(), self.long_warm_up()].into_iter().flatten();
-        reported.chain(self.overridden.iter().cloned()).collect()
+        let Rolling { duration, .. } = self.scene.rolling;
+        let missed = self.corrections.iter().filter_map(|corrections| corrections.missed(self.valid_to, duration));
+        reported.chain(missed).chain(self.overridden.iter().cloned()).collect()
     }
 
     /// Warning of a warm-up that is longer than the evaluated time, and than a car's tyre needs.

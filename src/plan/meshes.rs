@@ -1,6 +1,8 @@
 //! Levels of a finer mesh (`outputs.levels`): the short runs over two meshes that correct those of the run.
 
-use super::{Plan, PlannedSetting};
+use std::sync::Arc;
+
+use super::{MeshCorrections, Plan, PlannedSetting};
 use crate::scene::{LoadedScene, MeshLevels, Outputs, Scene, SceneError, Zone};
 
 /// Time over which both meshes are compared, before what they find asks for more \[s\]: in 0.6 s a third octave at
@@ -57,6 +59,23 @@ impl Plan {
     pub(crate) fn compared_at_first(&self) -> f64 {
         let least = self.sound().map_or(0.0, |sound| sound.duration_for(1));
         COMPARED.max(least).min(self.scene.rolling.duration)
+    }
+
+    /// Ends the run after so many seconds that count, fewer than planned.
+    pub(crate) fn shorten(&mut self, duration: f64) {
+        self.scene.rolling.duration = duration;
+        self.steps = self.warm_up_steps + (duration / self.time_step).round().max(1.0) as u64;
+    }
+
+    /// Takes the corrections that the short runs have found; these are over.
+    pub(crate) fn take_corrections(&mut self, corrections: MeshCorrections) {
+        let MeshCorrections { elements: [few, many], seconds, .. } = corrections;
+        self.decisions.notes.push(format!(
+            "levels are those of {many} elements: {few} and {many} have rolled the same {seconds:.2} s, {few} roll \
+             {:.2} s",
+            self.scene.rolling.duration
+        ));
+        (self.short_runs, self.corrections) = (Vec::new(), Some(Arc::new(corrections)));
     }
 
     /// Wish for the levels of a finer mesh whose correction is not found yet.

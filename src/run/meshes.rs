@@ -1,8 +1,6 @@
 //! Levels of a finer mesh (`outputs.levels`): short runs over the run's mesh and over the finer one, and the correction
 //! of the run's levels by what they find.
 
-use std::sync::Arc;
-
 use crate::contact::geometry::Geometry;
 use crate::counters::{Counters, Job};
 use crate::effects::RunError;
@@ -22,7 +20,11 @@ const LONGER: f64 = 1.1;
 ///
 /// # Errors
 /// [`RunError`] of the short runs.
-pub(crate) fn corrected(loaded: LoadedScene, plan: Plan, job: &mut Job<'_>) -> Result<(LoadedScene, Plan), RunError> {
+pub(crate) fn corrected(
+    loaded: LoadedScene,
+    mut plan: Plan,
+    job: &mut Job<'_>,
+) -> Result<(LoadedScene, Plan), RunError> {
     if plan.wanted_levels().is_none() {
         return Ok((loaded, plan));
     }
@@ -35,22 +37,12 @@ pub(crate) fn corrected(loaded: LoadedScene, plan: Plan, job: &mut Job<'_>) -> R
         corrections = compare(&loaded, &plan, short, job)?;
     }
     // 2. The run as long as it has to be.
-    let mut scene = plan.scene.clone();
     if !plan.sound().is_some_and(|sound| sound.is_stored()) {
         let [_, long] = corrections.needed(highest, longest);
-        scene.rolling.duration = long;
+        plan.shorten(long);
     }
-    job.warnings.extend(corrections.missed(highest, scene.rolling.duration));
-    let loaded = loaded.settled(scene);
-    let mut plan = Plan::of(&loaded)?.with_cached_model();
-    plan.short_runs = Vec::new();
-    let [few, many] = corrections.elements;
-    plan.decisions.notes.push(format!(
-        "levels are those of {many} elements: {few} and {many} have rolled the same {:.2} s, {few} roll {:.2} s",
-        corrections.seconds, plan.scene.rolling.duration
-    ));
-    plan.corrections = Some(Arc::new(corrections));
-    Ok((loaded, plan))
+    plan.take_corrections(corrections);
+    Ok((loaded.settled(plan.scene.clone()), plan))
 }
 
 /// Rolls both meshes of a planned run for some time after the warm-up \[s\].

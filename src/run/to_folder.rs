@@ -1,7 +1,6 @@
 //! A run to a results folder: every step, then spectra, plots and summary.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::counters::process::cpu_time;
@@ -82,7 +81,7 @@ pub fn resume(path: &Path, threads: usize, job: Job<'_>) -> Result<RunReport, Ru
     loaded.check_time_domain()?;
     let mut plan = Plan::of(&loaded)?;
     if let Some(corrections) = &checkpoint.corrections {
-        (plan.corrections, plan.short_runs) = (Some(Arc::new(corrections.clone())), Vec::new());
+        plan.take_corrections(corrections.clone());
     }
     let plan = plan.with_cached_model();
     plan.check(&loaded)?;

@@ -98,10 +98,18 @@ impl SoundObserver {
         let Some(corrections) = &self.corrections else { return Ok(vec![Vec::new(); receivers.len()]) };
         let points = PowerSpectrum::means(self.place_spectra()?, self.sound.path.points());
         let gains = |(place, receiver): (usize, &PlannedReceiver)| {
-            let mean = PowerSpectrum::mean_of(self.sound.counted(receiver).map(|point| &points[point]));
+            let mean = self.mean_at(receiver, &points);
             corrections.receivers.get(place).zip(mean).map_or_else(Vec::new, |(of, mean)| of.gains(&mean))
         };
         Ok(receivers.iter().enumerate().map(gains).collect())
+    }
+
+    /// Mean over the points of a receiver that count, times the number of its tyres.
+    fn mean_at(&self, receiver: &PlannedReceiver, points: &[PowerSpectrum]) -> Option<PowerSpectrum> {
+        let mut spectrum = PowerSpectrum::mean_of(self.sound.counted(receiver).map(|point| &points[point]))?;
+        let tyres = receiver.tyres() as f64;
+        spectrum.power.iter_mut().for_each(|power| *power *= tyres);
+        Some(spectrum)
     }
 
     /// Gains of the bands at a receiver, as [`Self::gains`].
@@ -126,9 +134,7 @@ impl SoundObserver {
         let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(count, self.valid_to)).transpose()?;
         let places = if self.sound.path.places > 1 { self.place_spectra()? } else { Vec::new() };
         let at = |receiver: &PlannedReceiver, points: &[PowerSpectrum], gains: &[BandGain]| {
-            let mut spectrum = PowerSpectrum::mean_of(self.sound.counted(receiver).map(|point| &points[point]))?;
-            let tyres = receiver.tyres() as f64;
-            spectrum.power.iter_mut().for_each(|power| *power *= tyres);
+            let mut spectrum = self.mean_at(receiver, points)?;
             spectrum.correct(gains);
             Some(spectrum)
         };
@@ -137,7 +143,7 @@ impl SoundObserver {
             Some(ReceiverSpectrum {
                 name: receiver.name.clone(),
                 // Its points have the gains already.
-                spectrum: at(receiver, points, &[])?,
+                spectrum: self.mean_at(receiver, points)?,
                 parts: part(0).zip(part(1)).map(|(vibration, squeeze)| SoundParts { vibration, squeeze }),
                 places: places.chunks_exact(count).filter_map(|points| at(receiver, points, &gains)).collect(),
                 error: self.sound.error_at(receiver),

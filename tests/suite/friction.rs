@@ -83,6 +83,8 @@ impl Apart {
                 Stack::new(tyre).at((1.5 - 2.0 * zeta + 0.5 * zeta * zeta) / time_step)
             })
             .collect();
+        let turns: Vec<Complex64> =
+            (0..points).map(|k| Complex64::from_polar(1.0, TAU * k as f64 / points as f64)).collect();
         let sinc = |x: f64| if x == 0.0 { 1.0 } else { x.sin() / x };
         let y = |j: usize| 0.5 * (tyre.width - tyre.contact_width) + (j as f64 + 0.5) * pitch;
         let zero = [[0.0; 3]; 3];
@@ -120,10 +122,7 @@ impl Apart {
                         let sum: f64 = values
                             .iter()
                             .enumerate()
-                            .map(|(p, value)| {
-                                let turn = Complex64::from_polar(1.0, TAU * (p * lag % points) as f64 / points as f64);
-                                (value[place / 3][place % 3] * turn).re
-                            })
+                            .map(|(p, value)| (value[place / 3][place % 3] * turns[p * lag % points]).re)
                             .sum();
                         *out = sum / points as f64 * radius.powi(-(lag as i32));
                     }
@@ -133,6 +132,7 @@ impl Apart {
                 for (lag, value) in lags.iter().enumerate() {
                     for distance in 0..ELEMENTS {
                         let phase = TAU * (n as usize * distance % ELEMENTS) as f64 / ELEMENTS as f64;
+                        let (even, odd) = (phase.cos(), -phase.sin());
                         for place in 0..ACROSS * ACROSS {
                             let (j, other) = (place / ACROSS, place % ACROSS);
                             let out = &mut weights[(lag * ELEMENTS + distance) * ACROSS * ACROSS + place];
@@ -141,8 +141,8 @@ impl Apart {
                                     let is_odd = (a == 0) != (b == 0);
                                     let wave = match is_odd {
                                         true if n == 0 || n == half => 0.0,
-                                        true => -phase.sin(),
-                                        false => phase.cos(),
+                                        true => odd,
+                                        false => even,
                                     };
                                     out[a][b] += weight * wave * value[a][b] * shape(a, j) * shape(b, other);
                                 }

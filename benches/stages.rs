@@ -300,14 +300,9 @@ fn one_transform(signal: &[f64], time_step: f64) -> PowerSpectrum {
     transform.process(&mut varying, &mut bins).expect("planned lengths");
     let sides = |bin: usize| if bin == 0 || 2 * bin == samples { 1.0 } else { 2.0 };
     let power = bins.iter().enumerate().map(|(bin, x)| sides(bin) * x.norm_sqr() / (samples as f64).powi(2)).collect();
-    PowerSpectrum {
-        mean,
-        resolution: 1.0 / (samples as f64 * time_step),
-        power,
-        nyquist: 0.5 / time_step,
-        valid_to: f64::INFINITY,
-        averaged_over: None,
-    }
+    let mut spectrum = PowerSpectrum::of_powers(power, 1.0 / (samples as f64 * time_step), 0.5 / time_step);
+    spectrum.mean = mean;
+    spectrum
 }
 
 fn spectrum(criterion: &mut Criterion) {

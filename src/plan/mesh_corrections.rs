@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::front::STATED_FROM;
 use crate::response::MeshCorrection;
 
+/// Largest part of the longest run over which the meshes are compared: half of what the finer mesh alone would take,
+/// if its steps over the same road take five times as long.
+const SHARE: f64 = 0.25;
 /// Factor within which a standard error counts as reached: it is itself an estimate.
 const REACHED: f64 = 1.1;
 
@@ -24,18 +27,26 @@ pub(crate) struct MeshCorrections {
 }
 
 impl MeshCorrections {
-    /// Time over which the meshes have to be compared, and of the run \[s\], for the standard error wanted up to a
-    /// frequency \[Hz\]; at most `longest`.
-    pub(crate) fn needed(&self, highest: f64, longest: f64) -> [f64; 2] {
-        let all = std::iter::once(&self.force).chain(&self.receivers);
-        let each = all.map(|signal| signal.needed(self.standard_error, [STATED_FROM, highest], longest));
-        each.fold([0.0; 2], |[short, long], [of_short, of_long]| [short.max(of_short), long.max(of_long)])
+    /// Time over which the meshes have to be compared \[s\] for the standard error wanted up to a frequency \[Hz\], by
+    /// a run of at most `longest`.
+    pub(crate) fn needed_comparison(&self, highest: f64, longest: f64) -> f64 {
+        let each = self.signals().map(|of| of.needed_comparison(self.standard_error, [STATED_FROM, highest], longest));
+        each.fold(self.seconds, f64::max).min((SHARE * longest).max(self.seconds))
+    }
+
+    /// Time of the run \[s\] for that error, at most `longest`.
+    pub(crate) fn needed_run(&self, highest: f64, longest: f64) -> f64 {
+        let each = self.signals().map(|of| of.needed_run(self.standard_error, [STATED_FROM, highest], longest));
+        each.fold(0.0, f64::max)
+    }
+
+    fn signals(&self) -> impl Iterator<Item = &MeshCorrection> {
+        std::iter::once(&self.force).chain(&self.receivers)
     }
 
     /// Warning if a run of so many seconds misses the standard error wanted up to a frequency \[Hz\].
     pub(crate) fn missed(&self, highest: f64, seconds: f64) -> Option<String> {
-        let all = std::iter::once(&self.force).chain(&self.receivers);
-        let each = all.filter_map(|signal| signal.largest_error([STATED_FROM, highest], seconds));
+        let each = self.signals().filter_map(|of| of.largest_error([STATED_FROM, highest], seconds));
         let (band, error) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
         (error > REACHED * self.standard_error).then(|| {
             format!(

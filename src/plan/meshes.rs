@@ -61,6 +61,12 @@ impl Plan {
         COMPARED.max(least).min(self.scene.rolling.duration)
     }
 
+    /// The same, whose spectra keep their transforms in lengths that are multiples of `multiple`.
+    #[must_use]
+    pub(crate) fn keeping_transforms(self, multiple: usize) -> Self {
+        Self { kept_transforms: Some(multiple), ..self }
+    }
+
     /// Ends the run after so many seconds that count, fewer than planned.
     pub(crate) fn shorten(&mut self, duration: f64) {
         self.scene.rolling.duration = duration;

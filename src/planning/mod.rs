@@ -58,7 +58,8 @@ impl Plan {
         plan.choices = choices;
         plan.overridden = settle::overridden(loaded, &scene);
         let short = meshes::short_scenes(loaded, &scene, plan.compared_at_first())?;
-        plan.short_runs = short.iter().flatten().map(|scene| Self::new(scene).standing_as(&plan)).collect();
+        let short = short.iter().flatten().map(|scene| Self::new(scene).standing_as(&plan).keeping_transforms(1));
+        plan.short_runs = short.collect();
         if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
             let note = format!(
                 "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \

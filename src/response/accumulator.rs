@@ -145,6 +145,12 @@ impl SpectrumAccumulator {
         8.0 * (2.0 + 2.0) * segment / time_step
     }
 
+    /// Memory \[bytes\] of the transforms of a record of `samples` samples that are kept, and of those of its spectrum.
+    pub(crate) fn bytes_of_transforms(samples: usize) -> f64 {
+        // Every sample is in two segments, and reflected ones with it; there are half as many bins.
+        2.0 * 2.0 * 16.0 * samples as f64
+    }
+
     /// Takes the next sample; samples past the record's length are ignored.
     pub fn push(&mut self, value: f64) {
         let index = self.moments.count();

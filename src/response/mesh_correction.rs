@@ -95,31 +95,29 @@ impl MeshCorrection {
         self.within(range).map(error).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Times T and T_l \[s\] that bring the standard error of the bands within a range \[Hz\] to `error` \[dB\], T_l as
-    /// short as possible; at most `longest` each.
-    pub(crate) fn needed(&self, error: f64, range: [f64; 2], longest: f64) -> [f64; 2] {
+    /// Time T \[s\], at least the present one and at most `longest`, for which a run of `longest` seconds brings the
+    /// standard error of the bands within a range \[Hz\] to `error` \[dB\], or to little more than it has for any T.
+    pub(crate) fn needed_comparison(&self, error: f64, range: [f64; 2], longest: f64) -> f64 {
         let variance = (error / DECIBELS).powi(2);
-        let bands = || self.within(range);
-        // 1. T: with the longest coarse run, ln E has the variance, or little more than that run leaves whatever T is.
-        let short = |of: &BandCorrection| {
+        let needed = |of: &BandCorrection| {
             let ([v_ff, _, _], least) = (of.covariances, of.common() / longest);
             (v_ff - of.common()) / (variance.max(ATTAINABLE * least) - least)
         };
-        let short = bands().map(short).fold(self.seconds, f64::max).min(longest);
-        // 2. T_l for that T; not positive where no T_l is long enough.
-        let long = |of: &BandCorrection| {
+        self.within(range).map(needed).fold(self.seconds, f64::max).min(longest)
+    }
+
+    /// Time T_l \[s\], at most `longest`, for which the standard error of the bands within a range \[Hz\] is `error`
+    /// \[dB\].
+    pub(crate) fn needed_run(&self, error: f64, range: [f64; 2], longest: f64) -> f64 {
+        let variance = (error / DECIBELS).powi(2);
+        let needed = |of: &BandCorrection| {
             let [v_ff, _, _] = of.covariances;
-            let beyond = v_ff / short - variance;
-            let long = (1.0 / short - beyond / of.common()).recip();
-            if beyond <= 0.0 {
-                short
-            } else if long > 0.0 {
-                long.min(longest)
-            } else {
-                longest
-            }
+            let beyond = v_ff / self.seconds - variance;
+            let long = (1.0 / self.seconds - beyond / of.common()).recip();
+            // Not positive where no T_l is long enough.
+            if beyond > 0.0 && long <= 0.0 { longest } else { long.max(self.seconds) }
         };
-        [short, bands().map(long).fold(short, f64::max)]
+        self.within(range).map(needed).fold(self.seconds, f64::max).min(longest)
     }
 }
 
@@ -251,24 +249,23 @@ mod tests {
         let [fine, coarse] = pair(7, 4.0);
         let of = |seconds: f64| {
             let cut = (seconds * RATE) as usize;
-            MeshCorrection::between(
-                &spectrum(&fine[..2 * cut], 2.0 * RATE, 2),
-                &spectrum(&coarse[..cut], RATE, 1),
-                40.0,
-            )
+            let pieces = [spectrum(&fine[..2 * cut], 2.0 * RATE, 2), spectrum(&coarse[..cut], RATE, 1)];
+            MeshCorrection::between(&pieces[0], &pieces[1], 40.0)
         };
-        let correction = of(4.0);
-        let largest = |[short, long]: [f64; 2]| {
-            let within = correction.bands.iter().filter(|of| (100.0..700.0).contains(&of.band.mid_frequency()));
-            let variance = within.map(|of| of.variance(short, long)).fold(0.0, f64::max);
-            10.0 / std::f64::consts::LN_10 * variance.sqrt()
+        let correction = MeshCorrection { seconds: 0.1, ..of(4.0) };
+        let largest = |seconds: f64, long: f64| {
+            let compared = MeshCorrection { seconds, ..correction.clone() };
+            compared.largest_error([100.0, 700.0], long).unwrap().1
         };
         for error in [0.2, 0.5, 1.0] {
-            let needed = MeshCorrection { seconds: 0.1, ..correction.clone() }.needed(error, [100.0, 700.0], 60.0);
-            assert!(needed[0] <= needed[1] && largest(needed) <= error * 1.001, "{error} dB: {needed:?}");
-            assert!(largest([needed[0], 0.9 * needed[1]]) > 0.99 * error || needed[1] <= needed[0], "{error}");
+            let short = correction.needed_comparison(error, [100.0, 700.0], 60.0);
+            let compared = MeshCorrection { seconds: short, ..correction.clone() };
+            let long = compared.needed_run(error, [100.0, 700.0], 60.0);
+            assert!(short <= long && largest(short, long) <= error * 1.001, "{error} dB: {short} {long}");
+            assert!(long <= short || largest(short, 0.9 * long) > 0.99 * error, "{error} dB: {short} {long}");
         }
-        let [short, long] = correction.needed(1e-3, [100.0, 250.0], 60.0);
-        assert!(short < 20.0 && long >= 60.0, "common scatter needs no long comparison: {short} {long}");
+        let short = correction.needed_comparison(1e-3, [100.0, 250.0], 60.0);
+        assert!(short < 20.0, "common scatter needs no long comparison: {short} s");
+        assert!(correction.needed_run(1e-3, [100.0, 250.0], 60.0) >= 60.0);
     }
 }

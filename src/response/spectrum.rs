@@ -73,8 +73,8 @@ pub struct PowerSpectrum {
     pub mean: f64,
     /// Distance df of neighbouring bins \[Hz\].
     pub resolution: f64,
-    /// Power in each bin \[unit^2\]; bin k lies at k df, the last at most at the Nyquist frequency. They sum to the
-    /// mean square of the signal less its mean.
+    /// Power in each bin, before any gains \[unit^2\]; bin k lies at k df, the last at most at the Nyquist frequency.
+    /// They sum to the mean square of the signal less its mean.
     pub power: Vec<f64>,
     /// Half the sampling rate \[Hz\].
     pub nyquist: f64,
@@ -155,7 +155,7 @@ impl PowerSpectrum {
 
     /// Mean square of the signal less its mean: the total power \[unit^2\].
     pub fn mean_square(&self) -> f64 {
-        self.power.iter().sum()
+        if self.gains.is_empty() { self.power.iter().sum() } else { self.power_within(0.0..f64::INFINITY) }
     }
 
     /// Power between two frequencies \[Hz\], in unit^2; a bin that an edge cuts counts by its overlap. 0 for an empty
@@ -175,8 +175,9 @@ impl PowerSpectrum {
         };
         bins.map(move |k| {
             let bin = self.bin_interval(k);
-            let overlap = (to.min(bin.end) - from.max(bin.start)).max(0.0);
-            (self.power[k] * overlap / (bin.end - bin.start), self.power[k])
+            let inside = from.max(bin.start)..to.min(bin.end);
+            let (overlap, power) = ((inside.end - inside.start).max(0.0), self.power[k] * self.gain_over(&inside));
+            (power * overlap / (bin.end - bin.start), power)
         })
     }
 
@@ -200,20 +201,20 @@ impl PowerSpectrum {
         (sum > 0.0).then(|| 10.0 / std::f64::consts::LN_10 * variance.sqrt() / sum)
     }
 
-    /// Multiplies the power by the gains of its bands, a bin on an edge by each over its part, bins beyond the
-    /// outermost bands by the gains of those.
+    /// Takes gains of its bands, ascending, that levels, densities and sums have from now on.
     pub(crate) fn correct(&mut self, gains: &[BandGain]) {
-        let (Some(first), Some(last)) = (gains.first(), gains.last()) else { return };
-        for bin in 0..self.power.len() {
-            let interval = self.bin_interval(bin);
-            let part = |from: f64, to: f64| (interval.end.min(to) - interval.start.max(from)).max(0.0);
-            let inside = gains.iter().map(|gain| gain.gain * part(gain.band.lower_edge(), gain.band.upper_edge()));
-            let gained = inside.sum::<f64>()
-                + first.gain * part(0.0, first.band.lower_edge())
-                + last.gain * part(last.band.upper_edge(), f64::INFINITY);
-            self.power[bin] *= gained / (interval.end - interval.start);
-        }
         self.gains = gains.to_vec();
+    }
+
+    /// Mean gain over some frequencies \[Hz\]; beyond the outermost bands those of these.
+    fn gain_over(&self, interval: &Range<f64>) -> f64 {
+        let (Some(first), Some(last)) = (self.gains.first(), self.gains.last()) else { return 1.0 };
+        let part = |from: f64, to: f64| (interval.end.min(to) - interval.start.max(from)).max(0.0);
+        let inside = self.gains.iter().map(|gain| gain.gain * part(gain.band.lower_edge(), gain.band.upper_edge()));
+        let below = first.gain * part(0.0, first.band.lower_edge());
+        let above = last.gain * part(last.band.upper_edge(), f64::INFINITY);
+        let length = interval.end - interval.start;
+        if length > 0.0 { (inside.sum::<f64>() + below + above) / length } else { 1.0 }
     }
 
     /// Difference that the correction has made to the level of a band \[dB\]; `None` without one.
@@ -240,7 +241,7 @@ impl PowerSpectrum {
     pub fn density(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.power.iter().enumerate().map(|(k, power)| {
             let bin = self.bin_interval(k);
-            (k as f64 * self.resolution, power / (bin.end - bin.start))
+            (k as f64 * self.resolution, power * self.gain_over(&bin) / (bin.end - bin.start))
         })
     }
 

@@ -32,14 +32,13 @@ pub(crate) fn corrected(
     let highest = plan.valid_to;
     // 1. Both meshes over the shortest time, again over a longer one if the errors ask for that.
     let mut corrections = compare(&loaded, &plan, plan.compared_at_first(), job)?;
-    let [short, _] = corrections.needed(highest, longest);
+    let short = corrections.needed_comparison(highest, longest);
     if short > LONGER * corrections.seconds {
         corrections = compare(&loaded, &plan, short, job)?;
     }
     // 2. The run as long as it has to be.
     if !plan.sound().is_some_and(|sound| sound.is_stored()) {
-        let [_, long] = corrections.needed(highest, longest);
-        plan.shorten(long);
+        plan.shorten(corrections.needed_run(highest, longest));
     }
     plan.take_corrections(corrections);
     Ok((loaded.settled(plan.scene.clone()), plan))
@@ -56,7 +55,7 @@ fn compare(loaded: &LoadedScene, plan: &Plan, seconds: f64, job: &mut Job<'_>) -
     let [few, many] = elements;
     job.progress.note(&format!("levels: {few} and {many} elements roll the same {seconds:.2} s"));
     let (coarse, geometry) = roll(loaded, &coarse, 1, job)?;
-    // The same piece of road, and the same body for the sound.
+    // The same piece of road.
     fine.rolling.start = Some(geometry.start);
     let (fine, _) = roll(loaded, &fine, many / few, job)?;
     let between =
@@ -80,8 +79,7 @@ fn roll(
     job: &mut Job<'_>,
 ) -> Result<(Results, Geometry), RunError> {
     let loaded = loaded.clone().settled(scene.clone());
-    let mut plan = Plan::of(&loaded)?.with_cached_model();
-    plan.kept_transforms = Some(multiple);
+    let plan = Plan::of(&loaded)?.with_cached_model().keeping_transforms(multiple);
     plan.check(&loaded)?;
     let mut short = Job::new(job.stop, &mut *job.progress);
     let mut run = Simulation::prepare(&loaded, &plan, true, &["cells", "resistance"], &mut short)?;

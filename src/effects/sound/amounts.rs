@@ -72,6 +72,10 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     }
     let samples = PressureStream::samples(&layout, steps) as usize;
     let [stored, read] = sound.recorded_samples(samples, plan.speed);
+    if plan.kept_transforms.is_some() {
+        let bytes = SpectrumAccumulator::bytes_of_transforms(samples);
+        amounts.hold("transforms of the sound's spectra", path.spectra() as f64 * bytes);
+    }
     amounts.add(Stage::Response, WorkUnit::PassedSample, read, WorkPlace::BeforeOnAll);
     amounts.hold("pressures to listen to", 4.0 * stored);
     add_streams(amounts, plan, &streams);

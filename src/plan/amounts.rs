@@ -93,12 +93,9 @@ pub struct Amounts {
     pub fit_memory: f64,
     /// Memory that is allocated during the fit and held in the steps, included in [`Self::memory`] \[bytes\].
     pub fit_memory_that_stays: f64,
-    /// Largest memory of runs that are over before this one begins, on one thread, and more for each other thread
-    /// \[bytes\].
+    /// Runs that are over before this one begins.
     #[serde(skip)]
-    pub(crate) memory_before: f64,
-    #[serde(skip)]
-    pub(crate) memory_per_thread_before: f64,
+    pub(crate) before: Vec<Self>,
     /// Result arrays \[bytes\].
     pub result_bytes: f64,
     /// Models, waves and transfers that the run leaves in the cache \[bytes\].
@@ -132,8 +129,8 @@ impl Amounts {
     /// fit before them.
     pub fn memory_on(&self, threads: usize) -> f64 {
         let fit = self.set_up_memory_on(threads);
-        let before = self.memory_before + self.memory_per_thread_before * (threads as f64 - 1.0);
-        (fit + self.fit_memory_that_stays).max(self.step_memory_on(threads)).max(before)
+        let before = self.before.iter().map(|other| other.memory_on(threads));
+        before.fold((fit + self.fit_memory_that_stays).max(self.step_memory_on(threads)), f64::max)
     }
 
     /// Memory of the steps on `threads` threads \[bytes\].
@@ -164,7 +161,7 @@ impl Amounts {
     }
 
     /// Adds the work of another run, which is done before this one; its memory is free again by then.
-    pub(crate) fn add_before(&mut self, other: &Self) {
+    pub(crate) fn add_before(&mut self, other: Self) {
         self.work.extend(other.work.iter().map(|&amount| {
             let place = match amount.place {
                 WorkPlace::Before | WorkPlace::March => WorkPlace::Before,
@@ -173,8 +170,7 @@ impl Amounts {
             Amount { place, ..amount }
         }));
         self.cache_bytes += other.cache_bytes;
-        self.memory_before = self.memory_before.max(other.memory_on(1));
-        self.memory_per_thread_before = self.memory_per_thread_before.max(other.memory_on(2) - other.memory_on(1));
+        self.before.push(other);
     }
 
     fn direct(&mut self, scene: &Scene, plan: &Plan) {

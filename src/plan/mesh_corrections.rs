@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::front::STATED_FROM;
 use crate::response::MeshCorrection;
+use crate::results::summary::FinerMesh;
 
 /// Largest part of the longest run over which the meshes are compared: half of what the finer mesh alone would take,
 /// if its steps over the same road take five times as long.
@@ -18,25 +19,22 @@ pub(crate) struct MeshCorrections {
     pub force: MeshCorrection,
     /// Corrections at the receivers, in their order.
     pub receivers: Vec<MeshCorrection>,
-    /// Elements of the run and of the finer mesh.
-    pub elements: [usize; 2],
-    /// Time over which both were compared \[s\].
-    pub seconds: f64,
-    /// Standard error wanted \[dB\].
-    pub standard_error: f64,
+    /// Finer mesh, and the time over which both were compared.
+    pub mesh: FinerMesh,
 }
 
 impl MeshCorrections {
     /// Time over which the meshes have to be compared \[s\] for the standard error wanted up to a frequency \[Hz\], by
     /// a run of at most `longest`.
     pub(crate) fn needed_comparison(&self, highest: f64, longest: f64) -> f64 {
-        let each = self.signals().map(|of| of.needed_comparison(self.standard_error, [STATED_FROM, highest], longest));
-        each.fold(self.seconds, f64::max).min((SHARE * longest).max(self.seconds))
+        let each =
+            self.signals().map(|of| of.needed_comparison(self.mesh.standard_error, [STATED_FROM, highest], longest));
+        each.fold(self.mesh.seconds, f64::max).min((SHARE * longest).max(self.mesh.seconds))
     }
 
     /// Time of the run \[s\] for that error, at most `longest`.
     pub(crate) fn needed_run(&self, highest: f64, longest: f64) -> f64 {
-        let each = self.signals().map(|of| of.needed_run(self.standard_error, [STATED_FROM, highest], longest));
+        let each = self.signals().map(|of| of.needed_run(self.mesh.standard_error, [STATED_FROM, highest], longest));
         each.fold(0.0, f64::max)
     }
 
@@ -48,11 +46,11 @@ impl MeshCorrections {
     pub(crate) fn missed(&self, highest: f64, seconds: f64) -> Option<String> {
         let each = self.signals().filter_map(|of| of.largest_error([STATED_FROM, highest], seconds));
         let (band, error) = each.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (error > REACHED * self.standard_error).then(|| {
+        (error > REACHED * self.mesh.standard_error).then(|| {
             format!(
                 "outputs.levels.standard_error = {} dB is missed at {} Hz: {error:.2} dB; a longer rolling.duration \
                  lowers it",
-                self.standard_error,
+                self.mesh.standard_error,
                 band.nominal_frequency()
             )
         })

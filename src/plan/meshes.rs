@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{MeshCorrections, Plan, PlannedSetting};
+use crate::results::summary::FinerMesh;
 use crate::scene::{LoadedScene, MeshLevels, Outputs, Scene, SceneError, Zone};
 
 /// Time over which both meshes are compared, before what they find asks for more \[s\]: in 0.6 s a third octave at
@@ -10,16 +11,16 @@ use crate::scene::{LoadedScene, MeshLevels, Outputs, Scene, SceneError, Zone};
 const COMPARED: f64 = 0.6;
 
 /// Scenes of the short runs of a scene with all settings decided, over its own mesh and over the finer one, for some
-/// seconds after the warm-up; nothing but spectra is wanted of them. `None` without `outputs.levels`.
+/// seconds after the warm-up; nothing but spectra is wanted of them.
 ///
 /// # Errors
 /// Slices; a finer mesh that is not a multiple of the run's.
 pub(crate) fn short_scenes(
     loaded: &LoadedScene,
     scene: &Scene,
+    levels: &MeshLevels,
     seconds: f64,
-) -> Result<Option<[Scene; 2]>, SceneError> {
-    let Some(levels) = &scene.outputs.levels else { return Ok(None) };
+) -> Result<[Scene; 2], SceneError> {
     if scene.contact.zone == Zone::Slices {
         let wrong = "levels by slices have no limit for fine meshes";
         let right = "remove it, or contact.zone = \"cells\"";
@@ -41,7 +42,7 @@ pub(crate) fn short_scenes(
     short.rolling.duration = (seconds / time_step).round() * time_step;
     let mut finer = short.clone();
     finer.numerics.elements = fine;
-    Ok(Some([short, finer]))
+    Ok([short, finer])
 }
 
 impl Plan {
@@ -75,11 +76,11 @@ impl Plan {
 
     /// Takes the corrections that the short runs have found; these are over.
     pub(crate) fn take_corrections(&mut self, corrections: MeshCorrections) {
-        let MeshCorrections { elements: [few, many], seconds, .. } = corrections;
+        let FinerMesh { elements: many, seconds, .. } = corrections.mesh;
+        let (few, duration) = (self.scene.numerics.elements, self.scene.rolling.duration);
         self.decisions.notes.push(format!(
             "levels are those of {many} elements: {few} and {many} have rolled the same {seconds:.2} s, {few} roll \
-             {:.2} s",
-            self.scene.rolling.duration
+             {duration:.2} s"
         ));
         (self.short_runs, self.corrections) = (Vec::new(), Some(Arc::new(corrections)));
     }

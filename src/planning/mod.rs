@@ -57,9 +57,11 @@ impl Plan {
         plan.decisions.notes.extend(notes);
         plan.choices = choices;
         plan.overridden = settle::overridden(loaded, &scene);
-        let short = meshes::short_scenes(loaded, &scene, plan.compared_at_first())?;
-        let short = short.iter().flatten().map(|scene| Self::new(scene).standing_as(&plan).keeping_transforms(1));
-        plan.short_runs = short.collect();
+        if let Some(levels) = &scene.outputs.levels {
+            let short = meshes::short_scenes(loaded, &scene, levels, plan.compared_at_first())?;
+            plan.short_runs =
+                short.map(|scene| Self::new(&scene).standing_as(&plan).keeping_transforms(1)).into_iter().collect();
+        }
         if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
             let note = format!(
                 "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \
@@ -95,7 +97,7 @@ impl Plan {
         amounts.add_results(self, Arrays::bytes(channels(), self, window));
         // The last effect, sound, takes what memory the others leave.
         EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
-        self.short_runs.iter().for_each(|plan| amounts.add_before(&plan.amounts()));
+        self.short_runs.iter().for_each(|plan| amounts.add_before(plan.amounts()));
         amounts
     }
 

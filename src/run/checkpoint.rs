@@ -45,11 +45,15 @@ struct Owner {
 
 impl Owner {
     /// Identity of a scene with its inputs; also the effective scene, as TOML.
-    fn of(loaded: &LoadedScene, inputs: Vec<Input>) -> Result<(Self, String), RunError> {
+    fn of(
+        loaded: &LoadedScene,
+        inputs: Vec<Input>,
+        corrections: Option<MeshCorrections>,
+    ) -> Result<(Self, String), RunError> {
         let scene = loaded.scene.to_toml()?;
         let path = loaded.path.to_string_lossy().into_owned();
         let written = loaded.written_toml()?;
-        Ok((Self { scene: sha256(&[&scene]), written, path, inputs, corrections: None }, scene))
+        Ok((Self { scene: sha256(&[&scene]), written, path, inputs, corrections }, scene))
     }
 }
 
@@ -173,18 +177,18 @@ pub(crate) struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// Checkpoints of the run of a scene with its inputs, at the interval that the scene sets. The run began at
-    /// `begin`, when the process had used `begin_cpu` of processor time, and had taken `earlier` (wall, processor) in
-    /// other processes before.
+    /// Checkpoints of the run of a scene with its inputs and the corrections of its levels, at the interval that the
+    /// scene sets. The run began at `begin`, when the process had used `begin_cpu` of processor time, and had taken
+    /// `earlier` (wall, processor) in other processes before.
     ///
     /// # Errors
     /// A scene that TOML cannot hold.
     pub(crate) fn new(
-        (loaded, inputs): (&LoadedScene, Vec<Input>),
+        (loaded, inputs, corrections): (&LoadedScene, Vec<Input>, Option<MeshCorrections>),
         (begin, begin_cpu): (Instant, Option<Duration>),
         earlier: [Duration; 2],
     ) -> Result<Self, RunError> {
-        let (owner, scene) = Owner::of(loaded, inputs)?;
+        let (owner, scene) = Owner::of(loaded, inputs, corrections)?;
         let interval = Duration::try_from_secs_f64(loaded.scene.outputs.checkpoint_interval);
         let interval = interval.ok().filter(|interval| !interval.is_zero());
         Ok(Self { owner, scene, interval, last: Instant::now(), begin, begin_cpu, earlier })
@@ -216,7 +220,6 @@ impl Checkpoints {
         }
         let open = run.meter.open();
         let state = RunState::of(run, [self.wall(Instant::now()), self.cpu().unwrap_or_default()])?;
-        self.owner.corrections = run.corrections().cloned();
         let owned = (&self.owner, run.next_step(), written);
         checkpoint::write(folder.working(), &(env!("CARGO_PKG_VERSION"), owned, state))?;
         folder.keep_if_stopped();

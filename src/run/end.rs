@@ -4,7 +4,7 @@
 use crate::counters::{Meter, Stage};
 use crate::effects::{Found, RunError};
 use crate::results::files::ResultFiles;
-use crate::results::summary::{ContactQuality, FinerMesh, FrictionSummary, LoadResult, Outcome, RunCost, Summary};
+use crate::results::summary::{ContactQuality, FrictionSummary, LoadResult, Outcome, RunCost, Summary};
 use crate::run::simulation::Simulation;
 use crate::scene::{Coefficient, LoadedScene, LongitudinalCreep, Scene};
 
@@ -37,11 +37,7 @@ pub(crate) fn summary(
     let (totals, counts) = (march.totals(), march.search_counts());
     let mut summary = Summary::begun(&loaded.title(), loaded.settings()?, cost(&run.meter));
     (summary.vibration, summary.sound) = (found.vibration, found.sound);
-    summary.levels = run.corrections().map(|corrections| FinerMesh {
-        elements: corrections.elements[1],
-        seconds: corrections.seconds,
-        standard_error: corrections.standard_error,
-    });
+    summary.levels = run.finer_mesh();
     let load = loaded.scene.rolling.axle.load().zip(found.outcome.mean_force).map(|((wanted, tolerance), mean)| {
         let relative_error = (mean - wanted) / wanted;
         LoadResult { wanted, relative_error, tolerance, met: relative_error.abs() <= tolerance }

@@ -43,15 +43,7 @@ pub fn run_in_memory(loaded: &LoadedScene, mut job: Job<'_>) -> Result<RunInMemo
     let mut run = Simulation::prepare(&undrawn, &plan, true, &[], &mut job)?;
     let inputs = inputs?;
     run.open_arrays(None)?;
-    job.progress.march(0, plan.steps, plan.time_step);
-    run.enter_steps();
-    let complete = run.roll(&mut |run| {
-        run.report(job.progress);
-        Ok(!job.is_stopped())
-    })?;
-    if !complete {
-        return Err(RunError::Interrupted { partial: None });
-    }
+    run.roll_to_end(&mut job)?;
     run.settle();
     let arrays = run.finish_arrays()?;
     job.progress.stage(Stage::Response);

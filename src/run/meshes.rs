@@ -9,8 +9,9 @@ use crate::plan::{MeshCorrections, Plan};
 use crate::response::accumulator::FEWEST_SAMPLES;
 use crate::response::{MeshCorrection, PowerSpectrum, SpectrumError};
 use crate::results::spectra::LOWEST_FREQUENCY;
+use crate::results::summary::FinerMesh;
 use crate::run::simulation::{Results, Simulation};
-use crate::scene::{LoadedScene, Scene};
+use crate::scene::{LoadedScene, MeshLevels, Scene};
 
 /// Times that are asked for beyond this factor of those of the first comparison lead to a second one.
 const LONGER: f64 = 1.1;
@@ -25,16 +26,14 @@ pub(crate) fn corrected(
     mut plan: Plan,
     job: &mut Job<'_>,
 ) -> Result<(LoadedScene, Plan), RunError> {
-    if plan.wanted_levels().is_none() {
-        return Ok((loaded, plan));
-    }
+    let Some(levels) = plan.wanted_levels().cloned() else { return Ok((loaded, plan)) };
     let longest = plan.scene.rolling.duration;
     let highest = plan.valid_to;
     // 1. Both meshes over the shortest time, again over a longer one if the errors ask for that.
-    let mut corrections = compare(&loaded, &plan, plan.compared_at_first(), job)?;
+    let mut corrections = compare(&loaded, &plan, &levels, plan.compared_at_first(), job)?;
     let short = corrections.needed_comparison(highest, longest);
-    if short > LONGER * corrections.seconds {
-        corrections = compare(&loaded, &plan, short, job)?;
+    if short > LONGER * corrections.mesh.seconds {
+        corrections = compare(&loaded, &plan, &levels, short, job)?;
     }
     // 2. The run as long as it has to be.
     if !plan.sound().is_some_and(|sound| sound.is_stored()) {
@@ -45,14 +44,15 @@ pub(crate) fn corrected(
 }
 
 /// Rolls both meshes of a planned run for some time after the warm-up \[s\].
-fn compare(loaded: &LoadedScene, plan: &Plan, seconds: f64, job: &mut Job<'_>) -> Result<MeshCorrections, RunError> {
-    let (Some([coarse, mut fine]), Some(levels)) =
-        (short_scenes(loaded, &plan.scene, seconds)?, &plan.scene.outputs.levels)
-    else {
-        return Err(RunError::Impossible("levels of no finer mesh are wanted".to_owned()));
-    };
-    let elements = [coarse.numerics.elements, fine.numerics.elements];
-    let [few, many] = elements;
+fn compare(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    levels: &MeshLevels,
+    seconds: f64,
+    job: &mut Job<'_>,
+) -> Result<MeshCorrections, RunError> {
+    let [coarse, mut fine] = short_scenes(loaded, &plan.scene, levels, seconds)?;
+    let [few, many] = [&coarse, &fine].map(|scene| scene.numerics.elements);
     job.progress.note(&format!("levels: {few} and {many} elements roll the same {seconds:.2} s"));
     let (coarse, geometry) = roll(loaded, &coarse, 1, job)?;
     // The same piece of road.
@@ -66,8 +66,8 @@ fn compare(loaded: &LoadedScene, plan: &Plan, seconds: f64, job: &mut Job<'_>) -
     let receivers = fine.sound.iter().flat_map(|sound| &sound.receivers);
     let of_coarse_receivers = coarse.sound.iter().flat_map(|sound| &sound.receivers);
     let receivers = receivers.zip(of_coarse_receivers).map(|(fine, coarse)| between(&fine.spectrum, &coarse.spectrum));
-    let receivers = receivers.collect();
-    Ok(MeshCorrections { force, receivers, elements, seconds, standard_error: levels.standard_error })
+    let mesh = FinerMesh { elements: many, seconds, standard_error: levels.standard_error };
+    Ok(MeshCorrections { force, receivers: receivers.collect(), mesh })
 }
 
 /// Rolls a scene with all settings decided; its spectra keep their transforms, in lengths that are multiples of
@@ -83,15 +83,7 @@ fn roll(
     plan.check(&loaded)?;
     let mut short = Job::new(job.stop, &mut *job.progress);
     let mut run = Simulation::prepare(&loaded, &plan, true, &["cells", "resistance"], &mut short)?;
-    short.progress.march(0, plan.steps, plan.time_step);
-    run.enter_steps();
-    let complete = run.roll(&mut |run| {
-        run.report(short.progress);
-        Ok(!short.is_stopped())
-    })?;
-    if !complete {
-        return Err(RunError::Interrupted { partial: None });
-    }
+    run.roll_to_end(&mut short)?;
     let geometry = run.prepared.march.geometry().clone();
     let results = run.finish();
     // Its times count for the run that it serves, its counts do not.

@@ -16,13 +16,13 @@ use crate::effects::force::ForceObserver;
 use crate::effects::sound::{SoundObserver, SoundResults};
 use crate::effects::vibration::{VibrationObserver, VibrationResults};
 use crate::effects::{Arrays, EFFECTS, EffectObserver, End, Found, KeptArray, Observer, RunError, Step, channels};
-use crate::plan::{MeshCorrections, Plan};
+use crate::plan::Plan;
 use crate::response::PowerSpectrum;
 use crate::response::vibration::ContactPower;
 use crate::results::ResultsError;
 use crate::results::arrays::{ArrayPlace, WrittenArrays};
 use crate::results::files::ResultFiles;
-use crate::results::summary::{FrictionSummary, RollingResistance};
+use crate::results::summary::{FinerMesh, FrictionSummary, RollingResistance};
 use crate::run::prepare::{Prepared, prepare};
 use crate::scene::{LoadedScene, SceneError};
 use crate::storage::state::{Evolving, StateError, StateStream};
@@ -243,6 +243,20 @@ impl Simulation {
         Ok(true)
     }
 
+    /// Takes all steps, with progress, up to the cost of the last one.
+    ///
+    /// # Errors
+    /// Errors of the steps; [`RunError::Interrupted`] if the job is stopped.
+    pub(crate) fn roll_to_end(&mut self, job: &mut Job<'_>) -> Result<(), RunError> {
+        job.progress.march(0, self.plan.steps, self.plan.time_step);
+        self.enter_steps();
+        let complete = self.roll(&mut |run| {
+            run.report(job.progress);
+            Ok(!job.is_stopped())
+        })?;
+        if complete { Ok(()) } else { Err(RunError::Interrupted { partial: None }) }
+    }
+
     /// Reports the steps that are done, and what will stop them.
     pub(crate) fn report(&self, progress: &mut dyn Progress) {
         let mut remaining = self.observers.iter().map(|(_, observer)| observer.remaining_blocks(CHECK_EVERY));
@@ -369,9 +383,9 @@ impl Simulation {
         done == steps || done < steps && self.window() > 1.0
     }
 
-    /// Corrections of the levels to a finer mesh.
-    pub(crate) fn corrections(&self) -> Option<&MeshCorrections> {
-        self.plan.corrections.as_deref()
+    /// Finer mesh to which the levels are corrected.
+    pub(crate) fn finer_mesh(&self) -> Option<FinerMesh> {
+        Some(self.plan.corrections.as_ref()?.mesh)
     }
 
     /// Length of the window of cells over that of the reported forces.

@@ -155,7 +155,8 @@ impl PlannedRun<'_> {
         let written = checkpoint.as_ref().map(|checkpoint| &checkpoint.written);
         run.open_arrays(Some(&ArrayPlace { folder: &folder, written }))?;
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
-        let mut checkpoints = Checkpoints::new((loaded, inputs.clone()), (wall, cpu), earlier)?;
+        let corrections = plan.corrections.as_deref().cloned();
+        let mut checkpoints = Checkpoints::new((loaded, inputs.clone(), corrections), (wall, cpu), earlier)?;
         job.progress.march(run.next_step(), plan.steps, plan.time_step);
         run.enter_steps();
         let rolled = run.roll(&mut |run| {

@@ -83,25 +83,16 @@ impl SoundObserver {
         })
     }
 
-    /// Spectra at all points, averaged over places whose voids are open.
+    /// Spectra at all points, averaged over places whose voids are open, with the gains of their receiver where levels
+    /// are those of a finer mesh.
     pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
         let mut points = PowerSpectrum::means(self.place_spectra()?, self.sound.path.points());
-        for (receiver, gains) in self.sound.receivers.iter().zip(self.gains()?) {
+        let corrections = self.corrections.iter().flat_map(|corrections| &corrections.receivers);
+        for (receiver, correction) in self.sound.receivers.iter().zip(corrections) {
+            let gains = self.mean_at(receiver, &points).map_or_else(Vec::new, |mean| correction.gains(&mean));
             points[receiver.points.clone()].iter_mut().for_each(|point| point.correct(&gains));
         }
         Ok(points)
-    }
-
-    /// Gains of the bands at each receiver to the levels of a finer mesh; none where they are not corrected.
-    fn gains(&self) -> Result<Vec<Vec<BandGain>>, RunError> {
-        let receivers = &self.sound.receivers;
-        let Some(corrections) = &self.corrections else { return Ok(vec![Vec::new(); receivers.len()]) };
-        let points = PowerSpectrum::means(self.place_spectra()?, self.sound.path.points());
-        let gains = |(place, receiver): (usize, &PlannedReceiver)| {
-            let mean = self.mean_at(receiver, &points);
-            corrections.receivers.get(place).zip(mean).map_or_else(Vec::new, |(of, mean)| of.gains(&mean))
-        };
-        Ok(receivers.iter().enumerate().map(gains).collect())
     }
 
     /// Mean over the points of a receiver that count, times the number of its tyres.
@@ -110,12 +101,6 @@ impl SoundObserver {
         let tyres = receiver.tyres() as f64;
         spectrum.power.iter_mut().for_each(|power| *power *= tyres);
         Some(spectrum)
-    }
-
-    /// Gains of the bands at a receiver, as [`Self::gains`].
-    fn gains_at(&self, receiver: &PlannedReceiver) -> Vec<BandGain> {
-        let place = self.sound.receivers.iter().position(|other| other.name == receiver.name);
-        place.zip(self.gains().ok()).and_then(|(place, gains)| gains.into_iter().nth(place)).unwrap_or_default()
     }
 
     /// Spectra at all points, place by place.
@@ -133,23 +118,24 @@ impl SoundObserver {
         let count = self.sound.path.points();
         let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(count, self.valid_to)).transpose()?;
         let places = if self.sound.path.places > 1 { self.place_spectra()? } else { Vec::new() };
-        let at = |receiver: &PlannedReceiver, points: &[PowerSpectrum], gains: &[BandGain]| {
-            let mut spectrum = self.mean_at(receiver, points)?;
-            spectrum.correct(gains);
-            Some(spectrum)
-        };
-        let one = |(receiver, gains): (&PlannedReceiver, Vec<BandGain>)| {
-            let part = |part: usize| parts.as_ref().and_then(|parts| at(receiver, &parts[part], &gains));
+        let one = |receiver: &PlannedReceiver| {
+            let spectrum = self.mean_at(receiver, points)?;
+            // Parts and places have the gains of the whole.
+            let at = |points: &[PowerSpectrum]| {
+                let mut part = self.mean_at(receiver, points)?;
+                part.correct(&spectrum.gains);
+                Some(part)
+            };
+            let [vibration, squeeze] = [0, 1].map(|part| parts.as_ref().and_then(|parts| at(&parts[part])));
             Some(ReceiverSpectrum {
                 name: receiver.name.clone(),
-                // Its points have the gains already.
-                spectrum: self.mean_at(receiver, points)?,
-                parts: part(0).zip(part(1)).map(|(vibration, squeeze)| SoundParts { vibration, squeeze }),
-                places: places.chunks_exact(count).filter_map(|points| at(receiver, points, &gains)).collect(),
+                parts: vibration.zip(squeeze).map(|(vibration, squeeze)| SoundParts { vibration, squeeze }),
+                places: places.chunks_exact(count).filter_map(at).collect(),
                 error: self.sound.error_at(receiver),
+                spectrum,
             })
         };
-        Ok(self.sound.receivers.iter().zip(self.gains()?).filter_map(one).collect())
+        Ok(self.sound.receivers.iter().filter_map(one).collect())
     }
 
     fn receiver(
@@ -206,7 +192,8 @@ impl SoundObserver {
                 }
             }
             Finding::Passage => {
-                let Some((passing, found)) = self.passing(receiver) else { return Ok((summary, None)) };
+                let passing = self.passing(receiver, &spectrum.gains);
+                let Some((passing, found)) = passing else { return Ok((summary, None)) };
                 match found {
                     Err(missing) => summary.no_pass_by = Some(missing),
                     Ok(found) => {
@@ -215,12 +202,13 @@ impl SoundObserver {
                     }
                 }
             }
-            Finding::Intensity(probes) => summary.intensity = self.write_intensity(receiver, &probes, folder)?,
+            Finding::Intensity(probes) => {
+                summary.intensity = self.write_intensity(receiver, &probes, &spectrum.gains, folder)?
+            }
             Finding::Level => {}
         }
         if audio && standard.is_recorded() {
-            let gains = self.gains_at(receiver);
-            let channels = receiver.points.clone().map(|point| self.at_file_rate(point, &gains)).collect();
+            let channels = receiver.points.clone().map(|point| self.at_file_rate(point, &spectrum.gains)).collect();
             let description = "a tyre, at a microphone that moves along";
             recording = Some(Audible { channels, description, tyres: None });
         }
@@ -237,23 +225,25 @@ impl SoundObserver {
         LevelErrors::new(numerical, self.by_slices, self.slice_errors.as_ref(), SliceErrors::sound)
     }
 
-    /// Writes the intensity by the pairs of a receiver; `None` where too few pressures are stored.
+    /// Writes the intensity by the pairs of a receiver, whose bands have some gains; `None` where too few pressures are
+    /// stored.
     fn write_intensity(
         &self,
         receiver: &PlannedReceiver,
         probes: &Probes,
+        gains: &[BandGain],
         folder: &dyn ResultFiles,
     ) -> Result<Option<IntensitySummary>, RunError> {
         let time_step = self.sound.path.layout.time_step;
         // Pressures are early by the whole time steps of each point's delay.
         let delays = receiver.points.clone().map(|point| self.delays[point]);
-        let (latest, gains) = (delays.clone().max().unwrap_or(0), self.gains_at(receiver));
+        let latest = delays.clone().max().unwrap_or(0);
         let signal = |point: usize| -> Vec<f64> {
             let early = latest - self.delays[receiver.points.start + point];
             let signal: Vec<f64> =
                 self.signals[receiver.points.start + point].excerpt(0).skip(early as usize).collect();
             let all = LOWEST_FREQUENCY..0.5 / time_step;
-            if gains.is_empty() { signal } else { band_pass(&signal, 1.0 / time_step, &all, &gains) }
+            if gains.is_empty() { signal } else { band_pass(&signal, 1.0 / time_step, &all, gains) }
         };
         let (mut rows, mut levels, mut seconds, mut bands) = (Vec::new(), BTreeMap::new(), 0.0, None);
         for (name, [first, second]) in &probes.pairs {
@@ -302,7 +292,7 @@ impl SoundObserver {
             let error = self.level_a_error(receiver, &levels);
             let level = levels.overall_a;
             let mean = TotalLevel::of(levels.a_weighted).map(|mean| TotalLevel { level, error, ..mean });
-            let (level, pass_by) = match self.passing(receiver) {
+            let (level, pass_by) = match self.passing(receiver, &spectrum.spectrum.gains) {
                 Some((passing, found)) => {
                     let pass_by = found.ok().map(|found| passing.summary(String::new(), &found.levels));
                     let level = mean.zip(pass_by.as_ref()).map(|(mean, pass_by)| mean.at_most(pass_by.maximum));
@@ -316,9 +306,14 @@ impl SoundObserver {
     }
 
     /// A receiver that is passed, and its passages or the reason why there is none; `None` for one that is not passed.
-    fn passing(&self, receiver: &PlannedReceiver) -> Option<(Passing, Result<RecordedPassage, String>)> {
+    /// Pressures have the gains of their bands.
+    fn passing(
+        &self,
+        receiver: &PlannedReceiver,
+        gains: &[BandGain],
+    ) -> Option<(Passing, Result<RecordedPassage, String>)> {
         let mut passing = Passing::of(&self.sound, &self.delays, receiver, self.speed, &self.band())?;
-        passing.gains = self.gains_at(receiver);
+        passing.gains = gains.to_vec();
         let stored = self.sound.stored_samples().min(self.signals[receiver.points.start].taken);
         let missing = || passing.missing(&self.sound, stored).unwrap_or_else(|| "no passage".to_owned());
         let found = passing.record(stored, &self.signals).ok_or_else(missing);

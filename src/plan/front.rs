@@ -41,8 +41,8 @@ pub(crate) struct FrontRow {
     pub steps_per_period: f64,
     /// Tolerance of the poles.
     pub pole_tolerance: f64,
-    /// Tolerance of the contact conditions over cells.
-    pub cell_tolerance: f64,
+    /// Tolerance of the contact conditions.
+    pub contact_tolerance: f64,
     /// Largest cell of a made road of the default's wavelengths, if V/fmax is 22 mm at least \[m\]; over cells their
     /// largest width.
     pub cell: f64,
@@ -64,7 +64,7 @@ impl FrontRow {
             time_rule: TimeRule::Sdirk2,
             steps_per_period: 2.9,
             pole_tolerance: 1e-3,
-            cell_tolerance: 1e-4,
+            contact_tolerance: 1e-6,
             cell: 2.6e-3,
             slice_tolerance: 1e-6,
             errors: [3.0, 5.0],
@@ -77,7 +77,7 @@ impl FrontRow {
             time_rule: TimeRule::Sdirk2,
             steps_per_period: 5.8,
             pole_tolerance: 1e-3,
-            cell_tolerance: 1e-5,
+            contact_tolerance: 1e-6,
             cell: 2e-3,
             slice_tolerance: 3e-7,
             errors: [1.0, 2.5],
@@ -90,7 +90,7 @@ impl FrontRow {
             time_rule: TimeRule::Sdirk2,
             steps_per_period: 11.6,
             pole_tolerance: 1e-3,
-            cell_tolerance: 1e-6,
+            contact_tolerance: 1e-6,
             cell: 1e-3,
             slice_tolerance: 1e-7,
             errors: [0.3, 0.5],
@@ -110,8 +110,8 @@ impl FrontRow {
     /// poles and of the contact conditions.
     const fn over_cells(self, elements: [f64; 2], cell: f64, tolerances: [f64; 2]) -> Self {
         let [per_wavelength, longest_element] = elements;
-        let [pole_tolerance, cell_tolerance] = tolerances;
-        Self { per_wavelength, longest_element, cell, pole_tolerance, cell_tolerance, ..self }
+        let [pole_tolerance, contact_tolerance] = tolerances;
+        Self { per_wavelength, longest_element, cell, pole_tolerance, contact_tolerance, ..self }
     }
 
     /// Stated error for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].

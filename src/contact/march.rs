@@ -59,6 +59,14 @@ pub(crate) struct MarchTotals {
 }
 
 impl MarchTotals {
+    /// Adds those of a march beside this one.
+    fn join(&mut self, other: &Self) {
+        self.residuals = self.residuals.worst(other.residuals);
+        self.largest_force = self.largest_force.max(other.largest_force);
+        self.largest_displacement = self.largest_displacement.max(other.largest_displacement);
+        self.edge_contacts += other.edge_contacts;
+    }
+
     /// Residuals relative to the largest force, the largest displacement and their product.
     pub(crate) fn relative_residuals(&self) -> Residuals {
         let relative = |value: f64, scale: f64| if value > 0.0 { value / scale } else { 0.0 };
@@ -84,6 +92,8 @@ pub struct March {
     weights: [f64; 3],
     time_step: f64,
     totals: MarchTotals,
+    /// Searches of marches beside this one.
+    searches_beside: SearchCounts,
 }
 
 impl March {
@@ -112,6 +122,7 @@ impl March {
             weights,
             time_step,
             totals: MarchTotals::default(),
+            searches_beside: SearchCounts::default(),
             zone,
             rises: window.rises(nodes),
             window,
@@ -140,6 +151,12 @@ impl March {
         self.totals.edge_contacts += edge_contacts;
     }
 
+    /// Adds totals and searches of a march beside this one.
+    pub(crate) fn join(&mut self, totals: &MarchTotals, searches: &SearchCounts) {
+        self.totals.join(totals);
+        self.searches_beside.join(searches);
+    }
+
     /// First weights \[m/N\]: if their bits differ between two runs, so do those of all results.
     pub(crate) fn first_weights(&self) -> &[f64] {
         self.zone.first_weights()
@@ -161,7 +178,9 @@ impl March {
 
     /// Work of the search so far.
     pub fn search_counts(&self) -> SearchCounts {
-        self.zone.search_counts()
+        let mut counts = self.zone.search_counts();
+        counts.join(&self.searches_beside);
+        counts
     }
 
     /// Number of the next step.

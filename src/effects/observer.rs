@@ -149,6 +149,15 @@ pub(crate) trait EffectObserver: Observer {
         Ok(())
     }
 
+    /// Observer of a segment of the run, `from` steps after its first one, for [`Self::join`]; `None` where the totals
+    /// of the steps say all.
+    fn of_segment(&self, _from: u64) -> Option<Box<dyn EffectObserver>> {
+        None
+    }
+
+    /// Takes what the observer of the next segment has found.
+    fn join(&mut self, _segment: Box<dyn EffectObserver>, _meter: &mut Meter) {}
+
     /// Number of blocks of steps whose evaluation stops the march for long and is still to come, and its stage if one
     /// may come within so many steps.
     fn remaining_blocks(&self, _within: u64) -> (u64, Option<Stage>) {

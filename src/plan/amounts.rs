@@ -93,6 +93,11 @@ pub struct Amounts {
     pub fit_memory: f64,
     /// Memory that is allocated during the fit and held in the steps, included in [`Self::memory`] \[bytes\].
     pub fit_memory_that_stays: f64,
+    /// Memory of each segment of the run while it is rolled \[bytes\], and how many are rolled at once.
+    #[serde(skip)]
+    pub(crate) memory_per_segment: f64,
+    #[serde(skip)]
+    pub(crate) segments_at_once: usize,
     /// Runs that are over before this one begins.
     #[serde(skip)]
     pub(crate) before: Vec<Self>,
@@ -136,7 +141,9 @@ impl Amounts {
     /// Memory of the steps on `threads` threads \[bytes\].
     pub(crate) fn step_memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
-        steps + expected_fit::RETAINED * self.set_up_memory_on(threads)
+        steps
+            + self.memory_per_segment * self.segments_at_once as f64
+            + expected_fit::RETAINED * self.set_up_memory_on(threads)
     }
 
     /// Memory of the influence functions on `threads` threads before the steps \[bytes\].

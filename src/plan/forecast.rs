@@ -66,6 +66,17 @@ impl Plan {
                 rule.name()
             );
             loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
+        } else if memory / 1e9 > numerics.memory_limit && amounts.segments_at_once > 0 {
+            loaded.complain(
+                "outputs.levels.segments",
+                format!(
+                    "a run with {} segments at once needs about {} of memory, more than numerics.memory_limit = {} GB",
+                    amounts.segments_at_once,
+                    bytes(memory),
+                    numerics.memory_limit
+                ),
+                "fewer segments or threads, or a larger memory_limit",
+            )
         } else if memory / 1e9 > numerics.memory_limit {
             // Without a given size or a preset, cells are as wide as elements are long.
             let (key, fewer) = [("contact.cells_across", "fewer cells across"), ("contact.cell", "larger cells")]

@@ -72,6 +72,7 @@ impl Plan {
     pub(crate) fn shorten(&mut self, duration: f64) {
         self.scene.rolling.duration = duration;
         self.steps = self.warm_up_steps + (duration / self.time_step).round().max(1.0) as u64;
+        self.shorten_segments();
     }
 
     /// Takes the corrections that the short runs have found; these are over.

@@ -23,6 +23,7 @@ pub(crate) mod models;
 pub(crate) mod overload;
 pub(crate) mod receivers;
 pub(crate) mod resolution;
+mod segments;
 pub(crate) mod settle;
 mod slice_error;
 mod smooth_contact;
@@ -56,6 +57,7 @@ use crate::tyre::tread_pattern::map::TreadMap;
 use decisions::{tread_blocks, tread_map};
 pub(crate) use resolution::fit_options;
 use resolution::{Need, Resolution};
+pub(crate) use segments::Segments;
 pub(crate) use settle::PlannedSetting;
 pub(crate) use smooth_contact::Expected;
 
@@ -114,6 +116,8 @@ pub struct Plan {
     pub(crate) reach: f64,
     /// Length of the window of cells over that of the reported forces: 1, and more once contact has reached its end.
     pub(crate) window: f64,
+    /// Segments that are rolled side by side; `None` for a run in one piece.
+    pub(crate) segments: Option<Segments>,
     /// Short runs over the scene's and the finer mesh that correct the levels; empty without `outputs.levels`.
     pub(crate) short_runs: Vec<Self>,
     /// Correction of the levels, set once those runs are done.
@@ -176,6 +180,7 @@ impl Plan {
             stored_frequencies: Vec::new(),
             reach: 1.0,
             window: 1.0,
+            segments: None,
             short_runs: Vec::new(),
             corrections: None,
             kept_transforms: None,

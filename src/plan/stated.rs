@@ -117,7 +117,7 @@ mod tests {
         scene.contact.cells_across = Some(56);
         let stated = |scene: &Scene| FrontRow::stated_error(scene).map(|(_, error)| error.to_bits());
         assert_eq!(stated(&scene), Ok(5.0_f64.to_bits()));
-        scene.outputs.levels = Some(MeshLevels { standard_error: 0.5, elements: None });
+        scene.outputs.levels = Some(MeshLevels { standard_error: 0.5, elements: None, segments: 1 });
         assert_eq!(stated(&scene), Ok(3.0_f64.to_bits()));
         scene.numerics.elements /= 2;
         assert_eq!(stated(&scene), Ok(5.0_f64.to_bits()));

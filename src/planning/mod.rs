@@ -49,6 +49,7 @@ impl Plan {
         feasible::check(loaded, &scene)?;
         choices.extend(settle::tension(&scene.tyre));
         let mut plan = Self::new(&scene);
+        plan.cut(loaded)?;
         plan.check_rotation(loaded)?;
         plan.decisions.notes.extend(plan.outrun_tread());
         choices.extend(EFFECTS.iter().filter_map(|effect| effect.choice(&plan)));
@@ -94,6 +95,7 @@ impl Plan {
         let mut amounts = Amounts::of_physics(self);
         let across = if self.decisions.zone == Zone::Cells { self.cell_grid().across } else { 1 };
         let window = [amounts.expected.columns as usize, across];
+        amounts.add_segments(self, rayon::current_num_threads());
         amounts.add_results(self, Arrays::bytes(channels(), self, window));
         // The last effect, sound, takes what memory the others leave.
         EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));

@@ -34,6 +34,7 @@ pub(crate) fn plan_record(
             "time_step": plan.time_step,
             "warm_up_steps": plan.warm_up_steps,
             "steps": plan.steps,
+            "segments": plan.segment_count(),
             "expected": amounts.expected,
         },
         "slices": plan.slice_errors,

@@ -82,6 +82,13 @@ pub struct FinerMesh {
     pub seconds: f64,
     /// Standard error wanted of third octaves \[dB\].
     pub standard_error: f64,
+    /// Segments of the run's road that were rolled side by side.
+    #[serde(default = "one")]
+    pub segments: usize,
+}
+
+fn one() -> usize {
+    1
 }
 
 /// Results after the warm-up.

@@ -66,7 +66,8 @@ fn compare(
     let receivers = fine.sound.iter().flat_map(|sound| &sound.receivers);
     let of_coarse_receivers = coarse.sound.iter().flat_map(|sound| &sound.receivers);
     let receivers = receivers.zip(of_coarse_receivers).map(|(fine, coarse)| between(&fine.spectrum, &coarse.spectrum));
-    let mesh = FinerMesh { elements: many, seconds, standard_error: levels.standard_error };
+    let MeshLevels { standard_error, segments, .. } = *levels;
+    let mesh = FinerMesh { elements: many, seconds, standard_error, segments };
     Ok(MeshCorrections { force, receivers: receivers.collect(), mesh })
 }
 

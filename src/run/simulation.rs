@@ -4,6 +4,8 @@
 //! There is one beginning and one step: runs into a folder, in memory and from a checkpoint share them. After each step
 //! the effects observe it in their order, and the rows of the arrays are written.
 
+mod segments;
+
 use std::any::Any;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -248,6 +250,9 @@ impl Simulation {
     /// # Errors
     /// Errors of the steps; [`RunError::Interrupted`] if the job is stopped.
     pub(crate) fn roll_to_end(&mut self, job: &mut Job<'_>) -> Result<(), RunError> {
+        if let Some(segments) = self.plan.segments {
+            return self.roll_segments(segments, job);
+        }
         job.progress.march(0, self.plan.steps, self.plan.time_step);
         self.enter_steps();
         let complete = self.roll(&mut |run| {

@@ -157,16 +157,20 @@ impl PlannedRun<'_> {
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
         let corrections = plan.corrections.as_deref().cloned();
         let mut checkpoints = Checkpoints::new((loaded, inputs.clone(), corrections), (wall, cpu), earlier)?;
-        job.progress.march(run.next_step(), plan.steps, plan.time_step);
-        run.enter_steps();
-        let rolled = run.roll(&mut |run| {
-            run.report(job.progress);
-            let interrupted = job.is_stopped();
-            if interrupted || checkpoints.due() {
-                checkpoints.write(&mut folder, run)?;
-            }
-            Ok(!interrupted)
-        });
+        let rolled = if plan.segments.is_some() {
+            run.roll_to_end(&mut job).map(|()| true)
+        } else {
+            job.progress.march(run.next_step(), plan.steps, plan.time_step);
+            run.enter_steps();
+            run.roll(&mut |run| {
+                run.report(job.progress);
+                let interrupted = job.is_stopped();
+                if interrupted || checkpoints.due() {
+                    checkpoints.write(&mut folder, run)?;
+                }
+                Ok(!interrupted)
+            })
+        };
         run.settle();
         let ended = rolled.and_then(|complete| {
             let ended = self.end(&mut run, &folder, &checkpoints, complete, job.progress);

@@ -43,9 +43,15 @@ fn receiver_names(scene: &Scene, table: &Table<'_>) -> Option<()> {
 fn levels(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let wrong = "only levels of normal force and sound are corrected to the finer mesh";
     let is_asked = scene.outputs.levels.is_some();
+    let is_cut = scene.outputs.levels.as_ref().is_some_and(|levels| levels.segments > 1);
+    let [in_pieces, key] = ["segments roll side by side: nothing is stored over time", "outputs.levels.segments"];
+    let is_heard = !scene.receivers.is_empty() && scene.radiation.audio;
     table.complain_of_each([
         (is_asked && scene.friction.is_some(), "outputs.levels", wrong, "remove it, or [friction]"),
         (is_asked && scene.outputs.vibration.is_some(), "outputs.levels", wrong, "remove it, or [outputs.vibration]"),
+        (is_cut && scene.outputs.arrays, key, in_pieces, "1, or outputs.arrays = false"),
+        (is_cut && scene.outputs.cells_every.is_some(), key, in_pieces, "1, or no outputs.cells_every"),
+        (is_cut && is_heard, key, in_pieces, "1, or radiation.audio = false"),
     ])
 }
 

@@ -10,10 +10,10 @@ use crate::common::{Results, run};
 
 const ROAD: &str = "kind = \"made\"\nseed = 3";
 const LEVELS: &str = "levels = { standard_error = 0.5 }";
-const CPX: &str = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nfmax = 500.0\nquality = \"draft\"\n";
+pub(crate) const CPX: &str = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nfmax = 500.0\nquality = \"draft\"\n";
 
 /// Some seconds over cells of 1/`elements` of the tyre, three across.
-fn over(elements: usize, seconds: f64, outputs: &str, more: &str) -> String {
+pub(crate) fn over(elements: usize, seconds: f64, outputs: &str, more: &str) -> String {
     let rolling = format!(
         "speed_kmh = 80.0\nwarm_up = 0.2\nduration = {seconds:?}\naxle = {{ indentation = 0.012, ramp = 0.05 }}"
     );
@@ -25,7 +25,7 @@ fn over(elements: usize, seconds: f64, outputs: &str, more: &str) -> String {
 }
 
 /// Columns of a table of third octaves by nominal frequency \[Hz\], 100 to 500 Hz; of the only receiver.
-fn bands(results: &Results, file: &str, column: &str) -> BTreeMap<i32, f64> {
+pub(crate) fn bands(results: &Results, file: &str, column: &str) -> BTreeMap<i32, f64> {
     let table = fs::read_to_string(results.path(file)).unwrap();
     let mut lines = table.lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();

@@ -54,6 +54,7 @@ mod report;
 mod resume;
 mod rollout;
 mod rotation_layers;
+mod segments;
 mod sidewall;
 mod sidewall_tyre;
 mod slice_errors;

@@ -36,6 +36,15 @@ pub struct SearchCounts {
 }
 
 impl SearchCounts {
+    /// Adds those of another search, without its factors.
+    pub(crate) fn join(&mut self, other: &Self) {
+        self.solves += other.solves;
+        self.fallbacks += other.fallbacks;
+        self.histogram.iter_mut().zip(other.histogram).for_each(|(steps, more)| *steps += more);
+        self.work += other.work;
+        self.factorisation += other.factorisation;
+    }
+
     /// Number of steps by number of solves, for the numbers that occurred.
     pub fn solves_per_step(&self) -> BTreeMap<u32, u64> {
         let bins = (0..).zip(self.histogram);

@@ -93,7 +93,8 @@ impl Effect for CellsEffect {
 
     fn begin(&self, begin: &mut RunStart<'_>, _: &mut Job<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         let RunStart { plan, contact, .. } = *begin;
-        if !over_cells(plan) {
+        // Segments give the run totals of their steps, and no cells.
+        if !over_cells(plan) || plan.segments.is_some() {
             return Ok(None);
         }
         let (shape, size) = (contact.shape, contact.point_size);

@@ -102,7 +102,7 @@ impl Effect for ForceEffect {
         let outputs = &plan.scene.outputs;
         let steps = plan.steps_drawn(contact.at_rest.length) as u64;
         let drawn = plan.warm_up_steps..(plan.warm_up_steps + steps.max(2)).min(plan.steps);
-        let shown = if outputs.plots && !in_memory { drawn } else { 0..0 };
+        let shown = if outputs.plots && !in_memory && plan.segments.is_none() { drawn } else { 0..0 };
         let rows = shown.end.saturating_sub(shown.start) as usize;
         let counted = (plan.steps - plan.warm_up_steps) as usize;
         let spectrum = in_memory || outputs.spectra || outputs.plots;

@@ -158,5 +158,8 @@ fn add_streams(amounts: &mut Amounts, plan: &Plan, streams: &[PlannedStream]) {
     streams.iter().for_each(|stream| stream.add_work(amounts, blocks, passes));
     amounts.count(Counter::SoundPasses, passes as f64);
     amounts.hold("blocks of the sound", bytes(waiting));
+    if let Some(segments) = plan.segments {
+        amounts.memory_per_segment += bytes(segments.steps as usize / layout.hop());
+    }
     amounts.waiting_blocks = waiting;
 }

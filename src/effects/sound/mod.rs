@@ -13,6 +13,7 @@ mod results;
 mod squeeze;
 mod stored_signal;
 
+use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -344,12 +345,19 @@ impl SoundObserver {
             }
         };
         // A block's end is long and rare: it is timed by itself, and does not represent other steps.
-        let complete = if completes { meter.time(Stage::Sound, work) } else { meter.time_in_step(Stage::Sound, work) };
-        let streams = || std::iter::once(&self.stream).chain(self.squeeze.iter().map(|squeeze| &squeeze.stream));
-        if complete {
-            meter.count(Counter::SoundTransforms, streams().map(PressureStream::transforms).sum());
+        if completes {
+            meter.time(Stage::Sound, work);
+            self.complete_block(meter);
+        } else {
+            meter.time_in_step(Stage::Sound, work);
         }
-        if complete && streams().any(PressureStream::is_due) {
+    }
+
+    /// Computes the pressures of the blocks that wait, if they are due, after a further block.
+    fn complete_block(&mut self, meter: &mut Meter) {
+        let streams = || std::iter::once(&self.stream).chain(self.squeeze.iter().map(|squeeze| &squeeze.stream));
+        meter.count(Counter::SoundTransforms, streams().map(PressureStream::transforms).sum());
+        if streams().any(PressureStream::is_due) {
             let multiply_adds = streams().map(PressureStream::multiply_adds).sum();
             meter.time(Stage::Sound, || self.receive());
             meter.count(Counter::SoundPasses, 1);
@@ -423,6 +431,38 @@ impl EffectObserver for SoundObserver {
         state.all([&mut self.stream, &mut self.squeeze, &mut self.spectra])?;
         ensure(self.squeeze.iter().all(|squeeze| squeeze.stream.is_level_with(&self.stream)))?;
         state.all([&mut self.signals, &mut self.orders, &mut self.middle_pressures])
+    }
+
+    fn of_segment(&self, from: u64) -> Option<Box<dyn EffectObserver>> {
+        Some(Box::new(Self {
+            sound: self.sound.clone(),
+            delays: Vec::new(),
+            body: self.body.clone(),
+            grooves: None,
+            stream: self.stream.of_segment(),
+            squeeze: self.squeeze.as_ref().map(|squeeze| Box::new(squeeze.of_segment(from))),
+            lateral: self.lateral.clone(),
+            spectra: Vec::new(),
+            signals: Vec::new(),
+            middle_pressures: Vec::new(),
+            orders: Vec::new(),
+            slice_errors: None,
+            corrections: None,
+            ..*self
+        }))
+    }
+
+    fn join(&mut self, segment: Box<dyn EffectObserver>, meter: &mut Meter) {
+        let Ok(segment) = (segment as Box<dyn Any>).downcast::<Self>() else { return };
+        let Self { stream, squeeze, .. } = *segment;
+        let mut squeezed = squeeze.map(|squeeze| squeeze.stream.into_blocks()).into_iter().flatten();
+        for block in stream.into_blocks() {
+            self.stream.append(block);
+            if let Some((own, block)) = self.squeeze.as_deref_mut().zip(squeezed.next()) {
+                own.stream.append(block);
+            }
+            self.complete_block(meter);
+        }
     }
 
     fn remaining_blocks(&self, within: u64) -> (u64, Option<Stage>) {

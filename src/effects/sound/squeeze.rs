@@ -94,6 +94,12 @@ impl SqueezeStream {
         self.stream.push(self.volumes.of(step, forces));
     }
 
+    /// The same for a segment of the run that begins `from` steps after the first one; it has no spectra.
+    pub(super) fn of_segment(&self, from: u64) -> Self {
+        let (volumes, stream) = (self.volumes.clone(), self.stream.of_segment());
+        Self { volumes, first_step: self.first_step + from, stream, parts: Vec::new() }
+    }
+
     /// Spectra at all points due to vibration, and due to squeeze, averaged over places.
     pub(super) fn spectra(&self, points: usize, valid_to: f64) -> Result<[Vec<PowerSpectrum>; PARTS], RunError> {
         let of = |part: usize| -> Result<Vec<PowerSpectrum>, RunError> {

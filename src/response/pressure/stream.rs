@@ -66,6 +66,32 @@ impl PressureStream {
         }
     }
 
+    /// Stream of a segment of the steps, which begins with a block of them; all of its blocks wait for
+    /// [`Self::into_blocks`].
+    pub(crate) fn of_segment(&self) -> Self {
+        Self {
+            transfers: self.transfers.clone(),
+            forward: Arc::clone(&self.forward),
+            backward: Arc::clone(&self.backward),
+            forces: Vec::new(),
+            steps: 0,
+            ahead: u64::MAX,
+            most_waiting: usize::MAX,
+            waiting: Vec::new(),
+        }
+    }
+
+    /// The complete blocks that wait.
+    pub(crate) fn into_blocks(self) -> Vec<BlockSpectra> {
+        self.waiting
+    }
+
+    /// Takes the next block, which another stream has completed.
+    pub(crate) fn append(&mut self, block: BlockSpectra) {
+        self.waiting.push(block);
+        self.ahead = self.ahead.saturating_sub(1);
+    }
+
     /// Memory \[bytes\] except G for so many receivers, G on `around` cells with `integrals` integrals per wavenumber,
     /// while `waiting` blocks wait.
     pub(crate) fn bytes(
@@ -141,8 +167,7 @@ impl PressureStream {
         let complete = self.forces.len() == length * width;
         if complete {
             let spectra = self.spectra();
-            self.waiting.push(spectra);
-            self.ahead = self.ahead.saturating_sub(1);
+            self.append(spectra);
             self.forces.drain(..hop * width);
         }
         complete

@@ -210,8 +210,14 @@ keys! {
         standard_error: f64 => Bounds::between(0.05, 6.0, "dB"),
         /// Elements of the finer mesh, a multiple of `numerics.elements`; twice as many by default.
         elements?: usize => Elements,
+        /// Segments of the road that are rolled side by side on as many threads, each after a warm-up of its own; 1 for
+        /// a run in one piece.
+        segments: usize = 1 => Whole::between(1, MOST_SEGMENTS),
     }
 }
+
+/// Most segments of a run.
+const MOST_SEGMENTS: u64 = 1000;
 
 const MESH_LEVELS: Nested<MeshLevels> = Nested::new("[outputs.levels]", "the table [outputs.levels]");
 

@@ -102,9 +102,9 @@ fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: us
     Weights { values, odd: Vec::new(), lags, at_rest, evaluations: 0 }
 }
 
-/// The history by poles, in single instants or in blocks, in double or single precision, and by the direct sum over the default memory; the number of
-/// elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`. One iteration by poles is 240 instants, so that whole blocks are
-/// timed.
+/// The history by poles, in single instants or in blocks, in double or single precision, and by the direct sum over
+/// the default memory; the number of elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`. One iteration by poles is
+/// 240 instants, so that whole blocks are timed.
 fn modal(criterion: &mut Criterion) {
     const ROUND: i64 = 240;
     /// Memory of the direct sum \[s\].

@@ -138,6 +138,26 @@ impl Amounts {
         before.fold((fit + self.fit_memory_that_stays).max(self.step_memory_on(threads)), f64::max)
     }
 
+    /// Turns the work and the memory of the contact into those of segments on so many threads. The run holds one more
+    /// contact, that it has been prepared with.
+    pub(crate) fn add_segments(&mut self, plan: &Plan, threads: usize) {
+        let Some(segments) = plan.segments else { return };
+        let times = segments.rolled(plan.warm_up_steps) as f64 / plan.steps as f64;
+        for amount in &mut self.work {
+            if matches!(amount.place, WorkPlace::March | WorkPlace::MarchOnAll | WorkPlace::Background) {
+                amount.place = WorkPlace::MarchOnAll;
+                amount.amount *= times;
+            }
+        }
+        for (counter, amount) in &mut self.counters {
+            if matches!(counter, Counter::Steps | Counter::Slices) {
+                *amount *= times;
+            }
+        }
+        self.memory_per_segment = self.memory.iter().map(|(_, bytes)| bytes).sum();
+        self.segments_at_once = segments.count.min(threads);
+    }
+
     /// Memory of the steps on `threads` threads \[bytes\].
     pub(crate) fn step_memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;

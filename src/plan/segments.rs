@@ -1,9 +1,7 @@
 //! Segments of a run (`outputs.levels.segments`): equal pieces of its road, each after a warm-up of its own.
 
-use super::amounts::{Amounts, WorkPlace};
 use super::{Plan, SEGMENT};
 use crate::contact::geometry::Geometry;
-use crate::counters::Counter;
 use crate::scene::{LoadedScene, SceneError};
 
 /// Segments that a run is rolled in.
@@ -12,7 +10,7 @@ pub(crate) struct Segments {
     pub count: usize,
     /// Steps of each after its warm-up.
     pub steps: u64,
-    /// What `steps` is a multiple of, so that all segments begin with an element and a block of the sound.
+    /// Unit of `steps`, so that all segments begin with an element and a block of the sound.
     unit: u64,
     /// Steps beyond its own that a segment takes to complete its last block of the sound; the last one takes none.
     overlap: u64,
@@ -89,27 +87,5 @@ impl Plan {
         let overlap = if number + 1 < segments.count { segments.overlap } else { 0 };
         plan.steps = self.warm_up_steps + segments.steps + overlap;
         plan
-    }
-}
-
-impl Amounts {
-    /// Turns the work and the memory of the contact into those of segments on so many threads. The run holds one more
-    /// contact, that it has been prepared with.
-    pub(crate) fn add_segments(&mut self, plan: &Plan, threads: usize) {
-        let Some(segments) = plan.segments else { return };
-        let times = segments.rolled(plan.warm_up_steps) as f64 / plan.steps as f64;
-        for amount in &mut self.work {
-            if matches!(amount.place, WorkPlace::March | WorkPlace::MarchOnAll | WorkPlace::Background) {
-                amount.place = WorkPlace::MarchOnAll;
-                amount.amount *= times;
-            }
-        }
-        for (counter, amount) in &mut self.counters {
-            if matches!(counter, Counter::Steps | Counter::Slices) {
-                *amount *= times;
-            }
-        }
-        self.memory_per_segment = self.memory.iter().map(|(_, bytes)| bytes).sum();
-        self.segments_at_once = segments.count.min(threads);
     }
 }

@@ -1,5 +1,5 @@
-//! Runs in segments of their road, `outputs.levels.segments`: against runs in one piece, on several threads, and what is
-//! refused.
+//! Runs in segments of their road, `outputs.levels.segments`: against runs in one piece, on several threads, and
+//! what is refused.
 
 use std::fs;
 

@@ -74,8 +74,8 @@ pub struct ModalHistory {
 }
 
 impl ModalHistory {
-    /// Recursion at rest, in double precision and in blocks of [`INSTANTS`], for windows of at most `columns` columns that move on by at most
-    /// an element a step; `None` if the model does not hold the field.
+    /// Recursion at rest, in double precision and in blocks of [`INSTANTS`], for windows of at most `columns` columns
+    /// that move on by at most an element a step; `None` if the model does not hold the field.
     pub fn new(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, columns: usize) -> Option<Self> {
         Self::with_blocks(model, field, rule, time_step, columns, INSTANTS, None)
     }

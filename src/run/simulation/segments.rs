@@ -1,8 +1,9 @@
 //! Segments of a run: pieces of its road that are rolled side by side, each after a warm-up of its own.
 //!
-//! Segments are joined in the order of the road, as if one run had rolled them: totals of their steps are given to the
-//! run's observers, and blocks of the sound's forces, which overlap from one segment to the next, to its sound. So
-//! levels differ from those of a run in one piece by what a warm-up leaves, and have its bytes on any number of threads.
+//! Segments are joined in the order of the road, as if one run had rolled them: totals of their steps are given to
+//! the run's observers, and blocks of the sound's forces, which overlap from one segment to the next, to its sound.
+//! So levels differ from those of a run in one piece by what a warm-up leaves, and have its bytes on any number of
+//! threads.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -1,8 +1,10 @@
-//! Levels of a finer mesh (`outputs.levels`): the short runs over two meshes that correct those of the run.
+//! Levels of a finer mesh (`outputs.levels`): the short runs over two meshes that correct those of the run, and the
+//! segments that this may be cut into.
 
 use std::sync::Arc;
 
-use super::{MeshCorrections, Plan, PlannedSetting};
+use super::{MeshCorrections, Plan, PlannedSetting, SEGMENT, Segments};
+use crate::contact::geometry::Geometry;
 use crate::results::summary::FinerMesh;
 use crate::scene::{LoadedScene, MeshLevels, Outputs, Scene, SceneError, Zone};
 
@@ -89,5 +91,65 @@ impl Plan {
     /// Wish for the levels of a finer mesh whose correction is not found yet.
     pub(crate) fn wanted_levels(&self) -> Option<&MeshLevels> {
         self.scene.outputs.levels.as_ref().filter(|_| self.corrections.is_none())
+    }
+
+    /// Cuts the run into the segments that its scene asks for: whole blocks of its sound, or elements, no longer than
+    /// the run was.
+    ///
+    /// # Errors
+    /// Segments that are too short for a spectrum.
+    pub(crate) fn cut(&mut self, loaded: &LoadedScene) -> Result<(), SceneError> {
+        let count = self.scene.outputs.levels.as_ref().map_or(1, |levels| levels.segments);
+        if count == 1 {
+            return Ok(());
+        }
+        let substeps = self.scene.numerics.substeps as u64;
+        let blocks = self.sound().map(|sound| sound.path.layout);
+        let [hop, overlap] = blocks.map_or([1, 0], |layout| [layout.hop(), layout.length() - layout.hop()]);
+        let hop = hop as u64;
+        let unit = (1..=substeps).map(|hops| hops * hop).find(|unit| unit.is_multiple_of(substeps)).unwrap_or(hop);
+        let counted = self.steps - self.warm_up_steps;
+        let segments = Segments { count, steps: counted / count as u64 / unit * unit, unit, overlap: overlap as u64 };
+        let least = segments.least(SEGMENT, self.time_step);
+        if segments.steps < least {
+            let (all, one) = (self.scene.rolling.duration, least as f64 * self.time_step);
+            let wrong = format!("{count} segments of {all} s are too short for a spectrum: one takes {one:.2} s");
+            let right = format!("at most {}, or a longer rolling.duration", (counted / least).max(1));
+            return Err(loaded.complain("outputs.levels.segments", wrong, right).into());
+        }
+        self.segments = Some(segments);
+        self.decisions.notes.push(format!(
+            "{count} segments of the road are rolled side by side, each after a warm-up of {} s; if the run is \
+             interrupted it begins anew",
+            self.scene.rolling.warm_up
+        ));
+        self.shorten((count as u64 * segments.steps) as f64 * self.time_step);
+        Ok(())
+    }
+
+    /// Brings the run's segments to its number of steps, or little more.
+    fn shorten_segments(&mut self) {
+        let Some(segments) = &mut self.segments else { return };
+        let (count, counted) = (segments.count as u64, self.steps - self.warm_up_steps);
+        let least = segments.least(SEGMENT, self.time_step);
+        segments.steps = counted.div_ceil(count).next_multiple_of(segments.unit).max(least);
+        self.steps = self.warm_up_steps + count * segments.steps;
+        self.scene.rolling.duration = (count * segments.steps) as f64 * self.time_step;
+    }
+
+    /// Number of segments, 1 for a run in one piece.
+    pub(crate) fn segment_count(&self) -> usize {
+        self.segments.map_or(1, |segments| segments.count)
+    }
+
+    /// Plan of a segment by its number, for the contact alone, in a run whose elements stand as `geometry` says.
+    pub(crate) fn segment(&self, segments: Segments, number: usize, geometry: &Geometry) -> Self {
+        let mut plan = Self { segments: None, ..self.clone() };
+        let elements = number as u64 * segments.steps / geometry.substeps as u64;
+        plan.scene.rolling.start = Some(geometry.start + elements as f64 * geometry.element);
+        plan.scene.receivers.clear();
+        let overlap = if number + 1 < segments.count { segments.overlap } else { 0 };
+        plan.steps = self.warm_up_steps + segments.steps + overlap;
+        plan
     }
 }

@@ -1,7 +1,8 @@
 //! Forces and displacements of a step over the contact window: written by the zone of the contact, read by all others.
 //!
 //! A step has one instant, or a few where the time rule has stages; its force is their mean sum_i b_i F_i. Points stand
-//! column by column along the window, those across within a column; a slice is one point.
+//! column by column along the window, those across within a column; a slice is one point. Where cells have sub-cells,
+//! these touch the road, and forces and displacements of cells are those of the tyre's waves.
 
 use std::ops::Range;
 
@@ -16,11 +17,18 @@ pub(crate) struct WindowShape {
     pub across: usize,
     /// Instants of a step.
     pub stages: usize,
+    /// Sub-cells of a cell along and across; 1 without.
+    pub sub_cells: usize,
 }
 
 impl WindowShape {
     pub(crate) fn points(&self) -> usize {
         self.columns * self.across
+    }
+
+    /// Points that touch the road: those of the tyre's waves, or their sub-cells.
+    pub(crate) fn touching_points(&self) -> usize {
+        self.points() * self.sub_cells * self.sub_cells
     }
 }
 
@@ -52,6 +60,35 @@ pub struct TangentialPart {
     pub bonded: usize,
 }
 
+/// What touches the road where cells have sub-cells: row by row of the window.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SubCells {
+    /// Forces by stage and sub-cell \[N\].
+    pub forces: Vec<f64>,
+    /// Displacements by stage and sub-cell \[m\].
+    pub displacements: Vec<f64>,
+    /// Forces of the step by sub-cell \[N\].
+    pub mean: Vec<f64>,
+}
+
+/// Numbers of the sub-cells that an instant writes.
+pub(crate) struct SubCellsMut<'a> {
+    pub force: &'a mut [f64],
+    pub displacement: &'a mut [f64],
+}
+
+/// Adds `scale` times values of sub-cells, row by row, to those of their cells; there are `sub_cells` along and across
+/// in a cell, and `across` cells across.
+pub(crate) fn add_to_cells(values: &[f64], [sub_cells, across]: [usize; 2], scale: f64, out: &mut [f64]) {
+    let columns = out.chunks_exact_mut(across).zip(values.chunks_exact(sub_cells * sub_cells * across));
+    for (cells, rows) in columns {
+        for row in rows.chunks_exact(sub_cells * across) {
+            let of_cells = cells.iter_mut().zip(row.chunks_exact(sub_cells));
+            of_cells.for_each(|(cell, values)| *cell += scale * values.iter().sum::<f64>());
+        }
+    }
+}
+
 /// Footprint of the tyre in a step.
 #[derive(Clone, Debug)]
 pub struct Footprint {
@@ -73,6 +110,8 @@ pub struct Footprint {
     column_mean: Vec<f64>,
     /// Tangential part at the last instant; `None` without friction.
     tangential: Option<Box<TangentialPart>>,
+    /// `None` where cells have no sub-cells.
+    sub_cells: Option<Box<SubCells>>,
 }
 
 pub(crate) struct StageMut<'a> {
@@ -87,6 +126,34 @@ pub(crate) struct StageMut<'a> {
     pub column_force: &'a mut [f64],
     /// Tangential part; `None` without friction.
     pub tangential: Option<&'a mut TangentialPart>,
+    /// Sub-cells; `None` without.
+    pub sub_cells: Option<SubCellsMut<'a>>,
+}
+
+/// Copies the reported points of a window; forces on columns outside of them are added to the outermost reported ones,
+/// so that none is lost.
+fn copy_reported(reported: Range<usize>, of_column: usize, forces: &[f64], out: &mut [f64]) {
+    out.copy_from_slice(&forces[reported.clone()]);
+    let last = reported.len() - of_column;
+    for (end, outside) in [(0, &forces[..reported.start]), (last, &forces[reported.end..])] {
+        for column in outside.chunks_exact(of_column) {
+            out[end..].iter_mut().zip(column).for_each(|(force, outside)| *force += outside);
+        }
+    }
+}
+
+impl SubCellsMut<'_> {
+    /// Writes the reported sub-cells of a window, `of_column` to a column of cells.
+    pub(crate) fn write(
+        &mut self,
+        reported: Range<usize>,
+        of_column: usize,
+        forces: &[f64],
+        displacement: impl Fn(usize) -> f64,
+    ) {
+        self.displacement.iter_mut().zip(reported.clone()).for_each(|(out, n)| *out = displacement(n));
+        copy_reported(reported, of_column, forces, self.force);
+    }
 }
 
 impl StageMut<'_> {
@@ -104,15 +171,7 @@ impl StageMut<'_> {
             *out = displacement(cell);
         }
         self.required.copy_from_slice(&required[output_cells.clone()]);
-        self.force.copy_from_slice(&forces[output_cells.clone()]);
-        let last = output_cells.len() - across;
-        for (end, outside) in [(0, &forces[..output_cells.start]), (last, &forces[output_cells.end..])] {
-            for column in outside.chunks_exact(across) {
-                for (force, outside) in self.force[end..].iter_mut().zip(column) {
-                    *force += outside;
-                }
-            }
-        }
+        copy_reported(output_cells, across, forces, self.force);
         for (sum, cells) in self.column_force.iter_mut().zip(self.force.chunks_exact(across)) {
             *sum = cells.iter().sum();
         }
@@ -138,6 +197,11 @@ impl Footprint {
                 let zeros = || vec![[0.0; 2]; points];
                 Box::new(TangentialPart { forces: zeros(), slip: zeros(), ..TangentialPart::default() })
             }),
+            sub_cells: (shape.sub_cells > 1).then(|| {
+                let zeros = |stages: usize| vec![0.0; stages * shape.touching_points()];
+                let (forces, displacements) = (zeros(shape.stages), zeros(shape.stages));
+                Box::new(SubCells { forces, displacements, mean: zeros(1) })
+            }),
         }
     }
 
@@ -155,7 +219,8 @@ impl Footprint {
         self.first_element * self.shape.across as i64
     }
 
-    /// Forces at the step's instants, stage after stage, by point \[N\].
+    /// Forces at the step's instants, stage after stage, by point \[N\]. Where cells have sub-cells they are P f, which
+    /// may be slightly below 0 at the contact's edge.
     pub fn forces(&self) -> &[f64] {
         &self.force
     }
@@ -180,13 +245,35 @@ impl Footprint {
         if self.shape.across > 1 { &self.column_mean } else { &self.mean }
     }
 
+    /// Sub-cells; `None` where cells have none.
+    pub fn sub_cells(&self) -> Option<&SubCells> {
+        self.sub_cells.as_deref()
+    }
+
+    /// What touches the road, points or their sub-cells: number of the first one, forces \[N\] and displacements \[m\]
+    /// at the step's instants.
+    pub(crate) fn touching(&self) -> (i64, &[f64], &[f64]) {
+        match &self.sub_cells {
+            Some(of) => {
+                let of_column = self.shape.touching_points() / self.shape.columns;
+                (self.first_element * of_column as i64, &of.forces, &of.displacements)
+            }
+            None => (self.first_point(), &self.force, &self.displacement),
+        }
+    }
+
+    /// Forces of the step on what touches the road \[N\].
+    pub fn touching_forces(&self) -> &[f64] {
+        self.sub_cells.as_ref().map_or(&self.mean, |sub_cells| &sub_cells.mean)
+    }
+
     /// Tangential part at the last instant; `None` without friction.
     pub fn tangential(&self) -> Option<&TangentialPart> {
         self.tangential.as_deref()
     }
 
     /// Number of columns that carry force.
-    pub fn touching(&self) -> usize {
+    pub fn touching_columns(&self) -> usize {
         self.column_mean().iter().filter(|&&force| force > 0.0).count()
     }
 
@@ -216,18 +303,35 @@ impl Footprint {
             required: &mut self.required,
             column_force: &mut self.column_force[stage * columns..(stage + 1) * columns],
             tangential: self.tangential.as_deref_mut(),
+            sub_cells: self.sub_cells.as_deref_mut().map(|sub_cells| {
+                let range = stage * sub_cells.mean.len()..(stage + 1) * sub_cells.mean.len();
+                let SubCells { forces, displacements, .. } = sub_cells;
+                SubCellsMut { force: &mut forces[range.clone()], displacement: &mut displacements[range] }
+            }),
         }
     }
 
-    /// Averages the forces over the instants of a step, once all of them are written.
+    /// Averages the forces over the instants of a step, once all of them are written; forces of cells are then sums
+    /// over their sub-cells.
     pub(crate) fn end_step(&mut self) {
-        let Self { weights, force, column_force, mean, column_mean, .. } = self;
-        for (means, forces) in [(mean, force), (column_mean, column_force)] {
-            means.fill(0.0);
-            for (forces, weight) in forces.chunks_exact(means.len().max(1)).zip(weights.iter()) {
-                for (mean, force) in means.iter_mut().zip(forces) {
-                    *mean += weight * force;
-                }
+        let Self { shape, weights, force, column_force, mean, column_mean, sub_cells, .. } = self;
+        let average = |mean: &mut [f64], forces: &[f64]| {
+            mean.fill(0.0);
+            for (forces, weight) in forces.chunks_exact(mean.len().max(1)).zip(weights.iter()) {
+                mean.iter_mut().zip(forces).for_each(|(mean, force)| *mean += weight * force);
+            }
+        };
+        match sub_cells {
+            None => {
+                average(mean, force);
+                average(column_mean, column_force);
+            }
+            Some(sub_cells) => {
+                average(&mut sub_cells.mean, &sub_cells.forces);
+                mean.fill(0.0);
+                add_to_cells(&sub_cells.mean, [shape.sub_cells, shape.across], 1.0, mean);
+                let columns = column_mean.iter_mut().zip(mean.chunks_exact(shape.across));
+                columns.for_each(|(sum, cells)| *sum = cells.iter().sum());
             }
         }
     }

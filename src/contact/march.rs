@@ -104,7 +104,8 @@ impl March {
     pub(crate) fn over(zone: Box<dyn ContactZone>, geometry: Geometry, rule: TimeRule, time_step: f64) -> Self {
         let (nodes, weights) = (rule.nodes(), rule.weights());
         let window = geometry.wider(zone.margin());
-        let shape = WindowShape { columns: geometry.columns, across: zone.across(), stages: nodes.len() };
+        let (across, sub_cells) = (zone.across(), zone.sub_cells());
+        let shape = WindowShape { columns: geometry.columns, across, stages: nodes.len(), sub_cells };
         Self {
             footprint: Footprint::new(shape, weights, zone.has_friction()),
             step: 0,
@@ -186,7 +187,7 @@ impl March {
         }
         self.footprint.end_step();
         self.step += 1;
-        let (points, extent) = (self.footprint.touching(), self.footprint.extent());
+        let (points, extent) = (self.footprint.touching_columns(), self.footprint.extent());
         Ok(StepResult { first_element, total_force, points, extent })
     }
 

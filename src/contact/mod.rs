@@ -31,6 +31,6 @@ pub(crate) mod stability;
 pub(crate) mod static_contact;
 pub(crate) mod tread;
 pub(crate) mod windows;
-mod zone;
+pub(crate) mod zone;
 
 pub use error::ContactError;

@@ -54,6 +54,11 @@ pub(crate) trait ContactZone: Evolving + Send {
         1
     }
 
+    /// Sub-cells of a cell along and across; 1 without.
+    fn sub_cells(&self) -> usize {
+        1
+    }
+
     /// Columns by which the search window is longer, at either end, than the output window.
     fn margin(&self) -> usize {
         0

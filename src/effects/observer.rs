@@ -35,6 +35,8 @@ pub struct Step<'a> {
     /// Power that the forces put into the tyre \[W\], where an observer needs it; from two steps before the end of the
     /// warm-up on, since backward differences need two earlier steps.
     pub power: Option<f64>,
+    /// The part of it that the tyre's waves take: all of it, but for what sub-cells dissipate among themselves \[W\].
+    pub power_of_waves: Option<f64>,
     /// Length of the contact patch \[m\].
     pub contact_length: f64,
     /// Size of a point along and across \[m\].

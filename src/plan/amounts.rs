@@ -13,7 +13,6 @@ use crate::contact::pressed::strip::block_elements;
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::plan::Plan;
-use crate::plan::decisions::Decisions;
 use crate::plan::smooth_contact::Expected;
 use crate::plan::unit::WorkUnit;
 use crate::road::Lattice;
@@ -348,7 +347,7 @@ pub(crate) fn wavenumbers(scene: &Scene) -> f64 {
 /// Lattice of the road, without reading its file.
 fn lattice(scene: &Scene, plan: &Plan) -> Lattice {
     let width = scene.tyre.contact_width;
-    let Decisions { cells_across, cells_along, .. } = plan.decisions;
+    let [cells_across, cells_along] = plan.decisions.road_cells();
     let columns = cells_across.unwrap_or_else(|| Lattice::across(width, scene.road.cell()));
     let along = cells_along.unwrap_or_else(|| Road::cells(plan.element, scene.road.cell()));
     Lattice { dx: plan.element, along, dy: width / columns as f64, columns }

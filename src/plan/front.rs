@@ -3,8 +3,9 @@
 //! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the
 //! limit for small time steps, elements and cells, with the axle at the same height, for fmax up to each frequency of
 //! [`STATED_TO`]. The rows of slices were set from made dense asphalt at 80 km/h up to 1 kHz, and from a chip seal up
-//! to 2 kHz, those of cells from four roads at three speeds, and hold on others (docs/accuracy.md; an ignored test,
-//! tests/suite/presets.rs). Cells have to be finer: a stone of one or two cells is too stiff.
+//! to 2 kHz, those of cells from four roads at three speeds, those of sub-cells from dense asphalt and a chip seal at
+//! 80 km/h, and hold on others (docs/accuracy.md; an ignored test, tests/suite/presets.rs). Cells have to be finer: a
+//! stone of one or two cells is too stiff.
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
 use crate::scene::{Preset, Road, Scene, TimeRule, Zone};
@@ -46,6 +47,8 @@ pub(crate) struct FrontRow {
     /// Largest cell of a made road of the default's wavelengths, if V/fmax is 22 mm at least \[m\]; over cells their
     /// largest width.
     pub cell: f64,
+    /// Sub-cells of a cell along and across; 1 without.
+    pub sub_cells: usize,
     /// Tolerance of the slices' curves \[m\].
     pub slice_tolerance: f64,
     /// Stated errors \[dB\], one for each fmax of [`STATED_TO`].
@@ -66,6 +69,7 @@ impl FrontRow {
             pole_tolerance: 1e-3,
             cell_tolerance: 1e-4,
             cell: 2.6e-3,
+            sub_cells: 1,
             slice_tolerance: 1e-6,
             errors: [3.0, 5.0],
             cost: 0.5,
@@ -79,6 +83,7 @@ impl FrontRow {
             pole_tolerance: 1e-3,
             cell_tolerance: 1e-5,
             cell: 2e-3,
+            sub_cells: 1,
             slice_tolerance: 3e-7,
             errors: [1.0, 2.5],
             cost: 1.0,
@@ -92,26 +97,64 @@ impl FrontRow {
             pole_tolerance: 1e-3,
             cell_tolerance: 1e-6,
             cell: 1e-3,
+            sub_cells: 1,
             slice_tolerance: 1e-7,
             errors: [0.3, 0.5],
             cost: 2.5,
         },
     ];
 
-    /// The rows of cells, cheapest first. Half the width lowers the errors of cells of 3.8 mm by up to 1.3 dB for a
-    /// quarter more work; these tolerances change levels by less than 0.01 dB (profiles/README.md).
-    pub(crate) const OF_CELLS: [Self; 3] = [
-        Self { errors: [5.0, 6.5], cost: 0.24, ..Self::OF_SLICES[0].over_cells([5.8, 4e-3], 2e-3, [1e-3, 1e-4]) },
-        Self { errors: [3.0, 3.5], cost: 1.0, ..Self::OF_SLICES[1].over_cells([11.6, 2e-3], 2e-3, [1e-3, 1e-4]) },
-        Self { errors: [1.5, 2.0], cost: 7.5, ..Self::OF_SLICES[2].over_cells([23.2, 1e-3], 1e-3, [1e-4, 1e-5]) },
+    /// The rows of cells whose sub-cells touch the road, cheapest first. These tolerances change levels by less than
+    /// 0.02 dB (profiles/README.md).
+    pub(crate) const OF_SUB_CELLS: [Self; 3] = [
+        Self {
+            errors: [3.0, 5.0],
+            cost: 0.33,
+            ..Self::OF_SLICES[0].over_cells([2.9, 8e-3], [2.9, 4e-3], 3, [1e-3, 1e-3])
+        },
+        Self {
+            errors: [1.5, 2.5],
+            cost: 1.0,
+            ..Self::OF_SLICES[1].over_cells([5.8, 4e-3], [5.8, 4e-3], 3, [1e-3, 1e-3])
+        },
+        Self {
+            errors: [1.0, 1.5],
+            cost: 3.0,
+            ..Self::OF_SLICES[2].over_cells([8.7, 2.6e-3], [8.7, 2.6e-3], 3, [1e-3, 1e-4])
+        },
     ];
 
-    /// The same row over cells: elements in a wave and their largest length \[m\], width of a cell \[m\], tolerances of
-    /// poles and of the contact conditions.
-    const fn over_cells(self, elements: [f64; 2], cell: f64, tolerances: [f64; 2]) -> Self {
-        let [per_wavelength, longest_element] = elements;
-        let [pole_tolerance, cell_tolerance] = tolerances;
-        Self { per_wavelength, longest_element, cell, pole_tolerance, cell_tolerance, ..self }
+    /// The rows of cells that have no sub-cells, cheapest first. Half the width lowers the errors of cells of 3.8 mm by
+    /// up to 1.3 dB for a quarter more work; these tolerances change levels by less than 0.01 dB (profiles/README.md).
+    pub(crate) const OF_CELLS: [Self; 3] = [
+        Self {
+            errors: [5.0, 6.5],
+            cost: 0.24,
+            ..Self::OF_SLICES[0].over_cells([5.8, 4e-3], [2.9, 2e-3], 1, [1e-3, 1e-4])
+        },
+        Self {
+            errors: [3.0, 3.5],
+            cost: 1.0,
+            ..Self::OF_SLICES[1].over_cells([11.6, 2e-3], [5.8, 2e-3], 1, [1e-3, 1e-4])
+        },
+        Self {
+            errors: [1.5, 2.0],
+            cost: 7.5,
+            ..Self::OF_SLICES[2].over_cells([23.2, 1e-3], [11.6, 1e-3], 1, [1e-4, 1e-5])
+        },
+    ];
+
+    /// The same row over cells: elements in a wave and their largest length \[m\], steps in a period and the width of a
+    /// cell \[m\], sub-cells, tolerances of poles and of the contact conditions.
+    const fn over_cells(
+        self,
+        [per_wavelength, longest_element]: [f64; 2],
+        [steps_per_period, cell]: [f64; 2],
+        sub_cells: usize,
+        [pole_tolerance, cell_tolerance]: [f64; 2],
+    ) -> Self {
+        let resolution = Self { per_wavelength, longest_element, steps_per_period, cell, sub_cells, ..self };
+        Self { pole_tolerance, cell_tolerance, ..resolution }
     }
 
     /// Stated error for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].
@@ -128,21 +171,27 @@ impl FrontRow {
         error.filter(|_| scene.friction.is_none())
     }
 
-    pub(crate) const fn all(zone: Zone) -> &'static [Self; 3] {
+    /// The rows that a scene chooses from.
+    pub(crate) fn all(scene: &Scene) -> &'static [Self; 3] {
+        Self::table(scene.contact.zone, scene.contact.sub_cells != Some(1) && scene.refusal_of_sub_cells().is_none())
+    }
+
+    /// The rows of a zone whose cells have sub-cells, or have none.
+    pub(crate) const fn table(zone: Zone, has_sub_cells: bool) -> &'static [Self; 3] {
         match zone {
             Zone::Slices => &Self::OF_SLICES,
+            Zone::Cells if has_sub_cells => &Self::OF_SUB_CELLS,
             Zone::Cells => &Self::OF_CELLS,
         }
     }
 
-    pub(crate) const fn of(preset: Preset, zone: Zone) -> &'static Self {
-        &Self::all(zone)[preset as usize]
+    pub(crate) fn of(preset: Preset, scene: &Scene) -> &'static Self {
+        &Self::all(scene)[preset as usize]
     }
 
     /// Row that a scene's `preset` or `accuracy` chooses.
     pub(crate) fn asked_for(scene: &Scene) -> Option<&'static Self> {
-        let zone = scene.contact.zone;
-        let preset = scene.numerics.preset.map(|preset| Self::of(preset, zone));
+        let preset = scene.numerics.preset.map(|preset| Self::of(preset, scene));
         preset.or_else(|| Self::within(scene.numerics.accuracy?, scene))
     }
 
@@ -151,12 +200,12 @@ impl FrontRow {
     pub(crate) fn within(accuracy: f64, scene: &Scene) -> Option<&'static Self> {
         let fmax = scene.numerics.fmax?;
         let is_accurate = |row: &&Self| row.error_for(scene, fmax).is_some_and(|error| error <= accuracy);
-        Self::all(scene.contact.zone).iter().find(is_accurate)
+        Self::all(scene).iter().find(is_accurate)
     }
 
     /// Smallest stated error for a scene with an fmax \[dB\]; `None` if none is stated.
     pub(crate) fn finest_error(scene: &Scene, fmax: f64) -> Option<f64> {
-        Self::all(scene.contact.zone).iter().filter_map(|row| row.error_for(scene, fmax)).reduce(f64::min)
+        Self::all(scene).iter().filter_map(|row| row.error_for(scene, fmax)).reduce(f64::min)
     }
 
     /// Largest cell of a scene's road for levels up to `highest` \[Hz\], in m; over cells their largest width.
@@ -183,27 +232,36 @@ mod tests {
     use crate::scene::DEFAULT;
     use crate::test_models::{scene as loaded, scene_text};
 
+    /// A scene for each table.
+    fn scenes() -> [Scene; 3] {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        [(Zone::Slices, None), (Zone::Cells, None), (Zone::Cells, Some(1))].map(|(zone, sub_cells)| {
+            (scene.contact.zone, scene.contact.sub_cells) = (zone, sub_cells);
+            scene.clone()
+        })
+    }
+
     #[test]
     fn the_tables_are_fronts_and_presets_are_their_rows() {
-        for zone in [Zone::Slices, Zone::Cells] {
-            let all = FrontRow::all(zone);
+        let tables = [FrontRow::OF_SLICES, FrontRow::OF_SUB_CELLS, FrontRow::OF_CELLS];
+        for (scene, table) in scenes().iter().zip(tables) {
+            let all = FrontRow::all(scene);
+            assert_eq!(*all, table);
             for (preset, row) in Preset::ALL.into_iter().zip(all) {
-                assert_eq!((FrontRow::of(preset, zone), row.preset), (row, preset));
+                assert_eq!((FrontRow::of(preset, scene), row.preset), (row, preset));
             }
             let pairs = all.windows(2);
             assert!(pairs.clone().all(|pair| pair[0].cost < pair[1].cost));
             assert!(pairs.clone().all(|pair| (0..2).all(|range| pair[0].errors[range] > pair[1].errors[range])));
             assert!(all.iter().all(|row| row.errors[0] <= row.errors[1]));
-            assert!((FrontRow::of(Preset::Standard, zone).cost - 1.0).abs() < 1e-12);
+            assert!((FrontRow::of(Preset::Standard, scene).cost - 1.0).abs() < 1e-12);
         }
     }
 
     #[test]
     fn an_accuracy_gets_the_cheapest_row_that_keeps_it() {
-        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
-        for zone in [Zone::Slices, Zone::Cells] {
-            scene.contact.zone = zone;
-            let all = FrontRow::all(zone);
+        for mut scene in scenes() {
+            let all = FrontRow::all(&scene);
             for fmax in STATED_TO {
                 scene.numerics.fmax = Some(fmax);
                 for row in all {

@@ -236,7 +236,7 @@ impl Plan {
     /// As [`Lattice::choose`].
     pub fn lattice(&self) -> Result<Lattice, RoadError> {
         let Scene { road, tyre, .. } = &self.scene;
-        let Decisions { cells_across, cells_along, .. } = self.decisions;
+        let [cells_across, cells_along] = self.decisions.road_cells();
         Lattice::choose(road, self.element, tyre.contact_width, cells_across, cells_along)
     }
 

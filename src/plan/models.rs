@@ -10,7 +10,7 @@ use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::scene::{History, LoadedScene, SceneError, SetUpError, Tyre, Zone};
 use crate::storage::cache::key;
 use crate::storage::{Cache, Cached};
-use crate::tyre::influence::{CellRow, CellSums, WaveBand};
+use crate::tyre::influence::{CellGrid, CellRow, CellSums, WaveBand};
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::pole_model::PoleModel;
@@ -144,10 +144,14 @@ pub(crate) fn cached_cell_poles(plan: &Plan, cache: &Cache) -> Option<usize> {
 
 /// Sums over the waves of a band on the cells of a planned scene.
 pub(crate) fn cell_sums(plan: &Plan, band: WaveBand) -> CellSums {
+    cell_sums_of(plan, &plan.tyre_of(band), plan.grid_of(band))
+}
+
+/// Sums of a tyre on some cells, as exact as a plan wants them.
+pub(crate) fn cell_sums_of(plan: &Plan, tyre: &Tyre, grid: CellGrid) -> CellSums {
     let numerics = &plan.scene.numerics;
     let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
-    let (tyre, grid) = (plan.tyre_of(band), plan.grid_of(band));
-    CellSums::new(&tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
+    CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
 }
 
 /// Sums that carry a band of waves: those of the tyre as a `whole`, or of its own ring, or with its sides moved.

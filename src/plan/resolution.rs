@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn a_row_is_kept_at_every_speed_and_by_every_rule() {
-        for row in FrontRow::OF_SLICES.iter().chain(&FrontRow::OF_CELLS) {
+        for row in [FrontRow::OF_SLICES, FrontRow::OF_SUB_CELLS, FrontRow::OF_CELLS].as_flattened() {
             let need = Need { highest: 1000.0, row: Some(row) };
             for speed in [10.0, 22.0, 40.0] {
                 let found = Resolution::new(need, 1.95, speed, row.time_rule, None, None);

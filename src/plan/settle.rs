@@ -54,7 +54,7 @@ pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
         (None, None) => return Vec::new(),
     };
     let mut alone = loaded.scene.clone();
-    (alone.contact.cells_across, alone.contact.cells_along) = (None, None);
+    (alone.contact.cells_across, alone.contact.cells_along, alone.contact.sub_cells) = (None, None, None);
     let alone = settle(Settling { loaded, scene: alone, choices: Vec::new(), row_alone: true });
     let Ok((alone, choices)) = alone else { return Vec::new() };
     let (Ok(taken), Ok(used)) = (alone.to_json(), scene.to_json()) else { return Vec::new() };
@@ -79,9 +79,8 @@ fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<PlannedSetting>), Sc
     if preset.is_some() || accuracy.is_some() {
         settling.take_zone();
     }
-    let zone = settling.scene.contact.zone;
     let row = match (preset, accuracy) {
-        (Some(preset), _) => Some(FrontRow::of(preset, zone)),
+        (Some(preset), _) => Some(FrontRow::of(preset, &settling.scene)),
         (None, Some(accuracy)) => {
             let scene = &settling.scene;
             Some(FrontRow::within(accuracy, scene).ok_or_else(|| not_stated(loaded, scene, accuracy))?)
@@ -216,6 +215,12 @@ impl Settling<'_> {
                 format!("{why}: cells of at most {} mm across", millimetres(row.cell_for(&self.scene, highest)));
             self.scene.contact.cells_across = Some(cells);
             self.choose("contact.cells_across", cells.to_string(), reason);
+        }
+        if self.scene.contact.zone == Zone::Cells && open("contact.sub_cells") {
+            self.scene.contact.sub_cells = Some(row.sub_cells);
+            if row.sub_cells > 1 {
+                self.choose("contact.sub_cells", row.sub_cells.to_string(), format!("{why}: they touch the road"));
+            }
         }
     }
 

@@ -44,11 +44,12 @@ impl FrontRow {
         let mut finer = scene.clone();
         finer.numerics.elements = levels.fine_elements(scene.numerics.elements);
         finer.outputs.levels = None;
+        finer.contact.sub_cells = Some(scene.contact.sub_cells.unwrap_or(1));
         let of = |row: &Self| {
             let numerics = Numerics { preset: Some(row.preset), accuracy: None, ..finer.numerics.clone() };
             Self::stated_error(&Scene { numerics, ..finer.clone() })
         };
-        let stated = Self::all(scene.contact.zone).iter().rev().find_map(|row| of(row).ok());
+        let stated = Self::all(&finer).iter().rev().find_map(|row| of(row).ok());
         stated.map_or_else(|| Self::stated_error(&finer), Ok)
     }
 
@@ -70,6 +71,7 @@ impl FrontRow {
             ("numerics.elements", element > longest * (1.0 + 1e-9)),
             ("numerics.substeps", rule_limit < (1.0 - 1e-9) * fmax),
             ("contact.cells_across", across.is_some_and(|cells| is_wide(tyre.contact_width, cells))),
+            ("contact.sub_cells", over_cells && contact.sub_cells.unwrap_or(1) < self.sub_cells),
             ("contact.cells_along", along.is_some_and(|cells| is_wide(element, cells))),
             ("contact.slice_tolerance", over_slices && contact.slice_tolerance > self.slice_tolerance),
             ("numerics.pole_tolerance", numerics.pole_tolerance > self.pole_tolerance),
@@ -102,6 +104,10 @@ mod tests {
         let stated = |scene: &Scene| FrontRow::stated_error(scene).map(|(_, error)| error.to_bits());
         assert_eq!(stated(&scene), Ok(1.0_f64.to_bits()));
         scene.contact.zone = Zone::Cells;
+        assert_eq!(stated(&scene), Err(Unstated::Coarser("contact.sub_cells")));
+        scene.contact.sub_cells = Some(3);
+        assert_eq!(stated(&scene), Ok(1.5_f64.to_bits()));
+        scene.contact.sub_cells = Some(1);
         assert_eq!(stated(&scene), Err(Unstated::Coarser("numerics.elements")));
         scene.numerics.elements *= 2;
         assert_eq!(stated(&scene), Ok(3.0_f64.to_bits()));
@@ -114,7 +120,7 @@ mod tests {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         scene.contact.zone = Zone::Cells;
         (scene.numerics.preset, scene.numerics.fmax) = (Some(Preset::Draft), Some(1000.0));
-        scene.contact.cells_across = Some(56);
+        (scene.contact.cells_across, scene.contact.sub_cells) = (Some(56), Some(1));
         let stated = |scene: &Scene| FrontRow::stated_error(scene).map(|(_, error)| error.to_bits());
         assert_eq!(stated(&scene), Ok(5.0_f64.to_bits()));
         scene.outputs.levels = Some(MeshLevels { standard_error: 0.5, elements: None });
@@ -123,6 +129,10 @@ mod tests {
         assert_eq!(stated(&scene), Ok(5.0_f64.to_bits()));
         scene.numerics.elements /= 2;
         assert_eq!(stated(&scene), Err(Unstated::Coarser("numerics.elements")));
+        // Twice as many elements with sub-cells are those of "standard".
+        scene.numerics.elements *= 2;
+        scene.contact.sub_cells = Some(3);
+        assert_eq!(stated(&scene), Ok(1.5_f64.to_bits()));
     }
 
     #[test]
@@ -141,14 +151,16 @@ mod tests {
             (FrontRow::stated_error(&scene).map(|(_, error)| error.to_bits()), reported)
         };
         assert_eq!(preset("slices", "").0, Ok(1.0_f64.to_bits()));
-        assert_eq!(preset("cells", "").0, Ok(3.0_f64.to_bits()));
+        assert_eq!(preset("cells", "").0, Ok(1.5_f64.to_bits()));
+        assert_eq!(preset("cells", "contact.sub_cells=1").0, Ok(3.0_f64.to_bits()));
         for (zone, key, value) in [
             ("slices", "contact.cells_across", "20"),
             ("slices", "contact.slice_tolerance", "1e-6"),
             ("slices", "numerics.pole_tolerance", "2e-3"),
             ("slices", "numerics.influence_tolerance", "1e-6"),
             ("cells", "contact.cells_across", "20"),
-            ("cells", "numerics.contact_tolerance", "1e-3"),
+            ("cells", "contact.sub_cells", "2"),
+            ("cells", "numerics.contact_tolerance", "2e-3"),
         ] {
             let (found, reported) = preset(zone, &format!("{key}={value}"));
             assert_eq!(found, Err(Unstated::Coarser(key)), "{key} = {value}");

@@ -54,7 +54,7 @@ fn open(keys: &str) -> String {
 
 #[test]
 fn missing_settings_follow_from_preset_and_accuracy() {
-    for row in FrontRow::all(Zone::Slices) {
+    for row in &FrontRow::OF_SLICES {
         let (name, error) = (row.preset.name(), row.error(1000.0).unwrap());
         let load = |wish: &str| planned(&open(wish)).unwrap_or_else(|error| panic!("{}", error.render(false)));
         let (preset, accuracy) = (load(&format!("preset = \"{name}\"")), load(&format!("accuracy = \"{error} dB\"")));
@@ -115,7 +115,7 @@ fn keys_that_are_given_stay_beside_a_preset() {
 
 #[test]
 fn a_preset_over_cells_asks_for_no_more_than_it_needs() {
-    for row in FrontRow::all(Zone::Cells) {
+    for row in &FrontRow::OF_SUB_CELLS {
         let cells = |keys: &str| {
             let text = open(&format!("preset = \"{}\"\n{keys}", row.preset.name()));
             planned(&replaced(&text, &[("tread = \"elastic\"", "zone = \"cells\"")])).unwrap()

@@ -1,28 +1,36 @@
 //! Contact over cells, made for a planned scene.
 
+use std::f64::consts::PI;
+
 use crate::contact::cells::direct::DirectCellHistory;
 use crate::contact::cells::gaps::{GapMap, PLACES, StandingCells};
 use crate::contact::cells::history::{RingParts, WaveHistory, first_influences};
+use crate::contact::cells::interpolation::Interpolation;
 use crate::contact::cells::resting::RestingCells;
+use crate::contact::cells::two_scales::{TwoScaleHistory, TwoScaleZone, carried_share};
 use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
 use crate::contact::cells::{CellHistory, CellZone, InstantCells};
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
 use crate::contact::tread::TreadSurface;
+use crate::contact::zone::ContactZone;
 use crate::counters::{Counter, Job, Meter, Stage};
 use crate::effects::{RunError, TyreModels};
 use crate::plan::Plan;
-use crate::plan::models::{band_sums, cell_sums, planned_cell_model, planned_fewer_poles};
+use crate::plan::models::{band_sums, cell_sums, cell_sums_of, planned_cell_model, planned_fewer_poles};
 use crate::radiation::gap::patch::REACH;
 use crate::response::vibration::CarriedWaves;
 use crate::road::maker::SliceForm;
 use crate::run::friction::FrictionContact;
 use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
 use crate::scene::{Axle, History, LoadedScene, SceneError};
-use crate::tyre::influence::{CellInfluence, CellSums, WaveBand, WaveValues};
+use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, WaveBand, WaveValues};
 use crate::tyre::poles::cells::fit_cells;
 use crate::tyre::poles::pole_model::PoleModel;
 use crate::tyre::tread_pattern::blocks::TreadBlocks;
+
+/// Wavenumber times thickness of the tread up to which waves of a light tread notice the belt.
+const BELT_BELOW: f64 = 8.0;
 
 pub(super) struct CellContact<'a> {
     loaded: &'a LoadedScene,
@@ -88,13 +96,16 @@ impl ZoneMaker for CellContact<'_> {
             History::Direct if !followed => Vec::new(),
             _ => self.carried(columns, job)?,
         };
-        let zone = self.zone(instant.clone(), &waves, margin, job);
+        let zone: Box<dyn ContactZone> = match plan.decisions.sub_cells {
+            1 => Box::new(self.zone(instant.clone(), &waves, margin, job)),
+            _ => Box::new(self.two_scales(instant.clone(), &waves, margin, job)),
+        };
         let mut models = TyreModels::default();
         if followed {
             let beyond = job.meter.time(Stage::Influence, || self.beyond(instant, &waves));
             models.waves = Some((waves, beyond));
         }
-        Ok(made(March::over(Box::new(zone), output_window, numerics.time_rule, plan.time_step), models))
+        Ok(made(March::over(zone, output_window, numerics.time_rule, plan.time_step), models))
     }
 }
 
@@ -122,15 +133,63 @@ impl<'a> CellContact<'a> {
     /// Cells of a window, initially at rest, longer by `margin` columns at either end than the reported one; the
     /// history is that of the `carried` waves, or of direct sums.
     fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, job: &mut Job<'_>) -> CellZone {
-        let numerics = &self.plan.scene.numerics;
-        let history: Box<dyn CellHistory<1>> = match numerics.history {
-            History::Direct => Box::new(self.direct(instant.columns, &mut job.meter)),
-            History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(instant.columns, carried, job)),
-            History::Modal => Box::new(self.rings::<f64>(instant.columns, carried, job)),
-        };
+        let history = self.history(instant.columns, carried, job);
         let tolerance = self.plan.cell_tolerance();
         let instant = InstantCells::on_blocks(instant, self.sums.grid(), self.blocks.as_ref());
         CellZone::new(instant, self.tread.clone(), history, tolerance, margin)
+    }
+
+    fn history(&self, columns: usize, carried: &[CarriedWaves], job: &mut Job<'_>) -> Box<dyn CellHistory<1>> {
+        match self.plan.scene.numerics.history {
+            History::Direct => Box::new(self.direct(columns, &mut job.meter)),
+            History::Modal if self.plan.is_single() => Box::new(self.rings::<f32>(columns, carried, job)),
+            History::Modal => Box::new(self.rings::<f64>(columns, carried, job)),
+        }
+    }
+
+    /// The same where the sub-cells of cells touch the road.
+    fn two_scales(
+        &self,
+        instant: CellInfluence,
+        carried: &[CarriedWaves],
+        margin: usize,
+        job: &mut Job<'_>,
+    ) -> TwoScaleZone {
+        let plan = self.plan;
+        let (numerics, per_cell) = (&plan.scene.numerics, plan.decisions.sub_cells);
+        let (rule, columns, cells) = (numerics.time_rule, instant.columns, self.sums.grid());
+        let rate = rule.first_rate(plan.time_step);
+        let fine = CellGrid::new(&plan.decisions.tyre, per_cell * numerics.elements, per_cell * cells.across);
+        // 1. A flat tyre whose tread has next to no inertia: long waves are not asked for.
+        let mut light = plan.decisions.tyre.clone();
+        (light.curvature, light.angular_velocity) = (false, 0.0);
+        light.layers.iter_mut().rev().take(1).for_each(|tread| tread.material.density *= 1e-3);
+        let tread = plan.decisions.tyre.layers.last();
+        // 2. Influences between sub-cells, and of the light tyre between sub-cells and between cells.
+        let waves = cells.waves();
+        let thin = tread.map_or(0.0, |tread| BELT_BELOW / tread.thickness);
+        let last = [PI / cells.length(), PI / cells.pitch()].map(|highest| highest.max(thin));
+        let last = ((last[0] / waves.kx(1)) as i64, (last[1] / waves.ky(1)) as usize);
+        let share = |kx: f64, ky: f64| carried_share(per_cell, [kx * cells.length(), ky * cells.pitch()]);
+        let [searched, light_fine, light_coarse] = job.meter.time(Stage::Influence, || {
+            let light = cell_sums_of(plan, &light, cells.clone());
+            let [whole_fine, light_fine] = [&self.sums, &light].map(|sums| sums.on_grid(fine.clone()));
+            let of = |sums: &CellSums, columns: usize, other: &CellSums, share: &(dyn Fn(f64, f64) -> f64 + Sync)| {
+                sums.cached_blended_instant(rate, columns, last, (other, &format!("{per_cell} sub-cells"), share))
+            };
+            let fine_columns = per_cell * columns;
+            [
+                of(&light_fine, fine_columns, &whole_fine, &share),
+                of(&light_fine, fine_columns, &light_fine, &|_, _| 0.0),
+                of(&light, columns, &light, &|_, _| 0.0),
+            ]
+        });
+        let history = self.history(columns, carried, job);
+        let between = Interpolation::new(per_cell, columns, cells.across);
+        let (light, tread) = ([light_fine, light_coarse], tread.map(|tread| &tread.material));
+        let history = TwoScaleHistory::new(history, between, light, tread, rule, plan.time_step);
+        let crown = (0..fine.across).map(|j| plan.crown(fine.from_middle(j))).collect();
+        TwoScaleZone::new([searched, instant], crown, history, plan.cell_tolerance(), margin)
     }
 
     fn bands(&self, columns: usize) -> Vec<WaveBand> {

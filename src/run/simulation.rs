@@ -53,7 +53,8 @@ pub struct Simulation {
     /// Observers that the caller has added.
     observers_of_caller: Vec<Box<dyn Observer>>,
     /// Power put in by the contact, if an observer needs it.
-    power: Option<ContactPower>,
+    /// Of all forces, and of cells that have sub-cells.
+    power: Option<(ContactPower, Option<ContactPower>)>,
     arrays: Option<Arrays>,
     /// Cost so far.
     pub(crate) meter: Meter,
@@ -160,9 +161,10 @@ impl Simulation {
     }
 
     /// Power of the contact, before its first step.
-    fn contact_power(&self) -> ContactPower {
-        let points = self.prepared.contact.shape.points();
-        ContactPower::new(self.plan.scene.numerics.time_rule, self.plan.time_step, points)
+    fn contact_power(&self) -> (ContactPower, Option<ContactPower>) {
+        let shape = self.prepared.contact.shape;
+        let of = |points: usize| ContactPower::new(self.plan.scene.numerics.time_rule, self.plan.time_step, points);
+        (of(shape.touching_points()), (shape.sub_cells > 1).then(|| of(shape.points())))
     }
 
     /// Adds an observer, which is called after those of the effects.
@@ -428,16 +430,22 @@ impl Simulation {
             indentation: indentation - plan.decisions.growth,
             total_force: result.total_force,
             power: None,
+            power_of_waves: None,
             contact_length: result.extent as f64 * plan.element,
             point_size: contact.point_size,
             footprint,
             geometry: march.geometry(),
         };
         // Backward differences need the two steps before.
-        if let Some(power) = power.as_mut().filter(|_| number + 2 >= plan.warm_up_steps) {
-            let by_normal = power.push(footprint.first_point(), footprint.forces(), footprint.displacements());
+        if let Some((power, of_waves)) = power.as_mut().filter(|_| number + 2 >= plan.warm_up_steps) {
+            let (first, forces, displacements) = footprint.touching();
+            let by_normal = power.push(first, forces, displacements);
             let by_tangential = footprint.tangential().map(|part| part.power);
             step.power = Some(by_tangential.map_or(by_normal, |by_tangential| by_normal + by_tangential));
+            step.power_of_waves = match of_waves {
+                Some(power) => Some(power.push(footprint.first_point(), footprint.forces(), footprint.displacements())),
+                None => step.power,
+            };
         }
         if let Some(arrays) = arrays {
             meter.time_in_step(Stage::Output, || arrays.push(&step))?;

@@ -69,6 +69,9 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
         let right = format!("write a whole number of at least {across}, or leave this out");
         sound = table.complain("numerics.lateral_terms", Problem::new(wrong, right));
     }
+    if let Some([wrong, right]) = scene.refusal_of_sub_cells().filter(|_| scene.contact.sub_cells > Some(1)) {
+        sound = table.complain("contact.sub_cells", Problem::new(wrong, right));
+    }
     let right = "remove it, or contact.zone = \"slices\"";
     let has_mass = matches!(scene.rolling.axle, Axle::Mass { .. });
     let level = "cells have their texture in their heights; a road that is level across is kind = \"profile\"";

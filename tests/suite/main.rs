@@ -70,6 +70,7 @@ mod tread_measured;
 mod tread_pattern;
 mod turning_model;
 mod tutorial;
+mod two_scales;
 mod tyre;
 mod validate;
 mod vibration;

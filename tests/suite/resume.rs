@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use tyrewave::internals::{add, edit, scene_text};
+use tyrewave::internals::{add, edit, scene_text, with_all_terms};
 
 use crate::common::{TREAD_MAP, command, names, program, read_summary, skipped, tyrewave, write_grid, write_tread_map};
 
@@ -184,6 +184,12 @@ fn cells_continue_in_the_same_bytes() {
     let scene = scene_of("modal", &road("repeat"), 2.0, 0.02) + "cells_every = 0.01\n";
     let scene = edit(&scene, &[("numerics.lateral_terms", "12")]);
     killed_at_random(&(scene + "[contact]\nzone = \"cells\"\ncells_across = 4\n"), 21.0, 3, 6);
+}
+
+#[test]
+fn sub_cells_continue_in_the_same_bytes() {
+    let scene = with_all_terms(&scene_of("modal", &road("repeat"), 1.0, 0.02));
+    killed_at_random(&(scene + "[contact]\nzone = \"cells\"\ncells_across = 4\nsub_cells = 2\n"), 21.0, 3, 16);
 }
 
 #[test]

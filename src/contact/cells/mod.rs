@@ -8,7 +8,9 @@
 //! - [`history`]: displacements by past forces, by poles, most of it found in the background (`waves`, `short_ring`);
 //!   [`direct`]: as sums, the reference;
 //! - [`resting`]: contact at rest; [`gaps`]: gaps under a tyre that stands on a road;
-//! - [`zone`]: one instant, from the history to the forces.
+//! - [`zone`]: one instant, from the history to the forces;
+//! - [`two_scales`]: the same where cells carry the tyre's waves and their sub-cells touch, by [`interpolation`] between
+//!   both and by [`creep`] of the sub-cells.
 //!
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
 //!
@@ -21,6 +23,7 @@ mod along_ring;
 mod block_shares;
 pub(crate) mod blocks;
 pub(crate) mod component_transforms;
+mod creep;
 pub(crate) mod direct;
 mod fewer_poles;
 pub(in crate::contact) mod filter;
@@ -28,6 +31,7 @@ pub(crate) mod gaps;
 mod gradients;
 pub(crate) mod history;
 pub(crate) mod instant;
+pub(crate) mod interpolation;
 mod product;
 mod proportioning;
 pub(crate) mod resting;
@@ -35,6 +39,7 @@ pub(in crate::contact) mod ring_waves;
 pub(crate) mod search;
 pub(crate) mod short_ring;
 mod transform;
+pub(crate) mod two_scales;
 pub(crate) mod wave_transform;
 mod waves;
 pub(crate) mod zone;

@@ -1,7 +1,5 @@
 //! The contact of one instant over all cells of the window.
 
-use std::ops::Range;
-
 use super::instant::InstantCells;
 use super::search::{CellCounts, CellSearch};
 use crate::contact::complementarity::{Residuals, SearchCounts};
@@ -12,7 +10,7 @@ use crate::contact::zone::{ContactZone, Instant, Solved};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
-use crate::storage::state::{Evolving, evolving};
+use crate::storage::state::{Evolving, StateError, StateStream, evolving};
 
 /// A history of forces on cells: displacements by those of past steps, in `C` components: 1, normal forces, or 3,
 /// tractions.
@@ -25,40 +23,34 @@ pub trait CellHistory<const C: usize>: Evolving + Send {
     fn push(&mut self, stage: usize, first_element: i64, forces: &[[f64; C]]) -> bool;
 }
 
-/// The cells of a window, column by column. The window may be longer than the one whose forces are reported: what is
-/// beyond its ends then counts with their columns.
-pub(crate) struct CellZone {
-    across: usize,
-    /// Columns of the window beyond either end of the reported part.
-    margin: usize,
-    /// The undeformed tread.
-    tread: TreadSurface,
-    history: Box<dyn CellHistory<1>>,
+/// Contact of the cells of a window, or of their sub-cells, column by column.
+pub(super) struct Cells<H: ?Sized> {
+    /// Cells of a column.
+    of_column: usize,
+    pub(super) history: Box<H>,
     search: CellSearch,
     /// Forces of the last instant, then of this one \[N\], and the element that they begin with.
-    forces: Vec<f64>,
+    pub(super) forces: Vec<f64>,
     first_element: i64,
-    required: Vec<f64>,
+    pub(super) required: Vec<f64>,
     /// Displacements by past forces \[m\].
     old: Vec<f64>,
 }
 
-impl CellZone {
-    /// Zone at rest, `instant` being the influence between cells at an instant. `tolerance` is how far a cell may be
-    /// from where it is required to be, relative to the largest required displacement. The window is longer by
-    /// `margin` columns at either end than the reported part.
-    pub(crate) fn new(
-        instant: InstantCells,
-        tread: TreadSurface,
-        history: Box<dyn CellHistory<1>>,
-        tolerance: f64,
-        margin: usize,
-    ) -> Self {
-        let (across, cells) = (instant.across(), instant.cells());
+/// Sets required displacements of a row of cells, `indentation` being that of the rigid tyre there \[m\].
+pub(super) fn require_row(required: &mut [f64], indentation: f64, crown: &[f64], heights: &[f64], old: &[f64]) {
+    let cells = required.iter_mut().zip(old).zip(heights).zip(crown);
+    for (((required, old), height), crown) in cells {
+        *required = indentation - crown + height - old;
+    }
+}
+
+impl<H: CellHistory<1> + ?Sized> Cells<H> {
+    /// Cells at rest on `columns` columns.
+    pub(super) fn new(instant: InstantCells, columns: usize, history: Box<H>, tolerance: f64) -> Self {
+        let cells = instant.cells();
         Self {
-            across,
-            margin,
-            tread,
+            of_column: cells / columns,
             history,
             search: CellSearch::new(instant, tolerance),
             forces: vec![0.0; cells],
@@ -68,22 +60,30 @@ impl CellZone {
         }
     }
 
-    /// Cells that are reported, among those of the window.
-    fn output_cells(&self) -> Range<usize> {
-        let outside = self.margin * self.across;
-        outside..self.forces.len() - outside
+    /// Displacement of a cell by all forces \[m\].
+    pub(super) fn displacement(&self, cell: usize) -> f64 {
+        self.old[cell] + self.search.displacement()[cell]
     }
-}
 
-impl ContactZone for CellZone {
-    fn solve(
+    pub(super) fn first_weights(&self) -> &[f64] {
+        self.search.cells().free_field()
+    }
+
+    pub(super) fn search_counts(&self) -> SearchCounts {
+        let CellCounts { iterations, fallbacks, work, .. } = self.search.counts();
+        SearchCounts { solves: iterations, fallbacks, work, ..SearchCounts::default() }
+    }
+
+    /// Solves for the contact at an instant; `require` sets the required displacements of a column from the heights of
+    /// the road and the displacements by past forces there.
+    pub(super) fn solve(
         &mut self,
-        at: Instant<'_>,
+        at: &Instant<'_>,
         road: &RoadStrip,
-        mut output: StageMut<'_>,
         meter: &mut Meter,
+        mut require: impl FnMut(usize, &[f64], &mut [f64], &[f64]),
     ) -> Result<Solved, ContactError> {
-        let Instant { step, stage, first_element, indentation, rises } = at;
+        let Instant { step, stage, first_element, .. } = *at;
         if !road.has_heights() {
             return Err(ContactError::RoadForm);
         }
@@ -93,15 +93,10 @@ impl ContactZone for CellZone {
         old.fill(0.0);
         self.history.add_displacement(stage, first_element, old.as_chunks_mut().0, meter);
         meter.lap(&mut laps, Stage::History);
-        let required = self.required.chunks_exact_mut(self.across).zip(old.chunks_exact(self.across));
-        for ((element, (required, old)), rise) in (first_element..).zip(required).zip(rises) {
+        let required = self.required.chunks_exact_mut(self.of_column).zip(old.chunks_exact(self.of_column));
+        for (column, (element, (required, old))) in (first_element..).zip(required).enumerate() {
             match road.heights(element) {
-                Some(heights) => {
-                    let cells = required.iter_mut().zip(old).zip(heights).zip(self.tread.row(element));
-                    for (((required, old), height), crown) in cells {
-                        *required = indentation - rise - crown + height - old;
-                    }
-                }
+                Some(heights) => require(column, heights, required, old),
                 None => required.fill(f64::NEG_INFINITY),
             }
         }
@@ -109,7 +104,7 @@ impl ContactZone for CellZone {
         meter.lap(&mut laps, Stage::Penetration);
         // Cells are material: forces move with them through the window.
         let shift = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
-        let shift = shift.saturating_mul(self.across).min(cells);
+        let shift = shift.saturating_mul(self.of_column).min(cells);
         if self.forces[..shift].iter().all(|force| *force <= 0.0) {
             self.search.advance(shift);
         }
@@ -129,10 +124,8 @@ impl ContactZone for CellZone {
         meter.lap(&mut laps, Stage::ActiveSet);
         let is_seen = self.history.push(stage, first_element, self.forces.as_chunks().0);
         meter.lap(&mut laps, Stage::History);
-        let (old, u) = (&self.old, self.search.displacement());
-        output.write(self.output_cells(), self.across, &self.forces, &self.required, |cell| old[cell] + u[cell]);
         let is_touched = |column: Option<&[f64]>| column.is_some_and(|cells| cells.iter().any(|&force| force > 0.0));
-        let mut columns = self.forces.chunks_exact(self.across);
+        let mut columns = self.forces.chunks_exact(self.of_column);
         let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back()) || !is_seen;
         let residuals = Residuals {
             tension: relative.tension * largest_force,
@@ -141,6 +134,59 @@ impl ContactZone for CellZone {
         };
         let has_no_nan = self.required.iter().fold(true, |none, required| none & !required.is_nan());
         Ok(Solved { residuals, largest_force, largest_displacement, has_no_nan, is_at_end })
+    }
+}
+
+impl<H: CellHistory<1> + ?Sized> Evolving for Cells<H> {
+    fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
+        state.all([&mut self.history, &mut self.search, &mut self.forces, &mut self.first_element])
+    }
+}
+
+/// The cells of a window. It may be longer than the one whose forces are reported: what is beyond its ends then counts
+/// with their columns.
+pub(crate) struct CellZone {
+    across: usize,
+    /// Columns of the window beyond either end of the reported part.
+    margin: usize,
+    /// The undeformed tread.
+    tread: TreadSurface,
+    cells: Cells<dyn CellHistory<1>>,
+}
+
+impl CellZone {
+    /// Zone at rest, `instant` being the influence between cells at an instant. `tolerance` is how far a cell may be
+    /// from where it is required to be, relative to the largest required displacement. The window is longer by
+    /// `margin` columns at either end than the reported part.
+    pub(crate) fn new(
+        instant: InstantCells,
+        tread: TreadSurface,
+        history: Box<dyn CellHistory<1>>,
+        tolerance: f64,
+        margin: usize,
+    ) -> Self {
+        let (across, columns) = (instant.across(), instant.columns());
+        Self { across, margin, tread, cells: Cells::new(instant, columns, history, tolerance) }
+    }
+}
+
+impl ContactZone for CellZone {
+    fn solve(
+        &mut self,
+        at: Instant<'_>,
+        road: &RoadStrip,
+        mut output: StageMut<'_>,
+        meter: &mut Meter,
+    ) -> Result<Solved, ContactError> {
+        let tread = &self.tread;
+        let solved = self.cells.solve(&at, road, meter, |column, heights, required, old| {
+            let crown = tread.row(at.first_element + column as i64);
+            require_row(required, at.indentation - at.rises[column], crown, heights, old);
+        })?;
+        let (cells, outside) = (&self.cells, self.margin * self.across);
+        let reported = outside..cells.forces.len() - outside;
+        output.write(reported, self.across, &cells.forces, &cells.required, |cell| cells.displacement(cell));
+        Ok(solved)
     }
 
     fn across(&self) -> usize {
@@ -156,13 +202,12 @@ impl ContactZone for CellZone {
     }
 
     fn first_weights(&self) -> &[f64] {
-        self.search.cells().free_field()
+        self.cells.first_weights()
     }
 
     fn search_counts(&self) -> SearchCounts {
-        let CellCounts { iterations, fallbacks, work, .. } = self.search.counts();
-        SearchCounts { solves: iterations, fallbacks, work, ..SearchCounts::default() }
+        self.cells.search_counts()
     }
 }
 
-evolving!(CellZone: history, search, forces, first_element);
+evolving!(CellZone: cells);

@@ -7,6 +7,7 @@ use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, PageSection, ReportError, pictures};
 use super::stored::Stored;
+use crate::contact::footprint::add_to_cells;
 use crate::counters::{Job, Meter, Stage};
 use crate::numeric::{RunningMoments, largest_or_zero};
 use crate::plan::Plan;
@@ -21,8 +22,15 @@ static CHANNELS: [Channel; 5] = [
     Channel::new("row_force", "N", "contact force of each row of cells across", Read::Fill(sum_rows))
         .rows(RowShape::Across)
         .only(over_cells),
-    Channel::new("contact_area", "m^2", "area of the cells that carry force", Read::Number(area)).only(over_cells),
-    Channel::new("peak_pressure", "Pa", "largest pressure on a cell", Read::Number(peak_pressure)).only(over_cells),
+    Channel::new(
+        "contact_area",
+        "m^2",
+        "area of the cells, or of their sub-cells, that carry force",
+        Read::Number(area),
+    )
+    .only(over_cells),
+    Channel::new("peak_pressure", "Pa", "largest pressure on a cell or sub-cell", Read::Number(peak_pressure))
+        .only(over_cells),
     Channel::new("cells", "N", "contact force of each cell in the window, at chosen instants", Read::Single(frame))
         .rows(RowShape::Points)
         .at_instants(has_frames),
@@ -47,20 +55,21 @@ fn frame(step: &Step<'_>, out: &mut [f32]) {
     out.iter_mut().zip(step.footprint.mean()).for_each(|(out, &force)| *out = force as f32);
 }
 
-/// Area of a cell's face \[m^2\].
+/// Area of the face of a cell, or of a sub-cell \[m^2\].
 fn face(step: &Step<'_>) -> f64 {
-    step.point_size[0] * step.point_size[1]
+    let (all, touching) = (step.footprint.mean().len(), step.footprint.touching_forces().len());
+    step.point_size[0] * step.point_size[1] * all as f64 / touching as f64
 }
 
 /// Area of the cells that carry force \[m^2\].
 fn area(step: &Step<'_>) -> f64 {
-    let touched = step.footprint.mean().iter().filter(|&&force| force > 0.0).count();
+    let touched = step.footprint.touching_forces().iter().filter(|&&force| force > 0.0).count();
     touched as f64 * face(step)
 }
 
 /// Largest pressure on a cell \[Pa\].
 fn peak_pressure(step: &Step<'_>) -> f64 {
-    largest_or_zero(step.footprint.mean()) / face(step)
+    largest_or_zero(step.footprint.touching_forces()) / face(step)
 }
 
 impl Effect for CellsEffect {
@@ -150,10 +159,12 @@ impl CellObserver {
     fn draw(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), RunError> {
         let geometry = end.geometry;
         let first = geometry.first_element(end.steps.saturating_sub(1));
+        let sub_cells = end.plan.decisions.sub_cells;
         let mut heights = vec![f64::NAN; self.sum.len()];
         for (element, heights) in (first..).zip(heights.chunks_exact_mut(self.across)) {
             if let Some(known) = end.road.heights(element) {
-                heights.copy_from_slice(known);
+                heights.fill(0.0);
+                add_to_cells(known, [sub_cells, self.across], 1.0 / (sub_cells * sub_cells) as f64, heights);
             }
         }
         let counted = self.moments[0].count() as f64;

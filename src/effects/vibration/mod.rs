@@ -121,7 +121,7 @@ impl Observer for VibrationObserver {
     }
 
     fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError> {
-        if let Some(power) = step.power {
+        if let Some(power) = step.power_of_waves {
             self.push(step, power, meter);
         }
         Ok(())

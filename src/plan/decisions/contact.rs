@@ -19,7 +19,7 @@ pub(super) const ZONE: DecisionRow = DecisionRow {
         scene.contact.zone = if on { Zone::Cells } else { Zone::Slices };
         if !on {
             // The cell size of contact over cells is not a resolution of the texture in slices.
-            (scene.contact.cell, scene.contact.cells_across) = (None, None);
+            (scene.contact.cell, scene.contact.cells_across, scene.contact.sub_cells) = (None, None, None);
             scene.outputs.cells_every = None;
             // Slices have no blocks that press air out, and no voids of the road.
             let grooves = scene.tread_pattern.iter().flat_map(|pattern| &pattern.grooves);
@@ -88,7 +88,12 @@ fn zone(scene: &Scene, _: &mut Decisions) -> Decided {
         Zone::Slices => (false, "slices, one for each element".to_owned()),
         Zone::Cells => {
             let crown = tyre.crown_radius.map_or("a level tread".to_owned(), |radius| format!("a crown of {radius} m"));
-            (true, format!("{} cells across {:.0} mm, {crown}", cells_across(scene), 1e3 * tyre.contact_width))
+            let cells = cells_across(scene);
+            let sub_cells = match contact.sub_cells.unwrap_or(1) {
+                1 => String::new(),
+                number => format!(" with {number} x {number} sub-cells each"),
+            };
+            (true, format!("{cells} cells across {:.0} mm{sub_cells}, {crown}", 1e3 * tyre.contact_width))
         }
     };
     let name = if on { "cells" } else { "slices" };

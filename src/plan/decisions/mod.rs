@@ -37,6 +37,7 @@ impl Decisions {
             slices: Some(scene.contact.slices),
             cells_across: scene.contact.cells_across,
             cells_along: if single { Some(1) } else { scene.contact.cells_along },
+            sub_cells: scene.contact.sub_cells.filter(|_| scene.contact.zone == Zone::Cells).unwrap_or(1),
             tread: scene.contact.tread,
             slice_coupling: scene.contact.slice_coupling,
             takes_models,

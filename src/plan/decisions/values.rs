@@ -15,6 +15,8 @@ pub struct Decisions {
     pub cells_across: Option<usize>,
     /// Cells along an element, if decided.
     pub cells_along: Option<usize>,
+    /// Sub-cells of a cell along and across; 1 without.
+    pub sub_cells: usize,
     /// Law of the tread.
     pub tread: Tread,
     /// Coupling of a slice's additional compliance to its element.
@@ -31,6 +33,13 @@ pub struct Decisions {
     pub rows: Vec<Decision>,
     /// Notes for the user before the run.
     pub notes: Vec<String>,
+}
+
+impl Decisions {
+    /// Heights of the road across the contact width and along an element, if decided.
+    pub(crate) fn road_cells(&self) -> [Option<usize>; 2] {
+        [self.cells_across, self.cells_along].map(|cells| Some(self.sub_cells * cells?))
+    }
 }
 
 /// Decision on one effect, in words.

@@ -10,6 +10,9 @@ use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Whole};
 use crate::scene::sizes::MOST_CELLS;
 use crate::scene::table::{Keys, Nested, Table};
 
+/// Most sub-cells of a cell along and across: they are 1 mm long where cells are 8 mm, which waves of the tread are not.
+const MOST_SUB_CELLS: u64 = 8;
+
 /// Default bound of the error of levels computed by slices \[dB\].
 const LARGEST_SLICE_ERROR: f64 = 2.0;
 
@@ -46,6 +49,9 @@ keys! {
         /// Cells across the contact width; default: as many as the road's texture asks for, each about 2 mm at most (a
         /// grid that fits exactly keeps its columns).
         cells_across?: usize => Whole::between(1, MOST_CELLS),
+        /// Sub-cells of a cell along and across, `zone = "cells"` only: they touch the road, the cells carry the tyre's
+        /// waves and their history. 1: the cells themselves touch. Default: that of the preset, without one 1.
+        sub_cells?: usize => Whole::between(1, MOST_SUB_CELLS),
         /// Cells along an element; default: as many as the road's texture asks for, each 2 mm at most (a grid that fits
         /// exactly keeps its rows).
         cells_along?: usize => Whole::between(1, MOST_CELLS),
@@ -78,10 +84,14 @@ pub(super) fn of_zone<S: Serializer>(contact: &Contact, serializer: S) -> Result
         cell: Option<f64>,
         #[serde(skip_serializing_if = "Option::is_none")]
         cells_across: Option<usize>,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        sub_cells: Option<usize>,
     }
     match *contact {
         Contact { zone: Zone::Slices, .. } => contact.serialize(serializer),
-        Contact { zone, cell, cells_across, .. } => OfCells { zone, cell, cells_across }.serialize(serializer),
+        Contact { zone, cell, cells_across, sub_cells, .. } => {
+            OfCells { zone, cell, cells_across, sub_cells }.serialize(serializer)
+        }
     }
 }
 
@@ -113,7 +123,7 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
             }
         }
         Some(Zone::Slices) => {
-            table.refuse(&["cell"], "zone = \"cells\"", "remove it, or choose zone = \"cells\"");
+            table.refuse(&["cell", "sub_cells"], "zone = \"cells\"", "remove it, or choose zone = \"cells\"");
         }
         None => {}
     }

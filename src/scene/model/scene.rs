@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::contact::{CONTACT, Contact, Tread, Zone, of_zone};
 use super::effects::{EFFECTS, Effects, Switch};
 use super::friction::{ADHESION, Adhesion, FRICTION, Friction};
+use super::material::Law;
 use super::numerics::{NUMERICS, Numerics, OUTPUTS, Outputs};
 use super::road::{ROAD, Road};
 use super::rolling::{ROLLING, Rolling};
@@ -98,6 +99,25 @@ impl Scene {
         let is_asked = self.air_pumping.as_ref().is_some_and(|pumping| pumping.squeeze);
         let is_open = !self.open_grooves().is_empty() || self.opens_voids();
         is_asked && is_compliant && self.contact.zone == Zone::Cells && is_open
+    }
+
+    /// Why cells of this scene cannot have sub-cells, and what would be right; `None` if they can.
+    pub(crate) fn refusal_of_sub_cells(&self) -> Option<[&'static str; 2]> {
+        let law = self.tyre.layers.last().map(|tread| tread.material.law);
+        let has_voids = self.air_pumping.as_ref().is_some_and(|pumping| pumping.patch == PatchAir::Voids);
+        let is_truncated = self.numerics.lateral_terms.is_some() || self.numerics.wavenumber_aliases.is_some();
+        let refusals = [
+            (self.friction.is_some(), "friction acts on cells as a whole", "1, or leave [friction] out"),
+            (self.pattern().is_some(), "a tread pattern is one of whole cells", "1, or leave [tread_pattern] out"),
+            (has_voids, "voids are those beside whole cells", "1, or air_pumping.patch = \"sealed\""),
+            (is_truncated, "sub-cells need the whole sums", "1, or leave lateral_terms and wavenumber_aliases out"),
+            (
+                !matches!(law, Some(Law::Elastic | Law::PowerLaw)),
+                "sub-cells creep as a tread of the law \"power-law\" does, or not at all",
+                "1, or an elastic or power-law material of the outermost layer",
+            ),
+        ];
+        refusals.into_iter().find(|(refused, ..)| *refused).map(|(_, wrong, right)| [wrong, right])
     }
 
     /// True if the contact has tangential forces or adhesion; friction of 0 alone is contact without either.

@@ -279,6 +279,7 @@ fn contact() -> impl Strategy<Value = Contact> {
                 slice_coupling: coupling.0,
                 local_compliance: coupling.1,
                 cells_across,
+                sub_cells: None,
                 cells_along,
                 slice_tolerance,
                 largest_slice_error,

@@ -25,7 +25,7 @@ use crate::counters::Job;
 use crate::plan::front::FrontRow;
 use crate::plan::{Plan, unit};
 use crate::run::RunError;
-use crate::scene::{LoadedScene, Numerics, Road, Scene, SceneError, Zone};
+use crate::scene::{Contact, LoadedScene, Numerics, Road, Scene, SceneError, Zone};
 use crate::study::trial::{RunDifference, SETTLING, Trials, least_rate};
 use crate::tyre::poles::expected_fit;
 use runs::StudyRuns;
@@ -67,7 +67,7 @@ pub fn study(loaded: &LoadedScene, options: &StudyOptions, job: Job<'_>) -> Resu
     }
     // 1. What will be rolled. Over cells the knobs of a whole study take long enough without presets.
     let has_presets = sweep == Sweep::Presets || sweep == Sweep::Knobs && scene.contact.zone == Zone::Slices;
-    let rows = FrontRow::all(scene.contact.zone).iter().filter(|_| has_presets);
+    let rows = FrontRow::all(scene).iter().filter(|_| has_presets);
     let mut named: Vec<(&str, Settings)> =
         rows.map(|row| (row.preset.name(), Settings::of_row(scene, row, highest))).collect();
     let of_scene = Settings::of(scene);
@@ -138,9 +138,10 @@ impl Study {
 
     /// The presets that were rolled, with their stated errors \[dB\].
     pub fn presets(&self) -> impl Iterator<Item = (&StudyPoint, f64)> {
-        let rows = FrontRow::all(self.reference.settings.contact.zone).iter();
-        rows.filter_map(move |row| {
-            let point = self.named.iter().find(|point| point.label == row.preset.name())?;
+        self.named.iter().filter_map(|point| {
+            let Contact { zone, sub_cells, .. } = point.settings.contact;
+            let mut rows = FrontRow::table(zone, sub_cells > Some(1)).iter();
+            let row = rows.find(|row| row.preset.name() == point.label)?;
             Some((point, row.error(self.options.highest)?))
         })
     }

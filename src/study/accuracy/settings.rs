@@ -59,7 +59,7 @@ impl Settings {
         let across = row.cells_across(scene, highest);
         if contact.zone == Zone::Cells {
             numerics.contact_tolerance = row.cell_tolerance;
-            contact.cells_across = Some(across);
+            (contact.cells_across, contact.sub_cells) = (Some(across), Some(row.sub_cells));
         } else {
             *cell_length = row.cell_for(scene, highest);
             contact.cells_across = contact.cells_across.map(|_| across);
@@ -68,8 +68,8 @@ impl Settings {
         settings
     }
 
-    /// Settings of the reference: twice the scene's elements and as many steps as the highest frequency needs, unless
-    /// given.
+    /// Settings of the reference: twice the scene's elements, or cells as small as its sub-cells, and as many steps as
+    /// the highest frequency needs, unless given.
     pub(crate) fn reference(scene: &Scene, options: &StudyOptions) -> Self {
         let StudyOptions { highest, elements, substeps, sweep, .. } = *options;
         // Steps in a period of the highest frequency, tolerances of poles and sums.
@@ -77,7 +77,8 @@ impl Settings {
         let mut settings = Self::of(scene);
         let Self { numerics, contact, cell_length } = &mut settings;
         // A multiple of 16: all parts of it are even.
-        let elements = elements.unwrap_or(2 * numerics.elements).div_ceil(16) * 16;
+        let finer = contact.sub_cells.take().map_or(2, |sub_cells| sub_cells.max(2));
+        let elements = elements.unwrap_or(finer * numerics.elements).div_ceil(16) * 16;
         let substeps = substeps.unwrap_or_else(|| {
             let steps = per_period * highest * scene.tyre.circumference / scene.rolling.speed();
             // An even number: it is halved to see whether it is enough.
@@ -92,6 +93,7 @@ impl Settings {
         if contact.zone == Zone::Cells {
             numerics.pole_tolerance = POLES_OF_CELLS;
             numerics.contact_tolerance = numerics.contact_tolerance.min(CONTACT_OF_CELLS);
+            contact.sub_cells = Some(1);
             let square = square_cells(&scene.tyre, elements);
             contact.cells_across = contact.cells_across.map(|across| square.max(2 * across));
         } else {
@@ -134,7 +136,10 @@ impl Settings {
     pub(crate) fn label(&self) -> String {
         let Self { numerics, contact, .. } = self;
         let (elements, substeps, rule) = (numerics.elements, numerics.substeps, numerics.time_rule.name());
-        let cells = contact.cells_across.map_or_else(String::new, |cells| format!(", {cells} cells across"));
+        let mut cells = contact.cells_across.map_or_else(String::new, |cells| format!(", {cells} cells across"));
+        if let Some(sub_cells @ 2..) = contact.sub_cells {
+            cells.push_str(&format!(", {sub_cells} x {sub_cells} sub-cells"));
+        }
         let history = match numerics.history {
             History::Modal => format!("poles {:.0e}", numerics.pole_tolerance),
             History::Direct => format!("memory {} s", numerics.memory),

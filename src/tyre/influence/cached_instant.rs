@@ -3,6 +3,8 @@
 
 use std::convert::Infallible;
 
+use serde::Serialize;
+
 use super::cell_influence::CellInfluence;
 use super::cell_sums::CellSums;
 use crate::storage::cache::key;
@@ -28,11 +30,32 @@ impl Cached for CellInfluence {
 impl CellSums {
     /// [`Self::instant`] from the cache, computed and stored where it is not there, or where the cache cannot be used.
     pub fn cached_instant(&self, s: f64, columns: usize) -> CellInfluence {
-        let make = || Ok::<_, Infallible>(self.instant(s, columns));
-        let Ok(influence) = match (Cache::open(), key::<CellInfluence>(&(self.identity(), s, columns))) {
-            (Ok(cache), Ok(key)) => cache.fetch(&key, &mut Vec::new(), make),
-            _ => make(),
-        };
-        influence
+        cached(&(self.identity(), s, columns), || self.instant(s, columns))
     }
+
+    /// [`Self::short_waves`] in the same way.
+    pub(super) fn cached_short_waves(&self, columns: usize, last: (i64, usize)) -> CellInfluence {
+        cached(&(self.identity(), last, columns), || self.short_waves(columns, last))
+    }
+
+    /// [`Self::blended_instant`] in the same way; `name` stands for the `share`.
+    pub(crate) fn cached_blended_instant(
+        &self,
+        s: f64,
+        columns: usize,
+        last: (i64, usize),
+        (other, name, share): (&Self, &str, &(dyn Fn(f64, f64) -> f64 + Sync)),
+    ) -> CellInfluence {
+        let of = (self.identity(), other.identity(), name, last, s, columns);
+        cached(&of, || self.blended_instant(s, columns, last, (other, share)))
+    }
+}
+
+fn cached(of: &impl Serialize, make: impl Fn() -> CellInfluence) -> CellInfluence {
+    let made = || Ok::<_, Infallible>(make());
+    let Ok(influence) = match (Cache::open(), key::<CellInfluence>(of)) {
+        (Ok(cache), Ok(key)) => cache.fetch(&key, &mut Vec::new(), made),
+        _ => made(),
+    };
+    influence
 }

@@ -1,6 +1,6 @@
 //! Tables of the influence between cells, and how sums over the waves along make them.
 
-use std::ops::{AddAssign, SubAssign};
+use std::ops::{AddAssign, MulAssign, SubAssign};
 
 use serde::{Deserialize, Serialize};
 
@@ -98,6 +98,14 @@ impl AddAssign<&Self> for CellInfluence {
         };
         self.odd = self.odd.take().or_else(|| other.odd.as_ref().map(zeros));
         self.change(other, |value, other| *value += other);
+    }
+}
+
+impl MulAssign<f64> for CellInfluence {
+    fn mul_assign(&mut self, factor: f64) {
+        let odd = self.odd.iter_mut().flat_map(|odd| [&mut odd.toeplitz, &mut odd.hankel]);
+        let tables = [&mut self.toeplitz, &mut self.hankel].into_iter().chain(odd);
+        tables.flatten().for_each(|value| *value *= factor);
     }
 }
 

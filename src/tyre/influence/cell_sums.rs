@@ -124,25 +124,68 @@ impl CellSums {
 
     /// Influence between cells at a real s \[1/s\], up to `columns` along.
     pub fn instant(&self, s: f64, columns: usize) -> CellInfluence {
-        let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
-        let (grid, tail) = (&self.grid, HalfSpace::of(&self.kernel, &at));
-        // Odd parts vanish at s = 0, too.
-        let turns = self.turns && s > 0.0;
+        let at = RealInstant::new(self, s);
+        self.summed(columns, self.last_of_instant(), at.tail.as_ref(), at.turns, &|n, m| at.compliance(n, m))
+    }
+
+    /// Influence between cells at rest of waves beyond the numbers `last`.
+    pub(super) fn short_waves(&self, columns: usize, last: (i64, usize)) -> CellInfluence {
+        let at = RealInstant::new(self, 0.0);
+        let compliance = |n: i64, m: usize| if n <= last.0 && m <= last.1 { [0.0; 2] } else { at.compliance(n, m) };
+        self.summed(columns, self.last_of_instant(), at.tail.as_ref(), false, &compliance)
+    }
+
+    /// Influence between cells at a real s \[1/s\] of this tyre, where waves beyond the numbers `last` have nothing but
+    /// the modulus of the tread at that s: without inertia. Of the others the part `share` of (kx, ky) has the
+    /// compliance of another tyre.
+    pub(super) fn blended_instant(
+        &self,
+        s: f64,
+        columns: usize,
+        last: (i64, usize),
+        (other, share): (&Self, &(dyn Fn(f64, f64) -> f64 + Sync)),
+    ) -> CellInfluence {
+        let [at, of_other, rest] = [(self, s), (other, s), (self, 0.0)].map(|(sums, s)| RealInstant::new(sums, s));
+        let inverse_shear = |at: &RealInstant<'_>| at.at.tread().inverse_shear.re;
+        let waves = self.grid.waves();
+        let compliance = |n: i64, m: usize| {
+            if n > last.0 {
+                return [0.0; 2];
+            }
+            let share = share(waves.kx(n), waves.ky(m));
+            let [even, odd] = at.compliance(n, m);
+            let other = if share > 0.0 { of_other.compliance(n, m) } else { [0.0; 2] };
+            [(1.0 - share) * even + share * other[0], (1.0 - share) * odd + share * other[1]]
+        };
+        let mut influence = self.cached_short_waves(columns, last);
+        influence *= inverse_shear(&at) / inverse_shear(&rest);
+        // A sum's last wave counts without its mirror: it is one that has no compliance.
+        let last = (last.0 + 1, last.1);
+        influence += &self.summed(columns, last, None, at.turns || of_other.turns, &compliance);
+        influence
+    }
+
+    /// The same tyre on other cells.
+    pub(crate) fn on_grid(&self, grid: CellGrid) -> Self {
+        let identity = format!("{} {grid:?}", self.identity);
+        Self { grid, identity, ..self.clone() }
+    }
+
+    /// Influence between cells of waves up to the numbers `last` with the even and odd parts of a compliance
+    /// \[m^3/N\], and of a half-space beyond them.
+    fn summed(
+        &self,
+        columns: usize,
+        (last_around, last_m): (i64, usize),
+        tail: Option<&HalfSpace>,
+        turns: bool,
+        compliance: &(dyn Fn(i64, usize) -> [f64; 2] + Sync),
+    ) -> CellInfluence {
+        let grid = &self.grid;
         let elements = grid.elements();
         let waves = grid.waves();
-        let (last_around, last_m) = self.last_of_instant();
         let numbers: Vec<usize> = grid.lateral_numbers().take_while(|&m| m <= last_m).collect();
-        let compliance = |n: i64, m: usize| match &tail {
-            Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => {
-                [tail.compliance(waves.kx(n), waves.ky(m)), 0.0]
-            }
-            _ if turns => {
-                let Parts { even, odd } = at.normal_parts(n, m, Field::Surface);
-                [even.re, odd.re]
-            }
-            _ => [at.normal(n, m, Field::Surface).re, 0.0],
-        };
-        let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none());
+        let closed = tail.filter(|_| self.truncation.aliases.is_none());
         let around = Around { grid, last: last_around, truncated: closed.is_none(), columns };
         // For each m: the sum over n at each distance along, and the tail above the last n.
         let of_number = |ring: &mut Ring, m: usize| {
@@ -170,6 +213,38 @@ impl CellSums {
             tail.add_lateral_rest(&mut influence, &around, last);
         }
         influence
+    }
+}
+
+/// The kernel at one real s.
+struct RealInstant<'a> {
+    sums: &'a CellSums,
+    at: KernelAt,
+    tail: Option<HalfSpace>,
+    /// True if waves forwards and backwards differ; odd parts vanish at s = 0, too.
+    turns: bool,
+}
+
+impl<'a> RealInstant<'a> {
+    fn new(sums: &'a CellSums, s: f64) -> Self {
+        let kernel = &sums.kernel;
+        let at = if s > 0.0 { kernel.at(Complex64::new(s, 0.0)) } else { kernel.at_rest() };
+        Self { sums, tail: HalfSpace::of(kernel, &at), at, turns: sums.turns && s > 0.0 }
+    }
+
+    /// Even and odd part of a wave's compliance \[m^3/N\].
+    fn compliance(&self, n: i64, m: usize) -> [f64; 2] {
+        let (waves, at) = (self.sums.grid.waves(), &self.at);
+        match &self.tail {
+            Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => {
+                [tail.compliance(waves.kx(n), waves.ky(m)), 0.0]
+            }
+            _ if self.turns => {
+                let Parts { even, odd } = at.normal_parts(n, m, Field::Surface);
+                [even.re, odd.re]
+            }
+            _ => [at.normal(n, m, Field::Surface).re, 0.0],
+        }
     }
 }
 

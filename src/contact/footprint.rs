@@ -60,7 +60,7 @@ pub struct TangentialPart {
     pub bonded: usize,
 }
 
-/// What touches the road where cells have sub-cells: row by row of the window.
+/// Sub-cells, which touch the road where cells have some: row by row of the window.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SubCells {
     /// Forces by stage and sub-cell \[N\].
@@ -250,7 +250,7 @@ impl Footprint {
         self.sub_cells.as_deref()
     }
 
-    /// What touches the road, points or their sub-cells: number of the first one, forces \[N\] and displacements \[m\]
+    /// Points that touch the road, or their sub-cells: number of the first one, forces \[N\] and displacements \[m\]
     /// at the step's instants.
     pub(crate) fn touching(&self) -> (i64, &[f64], &[f64]) {
         match &self.sub_cells {

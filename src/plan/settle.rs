@@ -164,7 +164,10 @@ impl Settling<'_> {
             || "no error is stated for such a scene,".to_owned(),
             |error| format!("third octaves within {} dB up to fmax", short(error)),
         );
-        let error_and_work = format!("{error} at {} times the work of \"standard\"", short(row.cost));
+        let parts = row.parts.map_or_else(String::new, |[length, width, step]| {
+            format!(" (up to 1 kHz by length of cells {length:.1}, width {width:.1}, time step {step:.1} dB)")
+        });
+        let error_and_work = format!("{error}{parts} at {} times the work of \"standard\"", short(row.cost));
         if self.scene.numerics.preset.is_some() {
             self.choose("numerics.preset", name.to_owned(), format!("given: {error_and_work}"));
         } else {

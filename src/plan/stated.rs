@@ -106,7 +106,7 @@ mod tests {
         scene.contact.zone = Zone::Cells;
         assert_eq!(stated(&scene), Err(Unstated::Coarser("contact.sub_cells")));
         scene.contact.sub_cells = Some(3);
-        assert_eq!(stated(&scene), Ok(1.5_f64.to_bits()));
+        assert_eq!(stated(&scene), Ok(2.5_f64.to_bits()));
         scene.contact.sub_cells = Some(1);
         assert_eq!(stated(&scene), Err(Unstated::Coarser("numerics.elements")));
         scene.numerics.elements *= 2;
@@ -132,7 +132,7 @@ mod tests {
         // Twice as many elements with sub-cells are those of "standard".
         scene.numerics.elements *= 2;
         scene.contact.sub_cells = Some(3);
-        assert_eq!(stated(&scene), Ok(1.5_f64.to_bits()));
+        assert_eq!(stated(&scene), Ok(2.5_f64.to_bits()));
     }
 
     #[test]
@@ -151,7 +151,7 @@ mod tests {
             (FrontRow::stated_error(&scene).map(|(_, error)| error.to_bits()), reported)
         };
         assert_eq!(preset("slices", "").0, Ok(1.0_f64.to_bits()));
-        assert_eq!(preset("cells", "").0, Ok(1.5_f64.to_bits()));
+        assert_eq!(preset("cells", "").0, Ok(2.5_f64.to_bits()));
         assert_eq!(preset("cells", "contact.sub_cells=1").0, Ok(3.0_f64.to_bits()));
         for (zone, key, value) in [
             ("slices", "contact.cells_across", "20"),

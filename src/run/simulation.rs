@@ -53,7 +53,7 @@ pub struct Simulation {
     /// Observers that the caller has added.
     observers_of_caller: Vec<Box<dyn Observer>>,
     /// Power put in by the contact, if an observer needs it.
-    /// Of all forces, and of cells that have sub-cells.
+    /// Power of all forces, and that of the tyre's waves where cells have sub-cells.
     power: Option<(ContactPower, Option<ContactPower>)>,
     arrays: Option<Arrays>,
     /// Cost so far.

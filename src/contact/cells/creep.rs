@@ -46,9 +46,9 @@ struct Part {
     kappa: f32,
     /// Weight of a force in e_r at its own instant; that of what the rule knows from before is the rest to 1.
     of_force: f32,
-    /// Of a Runge-Kutta rule e_r at the step's beginning and at its stages before this one, else at the steps before.
+    /// e_r at the step's beginning and at its stages before this one by a Runge-Kutta rule, else at the steps before.
     known: Vec<Vec<f32>>,
-    /// What the instant begins with.
+    /// e_r at the instant if it carried no force, but for the weight.
     base: Vec<f32>,
 }
 

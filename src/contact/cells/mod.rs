@@ -9,8 +9,8 @@
 //!   [`direct`]: as sums, the reference;
 //! - [`resting`]: contact at rest; [`gaps`]: gaps under a tyre that stands on a road;
 //! - [`zone`]: one instant, from the history to the forces;
-//! - [`two_scales`]: the same where cells carry the tyre's waves and their sub-cells touch, by [`interpolation`] between
-//!   both and by [`creep`] of the sub-cells.
+//! - [`two_scales`]: the same where cells carry the tyre's waves and their sub-cells touch, by [`interpolation`]
+//!   between both and by [`creep`] of the sub-cells.
 //!
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
 //!

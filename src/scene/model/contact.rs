@@ -10,7 +10,7 @@ use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Whole};
 use crate::scene::sizes::MOST_CELLS;
 use crate::scene::table::{Keys, Nested, Table};
 
-/// Most sub-cells of a cell along and across: they are 1 mm long where cells are 8 mm, which waves of the tread are not.
+/// Most sub-cells of a cell along and across: they are 1 mm long where cells are 8 mm, about as long as cells can be.
 const MOST_SUB_CELLS: u64 = 8;
 
 /// Default bound of the error of levels computed by slices \[dB\].

@@ -16,7 +16,7 @@ use realfft::RealFftPlanner;
 use tyrewave::counters::{Meter, Stage};
 use tyrewave::internals::{
     ActiveSet, DirectHistory, FactorCache, FactorCounts, FitOptions, ForceHistory, INSTANTS, LagKernel, ModalHistory,
-    RationalModel, Ring, Weights, fetch_model, plate_scene, plate_tyre,
+    RationalModel, Ring, SinglePrecision, Weights, fetch_model, plate_scene, plate_tyre,
 };
 use tyrewave::scene::TimeRule;
 use tyrewave::tyre::{Field, InfluenceSum};
@@ -83,8 +83,8 @@ fn history(criterion: &mut Criterion) {
 /// direct sum with them differs from it by rounding only.
 fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: usize) -> Weights {
     let elements = model.elements;
-    let mut history =
-        ModalHistory::with_blocks(model, Field::Surface, rule, time_step, elements, 1).expect("the surface is fitted");
+    let mut history = ModalHistory::with_blocks(model, Field::Surface, rule, time_step, elements, 1, None)
+        .expect("the surface is fitted");
     let forward = RealFftPlanner::<f64>::new().plan_fft_forward(elements);
     let (mut ring, mut waves) = (forward.make_input_vec(), forward.make_output_vec());
     let mut values = vec![0.0; waves.len() * lags];
@@ -102,9 +102,9 @@ fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: us
     Weights { values, odd: Vec::new(), lags, at_rest, evaluations: 0 }
 }
 
-/// The history by poles, in single instants or in blocks, and by the direct sum over the default memory; the number of
-/// elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`. One iteration by poles is 240 instants, so that whole blocks are
-/// timed.
+/// The history by poles, in single instants or in blocks, in double or single precision, and by the direct sum over
+/// the default memory; the number of elements doubles, or is `TYREWAVE_BENCH_ELEMENTS`. One iteration by poles is
+/// 240 instants, so that whole blocks are timed.
 fn modal(criterion: &mut Criterion) {
     const ROUND: i64 = 240;
     /// Memory of the direct sum \[s\].
@@ -132,12 +132,12 @@ fn modal(criterion: &mut Criterion) {
                 history.push(instant, &forces);
             }
         };
-        let history = |instants| {
-            ModalHistory::with_blocks(&model, Field::Surface, TimeRule::Bdf2, time_step, columns, instants)
+        let history = |instants, single| {
+            ModalHistory::with_blocks(&model, Field::Surface, TimeRule::Bdf2, time_step, columns, instants, single)
                 .expect("the surface is fitted")
         };
         let mut exact = vec![0.0; columns];
-        roll(&mut history(1), &mut exact, 0, ROUND);
+        roll(&mut history(1, None), &mut exact, 0, ROUND);
         let largest = exact.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
         let checked = |name: &str, old: &[f64], bound: f64| {
             let error = old.iter().zip(&exact).fold(0.0_f64, |a, (b, c)| a.max((b - c).abs())) / largest;
@@ -149,12 +149,14 @@ fn modal(criterion: &mut Criterion) {
         // All lengths of blocks for the cheapest size; otherwise the plain recursion and the length in use.
         let lengths: &[usize] =
             if elements <= 128 || wanted.is_some() { &[1, 2, 4, INSTANTS, 16, 40] } else { &[1, INSTANTS] };
-        for &instants in lengths {
-            let (mut blocks, mut old) = (history(instants), vec![0.0; columns]);
+        let single = Some(SinglePrecision { tolerance: 1e-3, substeps: 1 });
+        let double = lengths.iter().map(|&instants| ("block", instants, None, 1e-12));
+        for (name, instants, single, bound) in double.chain([("single precision, block", INSTANTS, single, 1e-4)]) {
+            let (mut blocks, mut old) = (history(instants, single), vec![0.0; columns]);
             roll(&mut blocks, &mut old, 0, ROUND);
-            checked(&format!("blocks of {instants}"), &old, 1e-12);
+            checked(&format!("{name} of {instants}"), &old, bound);
             let mut begin = ROUND;
-            group.bench_function(BenchmarkId::new("block", instants), |bench| {
+            group.bench_function(BenchmarkId::new(name, instants), |bench| {
                 bench.iter(|| {
                     roll(&mut blocks, black_box(&mut old), begin, ROUND);
                     begin += ROUND;

@@ -26,7 +26,7 @@ pub use crate::contact::complementarity::ldlt::Ldlt;
 pub use crate::contact::complementarity::{FactorCache, FactorCounts, LINE, SliceLaw, add_to_diagonal, packed_length};
 pub use crate::contact::footprint::TangentialPart;
 pub use crate::contact::geometry::Geometry;
-pub use crate::contact::history::{DirectHistory, ForceHistory, INSTANTS, LagKernel, ModalHistory};
+pub use crate::contact::history::{DirectHistory, ForceHistory, INSTANTS, LagKernel, ModalHistory, SinglePrecision};
 pub use crate::contact::kernel::{ContactKernel, EqualBedding};
 pub use crate::contact::local_compliance::formula::tread_modulus;
 pub use crate::contact::local_compliance::local_compliance;

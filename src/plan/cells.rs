@@ -189,7 +189,7 @@ impl Plan {
         self.scene.numerics.contact_tolerance.max(LEAST_FRICTION_TOLERANCE)
     }
 
-    /// True if the tolerance of the contact conditions permits single precision for the history of cells.
+    /// True if the tolerance of the contact conditions permits single precision for the history by poles.
     pub(crate) fn is_single(&self) -> bool {
         self.cell_tolerance() >= SINGLE
     }

@@ -42,8 +42,8 @@ pub(crate) struct FrontRow {
     pub steps_per_period: f64,
     /// Tolerance of the poles.
     pub pole_tolerance: f64,
-    /// Tolerance of the contact conditions over cells.
-    pub cell_tolerance: f64,
+    /// Tolerance of the contact conditions.
+    pub contact_tolerance: f64,
     /// Largest cell of a made road of the default's wavelengths, if V/fmax is 22 mm at least \[m\]; over cells their
     /// largest width.
     pub cell: f64,
@@ -70,7 +70,7 @@ impl FrontRow {
             time_rule: TimeRule::Sdirk2,
             steps_per_period: 2.9,
             pole_tolerance: 1e-3,
-            cell_tolerance: 1e-4,
+            contact_tolerance: 1e-6,
             cell: 2.6e-3,
             sub_cells: 1,
             slice_tolerance: 1e-6,
@@ -85,7 +85,7 @@ impl FrontRow {
             time_rule: TimeRule::Sdirk2,
             steps_per_period: 5.8,
             pole_tolerance: 1e-3,
-            cell_tolerance: 1e-5,
+            contact_tolerance: 1e-6,
             cell: 2e-3,
             sub_cells: 1,
             slice_tolerance: 3e-7,
@@ -100,7 +100,7 @@ impl FrontRow {
             time_rule: TimeRule::Sdirk2,
             steps_per_period: 11.6,
             pole_tolerance: 1e-3,
-            cell_tolerance: 1e-6,
+            contact_tolerance: 1e-6,
             cell: 1e-3,
             sub_cells: 1,
             slice_tolerance: 1e-7,
@@ -160,10 +160,10 @@ impl FrontRow {
         [per_wavelength, longest_element]: [f64; 2],
         [steps_per_period, cell]: [f64; 2],
         sub_cells: usize,
-        [pole_tolerance, cell_tolerance]: [f64; 2],
+        [pole_tolerance, contact_tolerance]: [f64; 2],
     ) -> Self {
         let resolution = Self { per_wavelength, longest_element, steps_per_period, cell, sub_cells, ..self };
-        Self { pole_tolerance, cell_tolerance, ..resolution }
+        Self { pole_tolerance, contact_tolerance, ..resolution }
     }
 
     /// Stated error for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].

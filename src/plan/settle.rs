@@ -201,9 +201,9 @@ impl Settling<'_> {
             self.scene.numerics.pole_tolerance = row.pole_tolerance;
             self.choose("numerics.pole_tolerance", format!("{:.0e}", row.pole_tolerance), why.clone());
         }
-        if self.scene.contact.zone == Zone::Cells && open("numerics.contact_tolerance") {
-            self.scene.numerics.contact_tolerance = row.cell_tolerance;
-            self.choose("numerics.contact_tolerance", format!("{:.0e}", row.cell_tolerance), why.clone());
+        if open("numerics.contact_tolerance") {
+            self.scene.numerics.contact_tolerance = row.contact_tolerance;
+            self.choose("numerics.contact_tolerance", format!("{:.0e}", row.contact_tolerance), why.clone());
         }
         let has_texture = self.scene.effects.texture != Switch::Off;
         if slices && has_texture {

@@ -75,7 +75,7 @@ impl FrontRow {
             ("contact.cells_along", along.is_some_and(|cells| is_wide(element, cells))),
             ("contact.slice_tolerance", over_slices && contact.slice_tolerance > self.slice_tolerance),
             ("numerics.pole_tolerance", numerics.pole_tolerance > self.pole_tolerance),
-            ("numerics.contact_tolerance", over_cells && numerics.contact_tolerance > self.cell_tolerance),
+            ("numerics.contact_tolerance", numerics.contact_tolerance > self.contact_tolerance),
             ("numerics.influence_tolerance", numerics.influence_tolerance > Numerics::default().influence_tolerance),
         ];
         let is_of_another_kind = [
@@ -157,6 +157,7 @@ mod tests {
             ("slices", "contact.cells_across", "20"),
             ("slices", "contact.slice_tolerance", "1e-6"),
             ("slices", "numerics.pole_tolerance", "2e-3"),
+            ("slices", "numerics.contact_tolerance", "1e-5"),
             ("slices", "numerics.influence_tolerance", "1e-6"),
             ("cells", "contact.cells_across", "20"),
             ("cells", "contact.sub_cells", "2"),

@@ -69,6 +69,7 @@ fn missing_settings_follow_from_preset_and_accuracy() {
                 "numerics.time_rule",
                 "numerics.history",
                 "numerics.pole_tolerance",
+                "numerics.contact_tolerance",
                 "contact.slice_tolerance",
                 "contact.cells_across",
                 "numerics.elements",
@@ -105,6 +106,7 @@ fn keys_that_are_given_stay_beside_a_preset() {
     let chosen: Vec<&str> = plan.choices.iter().map(|choice| choice.key).collect();
     let expected = [
         "numerics.preset",
+        "numerics.contact_tolerance",
         "contact.slice_tolerance",
         "contact.cells_across",
         "numerics.substeps",
@@ -121,14 +123,14 @@ fn a_preset_over_cells_asks_for_no_more_than_it_needs() {
             planned(&replaced(&text, &[("tread = \"elastic\"", "zone = \"cells\"")])).unwrap()
         };
         let plan = cells("");
-        assert!((plan.cell_tolerance() / row.cell_tolerance - 1.0).abs() < 1e-12);
+        assert!((plan.cell_tolerance() / row.contact_tolerance - 1.0).abs() < 1e-12);
         assert!(plan.is_single() && plan.fewer_poles().is_some());
         assert!(plan.choices.iter().any(|choice| choice.key == "numerics.contact_tolerance"));
         let exact = cells("contact_tolerance = 1e-12");
         assert!(!exact.is_single() && exact.fewer_poles().is_none());
     }
-    let slices = planned(&open("preset = \"draft\"")).unwrap();
-    assert!((slices.scene.numerics.contact_tolerance / 1e-12 - 1.0).abs() < 1e-9);
+    let slices = |keys: &str| planned(&open(keys)).unwrap().is_single();
+    assert!(slices("preset = \"draft\"") && !slices("preset = \"draft\"\ncontact_tolerance = 1e-12"));
 }
 
 #[test]

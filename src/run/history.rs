@@ -1,7 +1,7 @@
 //! Histories of contact over slices, made for a planned scene.
 
 use crate::contact::ContactError;
-use crate::contact::history::{DirectHistory, ForceHistory, LagKernel, ModalHistory};
+use crate::contact::history::{DirectHistory, ForceHistory, INSTANTS, LagKernel, ModalHistory, SinglePrecision};
 use crate::contact::kernel::{ContactKernel, EqualBedding};
 use crate::contact::stability::{UNSTABLE, unstable_zero};
 use crate::counters::{Counter, Job, Stage};
@@ -74,7 +74,9 @@ impl HistoryBuilder<'_> {
         job.meter.count(Counter::Poles, model.order() as u64);
         job.meter.time(Stage::Influence, || self.check_stability(&model, &mut job.warnings))?;
         let field = self.plan.field;
-        let history = ModalHistory::new(&model, field, rule, time_step, self.columns);
+        let (tolerance, substeps) = (self.plan.fit.tolerance, self.plan.scene.numerics.substeps);
+        let single = self.plan.is_single().then_some(SinglePrecision { tolerance, substeps });
+        let history = ModalHistory::with_blocks(&model, field, rule, time_step, self.columns, INSTANTS, single);
         let (first, odd) = ModalHistory::first_weights(&model, field, rule, time_step)
             .zip(ModalHistory::odd_first_weights(&model, field, rule, time_step))
             .ok_or(ContactError::NoSuchField)?;

@@ -74,12 +74,12 @@ fn a_mass_too_light_for_uncoupled_points_is_refused() {
     of(200.0).unwrap();
 }
 
-/// `scenes/cells.toml` with the given elements and cells across, to a tolerance of the contact conditions: forces, and
-/// processor seconds per step.
-fn cells_to(elements: usize, across: usize, tolerance: f64, seconds: f64) -> (Vec<f64>, f64, f64) {
+/// The default scene with the given settings of contact and poles, to a tolerance of the contact conditions: forces,
+/// processor seconds per step, and the time step.
+fn rolled_to(contact: &str, poles: &str, tolerance: f64, seconds: f64) -> (Vec<f64>, f64, f64) {
     let settings = [
-        format!("contact={{zone=\"cells\",cells_across={across}}}"),
-        format!("numerics={{elements={elements},pole_tolerance=1e-4,contact_tolerance={tolerance:e}}}"),
+        format!("contact={{{contact}}}"),
+        format!("numerics={{{poles},contact_tolerance={tolerance:e}}}"),
         "rolling.axle={indentation=0.0168,ramp=0.0}".to_owned(),
         "rolling.warm_up=0.0".to_owned(),
         format!("rolling.duration={seconds}"),
@@ -97,30 +97,50 @@ fn cells_to(elements: usize, across: usize, tolerance: f64, seconds: f64) -> (Ve
     (forces, spent.as_secs_f64() / plan.steps as f64, plan.time_step)
 }
 
+/// Third octaves of a force after its first fifth.
+fn levels(forces: &[f64], time_step: f64) -> Vec<BandLevel> {
+    let skipped = forces.len() / 5;
+    PowerSpectrum::of(&forces[skipped..], time_step, Some(0.1)).unwrap().third_octaves(60.0, 1.0)
+}
+
+/// Largest difference of levels below a frequency \[dB\].
+fn difference(a: &[BandLevel], b: &[BandLevel], high: f64) -> f64 {
+    let bands = a.iter().zip(b).filter(|(a, _)| a.band.mid_frequency() < high);
+    bands.fold(0.0_f64, |worst, (a, b)| worst.max((a.level - b.level).abs()))
+}
+
+#[test]
+fn single_precision_changes_levels_of_slices_by_less_than_2e_3_db() {
+    // The second tolerance is the least that permits single precision, the first hardly smaller.
+    let found = [9.999e-7, 1e-6].map(|tolerance| {
+        let (forces, _, time_step) = rolled_to("zone=\"slices\"", "elements=256,pole_tolerance=1e-3", tolerance, 0.5);
+        levels(&forces, time_step)
+    });
+    let error = difference(&found[0], &found[1], 2100.0);
+    println!("{error:.1e} dB");
+    assert!(error > 0.0 && error < 2e-3, "{error:e}");
+}
+
 #[test]
 #[ignore = "measures"]
-fn times_and_levels_of_cells_by_tolerance() {
-    let levels = |forces: &[f64], time_step: f64| {
-        let skipped = forces.len() / 5;
-        PowerSpectrum::of(&forces[skipped..], time_step, Some(0.1)).unwrap().third_octaves(60.0, 1.0)
-    };
-    let (elements, across) = (512, 30);
-    let mut exact: Option<Vec<BandLevel>> = None;
-    for tolerance in [1e-12, 1e-6, 1e-5, 1e-4] {
-        let (forces, each, time_step) = cells_to(elements, across, tolerance, 0.5);
-        let found = levels(&forces, time_step);
-        let exact = exact.get_or_insert_with(|| found.clone());
-        let of = |high: f64| {
-            let bands = exact.iter().zip(&found).filter(|(a, _)| a.band.mid_frequency() < high);
-            bands.fold(0.0_f64, |worst, (a, b)| worst.max((a.level - b.level).abs()))
-        };
-        println!(
-            "{elements} x {across} to {tolerance:.0e}: {:.0} us a step, {:.3} of real time; \
-             off by {:.4} dB to 2 kHz, {:.4} dB to 4 kHz",
-            1e6 * each,
-            time_step / each,
-            of(2100.0),
-            of(4100.0)
-        );
+fn times_and_levels_by_tolerance() {
+    let cells = ("zone=\"cells\",cells_across=30", "elements=512,pole_tolerance=1e-4", [1e-12, 1e-6, 1e-5, 1e-4], 0.5);
+    let slices = |poles| ("zone=\"slices\"", poles, [1e-12, 9.999e-7, 1e-6, 1e-5], 2.0);
+    let [short, long] = ["elements=512,pole_tolerance=1e-3", "elements=1024,pole_tolerance=1e-3"].map(slices);
+    for (contact, poles, tolerances, seconds) in [cells, short, long] {
+        let mut exact: Option<Vec<BandLevel>> = None;
+        for tolerance in tolerances {
+            let (forces, each, time_step) = rolled_to(contact, poles, tolerance, seconds);
+            let found = levels(&forces, time_step);
+            let exact = exact.get_or_insert_with(|| found.clone());
+            println!(
+                "{contact}, {poles}, to {tolerance:.0e}: {:.1} us a step, {:.3} of real time; \
+                 off by {:.5} dB to 2 kHz, {:.5} dB to 4 kHz",
+                1e6 * each,
+                time_step / each,
+                difference(exact, &found, 2100.0),
+                difference(exact, &found, 4100.0)
+            );
+        }
     }
 }

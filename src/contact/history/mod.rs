@@ -3,7 +3,7 @@
 //! - `direct`: the convolution sum in the contact frame, over a memory of stated length: the reference;
 //! - `modes`: one recursion per pole of the rational model: exact for the time rule, without a memory to choose;
 //! - `near`: displacements by the latest forces, which the pass has not taken in yet;
-//! - `far`: the pass over all poles, in the background where there is another thread;
+//! - `far`: the pass over all poles, in double or single precision, in the background where there is another thread;
 //! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors, and their `block_pass`;
 //! - `transfer`: the transfer function of such a recursion.
 //!
@@ -26,8 +26,9 @@ mod turning_tests;
 pub(super) mod wavenumber_group;
 
 pub use direct::{DirectHistory, LagKernel};
-pub(crate) use modes::add_responses;
+pub use far::SinglePrecision;
 pub use modes::{INSTANTS, ModalHistory};
+pub(crate) use transfer::add_responses;
 pub(crate) use wavenumber_group::expected_multiply_adds;
 
 use crate::counters::Meter;

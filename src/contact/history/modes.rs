@@ -22,12 +22,10 @@
 //! more where the tyre turns; in each block the passing over one; for each instant two FFTs of length N, and the cost
 //! of `near`; independent of the memory.
 
-use num_complex::Complex64;
-
 use super::ForceHistory;
-use super::far::Far;
+use super::far::{Far, SinglePrecision};
 use super::near::{self, NearForces};
-use super::transfer::{first_weight, odd_first_weight};
+use super::transfer::{add_responses, first_weight, odd_first_weight};
 use super::wavenumber_group::expected_multiply_adds;
 use crate::counters::{Meter, Stage};
 use crate::numeric::background::Background;
@@ -35,7 +33,7 @@ use crate::numeric::{Ring, transform_multiply_adds};
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::poles::{RationalModel, WaveModes};
+use crate::tyre::poles::RationalModel;
 
 /// Instants of a block at most; a block is a whole number of steps. The other thread passes over the states, which
 /// happens less often with more of them; the march and the transforms hardly depend on them. Measured in runs on two
@@ -76,14 +74,15 @@ pub struct ModalHistory {
 }
 
 impl ModalHistory {
-    /// Recursion at rest, in blocks of [`INSTANTS`], for windows of at most `columns` columns that move on by at most
-    /// an element a step; `None` if the model does not hold the field.
+    /// Recursion at rest, in double precision and in blocks of [`INSTANTS`], for windows of at most `columns` columns
+    /// that move on by at most an element a step; `None` if the model does not hold the field.
     pub fn new(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, columns: usize) -> Option<Self> {
-        Self::with_blocks(model, field, rule, time_step, columns, INSTANTS)
+        Self::with_blocks(model, field, rule, time_step, columns, INSTANTS, None)
     }
 
     /// Recursion as that of [`Self::new`], in blocks of as many whole steps as `instants` hold, one at least: with one
-    /// step it is the plain recursion, to compare with.
+    /// step it is the plain recursion, to compare with. Of forces older than a block the poles may be in `single`
+    /// precision.
     pub fn with_blocks(
         model: &RationalModel,
         field: Field,
@@ -91,6 +90,7 @@ impl ModalHistory {
         time_step: f64,
         columns: usize,
         instants: usize,
+        single: Option<SinglePrecision>,
     ) -> Option<Self> {
         let elements = model.elements;
         let stages = rule.stages();
@@ -102,7 +102,7 @@ impl ModalHistory {
         Some(Self {
             elements,
             instant: 0,
-            far: Background::on_a_thread(Far::new(model, field, rule, time_step, instants)?),
+            far: Background::on_a_thread(Far::new(model, field, rule, time_step, instants, single)?),
             old: vec![vec![0.0; elements]; instants],
             rows,
             near: NearForces::new(&influence, lags, 2 * instants, columns, 2 * instants / stages, model.turns()),
@@ -195,24 +195,6 @@ fn first_influences(
     Some(rows.collect())
 }
 
-/// Adds the displacements by poles with these residues 1, 2, ... instants after a unit force at a stage, all of one
-/// stage together.
-pub(crate) fn add_responses(
-    modes: &WaveModes<'_>,
-    residues: &[Complex64],
-    rule: TimeRule,
-    time_step: f64,
-    lags: usize,
-    weights: &mut [f64],
-) {
-    for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {
-        let (g, w) = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
-        for (stage, response) in weights.chunks_mut(lags).enumerate() {
-            rule.impulse_response([g, w], stage, response);
-        }
-    }
-}
-
 impl ForceHistory for ModalHistory {
     fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter) {
         if self.instant == 0 {
@@ -297,8 +279,9 @@ mod tests {
     #[test]
     fn blocks_are_the_plain_recursion() {
         for (model, rule) in models().iter().flat_map(|model| TimeRule::ALL.map(|rule| (model, rule))) {
-            let history =
-                |instants| ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, COLUMNS, instants).unwrap();
+            let history = |instants| {
+                ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, COLUMNS, instants, None).unwrap()
+            };
             let plain = roll(&mut history(1), rule, 0, 150);
             let largest = plain.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
             for instants in [2, 7, INSTANTS, 40] {
@@ -309,14 +292,32 @@ mod tests {
         }
     }
 
+    /// Recursion in single precision, for poles to within 1e-3.
+    fn single(model: &RationalModel, rule: TimeRule) -> ModalHistory {
+        let single = Some(SinglePrecision { tolerance: 1e-3, substeps: 2 });
+        ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, COLUMNS, INSTANTS, single).unwrap()
+    }
+
+    #[test]
+    fn single_precision_changes_displacements_by_less_than_its_tolerance() {
+        for (model, rule) in models().iter().flat_map(|model| TimeRule::ALL.map(|rule| (model, rule))) {
+            let mut double = ModalHistory::new(model, Field::Surface, rule, 1e-4, COLUMNS).unwrap();
+            let [double, single] = [&mut double, &mut single(model, rule)].map(|history| roll(history, rule, 0, 600));
+            let largest = double.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            let error = double.iter().zip(&single).fold(0.0_f64, |a, (b, c)| a.max((b - c).abs())) / largest;
+            println!("{rule:?}, turns: {}: {error:.1e}", model.turns());
+            assert!(error > 0.0 && error < 1e-4, "{rule:?}, turns: {}: {error:e}", model.turns());
+        }
+    }
+
     #[test]
     fn a_history_goes_on_from_any_instant_of_a_block_bit_for_bit() {
         for (model, rule) in models().iter().flat_map(|model| TimeRule::ALL.map(|rule| (model, rule))) {
-            let history = || ModalHistory::new(model, Field::Surface, rule, 1e-4, COLUMNS).unwrap();
-            for stop in 29..50 {
-                let mut whole = history();
+            let double = |model: &_, rule| ModalHistory::new(model, Field::Surface, rule, 1e-4, COLUMNS).unwrap();
+            for (history, stop) in (29..50).flat_map(|stop| [(double as fn(&_, _) -> _, stop), (single, stop)]) {
+                let mut whole = history(model, rule);
                 roll(&mut whole, rule, 0, stop);
-                let mut restored = history();
+                let mut restored = history(model, rule);
                 SavedState::of(&mut whole).unwrap().restore(&mut restored).unwrap();
                 assert_eq!(roll(&mut whole, rule, stop, 90), roll(&mut restored, rule, stop, 90), "{rule:?}, {stop}");
             }

@@ -42,3 +42,21 @@ pub(crate) fn first_weight(modes: &WaveModes<'_>, rule: TimeRule, time_step: f64
 pub(crate) fn odd_first_weight(modes: &WaveModes<'_>, rule: TimeRule, time_step: f64) -> f64 {
     first_weight(&WaveModes { residues: modes.odd, odd: &[], constant: 0.0, ..*modes }, rule, time_step)
 }
+
+/// Adds the displacements by poles with these residues 1, 2, ... instants after a unit force at a stage, all of one
+/// stage together.
+pub(crate) fn add_responses(
+    modes: &WaveModes<'_>,
+    residues: &[Complex64],
+    rule: TimeRule,
+    time_step: f64,
+    lags: usize,
+    weights: &mut [f64],
+) {
+    for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {
+        let (g, w) = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
+        for (stage, response) in weights.chunks_mut(lags).enumerate() {
+            rule.impulse_response([g, w], stage, response);
+        }
+    }
+}

@@ -56,9 +56,9 @@ impl Settings {
         (numerics.elements, numerics.substeps, numerics.time_rule) = (elements, substeps, row.time_rule);
         (numerics.history, numerics.pole_tolerance) = (History::Modal, row.pole_tolerance);
         (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
+        numerics.contact_tolerance = row.contact_tolerance;
         let across = row.cells_across(scene, highest);
         if contact.zone == Zone::Cells {
-            numerics.contact_tolerance = row.cell_tolerance;
             (contact.cells_across, contact.sub_cells) = (Some(across), Some(row.sub_cells));
         } else {
             *cell_length = row.cell_for(scene, highest);
@@ -98,6 +98,7 @@ impl Settings {
             contact.cells_across = contact.cells_across.map(|across| square.max(2 * across));
         } else {
             (numerics.pole_tolerance, numerics.influence_tolerance) = (poles, sums);
+            numerics.contact_tolerance = Numerics::default().contact_tolerance;
             let of_law = contact.cell_of_law(&scene.road).filter(|_| contact.cells_across.is_none());
             *cell_length = of_law.unwrap_or_else(|| FINEST_CELL * cell_for(scene, highest));
             contact.cells_across =

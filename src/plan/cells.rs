@@ -165,7 +165,9 @@ impl Plan {
 
     /// Cells around a band's ring and across the strip.
     pub(crate) fn grid_of(&self, band: WaveBand) -> CellGrid {
-        CellGrid::new(&self.tyre_of(band), self.scene.numerics.elements, self.cell_grid().across).on_ring(band.ring)
+        let grid = CellGrid::new(&self.tyre_of(band), self.scene.numerics.elements, self.cell_grid().across);
+        let grid = if self.decisions.sub_cells > 1 { grid.of_long_waves() } else { grid };
+        grid.on_ring(band.ring)
     }
 
     /// Cells around the tyre and across its strip.

@@ -119,7 +119,12 @@ impl<'a> CellContact<'a> {
             Some((map, blocks)) => (TreadSurface::with_pattern(crown, &map), blocks),
             None => (crown.into(), None),
         };
-        let resting = RestingCells::new(sums.clone(), tread.clone(), blocks.clone());
+        // Cells at rest touch the road themselves.
+        let resting = match plan.decisions.sub_cells {
+            1 => sums.clone(),
+            _ => cell_sums_of(plan, &plan.decisions.tyre, grid),
+        };
+        let resting = RestingCells::new(resting, tread.clone(), blocks.clone());
         Self { loaded, plan, sums, tread, blocks, resting }
     }
 

@@ -35,7 +35,7 @@ use crate::road::strip::RoadStrip;
 use crate::scene::Material;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure, evolving};
 use crate::time_rule::TimeRule;
-use crate::tyre::influence::CellInfluence;
+use crate::tyre::influence::{CellInfluence, carried};
 
 /// Columns on either side of the contact whose sub-cells creep, and again whose displacements by creep count.
 const AROUND: usize = 2;
@@ -47,7 +47,7 @@ pub(crate) fn carried_share(sub_cells: usize, phases: [f64; 2]) -> f64 {
             return 0.0;
         }
         let of_cell = sinc(0.5 * phase) * passed(sub_cells, phase) / sinc(0.5 * phase / sub_cells as f64);
-        of_cell * of_cell
+        carried(phase) * of_cell * of_cell
     };
     phases.map(share).into_iter().product()
 }

@@ -7,6 +7,8 @@
 //! s_m(y_j) = cos(ky y_j) sinc(ky dy/2)      (guided sides; sin where they are supported)
 //! ```
 
+use std::f64::consts::PI;
+
 use super::projection::Projection;
 use super::waves::Waves;
 use crate::numeric::sinc;
@@ -19,12 +21,40 @@ pub struct CellGrid {
     along: Projection,
     /// Cells M across the strip.
     pub across: usize,
+    /// True if cells carry long waves alone: see [`Self::of_long_waves`].
+    fades: bool,
+}
+
+/// Phases over a cell, in half turns, between which waves fade out on cells of long waves.
+const FADES: [f64; 2] = [0.6, 0.95];
+
+/// Part of a wave that cells of long waves carry, by its phase over a cell along or across.
+pub(crate) fn carried(phase: f64) -> f64 {
+    let [start, end] = FADES.map(|half_turns| half_turns * PI);
+    (0.5 * PI * ((phase.abs() - start) / (end - start)).clamp(0.0, 1.0)).cos().powi(2)
 }
 
 impl CellGrid {
     /// N = `elements` cells round the tyre by M = `across` over its contact width.
     pub fn new(tyre: &Tyre, elements: usize, across: usize) -> Self {
-        Self { along: Projection::new(tyre, elements), across }
+        Self { along: Projection::new(tyre, elements), across, fades: false }
+    }
+
+    /// The same cells, carrying no waves that are shorter than about two of them. What remains has no inverse.
+    #[must_use]
+    pub(crate) fn of_long_waves(self) -> Self {
+        Self { fades: true, ..self }
+    }
+
+    /// True if short waves fade out.
+    pub(super) fn fades(&self) -> bool {
+        self.fades
+    }
+
+    /// Part of the wave of these numbers that cells carry.
+    pub(super) fn carried(&self, n: i64, m: usize) -> f64 {
+        let waves = self.waves();
+        if self.fades { carried(waves.kx(n) * self.length()) * carried(waves.ky(m) * self.pitch()) } else { 1.0 }
     }
 
     pub(crate) fn waves(&self) -> Waves {

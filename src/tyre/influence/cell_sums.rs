@@ -185,14 +185,18 @@ impl CellSums {
         let elements = grid.elements();
         let waves = grid.waves();
         let numbers: Vec<usize> = grid.lateral_numbers().take_while(|&m| m <= last_m).collect();
-        let closed = tail.filter(|_| self.truncation.aliases.is_none());
+        let closed = tail.filter(|_| self.truncation.aliases.is_none() && !grid.fades());
         let around = Around { grid, last: last_around, truncated: closed.is_none(), columns };
         // For each m: the sum over n at each distance along, and the tail above the last n.
         let of_number = |ring: &mut Ring, m: usize| {
             let weight = grid.lateral_weight(m);
             let mut odd = if turns { vec![0.0; elements / 2 + 1] } else { Vec::new() };
             let mut row = around.sum(ring, |n| {
-                let [even, odd_part] = compliance(n, m);
+                let carried = grid.carried(n, m);
+                if carried <= 0.0 {
+                    return 0.0;
+                }
+                let [even, odd_part] = compliance(n, m).map(|part| carried * part);
                 if turns {
                     around.fold_odd(&mut odd, n, weight * odd_part);
                 }

@@ -115,7 +115,7 @@ impl WaveBand {
                 let pairs = around.flat_map(|n| numbers.iter().map(move |&m| (n, m)));
                 let terms = pairs.filter_map(|(n, m)| {
                     let k = waves.kx(n).hypot(waves.ky(m));
-                    let weight = self.share(k) * grid.longitudinal_weight(n) * lateral(m);
+                    let weight = self.share(k) * grid.carried(n, m) * grid.longitudinal_weight(n) * lateral(m);
                     (weight > 0.0 && k <= ends).then_some((n, m, weight))
                 });
                 CellWave { terms: terms.collect(), is_mirror: bin == 0 || 2 * bin == ring, lateral_period }

@@ -46,6 +46,7 @@ pub(crate) mod wave_compliance;
 mod waves;
 
 pub use cell_grid::CellGrid;
+pub(crate) use cell_grid::carried;
 pub use cell_influence::CellInfluence;
 #[cfg(test)]
 pub(crate) use cell_influence::OddInfluence;

@@ -168,7 +168,7 @@ impl Simulation {
         let Self { plan, next_step, prepared, observers, meter, .. } = self;
         let first = (*next_step).max(plan.warm_up_steps);
         let end = first + rolled.steps.len() as u64;
-        // 1. Work, which was done beside the run's thread; steps that the run has not as its own.
+        // 1. Work, all done in the background; steps of warm-ups and overlaps, which the run does not count itself.
         meter.count(Counter::Steps, rolled.all - (end - *next_step));
         meter.count(Counter::Slices, rolled.meter.counters().counts[Counter::Slices as usize]);
         for stage in Stage::ALL {

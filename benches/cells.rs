@@ -126,7 +126,7 @@ fn past(criterion: &mut Criterion) {
         transform: WaveTransform<N>,
         fewer_poles: Option<FewerPoles>,
     ) -> RingParts<'m, N> {
-        RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles }
+        RingParts { model, transform, next_instant: None, forgotten_after: None, advance: 1.into(), fewer_poles }
     }
     let double = || WaveTransform::<f64>::new(sums.grid(), columns, &rows);
     let single = || WaveTransform::<f32>::new(sums.grid(), columns, &rows);
@@ -224,7 +224,7 @@ fn rings(criterion: &mut Criterion) {
                 transform: WaveTransform::<f32>::new(grid, width, rows),
                 next_instant: ring.map(first),
                 forgotten_after: ring.map(|cells| cells - seen - 20),
-                substeps: 1,
+                advance: 1.into(),
                 fewer_poles: Some(fewer_poles(model, rule, time_step, options.tolerance)),
             }
         });

@@ -149,7 +149,7 @@ fn modal(criterion: &mut Criterion) {
         // All lengths of blocks for the cheapest size; otherwise the plain recursion and the length in use.
         let lengths: &[usize] =
             if elements <= 128 || wanted.is_some() { &[1, 2, 4, INSTANTS, 16, 40] } else { &[1, INSTANTS] };
-        let single = Some(SinglePrecision { tolerance: 1e-3, substeps: 1 });
+        let single = Some(SinglePrecision { tolerance: 1e-3, advance: 1.into() });
         let double = lengths.iter().map(|&instants| ("block", instants, None, 1e-12));
         for (name, instants, single, bound) in double.chain([("single precision, block", INSTANTS, single, 1e-4)]) {
             let (mut blocks, mut old) = (history(instants, single), vec![0.0; columns]);

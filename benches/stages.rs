@@ -171,7 +171,7 @@ fn layout(elements: usize, revolutions: usize) -> SegmentLayout {
     SegmentLayout {
         across: Across::Even,
         elements,
-        substeps: 1,
+        advance: 1.into(),
         revolutions,
         columns: elements * 9 / 64,
         rule: TimeRule::Bdf2,

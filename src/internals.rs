@@ -111,7 +111,7 @@ pub use crate::test_models::{
     CHIP_SEAL, CIRCUMFERENCE, COBBLES, CONTACT_WIDTH, add, edit, grid_road, implausible, on_springs, plate_scene,
     plate_tyre, reference, replaced, scene, scene_text, transforms, wide_tyre, with_all_terms, with_road, without,
 };
-pub use crate::time_rule::TimeRule;
+pub use crate::time_rule::{Advance, TimeRule};
 pub use crate::tyre::critical_speed::limit as critical_speed_limit;
 pub use crate::tyre::influence::cell_sums::CellSums;
 pub use crate::tyre::influence::cell_waves::{CellTruncation, WaveBand};

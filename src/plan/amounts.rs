@@ -258,7 +258,7 @@ impl Amounts {
         let lattice = lattice(scene, plan);
         let across = lattice.columns as f64;
         // From the window of the first step to that of the last.
-        let passed = plan.steps.saturating_sub(1) / scene.numerics.substeps as u64;
+        let passed = scene.numerics.advance().elements(plan.steps.saturating_sub(1) as i64);
         let rows = passed as f64 + self.expected.columns;
         let length = rows * plan.element;
         match &scene.road {

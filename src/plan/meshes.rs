@@ -40,7 +40,8 @@ pub(crate) fn short_scenes(
     short.outputs = Outputs { arrays: false, plots: false, ..Outputs::default() };
     short.radiation.audio = false;
     // Whole steps of the coarser mesh, of which the finer one has a multiple.
-    let time_step = scene.tyre.circumference / (elements * scene.numerics.substeps) as f64 / scene.rolling.speed();
+    let element = scene.tyre.circumference / elements as f64;
+    let time_step = scene.numerics.advance().time_step(element, scene.rolling.speed());
     short.rolling.duration = (seconds / time_step).round() * time_step;
     let mut finer = short.clone();
     finer.numerics.elements = fine;
@@ -145,7 +146,7 @@ impl Plan {
     /// Plan of a segment by its number, for the contact alone, in a run whose elements stand as `geometry` says.
     pub(crate) fn segment(&self, segments: Segments, number: usize, geometry: &Geometry) -> Self {
         let mut plan = Self { segments: None, ..self.clone() };
-        let elements = number as u64 * segments.steps / geometry.substeps as u64;
+        let elements = geometry.advance.elements((number as u64 * segments.steps) as i64);
         plan.scene.rolling.start = Some(geometry.start + elements as f64 * geometry.element);
         plan.scene.receivers.clear();
         let overlap = if number + 1 < segments.count { segments.overlap } else { 0 };

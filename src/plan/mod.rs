@@ -133,7 +133,7 @@ pub struct Plan {
 fn valid_to(scene: &Scene) -> f64 {
     let Scene { tyre, rolling, numerics, .. } = scene;
     let (length, speed) = (tyre.circumference, rolling.speed());
-    let given = Resolution { elements: numerics.elements, substeps: numerics.substeps };
+    let given = Resolution { elements: numerics.elements, advance: numerics.advance() };
     let steps = given.steps_per_second(length, speed);
     let rule = numerics.time_rule.largest_angle(Need::RULE_ERROR) * steps / std::f64::consts::TAU;
     numerics.fmax.unwrap_or_else(|| rule.min(0.5 * given.texture_limit(length, speed)))
@@ -146,12 +146,18 @@ impl Plan {
         span / self.time_step
     }
 
+    /// Steps in which the tyre turns once.
+    pub(crate) fn steps_per_revolution(&self) -> usize {
+        let numerics = &self.scene.numerics;
+        numerics.advance().steps(numerics.elements)
+    }
+
     /// Plan of a scene with every setting decided, regardless of the cache.
     pub(crate) fn decided(scene: &Scene, decisions: Decisions) -> Self {
         let Scene { tyre, rolling, numerics, contact, .. } = scene;
         let speed = rolling.speed();
         let element = tyre.circumference / numerics.elements as f64;
-        let time_step = element / (numerics.substeps as f64 * speed);
+        let time_step = numerics.advance().time_step(element, speed);
         // Casts of huge values saturate; the memory estimate works in f64 and refuses them.
         let steps_of = |time: f64| (time / time_step).round();
         let warm_up_steps = steps_of(rolling.warm_up);
@@ -208,7 +214,7 @@ impl Plan {
         let Scene { numerics, tyre, .. } = &self.scene;
         SegmentLayout {
             elements: numerics.elements,
-            substeps: numerics.substeps,
+            advance: numerics.advance(),
             revolutions,
             columns: 0,
             across: Across::Even,

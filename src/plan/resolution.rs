@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use crate::numeric::transform_length;
 use crate::scene::{Numerics, Scene, TimeRule};
+use crate::time_rule::Advance;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::FitOptions;
 
@@ -51,38 +52,50 @@ impl Need {
     }
 }
 
-/// Elements around the tyre and steps per element.
+/// Elements around the tyre, and how far it rolls in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Resolution {
     /// Number N of elements.
     pub elements: usize,
-    /// Number q of steps per element.
-    pub substeps: usize,
+    /// Steps per element, or elements per step.
+    pub advance: Advance,
 }
 
 impl Resolution {
     /// Most elements that are proposed: far more than any plan accepts.
     const MOST: f64 = (1_u64 << 30) as f64;
+    /// Longest way that is proposed for a step of several elements \[m\]: the longest element of any row.
+    const LONGEST_STEP: f64 = 8e-3;
 
-    /// Chooses N and q for a need, circumference \[m\], speed \[m/s\] and rule; given values stay. N is the next even
-    /// number without prime factors above 5.
+    /// Chooses N, and q or s, for a need, circumference \[m\], speed \[m/s\] and rule; given values stay. N is the
+    /// next even number without prime factors above 5, s the largest power of two for which N is a multiple of 2 s.
     pub(crate) fn new(
         need: Need,
         circumference: f64,
         speed: f64,
         rule: TimeRule,
         elements: Option<usize>,
-        substeps: Option<usize>,
+        advance: Option<Advance>,
     ) -> Self {
         let elements = elements.unwrap_or_else(|| {
             let longest = need.longest_element().min(speed / (need.highest * need.per_wavelength()));
-            transform_length(((circumference / longest).min(Self::MOST).ceil() as usize).max(Numerics::FEWEST_ELEMENTS))
+            let least = (circumference / longest).min(Self::MOST).ceil() as usize;
+            let unit = advance.map_or(1, |advance| match advance.elements_per_step {
+                1 => 1,
+                elements_per_step => 2 * elements_per_step,
+            });
+            unit * transform_length(least.max(Numerics::FEWEST_ELEMENTS).div_ceil(unit))
         });
-        let substeps = substeps.unwrap_or_else(|| {
+        let advance = advance.unwrap_or_else(|| {
             let time_step = need.largest_angle(rule) / (2.0 * PI * need.highest);
-            (circumference / elements as f64 / (speed * time_step) - 1e-9).ceil().clamp(1.0, Self::MOST) as usize
+            let element = circumference / elements as f64;
+            let substeps = (element / (speed * time_step) - 1e-9).ceil().clamp(1.0, Self::MOST) as usize;
+            let longest = (speed * time_step).min(Self::LONGEST_STEP) * (1.0 + 1e-9);
+            let doubled = |&s: &usize| s as f64 * element <= longest && elements.is_multiple_of(2 * s);
+            let elements_per_step = (1..8).map(|doublings| 1 << doublings).take_while(doubled).last().unwrap_or(1);
+            Advance { substeps, elements_per_step }
         });
-        Self { elements, substeps }
+        Self { elements, advance }
     }
 
     /// Highest frequency of texture that the elements can represent: two per wavelength \[Hz\].
@@ -96,19 +109,25 @@ impl Resolution {
     }
 
     pub(crate) fn steps_per_second(&self, circumference: f64, speed: f64) -> f64 {
-        speed * (self.elements * self.substeps) as f64 / circumference
+        speed * self.advance.steps(self.elements) as f64 / circumference
+    }
+
+    /// Key of the scene that says how far the tyre rolls in a step.
+    pub(crate) const fn key_of_advance(&self) -> &'static str {
+        if self.advance.elements_per_step > 1 { "numerics.elements_per_step" } else { "numerics.substeps" }
     }
 }
 
 /// Options of the model of a scene's tyre under forces on a field.
 pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
-    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
+    let Numerics { elements, substeps, elements_per_step, pole_tolerance, influence_tolerance, .. } = scene.numerics;
+    let highest_speed = scene.rolling.speed() * substeps as f64 / elements_per_step as f64;
     FitOptions {
         driven: field,
         tolerance: pole_tolerance,
         // The sums must be more accurate than the fit to them.
         influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
-        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
+        ..FitOptions::new(&scene.tyre, elements, highest_speed)
     }
 }
 
@@ -119,15 +138,21 @@ mod tests {
     #[test]
     fn elements_and_steps_follow_frequency_unless_given() {
         let need = |highest| Need { highest, row: None };
-        let of = |highest, rule, elements, substeps| {
-            Resolution::new(need(highest), 1.95, 80.0 / 3.6, rule, elements, substeps)
+        let of = |highest, rule, elements, substeps: Option<usize>| {
+            Resolution::new(need(highest), 1.95, 80.0 / 3.6, rule, elements, substeps.map(Advance::from))
         };
         let found = of(2000.0, TimeRule::Bdf2, None, None);
-        assert_eq!(found, Resolution { elements: 720, substeps: 4 });
+        assert_eq!(found, Resolution { elements: 720, advance: 4.into() });
         assert!(found.rule_limit(need(2000.0), 1.95, 80.0 / 3.6, TimeRule::Bdf2) >= 2000.0);
         assert!(found.texture_limit(1.95, 80.0 / 3.6) >= 2.0 * 2000.0);
-        assert_eq!(of(2000.0, TimeRule::Bdf2, Some(512), Some(3)), Resolution { elements: 512, substeps: 3 });
-        assert!(of(2000.0, TimeRule::Sdirk3, None, None).substeps < found.substeps);
+        assert_eq!(of(2000.0, TimeRule::Bdf2, Some(512), Some(3)), Resolution { elements: 512, advance: 3.into() });
+        assert!(of(2000.0, TimeRule::Sdirk3, None, None).advance.substeps < found.advance.substeps);
+        // Small elements take the steps that the frequency needs, none longer than 8 mm.
+        let step_of = |highest, elements| of(highest, TimeRule::Sdirk3, Some(elements), None).advance;
+        assert_eq!(step_of(1000.0, 512), Advance::within(1));
+        assert_eq!(step_of(1000.0, 2048), Advance::over(4));
+        assert_eq!(step_of(50.0, 2048), Advance::over(8));
+        assert_eq!(step_of(50.0, 4100), Advance::over(2));
         // Low frequencies still need the patch resolved.
         assert_eq!(of(50.0, TimeRule::Bdf2, None, None).elements, 400);
     }

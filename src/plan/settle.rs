@@ -9,6 +9,7 @@ use super::stated::Unstated;
 use crate::scene::{
     Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Tyre, Zone, short,
 };
+use crate::time_rule::Advance;
 
 /// A setting that the scene left open or that has another source than the scene, and its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -219,15 +220,18 @@ impl Settling<'_> {
         }
     }
 
-    /// Chooses elements and substeps for a need; refuses given ones that do not reach it.
+    /// Chooses elements, and substeps or elements per step, for a need; refuses given ones that do not reach it.
     fn take_resolution(&mut self, need: Need) -> Result<(), SceneError> {
         let given = |key: &str, value: usize| (!self.row_alone && self.loaded.gives(key)).then_some(value);
         let elements = given("numerics.elements", self.scene.numerics.elements);
-        let substeps = given("numerics.substeps", self.scene.numerics.substeps);
+        let is_given = |key: &str| given(key, 1).is_some();
+        let advance = (is_given("numerics.substeps") || is_given("numerics.elements_per_step"))
+            .then(|| self.scene.numerics.advance());
         let Scene { tyre, rolling, numerics, .. } = &mut self.scene;
         let (length, speed, rule) = (tyre.circumference, rolling.speed(), numerics.time_rule);
-        let found = Resolution::new(need, length, speed, rule, elements, substeps);
-        (numerics.elements, numerics.substeps) = (found.elements, found.substeps);
+        let found = Resolution::new(need, length, speed, rule, elements, advance);
+        numerics.elements = found.elements;
+        numerics.take_advance(found.advance);
         let (texture, highest) = (found.texture_limit(length, speed), need.highest);
         let speed_kmh = rolling.speed_kmh;
         if elements.is_some() && texture < highest {
@@ -242,16 +246,19 @@ impl Settling<'_> {
         }
         let limit = found.rule_limit(need, length, speed, rule);
         let percent = (100.0 * need.rule_error()).round();
-        if substeps.is_some() && limit < (1.0 - 1e-9) * highest {
+        if advance.is_some() && limit < (1.0 - 1e-9) * highest {
             let wrong = format!(
-                "{} steps per element keep phase and damping of {} within {percent} % up to {limit:.0} Hz, and \
+                "{:.2} steps per element keep phase and damping of {} within {percent} % up to {limit:.0} Hz, and \
                  numerics.fmax = {} Hz is wanted",
-                found.substeps,
+                found.advance.substeps as f64 / found.advance.elements_per_step as f64,
                 rule.name(),
                 short(highest)
             );
-            let enough = Resolution::new(need, length, speed, rule, Some(found.elements), None).substeps;
-            return Err(self.loaded.complain("numerics.substeps", wrong, format!("{enough}, or leave it out")).into());
+            let enough = Resolution::new(need, length, speed, rule, Some(found.elements), None);
+            let Advance { substeps, elements_per_step } = enough.advance;
+            let key = found.key_of_advance();
+            let number = if key == "numerics.substeps" { substeps } else { elements_per_step };
+            return Err(self.loaded.complain(key, wrong, format!("{number}, or leave it out")).into());
         }
         if elements.is_none() {
             let reason = format!(
@@ -261,13 +268,14 @@ impl Settling<'_> {
             );
             self.choose("numerics.elements", found.elements.to_string(), reason);
         }
-        if substeps.is_none() {
+        if advance.is_none() {
             let reason = format!(
                 "{:.1} steps in a period of fmax; {} stays within {percent} % in phase and damping up to {limit:.0} Hz",
                 found.steps_per_second(length, speed) / highest,
                 rule.name()
             );
-            self.choose("numerics.substeps", found.substeps.to_string(), reason);
+            let Advance { substeps, elements_per_step } = found.advance;
+            self.choose(found.key_of_advance(), substeps.max(elements_per_step).to_string(), reason);
         }
         Ok(())
     }

@@ -17,7 +17,7 @@ use crate::response::pressure::{PressureModel, PressureStream, TransferPath};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::results::pass_by::LISTENED;
 use crate::results::sound::SoundError;
-use crate::scene::{Groove, Numerics, Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Zone};
+use crate::scene::{Groove, Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Zone};
 use crate::sound::pass_by::STENCIL;
 use crate::sound::receivers::{Beside, standard};
 use crate::sound::resample::FILE_RATE;
@@ -213,8 +213,7 @@ impl Plan {
 
     /// Blocks of the forces; columns, phase and first position are set by the run.
     pub(crate) fn sound_layout(&self) -> SegmentLayout {
-        let Numerics { elements, substeps, .. } = self.scene.numerics;
-        let revolution = (elements * substeps) as f64 * self.time_step;
+        let revolution = self.steps_per_revolution() as f64 * self.time_step;
         self.segment_layout((BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize)
     }
 

@@ -56,7 +56,7 @@ impl FrontRow {
     fn departure(&'static self, scene: &Scene, fmax: f64) -> Option<Unstated> {
         let Scene { tyre, contact, numerics, rolling, road, effects, .. } = scene;
         let (length, speed, rule) = (tyre.circumference, rolling.speed(), numerics.time_rule);
-        let given = Resolution { elements: numerics.elements, substeps: numerics.substeps };
+        let given = Resolution { elements: numerics.elements, advance: numerics.advance() };
         let element = length / numerics.elements as f64;
         let longest = self.longest_element.min(speed / (fmax * self.per_wavelength));
         let over_cells = contact.zone == Zone::Cells;
@@ -68,7 +68,7 @@ impl FrontRow {
         let rule_limit = given.rule_limit(Need { highest: fmax, row: Some(self) }, length, speed, rule);
         let is_coarser = [
             ("numerics.elements", element > longest * (1.0 + 1e-9)),
-            ("numerics.substeps", rule_limit < (1.0 - 1e-9) * fmax),
+            (given.key_of_advance(), rule_limit < (1.0 - 1e-9) * fmax),
             ("contact.cells_across", across.is_some_and(|cells| is_wide(tyre.contact_width, cells))),
             ("contact.cells_along", along.is_some_and(|cells| is_wide(element, cells))),
             ("contact.slice_tolerance", over_slices && contact.slice_tolerance > self.slice_tolerance),

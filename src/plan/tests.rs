@@ -109,7 +109,7 @@ fn keys_that_are_given_stay_beside_a_preset() {
         "numerics.contact_tolerance",
         "contact.slice_tolerance",
         "contact.cells_across",
-        "numerics.substeps",
+        "numerics.elements_per_step",
         "contact.cells_along",
     ];
     assert_eq!(chosen, expected);

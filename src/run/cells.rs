@@ -188,7 +188,7 @@ impl<'a> CellContact<'a> {
             });
             let forgotten_after = self.plan.forgotten_after(band, columns);
             let fewer_poles = planned_fewer_poles(self.plan, (band, rows), model, job);
-            RingParts { model, transform, next_instant, forgotten_after, substeps: numerics.substeps, fewer_poles }
+            RingParts { model, transform, next_instant, forgotten_after, advance: numerics.advance(), fewer_poles }
         });
         WaveHistory::new(rings, numerics.time_rule, self.plan.time_step)
     }

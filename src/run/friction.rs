@@ -60,7 +60,7 @@ impl FrictionContact<'_> {
         let Plan { scene, time_step, .. } = plan;
         let (grid, rule) = (sums.grid(), scene.numerics.time_rule);
         let rate = rule.first_rate(*time_step);
-        let revolution = scene.numerics.elements * scene.numerics.substeps;
+        let revolution = plan.steps_per_revolution();
         let (given, free) = match friction.creep.longitudinal {
             LongitudinalCreep::Given(creep) => (creep, None),
             LongitudinalCreep::Free => {
@@ -128,7 +128,7 @@ impl FrictionContact<'_> {
             let stepping = Stepping {
                 rule: scene.numerics.time_rule,
                 time_step: *time_step,
-                substeps: scene.numerics.substeps,
+                advance: scene.numerics.advance(),
                 tolerance: fit.tolerance,
                 forgotten_after: self.plan.forgotten_after(*band, columns),
             };

@@ -57,8 +57,8 @@ impl HistoryBuilder<'_> {
             let wavenumbers = 0..=numerics.elements / 2;
             let first: Vec<f64> = wavenumbers.clone().map(|n| weights.of(n)[0]).collect();
             let odd: Vec<f64> = wavenumbers.filter_map(|n| weights.odd_of(n).first().copied()).collect();
-            let lags = LagKernel::new(&weights, numerics.elements, self.columns, numerics.substeps);
-            let history = DirectHistory::new(lags, self.columns, numerics.substeps);
+            let lags = LagKernel::new(&weights, numerics.elements, self.columns, numerics.advance());
+            let history = DirectHistory::new(lags, self.columns, numerics.advance());
             Ok((self.kernel([&first, &odd])?, Box::new(history) as Box<dyn ForceHistory>, None))
         })
     }
@@ -74,8 +74,8 @@ impl HistoryBuilder<'_> {
         job.meter.count(Counter::Poles, model.order() as u64);
         job.meter.time(Stage::Influence, || self.check_stability(&model, &mut job.warnings))?;
         let field = self.plan.field;
-        let (tolerance, substeps) = (self.plan.fit.tolerance, self.plan.scene.numerics.substeps);
-        let single = self.plan.is_single().then_some(SinglePrecision { tolerance, substeps });
+        let (tolerance, advance) = (self.plan.fit.tolerance, self.plan.scene.numerics.advance());
+        let single = self.plan.is_single().then_some(SinglePrecision { tolerance, advance });
         let history = ModalHistory::with_blocks(&model, field, rule, time_step, self.columns, INSTANTS, single);
         let (first, odd) = ModalHistory::first_weights(&model, field, rule, time_step)
             .zip(ModalHistory::odd_first_weights(&model, field, rule, time_step))

@@ -80,7 +80,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, job: &mut Job<'_>) -> Result<P
     // 3. The window, the voids' air, and the kernels of the contact.
     let reach = window_reach(&plan.decisions.axle, at_rest.indentation, surface.highest(), *radius, plan.element);
     let (numerics, around) = (&scene.numerics, plan.decisions.tyre.circumference);
-    let output_window = Geometry::new(around, numerics.elements, numerics.substeps, start, plan.reach * reach);
+    let output_window = Geometry::new(around, numerics.elements, numerics.advance(), start, plan.reach * reach);
     let margin = plan.window_margin(output_window.columns);
     let search_window = output_window.wider(margin);
     let (first, columns) = (search_window.first_element(0), search_window.columns);

@@ -31,7 +31,8 @@ impl LoadedTyre {
     /// The standing tyre of a scene, with its elements; no setting of the scene may be left open.
     pub fn new(scene: &Scene) -> Self {
         let Scene { tyre, rolling, numerics, .. } = scene;
-        let time_step = tyre.circumference / (numerics.elements as f64 * numerics.substeps as f64 * rolling.speed());
+        let element = tyre.circumference / numerics.elements as f64;
+        let time_step = numerics.advance().time_step(element, rolling.speed());
         let sum = InfluenceSum::new(tyre, numerics, numerics.time_rule.resolved_symbol() / time_step);
         Self { row: sum.static_row(Field::Surface), circumference: tyre.circumference }
     }

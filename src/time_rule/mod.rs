@@ -10,8 +10,10 @@
 //!
 //! - this file: the rules, their times, weights, symbols and errors;
 //! - `runge_kutta`: the tableaux, and the rates of a rule at one zeta;
-//! - `recursion`: one pole under a rule, step by step.
+//! - `recursion`: one pole under a rule, step by step;
+//! - `advance`: how far the tyre rolls in a step.
 
+mod advance;
 pub(crate) mod recursion;
 mod runge_kutta;
 
@@ -21,6 +23,7 @@ use num_complex::Complex64;
 
 use crate::counters::catalogue::catalogue;
 
+pub use advance::Advance;
 pub(crate) use runge_kutta::{Rates, RungeKutta};
 use runge_kutta::{SDIRK2, SDIRK3};
 

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
 use toml::Table;
-use tyrewave::internals::{CHIP_SEAL, edit, reference, scene, scene_text, with_all_terms};
+use tyrewave::internals::{Advance, CHIP_SEAL, edit, reference, scene, scene_text, with_all_terms};
 use tyrewave::scene::TimeRule;
 
 use crate::common::{run, try_run};
@@ -49,12 +49,12 @@ impl Setting {
         Self { axle: "{ indentation = 0.0165, ramp = 0.05 }", default_tyre: true, ..Self::made() }
     }
 
-    fn text(&self, elements: usize, substeps: usize, rule: TimeRule) -> String {
+    fn text(&self, elements: usize, advance: impl Into<Advance>, rule: TimeRule) -> String {
         let Self { road, speed, contact, axle, warm_up, duration, cells, default_tyre } = self;
         let rolling = format!("speed_kmh = {speed}\nwarm_up = {warm_up}\nduration = {duration}\naxle = {axle}");
         let rule = rule.name();
         let numerics =
-            format!("substeps = {substeps}\ntime_rule = \"{rule}\"\nhistory = \"modal\"\ntime_limit = 100.0");
+            format!("{}\ntime_rule = \"{rule}\"\nhistory = \"modal\"\ntime_limit = 100.0", keys(advance.into()));
         let more = format!(
             "[contact]\ncells_along = {}\nslice_tolerance = 1e-7\n{contact}\n\
              [outputs]\nspectra = false\nplots = false",
@@ -70,8 +70,8 @@ impl Setting {
         scene.to_string()
     }
 
-    fn force(&self, elements: usize, substeps: usize, rule: TimeRule) -> Force {
-        let text = self.text(elements, substeps, rule);
+    fn force(&self, elements: usize, advance: impl Into<Advance>, rule: TimeRule) -> Force {
+        let text = self.text(elements, advance, rule);
         let results = run(&text);
         let counters = results.summary()["cost"]["counters"].clone();
         assert_eq!(counters["fallbacks"], 0, "{text}");
@@ -121,6 +121,10 @@ impl Force {
     }
 }
 
+fn keys(Advance { substeps, elements_per_step }: Advance) -> String {
+    format!("substeps = {substeps}\nelements_per_step = {elements_per_step}")
+}
+
 /// Distances of runs with steps halved again and again from each other: q = 1, 2, 4, ...
 fn successive(setting: &Setting, elements: usize, rule: TimeRule, halvings: u32) -> Vec<(f64, f64)> {
     let forces: Vec<Force> = (0..=halvings).map(|k| setting.force(elements, 1 << k, rule)).collect();
@@ -130,6 +134,16 @@ fn successive(setting: &Setting, elements: usize, rule: TimeRule, halvings: u32)
 fn show(name: &str, distances: &[(f64, f64)]) {
     let cells: Vec<String> = distances.iter().map(|(l2, worst)| format!("{l2:.4} ({worst:.2} dB)")).collect();
     println!("{name}: {}", cells.join("  "));
+}
+
+#[test]
+fn steps_of_several_elements_lead_to_steps_of_one() {
+    let advances = [Advance::over(4), Advance::over(2), Advance::within(1), Advance::within(2)];
+    let forces = advances.map(|advance| Setting::made().force(512, advance, TimeRule::Sdirk2));
+    let distances: Vec<(f64, f64)> = forces.windows(2).map(|pair| pair[0].distance(&pair[1])).collect();
+    show("4, 2, 1, 1/2 elements a step", &distances);
+    let found = orders(&distances);
+    assert!(found.iter().all(|&order| order > 0.7) && distances[2].1 < 0.5, "{distances:?} {found:?}");
 }
 
 /// Orders observed between successive differences.

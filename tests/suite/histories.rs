@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use tyrewave::counters::Stage;
-use tyrewave::internals::{CHIP_SEAL, edit, reference, scene, with_road};
+use tyrewave::internals::{Advance, CHIP_SEAL, edit, reference, scene, with_road};
 use tyrewave::run::{Job, RunOptions, RunReport, Unwatched, run};
 use tyrewave::scene::{History, PLATE, Scene, TimeRule};
 
@@ -42,12 +42,14 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn poles_give_the_forces_of_the_convolution_for_every_rule() {
     let folder = tempfile::tempdir().unwrap();
-    for (rule, substeps) in [(TimeRule::Bdf1, 1), (TimeRule::Bdf2, 1), (TimeRule::Bdf2, 2)] {
+    let advances = [Advance::within(1), Advance::within(2), Advance::over(2)];
+    let of_bdf2 = advances.map(|advance| (TimeRule::Bdf2, advance));
+    for (rule, advance) in of_bdf2.into_iter().chain([(TimeRule::Bdf1, Advance::within(1))]) {
         let of = |history, tolerance| {
             let change = |scene: &mut Scene| {
                 scene.numerics.elements = 64;
                 scene.numerics.time_rule = rule;
-                scene.numerics.substeps = substeps;
+                scene.numerics.take_advance(advance);
                 scene.numerics.history = history;
                 scene.numerics.pole_tolerance = tolerance;
             };
@@ -55,7 +57,7 @@ fn poles_give_the_forces_of_the_convolution_for_every_rule() {
         };
         let direct = of(History::Direct, 1e-6);
         let error = difference(&of(History::Modal, 1e-6), &direct);
-        println!("{rule:?}, {substeps} substeps: {error:.1e} of the peak");
+        println!("{rule:?}, {advance}: {error:.1e} of the peak");
         // Measured 7e-7 to 1.4e-6.
         assert!(error < 1e-5, "{rule:?}: {error:e}");
     }

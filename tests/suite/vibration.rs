@@ -357,7 +357,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
     let (settled, end) = ((0.5 / step) as u64, plan.steps - (FALL / step) as u64);
     let layout = SegmentLayout {
         elements,
-        substeps,
+        advance: substeps.into(),
         revolutions,
         columns,
         across: Across::Even,

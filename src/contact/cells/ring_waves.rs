@@ -17,8 +17,8 @@ use crate::contact::history::wavenumber_group::WavenumberGroup;
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure};
-use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::Recursion;
+use crate::time_rule::{Advance, TimeRule};
 use crate::tyre::influence::{CellInfluence, WaveValues};
 use crate::tyre::poles::WaveModes;
 use crate::tyre::poles::pole_model::PoleModel;
@@ -40,8 +40,8 @@ pub struct RingParts<'m, N: WaveNumber = f64> {
     /// shorter than the tyre the window comes back to where it was, and slowly recovering deformation would still be
     /// there.
     pub forgotten_after: Option<usize>,
-    /// Steps in which the window moves on by an element.
-    pub substeps: usize,
+    /// How far the window moves on in a step.
+    pub advance: Advance,
     /// Fewer poles that predict displacements by forces older than a block; `None`: none is left out.
     pub fewer_poles: Option<FewerPoles>,
 }
@@ -81,7 +81,7 @@ pub(super) struct RingWaves<N> {
 impl<N: WaveNumber> RingWaves<N> {
     /// Waves at rest, for blocks of `steps` steps. A short ring leaves the displacements by the last forces to others.
     pub(super) fn new(parts: &RingParts<'_, N>, rule: TimeRule, time_step: f64, steps: usize) -> Self {
-        let RingParts { model, transform, substeps, fewer_poles: fewer, .. } = parts;
+        let RingParts { model, transform, advance, fewer_poles: fewer, .. } = parts;
         let (waves, stages) = (model.len(), rule.stages());
         let (instants, tiles) = (steps * stages, waves.div_ceil(tile::<N>()));
         let predicting = fewer.as_ref().and_then(|fewer| fewer.model.as_ref()).unwrap_or(model);
@@ -89,7 +89,7 @@ impl<N: WaveNumber> RingWaves<N> {
         let allowed = allowed_rounding(fewer.as_ref().map(|fewer| fewer.tolerance));
         let angles = transform.angles();
         // A deformation at rest on the road moves through the tyre with the window.
-        let rate = |wave: usize| angles[wave] / (*substeps as f64 * time_step);
+        let rate = |wave: usize| angles[wave] / advance.time_of_element(time_step);
         let [fast, slow] = by_precision::<N>(waves, |wave| is_slow(&modes(wave), time_step, rate(wave), allowed));
         let group =
             |range: Range<usize>| WavenumberGroup::new(range.start, range.map(modes), rule, time_step, instants);

@@ -11,7 +11,7 @@ use super::wave_transform::{WaveNumber, WaveTransform};
 use super::{CellHistory, CellProduct};
 use crate::counters::Meter;
 use crate::scene::{DEFAULT, Law, PLATE, Scene, Sides, Tyre};
-use crate::time_rule::TimeRule;
+use crate::time_rule::{Advance, TimeRule};
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
 use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
 use crate::tyre::poles::pole_model::PoleModel;
@@ -110,7 +110,7 @@ fn both_histories_are_the_convolution_with_the_definition() {
             transform: transform(),
             next_instant: None,
             forgotten_after: None,
-            substeps: 1,
+            advance: 1.into(),
             fewer_poles: None,
         };
         let mut poles = WaveHistory::new([ring], rule, TIME_STEP);
@@ -163,8 +163,10 @@ fn short_waves_on_a_short_ring_are_those_of_the_whole_tyre() {
     let (whole, parts) = ([fitted(WaveBand::WHOLE)], bands.map(fitted));
     // The window goes round the short ring three times. Deformation left there recovers as slowly; elements in the
     // window are remembered for as long as they stay in it.
-    let remembered = ring - seen - 20;
-    for (forgotten_after, bound) in [(Some(remembered), 1e-4), (None, 1e-3)] {
+    let remembered = |elements_per_step: usize| (ring - seen - 4 - 16 * elements_per_step) / elements_per_step;
+    for (elements_per_step, forgotten_after, bound) in
+        [(1, Some(remembered(1)), 1e-4), (2, Some(remembered(2)), 1e-4), (1, None, 1e-3)]
+    {
         let mut histories = [&whole[..], &parts].map(|rings| {
             let rings = rings.iter().map(|(ring, grid, rows, model)| {
                 let width = if ring.is_some() { seen } else { columns };
@@ -175,7 +177,7 @@ fn short_waves_on_a_short_ring_are_those_of_the_whole_tyre() {
                     transform,
                     next_instant: ring.map(first),
                     forgotten_after: forgotten_after.filter(|_| ring.is_some()),
-                    substeps: 1,
+                    advance: Advance::over(elements_per_step),
                     fewer_poles: None,
                 }
             });
@@ -184,7 +186,7 @@ fn short_waves_on_a_short_ring_are_those_of_the_whole_tyre() {
         let ([mut worst, mut beyond], mut largest) = ([0.0_f64; 2], 0.0_f64);
         let inside = |column: usize, of: usize| (columns - of) / 2 <= column && column < (columns + of) / 2;
         for instant in 0..800 {
-            let first = (instant / 2) as i64;
+            let first = (instant / 2) as i64 * elements_per_step as i64;
             let cells = (0..columns).flat_map(|c| (0..across).map(move |j| (c, j)));
             let pressed = |(c, j)| if inside(c, patch) { force(instant / 7, first + c as i64, j) } else { 0.0 };
             let forces: Vec<f64> = cells.map(pressed).collect();
@@ -195,11 +197,17 @@ fn short_waves_on_a_short_ring_are_those_of_the_whole_tyre() {
                 out
             });
             for (cell, (a, b)) in a.iter().zip(&b).enumerate() {
-                let missed = if inside(cell / across, patch + 2) { &mut worst } else { &mut beyond };
+                // The four columns less those by which the window has moved on.
+                let missed =
+                    if inside(cell / across, patch + 4 - 2 * elements_per_step) { &mut worst } else { &mut beyond };
                 (*missed, largest) = (missed.max((a - b).abs()), largest.max(a.abs()));
             }
         }
-        println!("forgotten after {forgotten_after:?}: {:.1e}, {:.1e} beyond", worst / largest, beyond / largest);
+        println!(
+            "{elements_per_step} elements, forgotten after {forgotten_after:?}: {:.1e}, {:.1e} beyond",
+            worst / largest,
+            beyond / largest
+        );
         // Farther away nothing touches yet, and short waves are not seen.
         assert!(beyond < 5e-3 * largest, "{:.2e} beyond", beyond / largest);
         assert!(largest > 0.0 && worst < bound * largest, "{:.2e}", worst / largest);
@@ -228,7 +236,8 @@ fn single_precision_and_fewer_poles_give_the_same_history() {
     ) -> WaveHistory<N> {
         let (rule, time_step) = (TimeRule::Sdirk2, 1.7e-4);
         let fewer_poles = tolerance.map(|tolerance| fewer_poles(model, rule, time_step, tolerance));
-        let ring = RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles };
+        let ring =
+            RingParts { model, transform, next_instant: None, forgotten_after: None, advance: 1.into(), fewer_poles };
         WaveHistory::new([ring], rule, time_step)
     }
     let double = || WaveTransform::<f64>::new(sums.grid(), columns, &rows);

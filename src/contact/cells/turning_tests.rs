@@ -66,7 +66,7 @@ fn both_histories_of_a_turning_tyre_are_the_same() {
                     transform: transform(&sums),
                     next_instant: None,
                     forgotten_after: None,
-                    substeps: 1,
+                    advance: 1.into(),
                     fewer_poles: None,
                 }],
                 rule,
@@ -173,7 +173,7 @@ fn a_history_of_a_turning_tyre_continues_from_its_state() {
             transform: transform(&sums),
             next_instant: None,
             forgotten_after: Some(16),
-            substeps: 1,
+            advance: 1.into(),
             fewer_poles: None,
         };
         WaveHistory::new([ring], rule, TIME_STEP)

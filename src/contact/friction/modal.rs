@@ -60,12 +60,12 @@ pub(crate) struct TractionRing<'m, R: WaveNumber> {
 impl<R: WaveNumber> Ring<R> {
     fn new(parts: TractionRing<'_, R>) -> Self {
         let TractionRing { model, transform, seen, stepping } = parts;
-        let Stepping { time_step, substeps, tolerance, .. } = stepping;
+        let Stepping { time_step, advance, tolerance, .. } = stepping;
         let angles = transform.angles();
         let allowed = allowed_rounding(Some(tolerance));
         let is_slow_wave = |wave: usize| {
             let (poles, pairs, _) = model.wave(wave);
-            let rate = angles[wave] / (substeps as f64 * time_step);
+            let rate = angles[wave] / advance.time_of_element(time_step);
             (0..COMPONENTS).any(|component| {
                 let [even, _] = model.residues(wave, component, component);
                 let modes = WaveModes { poles, residues: &even, odd: &[], pairs, constant: 0.0 };

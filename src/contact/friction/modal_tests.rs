@@ -66,7 +66,7 @@ fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRul
     let new = || {
         let transform = ComponentTransforms::of_tractions(sums.grid(), COLUMNS, &rows);
         let stepping =
-            Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after: None };
+            Stepping { rule, time_step: TIME_STEP, advance: 2.into(), tolerance: TOLERANCE, forgotten_after: None };
         TractionHistory::<R>::new([TractionRing { model, transform, seen: None, stepping }])
     };
     let (mut history, mut other) = (new(), new());
@@ -126,8 +126,13 @@ fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usiz
         let columns = if is_short { seen } else { columns };
         let transform = ComponentTransforms::of_tractions(sums.grid(), columns, &sums.traction_rows(*band));
         let forgotten_after = forgotten_after.filter(|_| is_short);
-        let stepping =
-            Stepping { rule: TimeRule::Bdf2, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after };
+        let stepping = Stepping {
+            rule: TimeRule::Bdf2,
+            time_step: TIME_STEP,
+            advance: 2.into(),
+            tolerance: TOLERANCE,
+            forgotten_after,
+        };
         TractionRing { model, transform, seen: is_short.then_some(ACROSS), stepping }
     };
     let [mut history, mut other] = [(); 2].map(|()| TractionHistory::<f64>::new(bands.iter().zip(&models).map(&ring)));

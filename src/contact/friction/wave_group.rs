@@ -23,7 +23,7 @@ use crate::contact::history::wavenumber_group::put_parts;
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::storage::state::{Evolving, StateError, StateStream};
-use crate::time_rule::TimeRule;
+use crate::time_rule::{Advance, TimeRule};
 use crate::tyre::influence::{COMPONENTS, PAIRS};
 use crate::tyre::poles::WaveModes;
 use crate::tyre::poles::traction_model::{PoleChannel, TractionModel};
@@ -58,8 +58,8 @@ pub(crate) struct Stepping {
     pub rule: TimeRule,
     /// Time step \[s\].
     pub time_step: f64,
-    /// Steps in which the window moves on by an element.
-    pub substeps: usize,
+    /// How far the window moves on in a step.
+    pub advance: Advance,
     /// Tolerance of the poles, relative to each wave's influence.
     pub tolerance: f64,
     /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never.

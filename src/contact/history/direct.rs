@@ -19,6 +19,7 @@ use crate::contact::windows::add_windows;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::Ring;
 use crate::storage::state::{Evolving, StateError, StateStream, ensure, evolving};
+use crate::time_rule::Advance;
 use crate::tyre::influence::convolution_quadrature::Weights;
 
 /// Chunks of lags: enough to balance a many-core machine, fixed so that sums do not depend on it.
@@ -35,13 +36,14 @@ pub struct LagKernel {
 
 impl LagKernel {
     /// Transforms the weights of all wavenumbers to distances between the elements of a window of `columns` columns,
-    /// with `substeps` steps per element.
-    pub fn new(weights: &Weights, elements: usize, columns: usize, substeps: usize) -> Self {
+    /// which moves on by `advance` in a step.
+    pub fn new(weights: &Weights, elements: usize, columns: usize, advance: impl Into<Advance>) -> Self {
+        let advance = advance.into();
         let mut ring = Ring::new(elements);
         let row = padded(columns) + columns + 1;
         let mut lags = vec![0.0; row * weights.lags];
         for (p, kernel) in lags.chunks_exact_mut(row).enumerate().skip(1) {
-            let first = (p / substeps) as i64 - (columns as i64 - 1);
+            let first = advance.elements(p as i64) - (columns as i64 - 1);
             let place = |i: usize| (first + i as i64).rem_euclid(elements as i64) as usize;
             let influence = ring.elements_of(|n| weights.of(n)[p]);
             kernel.iter_mut().enumerate().for_each(|(i, value)| *value = influence[place(i)]);
@@ -58,7 +60,8 @@ impl LagKernel {
         self.lags.len() / self.row
     }
 
-    /// Kernel of lag p \[m/N\]: entry r is the influence on the element r - (columns - 1) + floor(p/q) further on.
+    /// Kernel of lag p \[m/N\]: entry r is the influence on the element r - (columns - 1) + floor(p s/q)
+    /// further on.
     pub fn lag(&self, p: usize) -> &[f64] {
         &self.lags[p * self.row..(p + 1) * self.row]
     }
@@ -74,7 +77,7 @@ fn padded(columns: usize) -> usize {
 pub struct DirectHistory {
     kernel: LagKernel,
     columns: usize,
-    substeps: usize,
+    advance: Advance,
     /// Past forces \[N\], row by step modulo the number of lags.
     forces: Vec<f64>,
     /// First element and the columns with force, by row.
@@ -96,12 +99,12 @@ evolving!(Mark: first_element, from, to);
 
 impl DirectHistory {
     /// Empty history, everything at rest.
-    pub fn new(kernel: LagKernel, columns: usize, substeps: usize) -> Self {
+    pub fn new(kernel: LagKernel, columns: usize, advance: impl Into<Advance>) -> Self {
         let lags = kernel.lags();
         Self {
             kernel,
             columns,
-            substeps,
+            advance: advance.into(),
             forces: vec![0.0; columns * lags],
             marks: vec![Mark::default(); lags],
             partial: vec![0.0; CHUNKS * padded(columns)],
@@ -118,13 +121,13 @@ impl ForceHistory for DirectHistory {
         let lags = (self.steps as usize).min(kernel.lags() - 1);
         let chunk = (kernel.lags() - 1).div_ceil(CHUNKS).max(1);
         let used = lags.div_ceil(chunk);
-        let Self { columns, substeps, arch, steps, .. } = *self;
+        let Self { columns, advance, arch, steps, .. } = *self;
         let (forces, marks) = (&self.forces, &self.marks);
         let add_lag = |p: usize, sum: &mut [f64]| {
             let row = ((steps - p as u64) % marks.len() as u64) as usize;
             let Mark { first_element: then, from, to } = marks[row];
-            // Elements that the window has moved on, less the floor(p/q) that the kernel's row starts from: 0 or 1.
-            let shift = (first_element - then) as usize - p / substeps;
+            // Elements that the window has moved on, less the floor(p s/q) that the kernel's row starts from: 0 or 1.
+            let shift = (first_element - then - advance.elements(p as i64)) as usize;
             let points = from as usize..to as usize;
             let forces = &forces[row * columns..(row + 1) * columns];
             add_windows(arch, sum, kernel.lag(p), shift + columns - 1 - points.start, &forces[points.clone()]);

@@ -16,8 +16,8 @@ use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
 use crate::numeric::background::BackgroundTask;
 use crate::numeric::{Element, transform_multiply_adds};
 use crate::storage::state::evolving;
-use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
+use crate::time_rule::{Advance, TimeRule};
 use crate::tyre::influence::Field;
 use crate::tyre::poles::{RationalModel, WaveModes};
 
@@ -26,8 +26,8 @@ use crate::tyre::poles::{RationalModel, WaveModes};
 pub struct SinglePrecision {
     /// Tolerance of the poles, relative to each wave's influence.
     pub tolerance: f64,
-    /// Steps in which the tyre rolls by an element.
-    pub substeps: usize,
+    /// How far the tyre rolls in a step.
+    pub advance: Advance,
 }
 
 /// States of all poles, and the input and output of a pass over them.
@@ -68,9 +68,9 @@ impl Far {
         let elements = model.elements;
         let modes: Vec<_> = (0..=elements / 2).map(|n| model.modes(n, field)).collect::<Option<_>>()?;
         let needs_double = |n: usize| {
-            single.is_none_or(|SinglePrecision { tolerance, substeps }| {
+            single.is_none_or(|SinglePrecision { tolerance, advance }| {
                 // A deformation at rest on the road moves through the tyre with the window.
-                let rate = TAU * n as f64 / (elements * substeps) as f64 / time_step;
+                let rate = TAU * n as f64 / elements as f64 / advance.time_of_element(time_step);
                 is_slow(&modes[n], time_step, rate, allowed_rounding(Some(tolerance)))
             })
         };

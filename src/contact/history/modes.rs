@@ -294,7 +294,7 @@ mod tests {
 
     /// Recursion in single precision, for poles to within 1e-3.
     fn single(model: &RationalModel, rule: TimeRule) -> ModalHistory {
-        let single = Some(SinglePrecision { tolerance: 1e-3, substeps: 2 });
+        let single = Some(SinglePrecision { tolerance: 1e-3, advance: 2.into() });
         ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, COLUMNS, INSTANTS, single).unwrap()
     }
 

@@ -68,7 +68,10 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     amounts.hold("spectra of the sound", path.spectra() as f64 * spectrum_bytes(plan));
     let steps = plan.steps - plan.warm_up_steps;
     if taken_pattern(&plan.scene).is_some() {
-        amounts.hold("sound by order", sound.receivers.len() as f64 * Orders::bytes(layout.elements * layout.substeps));
+        amounts.hold(
+            "sound by order",
+            sound.receivers.len() as f64 * Orders::bytes(layout.advance.steps(layout.elements)),
+        );
     }
     let samples = PressureStream::samples(&layout, steps) as usize;
     let [stored, read] = sound.recorded_samples(samples, plan.speed);

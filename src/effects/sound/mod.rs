@@ -301,7 +301,7 @@ impl SoundObserver {
                 Ok(spectrum.keeping(plan.kept_transforms))
             })
             .collect::<Result<_, SpectrumError>>()?;
-        let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;
+        let steps = plan.steps_per_revolution();
         let receivers = if taken_pattern(&plan.scene).is_some() { sound.receivers.len() } else { 0 };
         let over_cells = plan.decisions.zone == Zone::Cells;
         let lateral = over_cells.then(|| {

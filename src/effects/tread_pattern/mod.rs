@@ -73,7 +73,7 @@ impl Effect for TreadPatternEffect {
         if taken_pattern(&plan.scene).is_none() {
             return Ok(None);
         }
-        let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;
+        let steps = plan.steps_per_revolution();
         let revolution = plan.time_step * steps as f64;
         if plan.steps - plan.warm_up_steps < steps as u64 {
             let warning = format!("the run is shorter than a revolution, {revolution:.3} s: there are no orders");

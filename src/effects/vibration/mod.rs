@@ -154,7 +154,7 @@ impl VibrationObserver {
         let geometry = &contact.geometry;
         let steps = plan.steps - plan.warm_up_steps;
         let Some(segments) = plan.vibration_segments(&vibration, geometry.columns) else {
-            let revolution = (plan.scene.numerics.elements * plan.scene.numerics.substeps) as f64;
+            let revolution = plan.steps_per_revolution() as f64;
             job.warnings.push(format!(
                 "the run is too short for vibration: it needs a revolution, {:.2} s, after the warm-up",
                 revolution * plan.time_step

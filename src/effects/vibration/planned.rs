@@ -9,7 +9,7 @@ use crate::response::vibration::{
     Across, ElementVelocities, ResolvedPower, ResolvedVelocity, SegmentLayout, VelocityTable, VibrationAccumulator,
     point_bytes,
 };
-use crate::scene::{Diagnostic, Effects, LoadedScene, Numerics, Scene, SceneError, Switch, Vibration, Zone, short};
+use crate::scene::{Diagnostic, Effects, LoadedScene, Scene, SceneError, Switch, Vibration, Zone, short};
 use crate::tyre::poles::expected_fit;
 use crate::tyre::poles::lateral::{LateralFitOptions, lateral_terms};
 
@@ -59,9 +59,8 @@ impl Plan {
     /// Segments for a window of so many columns; `None` where the run is shorter than a revolution.
     #[doc(hidden)]
     pub fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
-        let Numerics { elements, substeps, .. } = self.scene.numerics;
         let steps = self.steps - self.warm_up_steps;
-        let revolution = (elements * substeps) as u64;
+        let revolution = self.steps_per_revolution() as u64;
         let revolutions = SegmentLayout::revolutions_for(vibration.segment, revolution, self.time_step, steps)?;
         let even = SegmentLayout { columns, ..self.segment_layout(revolutions) };
         if self.decisions.zone == Zone::Slices {

@@ -28,7 +28,7 @@ const REVOLUTION: f64 = 0.09;
 fn layout(across: Across, rule: TimeRule) -> SegmentLayout {
     SegmentLayout {
         elements: ELEMENTS,
-        substeps: 1,
+        advance: 1.into(),
         revolutions: 2,
         columns: ELEMENTS,
         across,
@@ -159,7 +159,7 @@ fn as_the_speed_falls_all_airs_become_one() {
     let apart = |slower: usize| {
         let layout = layout(Across::Even, TimeRule::Bdf2);
         // More steps of the same length make a longer revolution of the same tyre.
-        let models = models(SegmentLayout { substeps: slower, ..layout });
+        let models = models(SegmentLayout { advance: slower.into(), ..layout });
         let [axle, others @ ..] = models.each_ref().map(|model| PressureShares::at(model, &green, 0).pressure);
         others.map(|other| (other - axle).norm() / axle.norm())
     };

@@ -24,7 +24,7 @@ fn tyre() -> Tyre {
 fn model(tyre: &Tyre, lateral: Vec<usize>, across: Across, air: AirMotion) -> PressureModel {
     let layout = SegmentLayout {
         elements: AROUND,
-        substeps: 1,
+        advance: 1.into(),
         revolutions: 4,
         columns: 8,
         across,

@@ -27,7 +27,7 @@ const COMPONENTS: usize = 5;
 fn layout() -> SegmentLayout {
     SegmentLayout {
         elements: ELEMENTS,
-        substeps: 1,
+        advance: 1.into(),
         revolutions: 2,
         columns: COLUMNS,
         across: Across::Resolved { components: COMPONENTS, values: 0 },

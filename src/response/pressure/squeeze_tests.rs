@@ -16,6 +16,7 @@ use crate::response::SqueezedVolumes;
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::scene::{AirMotion, TimeRule};
 use crate::test_models::{CIRCUMFERENCE, plate_tyre};
+use crate::time_rule::Advance;
 use crate::tyre::influence::SurfaceWaves;
 use crate::tyre::tread_pattern::blocks::{NO_BLOCK, TreadBlocks};
 use crate::tyre::tread_pattern::squeeze::Squeeze;
@@ -28,8 +29,8 @@ const REVOLUTION: f64 = 0.09;
 const DENSITY: f64 = 1.2;
 
 /// A window over two fifths of the circumference.
-fn window(substeps: usize) -> Geometry {
-    Geometry::new(CIRCUMFERENCE, ELEMENTS, substeps, 0.013, 0.2 * CIRCUMFERENCE)
+fn window(advance: Advance) -> Geometry {
+    Geometry::new(CIRCUMFERENCE, ELEMENTS, advance, 0.013, 0.2 * CIRCUMFERENCE)
 }
 
 /// A model whose volumes are given by cells.
@@ -37,12 +38,12 @@ fn model(window: &Geometry, rule: TimeRule) -> PressureModel {
     let tyre = plate_tyre();
     let layout = SegmentLayout {
         elements: ELEMENTS,
-        substeps: window.substeps,
+        advance: window.advance,
         revolutions: 2,
         columns: window.columns,
         across: Across::Resolved { components: ACROSS, values: 0 },
         rule,
-        time_step: REVOLUTION / (ELEMENTS * window.substeps) as f64,
+        time_step: REVOLUTION / window.advance.steps(ELEMENTS) as f64,
         phase: window.substep(0),
         first_position: window.first_position(),
         circumference: CIRCUMFERENCE,
@@ -142,8 +143,10 @@ fn a_passing_volume_sounds_as_its_change_in_time() {
         strips.windows(2).zip(of_strip).map(|(ends, value)| share(ends) * value).sum()
     };
     let ends = ends();
-    for (substeps, rule) in [(1, TimeRule::Bdf2), (2, TimeRule::Bdf2), (1, TimeRule::Sdirk2)] {
-        let window = window(substeps);
+    let over_two = Advance::over(2);
+    let cases = [(1.into(), TimeRule::Bdf2), (2.into(), TimeRule::Bdf2), (over_two, TimeRule::Bdf2)];
+    for (advance, rule) in cases.into_iter().chain([(1.into(), TimeRule::Sdirk2)]) {
+        let window = window(advance);
         let model = model(&window, rule);
         let SegmentLayout { time_step, columns, .. } = model.layout;
         let steps = 2 * model.layout.length() as u64;
@@ -184,8 +187,8 @@ fn a_passing_volume_sounds_as_its_change_in_time() {
             let largest = expected.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
             let off = found.iter().zip(&expected).map(|(found, expected)| (found - expected).abs());
             let off = off.fold(0.0, f64::max) / largest;
-            println!("q = {substeps}, {rule:?}, cell {j}, open {is_open}: off by {off:.1e} of {largest:.2e} Pa");
-            assert!(off < 2e-3, "{substeps} {rule:?} {j} {is_open}: {off:e}");
+            println!("{advance}, {rule:?}, cell {j}, open {is_open}: off by {off:.1e} of {largest:.2e} Pa");
+            assert!(off < 2e-3, "{advance} {rule:?} {j} {is_open}: {off:e}");
         }
     }
 }

@@ -236,7 +236,7 @@ impl PressureStream {
         let begun = self.steps as usize - length;
         let mut by_place = vec![Complex32::ZERO; places * bins];
         by_place.par_chunks_mut(bins).enumerate().for_each(|(place, out)| {
-            let (force, phase) = (place / layout.substeps, place % layout.substeps);
+            let (force, phase) = (place / layout.substeps(), place % layout.substeps());
             let mut series = vec![0.0; length];
             for (step, value) in series.iter_mut().enumerate() {
                 if layout.phase_of(begun + step) == phase {

@@ -16,21 +16,23 @@ use crate::response::vibration::{Across, SegmentLayout, TransferKind, TyreRespon
 use crate::scene::{AirMotion, TimeRule, Tyre};
 use crate::storage::state::SavedState;
 use crate::test_models::{CIRCUMFERENCE, plate_tyre};
+use crate::time_rule::Advance;
 use crate::tyre::influence::SurfaceWaves;
 use crate::tyre::poles::{FitOptions, fit};
 
 pub(super) const AROUND: usize = 64;
 
-pub(super) fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
+pub(super) fn layout(rule: TimeRule, advance: impl Into<Advance>) -> SegmentLayout {
+    let advance = advance.into();
     SegmentLayout {
         elements: 32,
-        substeps,
+        advance,
         revolutions: 2,
         columns: 5,
         across: Across::Even,
         rule,
-        time_step: 0.09 / (32 * substeps) as f64,
-        phase: substeps - 1,
+        time_step: 0.09 / advance.steps(32) as f64,
+        phase: advance.substeps - 1,
         first_position: -0.13,
         circumference: plate_tyre().circumference,
     }
@@ -141,18 +143,22 @@ fn integral_over_the_tread(tyre: &Tyre) {
     let lateral = waves.lateral.clone();
     let length = tyre.circumference / AROUND as f64;
     let (delay, fine) = (1e-4, across(half_width, 24));
-    for (rule, substeps, air) in [
-        (TimeRule::Sdirk2, 2, AirMotion::Axle),
-        (TimeRule::Bdf2, 1, AirMotion::Axle),
-        (TimeRule::Sdirk2, 1, AirMotion::WithTread),
-        (TimeRule::Sdirk2, 2, AirMotion::Road),
-        (TimeRule::Bdf2, 1, AirMotion::Road),
+    let [one, two] = [Advance::from(1), Advance::from(2)];
+    let over_two = Advance::over(2);
+    for (rule, advance, air) in [
+        (TimeRule::Sdirk2, two, AirMotion::Axle),
+        (TimeRule::Bdf2, one, AirMotion::Axle),
+        (TimeRule::Sdirk2, over_two, AirMotion::Axle),
+        (TimeRule::Sdirk2, one, AirMotion::WithTread),
+        (TimeRule::Sdirk2, two, AirMotion::Road),
+        (TimeRule::Bdf2, one, AirMotion::Road),
     ] {
-        let layout = layout(rule, substeps);
+        let (layout, substeps) = (layout(rule, advance), advance.substeps);
         let model = model(layout, &waves, tyre, air, vec![delay]);
         let pressures = UnitPressures::of(&model, surface_green(half_width));
         assert_eq!(pressures.0.blocks(), layout.places());
-        assert_eq!(pressures.0.of_block(0, 0).count(), (150.0 / layout.resolution()) as usize + 1);
+        let bins = layout.bins().min((150.0 / layout.resolution()) as usize + 1);
+        assert_eq!(pressures.0.of_block(0, 0).count(), bins);
         for (stage, column, phase, bin) in [(0, 0, 0, 3), (layout.stages() - 1, 4, substeps - 1, 9)] {
             let angular = layout.angular_frequency(bin);
             let x_c =

@@ -51,9 +51,9 @@ impl Window {
         let unit = std::f64::consts::TAU / layout.elements as f64;
         let angles = (0..half).map(|index| unit * ((columns / 2 + index) as f64 - from_middle));
         let middle = layout.first_position + from_middle * layout.circumference / layout.elements as f64;
-        let steps = (layout.elements * layout.substeps) as f64;
+        let steps = layout.advance.steps(layout.elements) as f64;
         let place = |substep: usize| middle / layout.circumference - substep as f64 / steps;
-        let turns = (0..layout.substeps).flat_map(|substep| (0..=most).map(move |n| n as f64 * place(substep)));
+        let turns = (0..layout.substeps()).flat_map(|substep| (0..=most).map(move |n| n as f64 * place(substep)));
         let places = turns.map(|turns| Complex64::from_polar(1.0, -std::f64::consts::TAU * turns)).collect();
         let table = |shape: fn(f64) -> f64| {
             angles.clone().flat_map(|angle| (0..=most).map(move |n| shape(n as f64 * angle) as f32)).collect()
@@ -90,7 +90,7 @@ impl Window {
         let (real, imaginary) = out.split_at_mut(waves * blocks.len());
         real.fill(0.0);
         imaginary.fill(0.0);
-        let substeps = model.layout.substeps;
+        let substeps = model.layout.substeps();
         let channels = 0..self.actions.len() * components;
         for (channel, substep) in channels.flat_map(|a| (0..substeps).map(move |b| (a, b))) {
             let (stage, component) = (channel / components, channel % components);

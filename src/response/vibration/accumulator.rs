@@ -156,7 +156,7 @@ impl VibrationAccumulator {
     /// Adds the complete segment to the sums and moves the forces on by a hop.
     fn close(&mut self) {
         let layout = self.layout;
-        let (width, substeps, bases) = (layout.width(), layout.substeps, layout.base_bins());
+        let (width, substeps, bases) = (layout.width(), layout.substeps(), layout.base_bins());
         // 1. The first segment's mean pattern off, weighted, transformed over time.
         for place in 0..layout.places() {
             let (column, phase) = (place / substeps, place % substeps);
@@ -204,7 +204,7 @@ impl VibrationAccumulator {
         let hop = layout.hop() as f64;
         let segments = self.segments as f64;
         // A place occurs in each q-th step of a segment.
-        let steps = segments * hop / layout.substeps as f64;
+        let steps = segments * hop / layout.substeps() as f64;
         // 1. The mean pattern of the whole record.
         let mean: Vec<f64> = self.weighted.iter().map(|sum| sum / steps).collect();
         let scale = 1.0 / (segments * hop * layout.length() as f64);
@@ -232,7 +232,7 @@ impl VibrationAccumulator {
                 if base < LOWEST {
                     let places = layout.places();
                     let offset: Vec<Complex64> = (0..places)
-                        .map(|place| windows[place % layout.substeps][base] * (mean[place] - self.reference[place]))
+                        .map(|place| windows[place % layout.substeps()][base] * (mean[place] - self.reference[place]))
                         .collect();
                     spectra.correct(&mut share, base, &offset, &self.lowest[base * places..][..places], segments);
                 }
@@ -270,14 +270,14 @@ impl VibrationAccumulator {
     fn window_transforms(&self) -> Vec<Vec<Complex64>> {
         let layout = self.layout;
         let transform = |phase: usize| {
-            let steps = (layout.first_step(phase)..layout.length()).step_by(layout.substeps);
+            let steps = (layout.first_step(phase)..layout.length()).step_by(layout.substeps());
             let mut series: Vec<f64> = steps.map(|step| layout.weight(step)).collect();
             let mut spectrum = self.transform.make_output_vec();
             // The only error is a wrong length; both have the planned length.
             let _ = self.transform.process(&mut series, &mut spectrum);
             spectrum
         };
-        (0..layout.substeps).map(transform).collect()
+        (0..layout.substeps()).map(transform).collect()
     }
 }
 

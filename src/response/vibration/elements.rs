@@ -64,7 +64,7 @@ impl ElementVelocities {
         let all = points * layout.bins();
         let part = |part: usize| layout.elements * part / PARTS..layout.elements * (part + 1) / PARTS;
         Self {
-            first: [first_element, first_element + (layout.hop() / layout.substeps) as i64],
+            first: [first_element, first_element + layout.advance.elements(layout.hop() as i64)],
             parts: (0..PARTS)
                 .map(part)
                 .filter(|range| !range.is_empty())
@@ -194,13 +194,16 @@ impl Part {
 
     /// Fills the series with the weighted forces of an element over the segment.
     fn passages(&mut self, element: usize, first: i64, force: impl Fn(usize, usize) -> f64) {
-        let SegmentLayout { elements, substeps, revolutions, columns, phase, .. } = self.layout;
+        let SegmentLayout { elements, advance, revolutions, columns, phase, .. } = self.layout;
         self.series.fill(0.0);
         for column in 0..columns {
             // Number of elements by which the window has moved on when the element is in the column.
             let moved = (element as i64 - first - column as i64).rem_euclid(elements as i64) as usize;
-            for shift in (0..=revolutions).map(|revolution| (moved + revolution * elements) * substeps) {
-                for step in (shift..shift + substeps).filter_map(|step| step.checked_sub(phase)) {
+            if !moved.is_multiple_of(advance.elements_per_step) {
+                continue;
+            }
+            for shift in (0..=revolutions).map(|revolution| advance.steps(moved + revolution * elements)) {
+                for step in (shift..shift + advance.substeps).filter_map(|step| step.checked_sub(phase)) {
                     if let Some(entry) = self.series.get_mut(step) {
                         *entry = self.layout.weight(step) * force(step, column);
                     }

@@ -1,6 +1,7 @@
 //! Sizes of a segment, and the bins of both frames.
 //!
-//! A revolution is exactly N q steps. A segment of r revolutions has K = r N q steps, bins df = 1/(K dt) apart, and the
+//! A revolution is exactly N q steps (with s elements to a step N/s, q being 1: all of this holds with N q = N/s). A
+//! segment of r revolutions has K = r N q steps, bins df = 1/(K dt) apart, and the
 //! rotation shifts the wavenumber n by n V/L = n r df: a whole number of bins, so both frames have the same bins. The
 //! forces are sampled at instants of the material, so the material frequency is the one within the Nyquist interval: w'
 //! = w - n Omega, aliased there by whole sampling rates where it lies outside.
@@ -18,6 +19,7 @@ use num_complex::Complex64;
 use super::products;
 use crate::numeric::transform_multiply_adds;
 use crate::scene::TimeRule;
+use crate::time_rule::Advance;
 
 /// How the forces of a column are resolved across the strip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,8 +42,8 @@ pub enum Across {
 pub struct SegmentLayout {
     /// Elements N round the tyre; even.
     pub elements: usize,
-    /// Steps q per element.
-    pub substeps: usize,
+    /// How far the tyre rolls in a step: by a q-th of an element, or by s elements.
+    pub advance: Advance,
     /// Revolutions r of a segment.
     pub revolutions: usize,
     /// Columns of the contact window.
@@ -78,9 +80,14 @@ impl SegmentLayout {
         (fitting > 0).then(|| wanted.min(fitting) as usize)
     }
 
+    /// Steps q per element.
+    pub const fn substeps(&self) -> usize {
+        self.advance.substeps
+    }
+
     /// Number of steps K of a segment.
     pub fn length(&self) -> usize {
-        self.revolutions * self.elements * self.substeps
+        self.revolutions * self.advance.steps(self.elements)
     }
 
     /// Number of steps from one segment to the next.
@@ -90,7 +97,7 @@ impl SegmentLayout {
 
     /// Number of steps K/q of a segment in which the window stands at one substep.
     pub fn base_length(&self) -> usize {
-        self.revolutions * self.elements
+        self.length() / self.substeps()
     }
 
     /// Number of base bins, 0..=K/(2q).
@@ -100,7 +107,7 @@ impl SegmentLayout {
 
     /// Number of Fourier transforms per segment: over time for every place, over the columns for every base bin.
     pub fn transforms(&self) -> u64 {
-        (self.places() + self.channels() * self.substeps * self.base_bins()) as u64
+        (self.places() + self.channels() * self.substeps() * self.base_bins()) as u64
     }
 
     /// Number of multiply-adds per segment: real transforms over time, complex ones over the columns, two for every
@@ -108,7 +115,7 @@ impl SegmentLayout {
     pub fn multiply_adds(&self) -> f64 {
         let over_time = 0.5 * self.places() as f64 * transform_multiply_adds(self.base_length());
         let over_columns =
-            (self.channels() * self.substeps * self.base_bins()) as f64 * transform_multiply_adds(self.elements);
+            (self.channels() * self.substeps() * self.base_bins()) as f64 * transform_multiply_adds(self.elements);
         let of_number = match self.across {
             Across::Even => 2,
             Across::Resolved { .. } => 4 * self.channels(),
@@ -154,7 +161,7 @@ impl SegmentLayout {
 
     /// Number of places: pairs of a force of a step and a substep.
     pub fn places(&self) -> usize {
-        self.width() * self.substeps
+        self.width() * self.substeps()
     }
 
     /// Number of values that are stored for each bin: for every wavenumber the mean products of the stages' forces, or
@@ -187,7 +194,7 @@ impl SegmentLayout {
     pub(crate) fn shared_bins(&self, base: usize) -> impl Iterator<Item = SharedBin> + use<> {
         let (period, last) = (self.base_length(), self.length() / 2);
         let twice = base > 0 && 2 * base != period;
-        (0..=self.substeps / 2 + 1).flat_map(move |m| {
+        (0..=self.substeps() / 2 + 1).flat_map(move |m| {
             let below = (twice && m > 0).then(|| SharedBin { bin: m * period - base, conjugate: true });
             let above = SharedBin { bin: m * period + base, conjugate: false };
             below.into_iter().chain([above]).filter(move |shared| shared.bin <= last)
@@ -196,7 +203,7 @@ impl SegmentLayout {
 
     /// Most bins that share a base bin.
     pub fn most_shared(&self) -> usize {
-        self.substeps
+        self.substeps()
     }
 
     /// Bin k' of the material frame, -K/2 < k' <= K/2, for the bin k and the wavenumber n of the non-rotating one.
@@ -229,17 +236,17 @@ impl SegmentLayout {
 
     /// Substep of a step of a segment.
     pub fn phase_of(&self, step: usize) -> usize {
-        (self.phase + step) % self.substeps
+        (self.phase + step) % self.substeps()
     }
 
     /// Place of a force, counted channel after channel, at a step of a segment.
     pub fn place(&self, step: usize, force: usize) -> usize {
-        force * self.substeps + self.phase_of(step)
+        force * self.substeps() + self.phase_of(step)
     }
 
     /// First step of a segment at a substep.
     pub fn first_step(&self, phase: usize) -> usize {
-        (phase + self.substeps - self.phase) % self.substeps
+        (phase + self.substeps() - self.phase) % self.substeps()
     }
 
     /// exp(-2 pi i k l_p/K): the transform of a substep p begins with its first step l_p.
@@ -258,10 +265,10 @@ impl SegmentLayout {
 mod tests {
     use super::*;
 
-    pub(crate) fn layout(elements: usize, substeps: usize, revolutions: usize) -> SegmentLayout {
+    pub(crate) fn layout(elements: usize, advance: impl Into<Advance>, revolutions: usize) -> SegmentLayout {
         SegmentLayout {
             elements,
-            substeps,
+            advance: advance.into(),
             revolutions,
             columns: 5,
             across: Across::Even,
@@ -297,6 +304,8 @@ mod tests {
 
     #[test]
     fn both_frames_have_the_same_bins() {
+        let over_four = Advance::over(4);
+        assert_eq!(layout(16, over_four, 3).material_bin(0, -5), 3, "15 bins on, of 12");
         let layout = layout(16, 2, 3);
         for bin in 0..layout.bins() {
             for index in 0..layout.wavenumbers() {

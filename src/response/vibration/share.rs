@@ -57,7 +57,7 @@ impl Share {
             powers: vec![0.0; shared * layout.row()],
             point_transfers: Vec::new(),
             point_powers: Vec::new(),
-            waves: vec![Complex64::ZERO; layout.channels() * layout.substeps * layout.elements],
+            waves: vec![Complex64::ZERO; layout.channels() * layout.substeps() * layout.elements],
             row: vec![Complex64::ZERO; layout.channels() * layout.wavenumbers()],
             scratch: vec![Complex64::ZERO; transform.get_inplace_scratch_len()],
             transform,
@@ -137,7 +137,8 @@ impl Share {
         mut visit: impl FnMut(usize, usize, &[Complex64]),
     ) {
         let Self { layout, waves, row, scratch, transform, .. } = self;
-        let SegmentLayout { elements, substeps, columns, .. } = *layout;
+        let SegmentLayout { elements, columns, .. } = *layout;
+        let substeps = layout.substeps();
         // 1. Transforms over the columns, for each channel and substep.
         for (index, wave) in waves.chunks_exact_mut(elements).enumerate() {
             let (channel, phase) = (index / substeps, index % substeps);

@@ -172,7 +172,8 @@ impl VelocityTable {
     /// Velocity at a position from the axle \[m\] for unit force at each place, by bin of the non-rotating frame.
     pub(in crate::response) fn at_position(&self, position: f64) -> impl FnMut(usize, &mut [Complex64]) + '_ {
         let layout = self.layout;
-        let SegmentLayout { elements, substeps, columns, .. } = layout;
+        let SegmentLayout { elements, columns, .. } = layout;
+        let substeps = layout.substeps();
         let transform = FftPlanner::<f64>::new().plan_fft_forward(elements);
         let mut row = vec![Complex64::ZERO; elements];
         let mut scratch = vec![Complex64::ZERO; transform.get_inplace_scratch_len()];

@@ -10,7 +10,7 @@ use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Optional, Whole};
 use crate::scene::sizes::MOST;
 use crate::scene::table::{Keys, Kind, Nested, Table, Value};
-use crate::time_rule::TimeRule;
+use crate::time_rule::{Advance, TimeRule};
 
 const FORMER_RULES: [[&str; 2]; 2] = [
     ["trapezoidal", "write \"sdirk2\", of the same order, whose force does not ring at half the sampling frequency"],
@@ -33,6 +33,8 @@ keys! {
         elements: usize = 512 => Elements,
         /// Time steps q per element rolled.
         substeps: usize = 1 => Whole::between(1, MOST),
+        /// Elements s rolled in a time step, beside `substeps = 1`; N is a multiple of 2 s.
+        elements_per_step: usize = 1 => Whole::between(1, MOST),
         /// Time rule; by default `sdirk2`, with a direct history `bdf2`.
         time_rule: TimeRule = TimeRule::Sdirk2 => OneOf::instead_of(&FORMER_RULES),
         /// Treatment of the force history; by default by poles, or as a sum if a `memory` is given.
@@ -83,6 +85,16 @@ impl Numerics {
         Some(format!(": numerics.fmax = {fmax} Hz is not reached"))
     }
 
+    /// How far the tyre rolls in a step.
+    pub const fn advance(&self) -> Advance {
+        Advance { substeps: self.substeps, elements_per_step: self.elements_per_step }
+    }
+
+    /// Sets how far the tyre rolls in a step.
+    pub const fn take_advance(&mut self, advance: Advance) {
+        Advance { substeps: self.substeps, elements_per_step: self.elements_per_step } = advance;
+    }
+
     /// `memory_limit` in bytes.
     pub fn memory_bytes(&self) -> u64 {
         (self.memory_limit * 1e9) as u64
@@ -102,6 +114,17 @@ fn numerics(table: &mut Table<'_>) -> Option<Numerics> {
         return table.complain("fmax", Problem::missing(&wanted));
     }
     let mut read = read?;
+    let Numerics { elements, substeps, elements_per_step, .. } = read;
+    if elements_per_step > 1 && substeps > 1 {
+        let wrong = format!("a step cannot roll {elements_per_step} elements and a part of one, substeps = {substeps}");
+        return table.complain("elements_per_step", Problem::new(wrong, "either this or `substeps`"));
+    }
+    let is_left_open = table.has("fmax") && !table.has("elements");
+    if elements_per_step > 1 && !is_left_open && !elements.is_multiple_of(2 * elements_per_step) {
+        let wrong = format!("{elements} elements are no multiple of twice {elements_per_step}");
+        let right = format!("1, or elements = {}", elements.next_multiple_of(2 * elements_per_step));
+        return table.complain("elements_per_step", Problem::new(wrong, right));
+    }
     // A given memory implies the sum; its convolution weights exist for multistep rules only.
     if table.has("memory") && !table.has("history") {
         read.history = History::Direct;

@@ -312,6 +312,7 @@ fn numerics() -> impl Strategy<Value = Numerics> {
                 accuracy: None,
                 elements: 16 + 2 * (half % 400_000),
                 substeps,
+                elements_per_step: 1,
                 time_rule,
                 history: history.0,
                 pole_tolerance: history.1,

@@ -118,6 +118,7 @@ pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64, is_outlin
 fn is_coarser(settings: &Settings, reference: &Settings) -> bool {
     settings.numerics.elements < reference.numerics.elements
         || settings.numerics.substeps < reference.numerics.substeps
+        || settings.numerics.elements_per_step > reference.numerics.elements_per_step
         || settings.numerics.pole_tolerance > reference.numerics.pole_tolerance
         || settings.contact.slice_tolerance > reference.contact.slice_tolerance
         || settings.contact.cells_across < reference.contact.cells_across

@@ -52,8 +52,9 @@ impl Settings {
         let Self { numerics, contact, cell_length } = &mut settings;
         let need = Need { highest, row: Some(row) };
         let (length, speed) = (scene.tyre.circumference, scene.rolling.speed());
-        let Resolution { elements, substeps } = Resolution::new(need, length, speed, row.time_rule, None, None);
-        (numerics.elements, numerics.substeps, numerics.time_rule) = (elements, substeps, row.time_rule);
+        let Resolution { elements, advance } = Resolution::new(need, length, speed, row.time_rule, None, None);
+        numerics.take_advance(advance);
+        (numerics.elements, numerics.time_rule) = (elements, row.time_rule);
         (numerics.history, numerics.pole_tolerance) = (History::Modal, row.pole_tolerance);
         (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
         numerics.contact_tolerance = row.contact_tolerance;
@@ -83,7 +84,8 @@ impl Settings {
             // An even number: it is halved to see whether it is enough.
             (0.5 * steps / elements as f64).ceil().max(1.0) as usize * 2
         });
-        (numerics.elements, numerics.substeps) = (elements, substeps);
+        numerics.take_advance(substeps.into());
+        numerics.elements = elements;
         if numerics.time_rule.runge_kutta().is_none() {
             numerics.time_rule = TimeRule::Bdf2;
         }
@@ -123,7 +125,7 @@ impl Settings {
     }
 
     pub(crate) fn steps(&self) -> usize {
-        self.numerics.elements * self.numerics.substeps
+        self.numerics.advance().steps(self.numerics.elements)
     }
 
     /// Time steps of a scene's tyre at its speed \[Hz\].
@@ -134,7 +136,7 @@ impl Settings {
     /// The settings in one line.
     pub(crate) fn label(&self) -> String {
         let Self { numerics, contact, .. } = self;
-        let (elements, substeps, rule) = (numerics.elements, numerics.substeps, numerics.time_rule.name());
+        let (elements, advance, rule) = (numerics.elements, numerics.advance(), numerics.time_rule.name());
         let cells = contact.cells_across.map_or_else(String::new, |cells| format!(", {cells} cells across"));
         let history = match numerics.history {
             History::Modal => format!("poles {:.0e}", numerics.pole_tolerance),
@@ -142,7 +144,7 @@ impl Settings {
         };
         let has_curves = contact.zone == Zone::Slices && contact.slice_tolerance > 0.0;
         let curves = if has_curves { format!(", curves {:.0e} m", contact.slice_tolerance) } else { String::new() };
-        format!("N = {elements}, q = {substeps}, {rule}, {history}{cells}{curves}")
+        format!("N = {elements}, {advance}, {rule}, {history}{cells}{curves}")
     }
 }
 

@@ -16,6 +16,7 @@ use super::*;
 use crate::response::PowerSpectrum;
 use crate::scene::{PLATE, Scene, TimeRule, Tyre};
 use crate::storage::state::SavedState;
+use crate::time_rule::Advance;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::model::Entry;
 use crate::tyre::poles::{FitOptions, RationalModel, TangentialModel, WaveModes, fit};
@@ -70,10 +71,10 @@ fn turning_response() -> TyreResponse<'static> {
     TyreResponse { model: MODEL.get_or_init(|| turned(model())), ..response() }
 }
 
-fn layout(elements: usize, substeps: usize, revolutions: usize, phase: usize) -> SegmentLayout {
+fn layout(elements: usize, advance: impl Into<Advance>, revolutions: usize, phase: usize) -> SegmentLayout {
     SegmentLayout {
         elements,
-        substeps,
+        advance: advance.into(),
         revolutions,
         columns: COLUMNS,
         across: Across::Even,
@@ -104,8 +105,8 @@ fn windowed_segment(layout: &SegmentLayout, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let width = layout.width();
     let mut forces = noise(layout, layout.length(), 0.0, seed);
     for place in 0..layout.places() {
-        let (column, phase) = (place / layout.substeps, place % layout.substeps);
-        let steps: Vec<usize> = (layout.first_step(phase)..layout.length()).step_by(layout.substeps).collect();
+        let (column, phase) = (place / layout.substeps(), place % layout.substeps());
+        let steps: Vec<usize> = (layout.first_step(phase)..layout.length()).step_by(layout.substeps()).collect();
         let swing = |step: usize| 2.0 * layout.weight(step).powi(2) - 1.0;
         // Repeated: the swing's mean over a substep's steps is not exactly zero.
         for _ in 0..60 {
@@ -261,7 +262,7 @@ fn all_elements_have_the_mean_over_the_circumference() {
     // Segments of an odd number of revolutions begin half a turn on; few enough bins for the mean pattern, which the
     // first segment does not know, to be taken off exactly in all of them.
     for (substeps, revolutions, phase, first) in [(1, 1, 0, 5), (2, 1, 1, -3), (3, 1, 2, 40)] {
-        let layout = SegmentLayout { elements: 14, ..layout(14, substeps, revolutions, phase) };
+        let layout = layout(14, substeps, revolutions, phase);
         let options = FitOptions::new(&tyre, layout.elements, 20.0).with_tolerance(1e-3);
         let model = fit(&tyre, &options).unwrap();
         let top = layout.angular_frequency(layout.bins() - 1);
@@ -314,7 +315,7 @@ fn mean_over_elements(layout: SegmentLayout, kind: TransferKind, first: i64, res
         for bin in 0..layout.bins() - 1 {
             let sum: f64 = points.clone().map(|point| element_spectrum(&patch, point).power[bin]).sum();
             let error = (sum / 14.0 - field.material_varying.power[bin]).abs() / largest;
-            assert!(error < 1e-10, "{:?}, q = {}, bin {bin}: {error:e}", field.field, layout.substeps);
+            assert!(error < 1e-10, "{:?}, q = {}, bin {bin}: {error:e}", field.field, layout.substeps());
         }
     }
 }

@@ -87,8 +87,9 @@ fn velocities_and_power_are_the_double_sums_over_waves() {
 fn double_sums(elements: usize, models: &[RationalModel], waves: &CarriedWaves) {
     let grid = grid(elements);
     let shape = |m: usize, j: usize| grid.shape(m, j);
-    for (substeps, revolutions, phase) in [(1, 2, 0), (2, 1, 1)] {
-        let even = layout(elements, substeps, revolutions, phase);
+    let over_two = Advance::over(2);
+    for (advance, revolutions, phase) in [(1.into(), 2, 0), (2.into(), 1, 1), (over_two, 2, 0)] {
+        let even = layout(elements, advance, revolutions, phase);
         let (plain, weighted) = windowed_segment(&resolved(even, ACROSS, 1), 31);
         let (plain, weighted) = (by_cell(&even, &plain), by_cell(&even, &weighted));
         let (of_mean, of_power) = (resolved(even, IN_MEAN.len(), 2), resolved(even, CARRIED.len(), 1));
@@ -117,7 +118,7 @@ fn double_sums(elements: usize, models: &[RationalModel], waves: &CarriedWaves) 
             let mut sum = Complex64::ZERO;
             for (step, row) in weighted.chunks_exact(COLUMNS * ACROSS).enumerate() {
                 for (cell, force) in row.iter().enumerate() {
-                    let element = ((phase + step) / substeps + cell / ACROSS) as f64;
+                    let element = advance.elements((phase + step) as i64) as f64 + (cell / ACROSS) as f64;
                     let turns = n as f64 * element / elements as f64 + (bin * step) as f64 / length as f64;
                     let shape = shape(m, cell % ACROSS);
                     sum += shape * force * Complex64::from_polar(1.0, -2.0 * PI * turns);
@@ -156,7 +157,7 @@ fn double_sums(elements: usize, models: &[RationalModel], waves: &CarriedWaves) 
             let largest = expected.iter().fold(0.0_f64, |a, &b| a.max(b));
             for (bin, exact) in expected.iter().enumerate().take(even.bins() - 1).skip(1) {
                 let error = (field.material.power[bin] - exact).abs() / largest;
-                assert!(error < 1e-6, "{:?}, q = {substeps}, bin {bin}: {error:e}", field.field);
+                assert!(error < 1e-6, "{:?}, {advance}, bin {bin}: {error:e}", field.field);
             }
             let [material, road] = [&field.material, &field.non_rotating].map(PowerSpectrum::mean_square);
             assert!((material / (road + field.mean_pattern) - 1.0).abs() < 1e-12);

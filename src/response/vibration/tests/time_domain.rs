@@ -15,11 +15,12 @@ fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f6
     let mut history = ModalHistory::new(model(), Field::Surface, rule, TIME_STEP, model().elements).unwrap();
     let first_weights = ModalHistory::first_weights(model(), Field::Surface, rule, TIME_STEP).unwrap();
     let instant = Ring::new(elements).elements_of(|n| first_weights[n]).to_vec();
-    // Two elements more on either side: an element that enters the window carries no force yet, as in a run.
-    let mut power = ContactPower::new(rule, TIME_STEP, COLUMNS + 4);
+    // More elements on either side: one that enters the window carries no force yet, as in a run.
+    let margin = 2 * layout.advance.elements_per_step;
+    let mut power = ContactPower::new(rule, TIME_STEP, COLUMNS + 2 * margin);
     let (mut last, mut work) = (Vec::new(), 0.0);
     for step in 0..periods * length {
-        let first = ((layout.phase + step) / layout.substeps) as i64;
+        let first = layout.advance.elements((layout.phase + step) as i64);
         let mut all = vec![0.0; elements];
         let (mut window, mut wide) = (Vec::new(), Vec::new());
         for row in forces[step % length * layout.width()..][..layout.width()].chunks_exact(COLUMNS) {
@@ -31,10 +32,13 @@ fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f6
                 }
             }
             history.push(first, row);
-            window.extend((-2..COLUMNS as i64 + 2).map(|c| all[(first + c).rem_euclid(elements as i64) as usize]));
-            wide.extend([0.0; 2].iter().chain(row).chain(&[0.0; 2]));
+            window.extend(
+                (-(margin as i64)..(COLUMNS + margin) as i64)
+                    .map(|c| all[(first + c).rem_euclid(elements as i64) as usize]),
+            );
+            wide.extend(vec![0.0; margin].iter().chain(row).chain(&vec![0.0; margin]));
         }
-        let put_in = power.push(first - 2, &wide, &window);
+        let put_in = power.push(first - margin as i64, &wide, &window);
         if step >= (periods - 1) * length {
             last.push(all);
             work += put_in;
@@ -66,7 +70,7 @@ fn periodic(
     field: VibrationField,
     tangential: &TangentialModel,
 ) -> Vec<Vec<f64>> {
-    let SegmentLayout { elements, substeps, .. } = *layout;
+    let SegmentLayout { elements, advance, .. } = *layout;
     let method = layout.rule.runge_kutta().unwrap();
     let (length, stages) = (layout.length(), layout.stages());
     let mut all = vec![vec![0.0; elements]; length];
@@ -82,7 +86,7 @@ fn periodic(
             .chunks_exact(COLUMNS)
             .enumerate()
             .map(|(instant, row)| {
-                let first = (layout.phase + instant / stages) / substeps;
+                let first = advance.elements((layout.phase + instant / stages) as i64) as usize;
                 row.iter().enumerate().map(|(column, force)| force * turn(first + column).conj()).sum()
             })
             .collect();
@@ -171,8 +175,8 @@ pub(super) fn compare(
     let scale = 2.0 / (length * length);
     let bins = layout.bins();
     let last = bins - 1;
-    let SegmentLayout { rule, substeps, revolutions, .. } = *layout;
-    let name = format!("{rule:?}, q = {substeps}, r = {revolutions}, {field:?}");
+    let SegmentLayout { rule, advance, revolutions, .. } = *layout;
+    let name = format!("{rule:?}, {advance}, r = {revolutions}, {field:?}");
 
     let material: Vec<f64> = (0..bins)
         .map(|bin| {
@@ -237,7 +241,7 @@ pub(super) fn compare(
                     .sum::<Complex64>()
                     / ELEMENTS as f64;
                 let elements_on = (position - layout.first_position) * ELEMENTS as f64 / layout.circumference
-                    + (layout.phase + step) as f64 / substeps as f64;
+                    + (layout.phase + step) as f64 * TIME_STEP / advance.time_of_element(TIME_STEP);
                 let turn = Complex64::from_polar(1.0, 2.0 * PI * n * elements_on / ELEMENTS as f64);
                 sum += layout.share(index) * wave * turn;
             }
@@ -258,20 +262,28 @@ pub(super) fn compare(
     0.5 * dissipation.total()
 }
 
-/// Cases: substeps, revolutions, substep of the first step.
-pub(super) const CASES: [(usize, usize, usize); 5] = [(1, 1, 0), (1, 3, 0), (2, 1, 1), (2, 2, 0), (3, 1, 2)];
+/// Cases: substeps and elements per step, revolutions, substep of the first step.
+pub(super) const CASES: [(Advance, usize, usize); 7] = [
+    (Advance::within(1), 1, 0),
+    (Advance::within(1), 3, 0),
+    (Advance::within(2), 1, 1),
+    (Advance::within(2), 2, 0),
+    (Advance::within(3), 1, 2),
+    (Advance::over(2), 1, 0),
+    (Advance::over(4), 3, 0),
+];
 
 #[test]
 fn spectra_of_fields_and_points_are_those_of_the_time_domain() {
     for rule in TimeRule::ALL {
-        for (substeps, revolutions, phase) in CASES {
-            let layout = SegmentLayout { rule, ..layout(ELEMENTS, substeps, revolutions, phase) };
+        for (advance, revolutions, phase) in CASES {
+            let layout = SegmentLayout { rule, ..layout(ELEMENTS, advance, revolutions, phase) };
             let (plain, weighted) = windowed_segment(&layout, 5);
             // Until a creep at 1 Hz has died out.
             let (displacement, power) = rolled(&layout, &weighted, 12_000 / layout.length());
             let dissipated = compare(&layout, &plain, &response(), VibrationField::Tread, &displacement);
             let error = (dissipated / power - 1.0).abs();
-            assert!(error < 1e-6, "{rule:?}, q = {substeps}: {power} W put in, error {error:e}");
+            assert!(error < 1e-6, "{rule:?}, {advance}: {power} W put in, error {error:e}");
         }
     }
 }
@@ -283,8 +295,8 @@ fn all_fields_of_rules_with_stages_are_those_of_the_time_domain() {
     let tangential = tangential_model(&tyre, model(), top).unwrap();
     let response = TyreResponse { tangential: Some(&tangential), ..response() };
     for rule in [TimeRule::Sdirk2, TimeRule::Sdirk3] {
-        for (substeps, revolutions, phase) in CASES {
-            let layout = SegmentLayout { rule, ..layout(ELEMENTS, substeps, revolutions, phase) };
+        for (advance, revolutions, phase) in CASES {
+            let layout = SegmentLayout { rule, ..layout(ELEMENTS, advance, revolutions, phase) };
             let (plain, weighted) = windowed_segment(&layout, 6);
             for field in [VibrationField::Tread, VibrationField::Belt, VibrationField::Tangential] {
                 compare(&layout, &plain, &response, field, &periodic(&layout, &weighted, field, &tangential));

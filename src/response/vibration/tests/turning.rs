@@ -102,7 +102,7 @@ impl TurningRing {
     /// Displacements by field of all elements at the ends of the steps over the last of many periods of the same
     /// forces, and the mean power that they put in over it \[W\].
     fn rolled(&self, layout: &SegmentLayout, forces: &[f64]) -> ([Vec<Vec<f64>>; 3], f64) {
-        let SegmentLayout { rule, substeps, .. } = *layout;
+        let SegmentLayout { rule, advance, .. } = *layout;
         let (length, stages) = (layout.length(), layout.stages());
         // Until a creep of 40/s has died out.
         let periods = 900 / length + 2;
@@ -110,7 +110,7 @@ impl TurningRing {
         for (n, (modes, constants)) in self.modes.iter().zip(&self.constants).enumerate() {
             let turn = |element: usize| Complex64::from_polar(1.0, 2.0 * PI * (n * element) as f64 / ELEMENTS as f64);
             let wave = |(instant, row): (usize, &[f64])| -> Complex64 {
-                let first = (layout.phase + instant / stages) / substeps;
+                let first = advance.elements((layout.phase + instant / stages) as i64) as usize;
                 row.iter().enumerate().map(|(column, force)| force * turn(first + column).conj()).sum()
             };
             let waves: Vec<Complex64> = forces.chunks_exact(COLUMNS).enumerate().map(wave).collect();
@@ -145,19 +145,23 @@ impl TurningRing {
 /// Mean power that forces put in over a period of displacements \[W\].
 fn put_in(layout: &SegmentLayout, forces: &[f64], displacement: &[Vec<f64>]) -> f64 {
     let (length, stages) = (layout.length(), layout.stages());
-    // Two elements more on either side: an element that enters the window carries no force yet, as in a run.
-    let mut power = ContactPower::new(layout.rule, TIME_STEP, COLUMNS + 4);
+    // More elements on either side: one that enters the window carries no force yet, as in a run.
+    let margin = 2 * layout.advance.elements_per_step;
+    let mut power = ContactPower::new(layout.rule, TIME_STEP, COLUMNS + 2 * margin);
     let mut work = 0.0;
     for step in 0..2 * length {
-        let first = ((layout.phase + step) / layout.substeps) as i64;
+        let first = layout.advance.elements((layout.phase + step) as i64);
         let (mut window, mut wide) = (Vec::new(), Vec::new());
         let rows = forces[step % length * layout.width()..][..layout.width()].chunks_exact(COLUMNS);
         for (stage, row) in rows.enumerate() {
             let all = &displacement[step % length * stages + stage];
-            window.extend((-2..COLUMNS as i64 + 2).map(|c| all[(first + c).rem_euclid(ELEMENTS as i64) as usize]));
-            wide.extend([0.0; 2].iter().chain(row).chain(&[0.0; 2]));
+            window.extend(
+                (-(margin as i64)..(COLUMNS + margin) as i64)
+                    .map(|c| all[(first + c).rem_euclid(ELEMENTS as i64) as usize]),
+            );
+            wide.extend(vec![0.0; margin].iter().chain(row).chain(&vec![0.0; margin]));
         }
-        let put_in = power.push(first - 2, &wide, &window);
+        let put_in = power.push(first - margin as i64, &wide, &window);
         work += if step >= length { put_in } else { 0.0 };
     }
     work / length as f64
@@ -205,15 +209,15 @@ fn fields_of_a_turning_tyre_are_those_of_the_time_domain() {
     assert!(model.turns());
     let response = TyreResponse { model: &model, scale: 1.0, spring: 0.0, tangential: Some(&tangential) };
     for rule in TimeRule::ALL {
-        for (substeps, revolutions, phase) in CASES {
-            let layout = SegmentLayout { rule, ..layout(ELEMENTS, substeps, revolutions, phase) };
+        for (advance, revolutions, phase) in CASES {
+            let layout = SegmentLayout { rule, ..layout(ELEMENTS, advance, revolutions, phase) };
             let (plain, weighted) = windowed_segment(&layout, 5);
             let (displacements, power) = ring.rolled(&layout, &weighted);
             for (field, displacement) in FIELDS.into_iter().zip(&displacements) {
                 let dissipated = compare(&layout, &plain, &response, field, displacement);
                 if field == VibrationField::Tread {
                     let error = (dissipated - power).abs() / power.abs();
-                    assert!(error < 1e-6, "{rule:?}, q = {substeps}: {power} W put in, error {error:e}");
+                    assert!(error < 1e-6, "{rule:?}, {advance}: {power} W put in, error {error:e}");
                 }
             }
         }

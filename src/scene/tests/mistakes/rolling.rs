@@ -175,6 +175,11 @@ fn numerics() {
     refused("elements = 512", "elements = 14", 25, "numerics.elements", "14 is too small", "at least 16");
     refused("elements = 512", "elements = -512", 25, "numerics.elements", "-512 is too small", "at least 16");
     refused("elements = 512", "substeps = 0", 25, "numerics.substeps", "0 is too small", "at least 1");
+    let key = "numerics.elements_per_step";
+    let both = "substeps = 2\nelements_per_step = 4";
+    refused("elements = 512", both, 26, key, "a part of one", "either this or `substeps`");
+    let odd = "elements = 512\nelements_per_step = 3";
+    refused("elements = 512", odd, 26, key, "no multiple of twice 3", "1, or elements = 516");
     refused(
         "elements = 512",
         "time_rule = \"bdf3\"",

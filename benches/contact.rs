@@ -83,7 +83,7 @@ fn history(criterion: &mut Criterion) {
 /// direct sum with them differs from it by rounding only.
 fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: usize) -> Weights {
     let elements = model.elements;
-    let mut history = ModalHistory::with_blocks(model, Field::Surface, rule, time_step, elements, 1, None)
+    let mut history = ModalHistory::with_blocks(model, Field::Surface, rule, time_step, [elements, 1], 1, None)
         .expect("the surface is fitted");
     let forward = RealFftPlanner::<f64>::new().plan_fft_forward(elements);
     let (mut ring, mut waves) = (forward.make_input_vec(), forward.make_output_vec());
@@ -133,7 +133,7 @@ fn modal(criterion: &mut Criterion) {
             }
         };
         let history = |instants, single| {
-            ModalHistory::with_blocks(&model, Field::Surface, TimeRule::Bdf2, time_step, columns, instants, single)
+            ModalHistory::with_blocks(&model, Field::Surface, TimeRule::Bdf2, time_step, [columns, 1], instants, single)
                 .expect("the surface is fitted")
         };
         let mut exact = vec![0.0; columns];

@@ -244,7 +244,13 @@ impl Amounts {
         let Expected { columns, .. } = self.expected;
         let (rule, steps) = (numerics.time_rule, plan.steps as f64);
         let turns = plan.decisions.tyre.turns();
-        let work = ModalHistory::expected(rule, numerics.elements, self.poles, columns as usize, turns);
+        let work = ModalHistory::expected(
+            rule,
+            numerics.elements,
+            self.poles,
+            [columns as usize, numerics.elements_per_step],
+            turns,
+        );
         let stages = rule.nodes().len() as f64;
         self.add(Stage::Influence, WorkUnit::Pole, self.poles * stages, WorkPlace::Before);
         self.add(Stage::History, WorkUnit::PoleMultiplyAdd, steps * work.poles, WorkPlace::Background);

@@ -101,9 +101,9 @@ impl FrontRow {
     /// The rows of cells, cheapest first. Half the width lowers the errors of cells of 3.8 mm by up to 1.3 dB for a
     /// quarter more work; these tolerances change levels by less than 0.01 dB (profiles/README.md).
     pub(crate) const OF_CELLS: [Self; 3] = [
-        Self { errors: [5.0, 6.5], cost: 0.24, ..Self::OF_SLICES[0].over_cells([5.8, 4e-3], 2e-3, [1e-3, 1e-4]) },
-        Self { errors: [3.0, 3.5], cost: 1.0, ..Self::OF_SLICES[1].over_cells([11.6, 2e-3], 2e-3, [1e-3, 1e-4]) },
-        Self { errors: [1.5, 2.0], cost: 7.5, ..Self::OF_SLICES[2].over_cells([23.2, 1e-3], 1e-3, [1e-4, 1e-5]) },
+        Self { errors: [3.5, 5.0], cost: 0.24, ..Self::OF_SLICES[0].over_cells([11.6, 2e-3], 2e-3, [1e-3, 1e-4]) },
+        Self { errors: [2.0, 3.0], cost: 1.0, ..Self::OF_SLICES[1].over_cells([23.2, 1e-3], 2e-3, [1e-3, 1e-4]) },
+        Self { errors: [1.0, 2.0], cost: 3.4, ..Self::OF_SLICES[2].over_cells([23.2, 1e-3], 1e-3, [1e-3, 1e-4]) },
     ];
 
     /// The same row over cells: elements in a wave and their largest length \[m\], width of a cell \[m\], tolerances of

@@ -76,7 +76,8 @@ impl HistoryBuilder<'_> {
         let field = self.plan.field;
         let (tolerance, advance) = (self.plan.fit.tolerance, self.plan.scene.numerics.advance());
         let single = self.plan.is_single().then_some(SinglePrecision { tolerance, advance });
-        let history = ModalHistory::with_blocks(&model, field, rule, time_step, self.columns, INSTANTS, single);
+        let windows = [self.columns, advance.elements_per_step];
+        let history = ModalHistory::with_blocks(&model, field, rule, time_step, windows, INSTANTS, single);
         let (first, odd) = ModalHistory::first_weights(&model, field, rule, time_step)
             .zip(ModalHistory::odd_first_weights(&model, field, rule, time_step))
             .ok_or(ContactError::NoSuchField)?;

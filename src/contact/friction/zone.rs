@@ -7,8 +7,8 @@
 //! 3. the forces (module `search`);
 //! 4. slip v = (u + shift) c_0/dt, coefficients of friction and bonds of the next step; the forces join the history.
 //!
-//! W = (V (xi - phi y), V (alpha + phi x)) is the creep of a rigid wheel, risen over the ramp. Two columns ahead of the
-//! window are carried along, so that cells have a history when they come in.
+//! W = (V (xi - phi y), V (alpha + phi x)) is the creep of a rigid wheel, risen over the ramp. The columns that come in
+//! within two steps are carried along ahead of the window, so that cells have a history then.
 
 use std::ops::Range;
 
@@ -32,8 +32,6 @@ use crate::storage::state::{Evolving, StateError, StateStream};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::COMPONENTS;
 
-/// Columns ahead of the window whose displacements are carried along.
-pub(crate) const AHEAD: usize = 2;
 /// Share of mu F_z from which on a force counts as that of slip.
 const FULL: f64 = 1.0 - 1e-7;
 
@@ -65,7 +63,7 @@ pub(crate) struct CellMotion {
 impl CellMotion {
     /// Columns ahead of a window of `columns` columns that are carried along: none where it is the whole tyre.
     pub(crate) fn ahead(&self, columns: usize) -> usize {
-        AHEAD.min(self.geometry.elements - columns)
+        (2 * self.geometry.advance.elements_per_step).min(self.geometry.elements - columns)
     }
 
     /// Slip of a step by creep over c_0 \[m\], forward and to the left, at an element and a cell across.
@@ -79,7 +77,7 @@ impl CellMotion {
     }
 }
 
-/// Cells of a window with friction, column by column, and of [`AHEAD`] columns before it.
+/// Cells of a window with friction, column by column, and of the columns before it that are carried along.
 pub(crate) struct FrictionZone {
     rolling: CellMotion,
     history: Box<dyn CellHistory<COMPONENTS>>,

@@ -77,18 +77,18 @@ impl ModalHistory {
     /// Recursion at rest, in double precision and in blocks of [`INSTANTS`], for windows of at most `columns` columns
     /// that move on by at most an element a step; `None` if the model does not hold the field.
     pub fn new(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, columns: usize) -> Option<Self> {
-        Self::with_blocks(model, field, rule, time_step, columns, INSTANTS, None)
+        Self::with_blocks(model, field, rule, time_step, [columns, 1], INSTANTS, None)
     }
 
     /// Recursion as that of [`Self::new`], in blocks of as many whole steps as `instants` hold, one at least: with one
-    /// step it is the plain recursion, to compare with. Of forces older than a block the poles may be in `single`
-    /// precision.
+    /// step it is the plain recursion, to compare with. Windows have at most so many columns and move on by at most so
+    /// many elements a step; of forces older than a block the poles may be in `single` precision.
     pub fn with_blocks(
         model: &RationalModel,
         field: Field,
         rule: TimeRule,
         time_step: f64,
-        columns: usize,
+        [columns, elements_per_step]: [usize; 2],
         instants: usize,
         single: Option<SinglePrecision>,
     ) -> Option<Self> {
@@ -99,13 +99,14 @@ impl ModalHistory {
         let rows = (0..2 * instants).map(|_| Vec::with_capacity(elements)).collect();
         let lags = 2 * instants - 1;
         let influence = first_influences(model, field, rule, time_step, lags)?;
+        let way = 2 * instants / stages * elements_per_step;
         Some(Self {
             elements,
             instant: 0,
             far: Background::on_a_thread(Far::new(model, field, rule, time_step, instants, single)?),
             old: vec![vec![0.0; elements]; instants],
             rows,
-            near: NearForces::new(&influence, lags, 2 * instants, columns, 2 * instants / stages, model.turns()),
+            near: NearForces::new(&influence, lags, 2 * instants, columns, way, model.turns()),
         })
     }
 
@@ -123,14 +124,20 @@ impl ModalHistory {
         wavenumbers.map(|n| model.modes(n, field).map(|modes| odd_first_weight(&modes, rule, time_step))).collect()
     }
 
-    /// Forecasts work and memory for a model of `poles` poles, conjugates counted, under a rule, with a window of
-    /// `columns` columns; of a tyre that `turns`, or at rest.
-    pub fn expected(rule: TimeRule, elements: usize, poles: f64, columns: usize, turns: bool) -> ExpectedHistory {
+    /// Forecasts work and memory for a model of `poles` poles, conjugates counted, under a rule, with a window of so
+    /// many columns that moves on by so many elements a step; of a tyre that `turns`, or at rest.
+    pub fn expected(
+        rule: TimeRule,
+        elements: usize,
+        poles: f64,
+        [columns, elements_per_step]: [usize; 2],
+        turns: bool,
+    ) -> ExpectedHistory {
         let (stages, instants) = (rule.nodes().len() as f64, INSTANTS as f64);
         let steps_of_block = (INSTANTS / rule.nodes().len()).max(1);
         // An instant sums those of the previous block and, on average, half of the present one.
         let seen = 0.5 * (3.0 * instants - 1.0);
-        let (near, spectrum) = near::expected(elements, columns, 2 * steps_of_block, seen, turns);
+        let (near, spectrum) = near::expected(elements, columns, 2 * steps_of_block * elements_per_step, seen, turns);
         let (odd_bytes, influences) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
         ExpectedHistory {
             poles: expected_multiply_adds(rule, steps_of_block, elements / 2 + 1, poles, turns),
@@ -280,7 +287,7 @@ mod tests {
     fn blocks_are_the_plain_recursion() {
         for (model, rule) in models().iter().flat_map(|model| TimeRule::ALL.map(|rule| (model, rule))) {
             let history = |instants| {
-                ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, COLUMNS, instants, None).unwrap()
+                ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, [COLUMNS, 1], instants, None).unwrap()
             };
             let plain = roll(&mut history(1), rule, 0, 150);
             let largest = plain.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -295,7 +302,7 @@ mod tests {
     /// Recursion in single precision, for poles to within 1e-3.
     fn single(model: &RationalModel, rule: TimeRule) -> ModalHistory {
         let single = Some(SinglePrecision { tolerance: 1e-3, advance: 2.into() });
-        ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, COLUMNS, INSTANTS, single).unwrap()
+        ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, [COLUMNS, 1], INSTANTS, single).unwrap()
     }
 
     #[test]

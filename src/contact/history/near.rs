@@ -1,7 +1,7 @@
 //! Displacements by the forces of the last block and of this one: a short convolution, by Fourier transforms.
 //!
-//! An instant's forces and displacements are restricted to a window of C columns, which has moved on by at most one
-//! element a step since the earliest forces that count. On a ring of M elements, M at least twice as long as the
+//! An instant's forces and displacements are restricted to a window of C columns, which has moved on by at most some
+//! elements a step since the earliest forces that count. On a ring of M elements, M at least twice as long as the
 //! window and the distance moved together, no distance between a force and a column of the window is taken for
 //! another, so that the ring may stand for the tyre's of N elements; where that is not longer it is taken itself.
 //! Influence is an even function of distance, and its spectrum real. Of a tyre that turns it is uneven, and the

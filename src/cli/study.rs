@@ -7,6 +7,7 @@ use crate::run::prepare::checked;
 use crate::scene::{Contact, History, Numerics};
 use crate::study::accuracy::{Knob, Study, StudyCost, StudyOptions, StudyPoint, Sweep, study};
 use crate::study::trial::{LOWEST_BAND, RunDifference};
+use crate::time_rule::Advance;
 use clap::Args;
 use serde_json::json;
 
@@ -202,19 +203,29 @@ fn report(study: &Study) -> Report {
 
 /// All points, one per line.
 fn csv(study: &Study) -> String {
-    let header = "group,point,elements,substeps,time_rule,pole_tolerance,cells_across,slice_tolerance_m,worst_db,\
-                  worst_band_hz,rms_db,force,mean_force,contact_length,rolling_resistance,multiply_adds_per_s,\
-                  march_s_per_s,road_s_per_s,fit_s,on_front";
+    let header = "group,point,elements,substeps,elements_per_step,time_rule,pole_tolerance,cells_across,\
+                  slice_tolerance_m,worst_db,worst_band_hz,rms_db,force,mean_force,contact_length,rolling_resistance,\
+                  multiply_adds_per_s,march_s_per_s,road_s_per_s,fit_s,on_front";
     let line = |(group, point): (Option<&str>, &StudyPoint)| {
         let StudyPoint { label, settings, difference, cost } = point;
-        let Numerics { elements, substeps, time_rule, pole_tolerance, .. } = &settings.numerics;
+        let Numerics { elements, time_rule, pole_tolerance, .. } = &settings.numerics;
+        let Advance { substeps, elements_per_step } = settings.numerics.advance();
         let Contact { cells_across, slice_tolerance, .. } = &settings.contact;
         let RunDifference { worst, worst_band, rms, force, mean_force, contact_length, rolling_resistance } =
             difference;
         let StudyCost { multiply_adds, march, road, fit } = cost;
         let (rule, cells, on_front) = (time_rule.name(), optional(*cells_across), study.front.contains(point));
-        let of_settings =
-            row([&group.unwrap_or("named"), label, elements, substeps, &rule, pole_tolerance, &cells, slice_tolerance]);
+        let of_settings = row([
+            &group.unwrap_or("named"),
+            label,
+            elements,
+            &substeps,
+            &elements_per_step,
+            &rule,
+            pole_tolerance,
+            &cells,
+            slice_tolerance,
+        ]);
         let of_errors = row([worst, worst_band, rms, force, mean_force, contact_length, rolling_resistance]);
         [of_settings, of_errors, row([multiply_adds, march, road, &optional(*fit), &on_front])].concat()
     };

@@ -94,6 +94,10 @@ mod tests {
     use crate::scene::{DEFAULT, Preset, Setting};
     use crate::test_models::{scene_text, with_all_terms};
 
+    fn error_of_cells(preset: Preset) -> Result<u64, Unstated> {
+        Ok(FrontRow::of(preset, Zone::Cells).errors[0].to_bits())
+    }
+
     #[test]
     fn no_error_is_stated_for_elements_longer_than_the_rows() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
@@ -103,8 +107,8 @@ mod tests {
         assert_eq!(stated(&scene), Ok(1.0_f64.to_bits()));
         scene.contact.zone = Zone::Cells;
         assert_eq!(stated(&scene), Err(Unstated::Coarser("numerics.elements")));
-        scene.numerics.elements *= 2;
-        assert_eq!(stated(&scene), Ok(3.0_f64.to_bits()));
+        scene.numerics.elements *= 4;
+        assert_eq!(stated(&scene), error_of_cells(Preset::Standard));
         scene.numerics.fmax = Some(2500.0);
         assert_eq!(stated(&scene), Err(Unstated::OfNoRow));
     }
@@ -116,11 +120,13 @@ mod tests {
         (scene.numerics.preset, scene.numerics.fmax) = (Some(Preset::Draft), Some(1000.0));
         scene.contact.cells_across = Some(56);
         let stated = |scene: &Scene| FrontRow::stated_error(scene).map(|(_, error)| error.to_bits());
-        assert_eq!(stated(&scene), Ok(5.0_f64.to_bits()));
+        assert_eq!(stated(&scene), Err(Unstated::Coarser("numerics.elements")));
+        scene.numerics.elements *= 2;
+        assert_eq!(stated(&scene), error_of_cells(Preset::Draft));
         scene.outputs.levels = Some(MeshLevels { standard_error: 0.5, elements: None, segments: 1 });
-        assert_eq!(stated(&scene), Ok(3.0_f64.to_bits()));
+        assert_eq!(stated(&scene), error_of_cells(Preset::Standard));
         scene.numerics.elements /= 2;
-        assert_eq!(stated(&scene), Ok(5.0_f64.to_bits()));
+        assert_eq!(stated(&scene), error_of_cells(Preset::Draft));
         scene.numerics.elements /= 2;
         assert_eq!(stated(&scene), Err(Unstated::Coarser("numerics.elements")));
     }
@@ -131,7 +137,7 @@ mod tests {
             let texture = "kind = \"made\"\nseed = 1\ntexture = \"sma-8\"";
             let rolling = "speed_kmh = 80.0\nduration = 1.0\naxle = { load = 3400.0 }";
             let numerics = "preset = \"standard\"\nfmax = 1000.0";
-            let text = with_all_terms(&scene_text(1024, texture, rolling, numerics, ""));
+            let text = with_all_terms(&scene_text(2048, texture, rolling, numerics, ""));
             let wishes = [format!("contact.zone=\"{zone}\""), keys.to_owned()].join("\n");
             let settings: Vec<Setting> =
                 wishes.lines().filter(|line| !line.is_empty()).flat_map(Setting::parse).collect();
@@ -141,7 +147,8 @@ mod tests {
             (FrontRow::stated_error(&scene).map(|(_, error)| error.to_bits()), reported)
         };
         assert_eq!(preset("slices", "").0, Ok(1.0_f64.to_bits()));
-        assert_eq!(preset("cells", "").0, Ok(3.0_f64.to_bits()));
+        assert_eq!(preset("cells", "").0, error_of_cells(Preset::Standard));
+        assert_eq!(preset("cells", "numerics.elements_per_step=4").0, error_of_cells(Preset::Standard));
         for (zone, key, value) in [
             ("slices", "contact.cells_across", "20"),
             ("slices", "contact.slice_tolerance", "1e-6"),

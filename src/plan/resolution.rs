@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use crate::numeric::transform_length;
-use crate::scene::{Numerics, Scene, TimeRule};
+use crate::scene::{Numerics, Scene, TimeRule, Zone};
 use crate::time_rule::Advance;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::FitOptions;
@@ -38,6 +38,12 @@ impl Need {
         self.row.map_or(5e-3, |row| row.longest_element)
     }
 
+    /// Longest way that the tyre rolls in a step of several elements \[m\]: an element of the row's slices, since the
+    /// patch has to be resolved in time, too.
+    fn longest_step(&self) -> f64 {
+        self.row.map_or(self.longest_element(), |row| FrontRow::of(row.preset, Zone::Slices).longest_element)
+    }
+
     /// Largest relative error of the rule's rate at fmax, phase and damping together.
     pub(crate) fn rule_error(&self) -> f64 {
         self.row.map_or(Self::RULE_ERROR, FrontRow::rule_error)
@@ -64,8 +70,6 @@ pub(crate) struct Resolution {
 impl Resolution {
     /// Most elements that are proposed: far more than any plan accepts.
     const MOST: f64 = (1_u64 << 30) as f64;
-    /// Longest way that is proposed for a step of several elements \[m\]: the longest element of any row.
-    const LONGEST_STEP: f64 = 8e-3;
 
     /// Chooses N, and q or s, for a need, circumference \[m\], speed \[m/s\] and rule; given values stay. N is the
     /// next even number without prime factors above 5, s the largest power of two for which N is a multiple of 2 s.
@@ -90,7 +94,7 @@ impl Resolution {
             let time_step = need.largest_angle(rule) / (2.0 * PI * need.highest);
             let element = circumference / elements as f64;
             let substeps = (element / (speed * time_step) - 1e-9).ceil().clamp(1.0, Self::MOST) as usize;
-            let longest = (speed * time_step).min(Self::LONGEST_STEP) * (1.0 + 1e-9);
+            let longest = (speed * time_step).min(need.longest_step()) * (1.0 + 1e-9);
             let doubled = |&s: &usize| s as f64 * element <= longest && elements.is_multiple_of(2 * s);
             let elements_per_step = (1..8).map(|doublings| 1 << doublings).take_while(doubled).last().unwrap_or(1);
             Advance { substeps, elements_per_step }
@@ -147,11 +151,11 @@ mod tests {
         assert!(found.texture_limit(1.95, 80.0 / 3.6) >= 2.0 * 2000.0);
         assert_eq!(of(2000.0, TimeRule::Bdf2, Some(512), Some(3)), Resolution { elements: 512, advance: 3.into() });
         assert!(of(2000.0, TimeRule::Sdirk3, None, None).advance.substeps < found.advance.substeps);
-        // Small elements take the steps that the frequency needs, none longer than 8 mm.
+        // Small elements take the steps that the frequency needs, none longer than 5 mm.
         let step_of = |highest, elements| of(highest, TimeRule::Sdirk3, Some(elements), None).advance;
         assert_eq!(step_of(1000.0, 512), Advance::within(1));
         assert_eq!(step_of(1000.0, 2048), Advance::over(4));
-        assert_eq!(step_of(50.0, 2048), Advance::over(8));
+        assert_eq!(step_of(50.0, 2048), Advance::over(4));
         assert_eq!(step_of(50.0, 4100), Advance::over(2));
         // Low frequencies still need the patch resolved.
         assert_eq!(of(50.0, TimeRule::Bdf2, None, None).elements, 400);

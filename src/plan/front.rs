@@ -2,8 +2,8 @@
 //!
 //! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the
 //! limit for small time steps, elements and cells, with the axle at the same height, for fmax up to each frequency of
-//! [`STATED_TO`]. The rows of slices were set from made dense asphalt at 80 km/h up to 1 kHz, and from a chip seal up
-//! to 2 kHz, those of cells from four roads at three speeds, and hold on others (docs/accuracy.md; an ignored test,
+//! `stated_to`. The rows of slices were set from made dense asphalt at 80 km/h up to 1 kHz, and from a chip seal up
+//! to 2 kHz, those of cells from four roads at two or three speeds (docs/accuracy.md; an ignored test,
 //! tests/suite/presets.rs). Cells have to be finer: a stone of one or two cells is too stiff.
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
@@ -11,8 +11,6 @@ use crate::scene::{Preset, Road, Scene, TimeRule, Zone};
 
 /// Lowest third octave that a stated error includes \[Hz\].
 pub(crate) const STATED_FROM: f64 = 100.0;
-/// Largest fmax for which each stated error of a row holds \[Hz\].
-pub(crate) const STATED_TO: [f64; 2] = [1000.0, 2000.0];
 /// Cells in the shortest wave that is resolved: on dense asphalt at 30 km/h, levels up to 1 kHz are 5 dB wrong with
 /// four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
@@ -48,7 +46,9 @@ pub(crate) struct FrontRow {
     pub cell: f64,
     /// Tolerance of the slices' curves \[m\].
     pub slice_tolerance: f64,
-    /// Stated errors \[dB\], one for each fmax of [`STATED_TO`].
+    /// Largest fmax for which each stated error holds \[Hz\].
+    pub stated_to: [f64; 2],
+    /// Stated errors \[dB\], one for each of these.
     pub errors: [f64; 2],
     /// Work relative to the standard preset, on the default scene.
     pub cost: f64,
@@ -67,6 +67,7 @@ impl FrontRow {
             contact_tolerance: 1e-6,
             cell: 2.6e-3,
             slice_tolerance: 1e-6,
+            stated_to: [1000.0, 2000.0],
             errors: [3.0, 5.0],
             cost: 0.5,
         },
@@ -80,6 +81,7 @@ impl FrontRow {
             contact_tolerance: 1e-6,
             cell: 2e-3,
             slice_tolerance: 3e-7,
+            stated_to: [1000.0, 2000.0],
             errors: [1.0, 2.5],
             cost: 1.0,
         },
@@ -93,6 +95,7 @@ impl FrontRow {
             contact_tolerance: 1e-6,
             cell: 1e-3,
             slice_tolerance: 1e-7,
+            stated_to: [1000.0, 2000.0],
             errors: [0.3, 0.5],
             cost: 2.5,
         },
@@ -101,7 +104,7 @@ impl FrontRow {
     /// The rows of cells, cheapest first. Half the width lowers the errors of cells of 3.8 mm by up to 1.3 dB for a
     /// quarter more work; these tolerances change levels by less than 0.01 dB (profiles/README.md).
     pub(crate) const OF_CELLS: [Self; 3] = [
-        Self { errors: [3.5, 5.0], cost: 0.24, ..Self::OF_SLICES[0].over_cells([11.6, 2e-3], 2e-3, [1e-3, 1e-4]) },
+        Self { errors: [3.0, 5.0], cost: 0.25, ..Self::OF_SLICES[0].over_cells([11.6, 2e-3], 2e-3, [1e-3, 1e-4]) },
         Self { errors: [2.0, 3.0], cost: 1.0, ..Self::OF_SLICES[1].over_cells([23.2, 1e-3], 2e-3, [1e-3, 1e-4]) },
         Self { errors: [1.0, 2.0], cost: 3.4, ..Self::OF_SLICES[2].over_cells([23.2, 1e-3], 1e-3, [1e-3, 1e-4]) },
     ];
@@ -111,20 +114,21 @@ impl FrontRow {
     const fn over_cells(self, elements: [f64; 2], cell: f64, tolerances: [f64; 2]) -> Self {
         let [per_wavelength, longest_element] = elements;
         let [pole_tolerance, contact_tolerance] = tolerances;
-        Self { per_wavelength, longest_element, cell, pole_tolerance, contact_tolerance, ..self }
+        let stated_to = [1250.0, 2000.0];
+        Self { per_wavelength, longest_element, cell, pole_tolerance, contact_tolerance, stated_to, ..self }
     }
 
-    /// Stated error for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].
+    /// Stated error for an fmax \[dB\]; `None` beyond the last of `stated_to`.
     pub(crate) fn error(&self, fmax: f64) -> Option<f64> {
-        STATED_TO.iter().position(|&to| fmax <= to).map(|range| self.errors[range])
+        self.stated_to.iter().position(|&to| fmax <= to).map(|range| self.errors[range])
     }
 
-    /// Stated error for a scene \[dB\]. Also `None` beyond the first of [`STATED_TO`] if the cells belong to the law:
+    /// Stated error for a scene \[dB\]. Also `None` beyond the first of `stated_to` if the cells belong to the law:
     /// elements then get shorter than the cells, and the law has no limit for short cells. `None` with friction, which
     /// chooses another rule and history than the row.
     pub(crate) fn error_for(&self, scene: &Scene, fmax: f64) -> Option<f64> {
         let has_limit = scene.contact.cell_of_law(&scene.road).is_none();
-        let error = self.error(fmax).filter(|_| has_limit || fmax <= STATED_TO[0]);
+        let error = self.error(fmax).filter(|_| has_limit || fmax <= self.stated_to[0]);
         error.filter(|_| scene.friction.is_none())
     }
 
@@ -204,7 +208,8 @@ mod tests {
         for zone in [Zone::Slices, Zone::Cells] {
             scene.contact.zone = zone;
             let all = FrontRow::all(zone);
-            for fmax in STATED_TO {
+            let stated_to = all[0].stated_to;
+            for fmax in stated_to {
                 scene.numerics.fmax = Some(fmax);
                 for row in all {
                     let error = row.error(fmax).unwrap();
@@ -215,7 +220,7 @@ mod tests {
                 assert_eq!(FrontRow::within(0.99 * finest, &scene), None);
                 assert_eq!(FrontRow::within(100.0, &scene), Some(&all[0]));
             }
-            let beyond = 1.01 * STATED_TO[1];
+            let beyond = 1.01 * stated_to[1];
             scene.numerics.fmax = Some(beyond);
             assert_eq!((FrontRow::within(100.0, &scene), FrontRow::finest_error(&scene, beyond)), (None, None));
         }
@@ -225,12 +230,13 @@ mod tests {
     fn no_error_is_stated_where_elements_are_shorter_than_cells() {
         let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         let stated = |scene: &Scene, fmax: f64| FrontRow::finest_error(scene, fmax).map(f64::to_bits);
-        assert_eq!(STATED_TO.map(|fmax| stated(&scene, fmax)), [Some(0.3_f64.to_bits()), Some(0.5_f64.to_bits())]);
+        let stated_to = FrontRow::OF_SLICES[0].stated_to;
+        assert_eq!(stated_to.map(|fmax| stated(&scene, fmax)), [Some(0.3_f64.to_bits()), Some(0.5_f64.to_bits())]);
         let road = "kind = \"profile\"\nfile = \"road.dat\"\nlateral = \"isotropic\"";
         let rolling = "speed_kmh = 80.0\nduration = 1.0\naxle = { load = 3400.0 }";
         scene.road = loaded(&scene_text(64, road, rolling, "", "")).scene.road;
-        assert_eq!(STATED_TO.map(|fmax| stated(&scene, fmax)), [Some(0.3_f64.to_bits()), None]);
+        assert_eq!(stated_to.map(|fmax| stated(&scene, fmax)), [Some(0.3_f64.to_bits()), None]);
         scene.contact.zone = Zone::Cells;
-        assert!(stated(&scene, STATED_TO[1]).is_some());
+        assert!(stated(&scene, stated_to[1]).is_some());
     }
 }

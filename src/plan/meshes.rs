@@ -35,8 +35,6 @@ pub(crate) fn short_scenes(
         return Err(loaded.complain("outputs.levels.elements", wrong, right).into());
     }
     let mut short = scene.clone();
-    short.numerics.forget_wishes();
-    short.numerics.fmax = scene.numerics.fmax;
     short.outputs = Outputs { arrays: false, plots: false, ..Outputs::default() };
     short.radiation.audio = false;
     // Whole steps of the coarser mesh, of which the finer one has a multiple.

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::front::{FrontRow, STATED_TO};
+use super::front::FrontRow;
 use super::resolution::{Need, Resolution};
 use super::stated::Unstated;
 use crate::scene::{
@@ -121,7 +121,8 @@ fn not_stated(loaded: &LoadedScene, scene: &Scene, accuracy: f64) -> Diagnostic 
         return loaded.complain("numerics.accuracy", "no error is stated with friction", right);
     }
     let Some(finest) = FrontRow::finest_error(scene, fmax) else {
-        let stated = STATED_TO.into_iter().rfind(|&to| FrontRow::finest_error(scene, to).is_some());
+        let [row, ..] = FrontRow::all(zone);
+        let stated = row.stated_to.into_iter().rfind(|&to| FrontRow::finest_error(scene, to).is_some());
         let wrong = format!("no error is stated for fmax = {} Hz on this road", short(fmax));
         let right = format!("fmax up to {} Hz, a preset, or settings of your own", short(stated.unwrap_or_default()));
         return loaded.complain("numerics.accuracy", wrong, right);

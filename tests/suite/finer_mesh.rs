@@ -70,6 +70,15 @@ fn levels_of_force_and_sound_are_those_of_the_finer_mesh() {
     assert!((louder - higher).abs() < 2.0, "levels by {louder} dB, peaks by {higher} dB");
 }
 
+/// Both meshes take the steps of the preset, which without it would be too long for `fmax`.
+#[test]
+fn both_meshes_keep_the_preset_of_the_run() {
+    let wishes = [("numerics.preset", "\"draft\""), ("numerics.fmax", "500.0")];
+    let summary = run(&edit(&over(96, 0.6, LEVELS, ""), &wishes)).summary();
+    let steps_per_second = summary["outcome"]["steps"].as_f64().unwrap() / 0.8;
+    assert!(steps_per_second < 5.8 * 500.0 && summary["levels"]["elements"] == 192, "{steps_per_second}");
+}
+
 /// Without sound to listen to, a run takes no more road than the error asks for.
 #[test]
 fn the_run_is_as_long_as_its_standard_error_takes() {

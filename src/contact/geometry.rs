@@ -1,8 +1,8 @@
 //! Where the tyre's elements stand over the road.
 //!
 //! Element e meets the road slice at road coordinate e dx, always. The axle stands over `start` + V t; at step l that
-//! is `start` + l dx/q, or `start` + l s dx. The window is a run of elements round the
-//! axle that holds every point that can touch.
+//! is `start` + l dx/q, or `start` + l s dx. The window is a run of elements round the axle that holds every point that
+//! can touch.
 
 use std::f64::consts::PI;
 

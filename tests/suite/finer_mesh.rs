@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use tyrewave::internals::{edit, scene, scene_text};
+use tyrewave::internals::{add, edit, scene, scene_text};
 use tyrewave::{Plan, Simulation};
 
 use crate::common::{Results, run};
@@ -73,8 +73,8 @@ fn levels_of_force_and_sound_are_those_of_the_finer_mesh() {
 /// Both meshes take the steps of the preset, which without it would be too long for `fmax`.
 #[test]
 fn both_meshes_keep_the_preset_of_the_run() {
-    let wishes = [("numerics.preset", "\"draft\""), ("numerics.fmax", "500.0")];
-    let summary = run(&edit(&over(96, 0.6, LEVELS, ""), &wishes)).summary();
+    let wishes = "preset = \"draft\"\nfmax = 500.0";
+    let summary = run(&add(&over(96, 0.6, LEVELS, ""), "numerics", wishes)).summary();
     let steps_per_second = summary["outcome"]["steps"].as_f64().unwrap() / 0.8;
     assert!(steps_per_second < 5.8 * 500.0 && summary["levels"]["elements"] == 192, "{steps_per_second}");
 }

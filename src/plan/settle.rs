@@ -249,9 +249,12 @@ impl Settling<'_> {
         let percent = (100.0 * need.rule_error()).round();
         if advance.is_some() && limit < (1.0 - 1e-9) * highest {
             let wrong = format!(
-                "{:.2} steps per element keep phase and damping of {} within {percent} % up to {limit:.0} Hz, and \
-                 numerics.fmax = {} Hz is wanted",
-                found.advance.substeps as f64 / found.advance.elements_per_step as f64,
+                "{} keep phase and damping of {} within {percent} % up to {limit:.0} Hz, and numerics.fmax = {} Hz is \
+                 wanted",
+                match found.advance {
+                    Advance { substeps, elements_per_step: 1 } => format!("{substeps} steps per element"),
+                    Advance { elements_per_step, .. } => format!("steps of {elements_per_step} elements"),
+                },
                 rule.name(),
                 short(highest)
             );

@@ -3,7 +3,7 @@
 //! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the
 //! limit for small time steps, elements and cells, with the axle at the same height, for fmax up to each frequency of
 //! `stated_to`. The rows of slices were set from made dense asphalt at 80 km/h up to 1 kHz, and from a chip seal up
-//! to 2 kHz, those of cells from seven pairs of road and speed (docs/accuracy.md; an ignored test,
+//! to 2 kHz, those of cells from nine pairs of road and speed (docs/accuracy.md; an ignored test,
 //! tests/suite/presets.rs). Cells have to be finer: a stone of one or two cells is too stiff.
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 

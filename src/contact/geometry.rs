@@ -73,8 +73,8 @@ impl Geometry {
         self.position_between(e, step as f64)
     }
 
-    /// Coordinate x of the window's first column when the window has just moved on \[m\]: the same
-    /// whichever step that is.
+    /// Coordinate x of the window's first column when the window has just moved on \[m\]: the same whichever step
+    /// that is.
     pub fn first_position(&self) -> f64 {
         let aligned = (0..self.advance.substeps as u64).find(|&step| self.substep(step) == 0).unwrap_or(0);
         self.position(self.first_element(aligned), aligned)

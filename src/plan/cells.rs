@@ -132,8 +132,7 @@ impl Plan {
     /// Cells of a shorter ring, for waves from a wavenumber on, beside the contact and as much that is remembered: the
     /// contact's surroundings on either side among them.
     fn beside_patch(&self, wavenumber: f64) -> usize {
-        let cells_per_step = self.scene.numerics.elements_per_step;
-        3 * self.creeping(wavenumber) + self.late_steps() * cells_per_step
+        3 * self.creeping(wavenumber) + self.late_steps() * self.scene.numerics.elements_per_step
     }
 
     /// Delay of the forgetting of forces in steps, since the recursion advances its poles block by block.

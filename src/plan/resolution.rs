@@ -95,8 +95,8 @@ impl Resolution {
             let element = circumference / elements as f64;
             let substeps = (element / (speed * time_step) - 1e-9).ceil().clamp(1.0, Self::MOST) as usize;
             let longest = (speed * time_step).min(need.longest_step()) * (1.0 + 1e-9);
-            let doubled = |&s: &usize| s as f64 * element <= longest && elements.is_multiple_of(2 * s);
-            let elements_per_step = (1..8).map(|doublings| 1 << doublings).take_while(doubled).last().unwrap_or(1);
+            let fits = |&s: &usize| s as f64 * element <= longest && elements.is_multiple_of(2 * s);
+            let elements_per_step = (1..8).map(|doublings| 1 << doublings).take_while(fits).last().unwrap_or(1);
             Advance { substeps, elements_per_step }
         });
         Self { elements, advance }

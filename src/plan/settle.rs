@@ -223,9 +223,8 @@ impl Settling<'_> {
 
     /// Chooses elements, and substeps or elements per step, for a need; refuses given ones that do not reach it.
     fn take_resolution(&mut self, need: Need) -> Result<(), SceneError> {
-        let given = |key: &str, value: usize| (!self.row_alone && self.loaded.gives(key)).then_some(value);
-        let elements = given("numerics.elements", self.scene.numerics.elements);
-        let is_given = |key: &str| given(key, 1).is_some();
+        let is_given = |key: &str| !self.row_alone && self.loaded.gives(key);
+        let elements = is_given("numerics.elements").then_some(self.scene.numerics.elements);
         let advance = (is_given("numerics.substeps") || is_given("numerics.elements_per_step"))
             .then(|| self.scene.numerics.advance());
         let Scene { tyre, rolling, numerics, .. } = &mut self.scene;

@@ -143,8 +143,7 @@ fn integral_over_the_tread(tyre: &Tyre) {
     let lateral = waves.lateral.clone();
     let length = tyre.circumference / AROUND as f64;
     let (delay, fine) = (1e-4, across(half_width, 24));
-    let [one, two] = [Advance::from(1), Advance::from(2)];
-    let over_two = Advance::over(2);
+    let [one, two, over_two] = [Advance::within(1), Advance::within(2), Advance::over(2)];
     for (rule, advance, air) in [
         (TimeRule::Sdirk2, two, AirMotion::Axle),
         (TimeRule::Bdf2, one, AirMotion::Axle),

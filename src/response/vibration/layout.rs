@@ -1,10 +1,10 @@
 //! Sizes of a segment, and the bins of both frames.
 //!
-//! A revolution is exactly N q steps (with s elements to a step N/s, q being 1: all of this holds with N q = N/s). A
-//! segment of r revolutions has K = r N q steps, bins df = 1/(K dt) apart, and the
-//! rotation shifts the wavenumber n by n V/L = n r df: a whole number of bins, so both frames have the same bins. The
-//! forces are sampled at instants of the material, so the material frequency is the one within the Nyquist interval: w'
-//! = w - n Omega, aliased there by whole sampling rates where it lies outside.
+//! A revolution is exactly N q steps, or N/s with s elements to a step, where q is 1: read N/s for N q then. A segment
+//! of r revolutions has K = r N q steps, bins df = 1/(K dt) apart, and the rotation shifts the wavenumber n by n V/L =
+//! n r df: a whole number of bins, so both frames have the same bins. The forces are sampled at instants of the
+//! material, so the material frequency is the one within the Nyquist interval: w' = w - n Omega, aliased there by
+//! whole sampling rates where it lies outside.
 //!
 //! A Runge-Kutta rule has several instants in a step, each with separate forces. They all belong to the same elements,
 //! since the window moves on between steps only: the forces of one stage are a sequence over the steps as those of a

@@ -22,10 +22,11 @@ used on this road. The answer depends only on the scene's road, contact width an
 from the titles of a table, such as \"Height (mm)\"; where it has none, --columns, --distance-unit and --height-unit \
 give them.
 
-Printed: columns read, extent, resolution, dropped points, mean profile depth (ISO 13473-1) with its valid segments \
-and a comparison with the reference surface of ISO 10844, third-octave texture levels (ISO 13473-4), levels of \
-macrotexture and megatexture, and the highest frequency that the road can excite at the scene's speed. Drawn: the \
-heights of the road, in colours, and its texture spectrum, grey where the road is too short for a level.
+Printed: columns read, extent, resolution, dropped points, skewness and kurtosis, mean profile depth (ISO 13473-1) \
+with its valid segments and a comparison with the reference surface of ISO 10844, third-octave texture levels (ISO \
+13473-4), levels of macrotexture and megatexture, and the highest frequency that the road can excite at the scene's \
+speed. Drawn: the heights of the road, in colours, and its texture spectrum, grey where the road is too short for a \
+level.
 
 Examples:
   tyrewave road scenes/default.toml

@@ -7,8 +7,8 @@ use crate::results::summary::SUMMARY_FILE;
 use crate::run::RunError;
 use crate::scene::LoadedScene;
 use crate::study::sweep::{
-    Axes, Design, Done, Factor, LOAD_KEY, Label, Range, SPEED_KEY, Variant, VariantOutcome, share_full_scale, sweep,
-    variants,
+    Axes, Design, Done, Factor, LOAD_KEY, Label, Range, RoadUncertainty, SPEED_KEY, Variant, VariantOutcome,
+    share_full_scale, sweep, variants,
 };
 use clap::builder::ArgPredicate;
 use clap::{Arg, Args};
@@ -40,6 +40,10 @@ design.json have every mean, third octaves included; force_by_KEY.svg and sound_
 varied keys. --latin-hypercube 40 takes the 40 points of a Latin hypercube over all --set FROM..TO instead of every \
 combination; all values of seeds, --speed, --load and --road are run at each point.
 
+--road-uncertainty rolls a constructed road.texture as it may be: its levels as stated and off by their uncertainty, \
+each with a skewness of 0, -1 and -1.85. For every third octave of force and sound, road_uncertainty.csv has the value \
+on the road as stated and the lowest and highest one, means over the values of road.seed.
+
 With --tasks the scenes are written into a folder as tasks, for a batch system or other machines, and nothing is run; \
 --task runs tasks, and --collect makes the tables from those that are done. A task that is done is not run again; one \
 that was killed continues from its checkpoint (outputs.checkpoint_interval). A task keeps only what the tables need, \
@@ -57,6 +61,7 @@ Examples:
   tyrewave sweep scenes/default.toml --speed 50,80,100 --load 3000,4000 --out trial
   tyrewave sweep scenes/default.toml --speed 50..100:25 --road smooth.toml --road stone.crg
   tyrewave sweep scenes/default.toml --set contact.tread=elastic,bedding --set road.seed=1..20
+  tyrewave sweep scenes/default.toml --road-uncertainty --set road.seed=1..3
   tyrewave sweep scenes/default.toml --latin-hypercube 40 --set rolling.speed_kmh=50.0..130 \\
       --set tyre.layers[1].thickness=0.008..0.014
   tyrewave sweep scenes/default.toml --speed 50..130:1 --load 2000..5000:100 --tasks shared/trial
@@ -91,6 +96,9 @@ pub(crate) struct SweepArguments {
     /// Road file; may be given several times; default: the scene's road.
     #[arg(long, value_name = "FILE")]
     road: Vec<PathBuf>,
+    /// Roll the road as it may be: levels off by their uncertainty, with each skewness that was read.
+    #[arg(long, conflicts_with_all = ["latin_hypercube", "tasks", "task", "collect"])]
+    road_uncertainty: bool,
     /// Number of points of a Latin hypercube over the ranges of --set, instead of every combination.
     #[arg(long, value_name = "POINTS")]
     latin_hypercube: Option<usize>,
@@ -139,7 +147,7 @@ fn values(text: &str) -> Result<Values, String> {
 
 impl SweepArguments {
     /// The scene, and what is varied. Settings that are neither a range nor a list belong to the scene.
-    fn varied(&self, context: &Context) -> Result<(LoadedScene, Axes), CliError> {
+    fn varied(&self, context: &Context) -> Result<(LoadedScene, Axes, Option<RoadUncertainty>), CliError> {
         let usage = CliError::Usage;
         let (mut factors, mut place) = (Vec::new(), self.place.scene.clone());
         place.settings.clear();
@@ -166,6 +174,10 @@ impl SweepArguments {
                 factors.remove(index);
             }
         }
+        let loaded = context.load(&place)?;
+        let uncertainty = self.road_uncertainty.then(|| RoadUncertainty::of(&loaded.scene));
+        let uncertainty = uncertainty.transpose().map_err(usage)?;
+        factors.extend(uncertainty.iter().flat_map(|uncertainty| uncertainty.factors.clone()));
         let design = match self.latin_hypercube {
             Some(points) => Design::LatinHypercube { points, seed: self.design_seed },
             None => Design::Grid,
@@ -177,11 +189,11 @@ impl SweepArguments {
         let loads = self.load.clone().map_or(Vec::new(), |loads| loads.0);
         let axes = Axes { speeds, loads, roads: self.road.clone(), points };
         if axes == Axes::default() {
-            let how = "--speed, --load, --road, or --set with a range or a list without brackets, such as --set \
-                       road.seed=1..20 or --set contact.tread=elastic,bedding";
+            let how = "--speed, --load, --road, --road-uncertainty, or --set with a range or a list without brackets, \
+                       such as --set road.seed=1..20 or --set contact.tread=elastic,bedding";
             return Err(usage(format!("nothing is varied: give {how}")));
         }
-        Ok((context.load(&place)?, axes))
+        Ok((loaded, axes, uncertainty))
     }
 
     /// Runs the sweep, or its tasks, and prints its table.
@@ -189,7 +201,7 @@ impl SweepArguments {
         if self.tasks.are_there() {
             return self.tasks.execute(self.place.out.as_deref(), context);
         }
-        let (base, axes) = self.varied(context)?;
+        let (base, axes, uncertainty) = self.varied(context)?;
         let variants = variants(&base, &axes)?;
         let pictures = base.scene.outputs.plots;
         if self.tasks.are_written() {
@@ -217,7 +229,7 @@ impl SweepArguments {
             .collect();
         let folders: Vec<PathBuf> = variants.iter().map(|variant| folder.join(&variant.label.name)).collect();
         share_full_scale(&folders)?;
-        let report = write_tables(&folder, (&base.title(), pictures), &runs)?;
+        let report = write_tables(&folder, (&base.title(), pictures), &runs, uncertainty.as_ref())?;
         write_record(&folder, base.title(), &runs)?;
         let ended = ended(&variants, &outcomes, context.colour);
         if matches!(ended, Err(CliError::SweepStopped)) {

@@ -19,7 +19,7 @@ use crate::study::sweep::record::{RECORD_FILE, Recorded, SweepRecord};
 use crate::study::sweep::table::{MOST_SPECTRA, csv, growth_plot, side_by_side, sound_csv};
 use crate::study::sweep::tasks::jobs::{self, HEAD, LOGS, MISSING};
 use crate::study::sweep::tasks::{Collection, Ended, Event, Jobs, Numbers, TaskFolder, TaskWork, Written};
-use crate::study::sweep::{Done, Label, RepeatedTable, Variant, blocks};
+use crate::study::sweep::{Done, Label, RepeatedTable, RoadUncertainty, Variant, blocks};
 use clap::Args;
 use serde_json::json;
 
@@ -214,7 +214,7 @@ fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), Cli
     let collection = folder.collect(|| bar.inc(1))?;
     bar.finish_and_clear();
     let drawn = folder.manifest.plots && collection.tasks.len() <= MOST_DRAWN;
-    let report = write_tables(place, (&folder.manifest.title, drawn), &collection.tasks)?;
+    let report = write_tables(place, (&folder.manifest.title, drawn), &collection.tasks, None)?;
 
     let missing = collection.missing();
     let elements = Numbers::new(missing.0.iter().map(|number| number / folder.manifest.chunk));
@@ -287,10 +287,12 @@ const GROWTH: &str = "growth.svg";
 const LEVELS: &str = "levels.svg";
 const DESIGN: &str = "design.csv";
 const DESIGN_JSON: &str = "design.json";
+const SPREAD: &str = "road_uncertainty.csv";
 
 /// Refuses a folder in which a sweep's tables would replace its inputs.
 pub(super) fn check_tables(folder: &Path, inputs: &[&Path]) -> Result<(), CliError> {
-    let names = [TEXT, TABLE, SOUND, FRICTION, FRICTION_CURVES, GROWTH, LEVELS, DESIGN, DESIGN_JSON, RECORD_FILE];
+    let names =
+        [TEXT, TABLE, SOUND, FRICTION, FRICTION_CURVES, GROWTH, LEVELS, DESIGN, DESIGN_JSON, SPREAD, RECORD_FILE];
     names.iter().try_for_each(|name| check(&folder.join(name), Replaces::AllBut(inputs)))
 }
 
@@ -299,11 +301,18 @@ pub(super) fn write_tables(
     folder: &Path,
     (title, plots): (&str, bool),
     runs: &[(Label, Option<Done>)],
+    uncertainty: Option<&RoadUncertainty>,
 ) -> Result<Report, CliError> {
     let blocks = blocks(runs);
     let repeated = RepeatedTable::new(runs);
-    let report = repeated.as_ref().map_or_else(|| side_by_side(&blocks), RepeatedTable::report);
+    let spread = uncertainty.zip(repeated.as_ref()).map(|(uncertainty, table)| uncertainty.spread(table));
+    let mut report = repeated.as_ref().map_or_else(|| side_by_side(&blocks), RepeatedTable::report);
     let write = |name: &str, text: &str| write(folder, name, text);
+    if let Some(spread) = spread {
+        write(SPREAD, &spread.csv())?;
+        report.text("\n");
+        report.append(spread.report());
+    }
     write(TEXT, &report.to_string())?;
     write(TABLE, &csv(&blocks))?;
     if let Some(sound) = sound_csv(&blocks) {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::report::validation;
-use crate::scene::{LoadedScene, NamedTexture, Setting};
-use crate::study::validation::{Options, PUBLISHED_SPEEDS, Published, base_scene, measure, rows};
+use crate::scene::{LoadedScene, Setting};
+use crate::study::validation::{Options, PUBLISHED_SPEEDS, Published, ROADS, base_scene, measure, rows};
 use clap::Args;
 
 use super::context::{Context, SceneFile, print};
@@ -13,10 +13,10 @@ use super::side::Side;
 
 const EXAMPLES: &str = "\
 Without a scene the default car tyre is compared with published values, with numerical settings for up to 2 kHz. A \
-scene is used without its road, receivers, speed and duration: its tyre rolls 165 m on dac-11 at each speed and on \
-the other named roads (road.texture) at 80 km/h, with microphones at the coast-by position and close to the tyre, and \
-stands on a smooth road. Seeds are fixed: the same program gives the same numbers. A first run also fits the tyre at \
-each speed, and solves its radiation (minutes).
+scene is used without its road, receivers, speed and duration: its tyre rolls 165 m on dac-11 and sma-8 at each speed \
+and on other named roads (road.texture) at 80 km/h, with microphones at the coast-by position and close to the tyre, \
+and stands on a smooth road. Seeds are fixed: the same program gives the same numbers. A first run also fits the tyre \
+at each speed, and solves its radiation (minutes).
 
 Compared: stiffness, patch and modes; third octaves relative to the energy sum of 200 to 2000 Hz and their growth; \
 levels, cpx less coast-by; differences of roads; rolling resistance. A row has the computed value, the published \
@@ -35,12 +35,7 @@ Examples:
   tyrewave validate --json -q > validate.json
   tyrewave validate --set tyre=scenes/tyres/isotropic.toml --out isotropic";
 
-const ROADS: [&str; 4] = [
-    NamedTexture::ALL[0].name(),
-    NamedTexture::ALL[1].name(),
-    NamedTexture::ALL[2].name(),
-    NamedTexture::ALL[3].name(),
-];
+const NAMES: [&str; 5] = [ROADS[0].name(), ROADS[1].name(), ROADS[2].name(), ROADS[3].name(), ROADS[4].name()];
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -57,7 +52,7 @@ pub(crate) struct ValidateArguments {
     #[arg(long, value_name = "SPEEDS", value_delimiter = ',', default_value = "50,80,110", value_parser = speed)]
     speeds: Vec<f64>,
     /// Roads by name of their texture.
-    #[arg(long, value_name = "ROADS", value_delimiter = ',', default_values = ROADS, value_parser = ROADS)]
+    #[arg(long, value_name = "ROADS", value_delimiter = ',', default_values = NAMES, value_parser = NAMES)]
     roads: Vec<String>,
     /// Print only the section for a README.
     #[arg(long)]
@@ -81,7 +76,7 @@ impl ValidateArguments {
         });
         let loaded: LoadedScene = if given { context.load(&file)? } else { base_scene(&file.settings)? };
         let mut side = Side::new(loaded.clone(), target)?;
-        let textures = NamedTexture::ALL.into_iter().filter(|texture| roads.iter().any(|road| road == texture.name()));
+        let textures = ROADS.into_iter().filter(|texture| roads.iter().any(|road| road == texture.name()));
         let options = Options { speeds: ordered(speeds), textures: textures.collect() };
         let measured = measure(&loaded, &options, context.job(&mut context.progress()))?;
         let rows = rows(&measured, &Published::embedded());

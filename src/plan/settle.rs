@@ -165,7 +165,11 @@ impl Settling<'_> {
         let why = format!("preset \"{name}\"");
         let error = row.error_for(&self.scene, highest).map_or_else(
             || "no error is stated for such a scene,".to_owned(),
-            |error| format!("third octaves within {} dB up to fmax", short(error)),
+            |error| {
+                let [elements, cells, steps] = row.parts;
+                let parts = format!("elements {elements:.1}, cells {cells:.1}, steps {steps:.1} dB up to 1 kHz");
+                format!("third octaves within {} dB up to fmax ({parts})", short(error))
+            },
         );
         let error_and_work = format!("{error} at {} times the work of \"standard\"", short(row.cost));
         if self.scene.numerics.preset.is_some() {

@@ -156,7 +156,7 @@ mod tests {
             ("slices", "numerics.contact_tolerance", "1e-5"),
             ("slices", "numerics.influence_tolerance", "1e-6"),
             ("cells", "contact.cells_across", "20"),
-            ("cells", "numerics.contact_tolerance", "1e-3"),
+            ("cells", "numerics.pole_tolerance", "2e-3"),
         ] {
             let (found, reported) = preset(zone, &format!("{key}={value}"));
             assert_eq!(found, Err(Unstated::Coarser(key)), "{key} = {value}");

@@ -5,7 +5,7 @@ use crate::counters::Stage;
 use crate::plan::front::FrontRow;
 use crate::scene::tests::{BASE, edited, listed};
 use crate::scene::{PLATE, Preset, Road, SceneError, TimeRule};
-use crate::test_models::replaced;
+use crate::test_models::{replaced, with_road};
 
 fn planned(text: &str) -> Result<Plan, SceneError> {
     Plan::of(&Scene::from_str(text, "test.toml")?)
@@ -223,7 +223,7 @@ fn threads_share_the_work_and_a_smooth_road_has_hardly_any() {
     assert!(background(&rough, true) > 0.0 && background(&rough, false) > 0.0);
     assert!(of(&rough, 2).wall_seconds < 0.8 * of(&rough, 1).wall_seconds);
     assert!((of(&rough, 2).core_seconds() - of(&rough, 1).core_seconds()).abs() < 1e-9);
-    let text = PLATE.replace("kind = \"made\"\nseed = 1", "kind = \"smooth\"");
+    let text = with_road(PLATE, "kind = \"smooth\"");
     let smooth = Plan::new(&Scene::from_str(&text, "smooth").unwrap().scene);
     let road = background(&smooth, true);
     assert!(road < 0.01 * of(&smooth, 2).wall_seconds, "{road}");

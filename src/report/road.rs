@@ -73,6 +73,9 @@ pub(crate) fn description(road: &RoadDescription) -> Report {
     }
     row("rms height", millimetres(road.rms));
     row("highest to lowest", millimetres(road.span));
+    if let Some([skewness, kurtosis]) = road.moments {
+        row("skewness, kurtosis", format!("{skewness:.2}, {kurtosis:.2}"));
+    }
     if let Some(depth) = &road.mean_profile_depth {
         row("mean profile depth", depth.mean.map_or("not defined".into(), millimetres));
         let deviation = depth.deviation.map_or(String::new(), |deviation| {

@@ -10,7 +10,8 @@ use crate::results::table::{Report, TextTable, words};
 use crate::scene::NamedTexture;
 use crate::sound::TotalLevel;
 use crate::study::validation::{
-    Group, GroupSummary, Measured, Missing, PUBLISHED_SPEEDS, ValidationRow, ValidationRun, Verdict, summaries,
+    FLEET_ROADS, Group, GroupSummary, Measured, Missing, PUBLISHED_SPEEDS, ValidationRow, ValidationRun, Verdict,
+    summaries,
 };
 
 /// Lines of a Markdown file between which the section is placed.
@@ -19,7 +20,8 @@ pub const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- e
 /// Explanation of the columns.
 const LEGEND: &str = "outside: distance from the published range; 0 inside. could explain: physics that the model \
 lacks, or limits of the comparison, that act on this quantity in this direction; nothing there points to a fault. \
-Third octaves: A-weighted, along the coast-by line on dac-11, relative to the energy sum of 200 to 2000 Hz.";
+Third octaves: A-weighted, along the coast-by line, relative to the energy sum of 200 to 2000 Hz; published ones are \
+of roads of both kinds, dac-11 and sma-8.";
 
 /// A value with one decimal, or none from 1000 on.
 fn value(value: f64) -> String {
@@ -58,7 +60,7 @@ fn whole(rows: &[ValidationRow]) -> TextTable {
         last = Some(row.group);
         [
             group.to_owned(),
-            row.title.clone(),
+            row.name(),
             row.unit.clone(),
             computed(row),
             range(row),
@@ -87,7 +89,7 @@ fn inside(summary: &GroupSummary) -> String {
 
 fn worst(summary: &GroupSummary, rows: &[ValidationRow]) -> String {
     let worst = summary.worst.map(|place| &rows[place]);
-    worst.map_or_else(|| "-".to_owned(), |row| format!("{}: {} {}", row.title, outside(row), row.unit))
+    worst.map_or_else(|| "-".to_owned(), |row| format!("{}: {} {}", row.name(), outside(row), row.unit))
 }
 
 fn groups(rows: &[ValidationRow]) -> TextTable {
@@ -146,18 +148,23 @@ pub fn markdown(rows: &[ValidationRow]) -> String {
     for summary in summaries(rows) {
         lines.push(format!("| {} | {} | {} |", summary.group.title(), inside(&summary), worst(&summary, rows)));
     }
-    let shape: Vec<&ValidationRow> = rows.iter().filter(|row| row.group == Group::Shape80).collect();
-    let line = |name: &str, cell: &dyn Fn(&ValidationRow) -> String| {
-        let cells: Vec<String> = shape.iter().map(|row| cell(row)).collect();
+    let on = |road: NamedTexture| {
+        rows.iter().filter(move |row| row.group == Group::Shape80 && row.road == Some(road)).collect::<Vec<_>>()
+    };
+    let line = |name: &str, road: NamedTexture, cell: &dyn Fn(&ValidationRow) -> String| {
+        let cells: Vec<String> = on(road).iter().map(|row| cell(row)).collect();
         format!("| {name} | {} |", cells.join(" | "))
     };
+    let first = FLEET_ROADS[0];
     lines.push(String::new());
-    lines.push(line("80 km/h, Hz", &|row| row.title.trim_end_matches(" Hz").to_owned()));
-    lines.push(format!("|---{}|", "|---".repeat(shape.len())));
-    lines.push(line("published, at least, dB", &|row| value(row.range[0])));
-    lines.push(line("at most, dB", &|row| value(row.range[1])));
-    lines.push(line("tyrewave, dB", &computed));
-    lines.push(line("outside, dB", &outside));
+    lines.push(line("80 km/h, Hz", first, &|row| row.title.trim_end_matches(" Hz").to_owned()));
+    lines.push(format!("|---{}|", "|---".repeat(on(first).len())));
+    lines.push(line("published, at least, dB", first, &|row| value(row.range[0])));
+    lines.push(line("at most, dB", first, &|row| value(row.range[1])));
+    for road in FLEET_ROADS {
+        lines.push(line(&format!("{}, dB", road.name()), road, &computed));
+        lines.push(line("outside, dB", road, &outside));
+    }
     lines.push(MARKERS[1].to_owned());
     lines.join("\n") + "\n"
 }
@@ -170,12 +177,13 @@ pub(crate) fn pictures(rows: &[ValidationRow], measured: &Measured) -> Vec<(&'st
     for (group, file) in shapes {
         let title = format!("{}, A-weighted, less the sum of 200 to 2000 Hz", sentence(group.title()));
         if let Some(svg) = bands(rows, group, &title, "Relative level [dB]") {
-            pictures.push((file, svg, format!("{title}: the published range, and what was computed on dac-11.")));
+            pictures.push((file, svg, format!("{title}: the published range, and what was computed on two roads.")));
         }
     }
     let title = sentence(Group::Growth.title());
     if let Some(svg) = bands(rows, Group::Growth, &title, "Growth [dB a decade]") {
-        pictures.push(("growth.svg", svg, format!("{title}: the published range, and what was computed on dac-11.")));
+        let caption = format!("{title}: the published range, and what was computed on two roads.");
+        pictures.push(("growth.svg", svg, caption));
     }
     if let Some(svg) = roads(measured) {
         pictures.push(("roads.svg", svg, "Coast-by on the named roads at 80 km/h, A-weighted third octaves.".into()));
@@ -191,19 +199,22 @@ fn sentence(text: &str) -> String {
 
 /// Picture of the range and values of a group of bands; `None` if none was computed.
 fn bands(rows: &[ValidationRow], group: Group, title: &str, quantity: &str) -> Option<String> {
-    let rows: Vec<&ValidationRow> = rows.iter().filter(|row| row.group == group).collect();
-    // The bands of a group follow each other from 200 Hz on.
-    let at = |place: usize| ThirdOctaveBand(place as i32 - 7).mid_frequency();
-    let found: Vec<(f64, f64)> =
-        rows.iter().enumerate().filter_map(|(place, row)| Some((at(place), row.computed?))).collect();
-    if found.is_empty() {
+    // The bands of a road follow each other from 200 Hz on.
+    let on = |road: NamedTexture| {
+        let rows = rows.iter().filter(move |row| row.group == group && row.road == Some(road));
+        rows.enumerate().map(|(place, row)| (ThirdOctaveBand(place as i32 - 7).mid_frequency(), row))
+    };
+    let computed = |road| on(road).filter_map(|(frequency, row)| Some((frequency, row.computed?))).collect();
+    let series = FLEET_ROADS.map(|road| Series { name: road.name(), points: computed(road) });
+    let series: Vec<Series<'_>> = series.into_iter().filter(|series| !series.points.is_empty()).collect();
+    if series.is_empty() {
         return None;
     }
-    let range: Vec<(f64, [f64; 2])> = rows.iter().enumerate().map(|(place, row)| (at(place), row.range)).collect();
-    let levels = found.iter().map(|point| point.1).chain(range.iter().flat_map(|point| point.1));
+    let range: Vec<(f64, [f64; 2])> = on(FLEET_ROADS[0]).map(|(frequency, row)| (frequency, row.range)).collect();
+    let found = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
+    let levels = found.chain(range.iter().flat_map(|point| point.1)).collect::<Vec<_>>();
     let y = Axis::linear_around(quantity, levels);
     let x = Axis::logarithmic_around("Frequency [Hz]", range.iter().map(|point| point.0), [0.9, 1.1]);
-    let series = vec![Series { name: "computed", points: found }];
     Some(LinePlot { title, x, y, series }.to_svg_over("published range", &range))
 }
 
@@ -335,9 +346,9 @@ mod tests {
         let text = markdown(&rows);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!([lines[0], lines[lines.len() - 1]], MARKERS);
-        assert!(text.contains("| third octaves, 80 km/h | 0 of 11 |") && text.contains("+2.0 dB |"), "{text}");
+        assert!(text.contains("| third octaves, 80 km/h | 0 of 22 |") && text.contains("+2.0 dB |"), "{text}");
         let of_bands = lines.iter().filter(|line| line.matches('|').count() == 13).count();
-        assert_eq!(of_bands, 6, "{text}");
+        assert_eq!(of_bands, 8, "{text}");
         assert!(lines.iter().all(|line| line.chars().count() <= 120), "{text}");
     }
 }

@@ -52,6 +52,8 @@ pub struct RoadDescription {
     pub rms: f64,
     /// Highest minus lowest height of the profiles \[m\].
     pub span: f64,
+    /// Skewness and kurtosis of the profiles' heights; absent for the plane.
+    pub moments: Option<[f64; 2]>,
     /// Mean profile depth of all profiles (ISO 13473-1); absent for the plane.
     pub mean_profile_depth: Option<ProfileDepth>,
     /// Highest frequency that the road excites in this run at the given speed \[Hz\], limited by the elements; absent
@@ -104,6 +106,7 @@ pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Re
         levels,
         rms: profiles.rms(),
         span: profiles.span(),
+        moments: profiles.moments(),
         mean_profile_depth: profiles.depth(),
         highest_frequency: report.highest_frequency(speed),
         highest_frequency_of_road: (profiles.shortest > 0.0).then(|| speed / profiles.shortest),
@@ -182,6 +185,15 @@ impl Profiles {
         } else {
             heights().fold(f64::MIN, f64::max) - heights().fold(f64::MAX, f64::min)
         }
+    }
+
+    fn moments(&self) -> Option<[f64; 2]> {
+        let heights = || self.profiles.iter().flatten().copied();
+        let count = heights().count() as f64;
+        let mean = heights().sum::<f64>() / count;
+        let central = |power: i32| heights().map(|height| (height - mean).powi(power)).sum::<f64>() / count;
+        let variance = central(2);
+        (variance > 0.0).then(|| [central(3) / variance.powf(1.5), central(4) / variance.powi(2)])
     }
 
     fn depth(&self) -> Option<ProfileDepth> {

@@ -6,6 +6,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::texture::BandFit;
+use crate::scene::NamedTexture;
 
 /// Information for the user about the road, as written to `road.json`; lengths in m.
 #[derive(Clone, Debug, Error, PartialEq, Serialize)]
@@ -148,6 +149,12 @@ pub(crate) enum RoadNote {
     /// lengths in m.
     #[error("texture {texture}, mean profile depth {:.2} +- {:.2} mm: {origin}", 1e3 * depth, 1e3 * within)]
     NamedTexture { texture: &'static str, depth: f64, within: f64, origin: &'static str },
+    /// The scene names no texture, and takes one that was another road until version 0.3.0.
+    #[error(
+        "road.texture is not given: {:?}, smoother than the default until version 0.3.0, which is called {:?} now",
+        NamedTexture::DEFAULT.name(), NamedTexture::RoughAsphalt.name()
+    )]
+    DefaultTexture,
     /// The profile's spectrum was measured, and an isotropic surface is made from it between two wavelengths.
     #[error(
         "an isotropic surface with the profile's levels between {:.1} and {:.1} mm and random phases",

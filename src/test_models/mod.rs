@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn a_text_written_again_is_the_same_scene() {
-        let text = with_road(PLATE, "kind = \"made\"\nseed = 1");
+        let text = with_road(PLATE, "kind = \"made\"\ntexture = \"dac-11\"\nseed = 1");
         assert_eq!(scene(&text).scene, plate_scene());
         let rolling = "speed_kmh = 80\nduration = 1\naxle = { load = 1000 }";
         let tyre = scene(&scene_text(64, "kind = \"smooth\"", rolling, "", "")).scene.tyre;

@@ -334,3 +334,27 @@ fn a_latin_hypercube_is_run_at_its_points() {
         assert!(name.file_name().unwrap().to_string_lossy().contains(&format!("load={wanted}")), "{}", name.display());
     }
 }
+
+#[test]
+fn an_uncertain_road_is_rolled_at_its_corners() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    fs::write(place.join("scene.toml"), scene(0.6)).unwrap();
+    let arguments = ["scene.toml", "--road-uncertainty", "--out", "s"];
+    let refused = output(place, &arguments);
+    assert!(refused.status.code() == Some(2) && text(&refused.stderr).contains("dac-11"), "{}", text(&refused.stderr));
+    let named = scene(0.6).replace(ROAD, "kind = \"made\"\nseed = 4\ntexture = \"dac-11\"");
+    fs::write(place.join("scene.toml"), named).unwrap();
+    let made = output(place, &arguments);
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    assert!(text(&made.stdout).contains("9 variants") && text(&made.stdout).contains("road as stated"));
+    let mut reader = csv::Reader::from_path(place.join("s/road_uncertainty.csv")).unwrap();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let row = rows.iter().find(|row| &row[0] == "force, 125 Hz").unwrap();
+    let [stated, lowest, highest] = [2, 3, 4].map(|column| row[column].parse::<f64>().unwrap());
+    let (levels, _) = table(&place.join("s/sweep.csv"));
+    let level = |corner: &str| levels[&(corner.to_owned(), "125".to_owned(), "80".to_owned())];
+    assert!((stated - level("offset=0, skewness=-1")).abs() < 1e-12);
+    assert!(lowest <= level("offset=-3, skewness=-1.85") && lowest < stated);
+    assert!(highest >= level("offset=3, skewness=0") && highest > stated);
+}

@@ -65,11 +65,14 @@ impl Source {
         let (mut map, at_end, level, longest) = match spec {
             Road::Smooth => return Ok(Self::Smooth),
             Road::Made(made) => {
-                let shape = HeightShape::new(made.skewness, made.kurtosis)?;
+                let [skewness, kurtosis] = made.moments();
+                let shape = HeightShape::new(skewness, kurtosis)?;
                 let target = TargetSpectrum::of(made)?;
                 if let Some(texture) = made.texture {
                     let ([depth, within], origin) = (texture.depth(), texture.origin());
                     report.notes.push(RoadNote::NamedTexture { texture: texture.name(), depth, within, origin });
+                } else if made.named().is_some() {
+                    report.notes.push(RoadNote::DefaultTexture);
                 }
                 return Ok(Self::Made(RoadDesign { target, shape, spacing: made.spacing, seed: made.seed }));
             }

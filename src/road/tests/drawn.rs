@@ -166,7 +166,7 @@ fn a_finer_lattice_sees_the_same_road() {
 fn skewed_roads_have_their_moments_and_their_levels() {
     let lattice = Lattice { dx: 0.002, along: 1, dy: 0.002, columns: 60 };
     for (skewness, kurtosis) in [(-0.3, 2.5), (0.5, 3.5)] {
-        let road = MadeRoad { skewness, kurtosis, seed: 3, ..MadeRoad::default() };
+        let road = MadeRoad { skewness: Some(skewness), kurtosis: Some(kurtosis), seed: 3, ..MadeRoad::default() };
         let mut road = open(&Road::Made(road), lattice);
         let heights = rows(&mut road, 0, 50_000);
         let count = heights.len() as f64;
@@ -188,7 +188,7 @@ fn skewed_roads_have_their_moments_and_their_levels() {
             assert!((level - band.fitted).abs() < allowed, "{:.4} m: {level} for {}", band.wavelength, band.fitted);
         }
     }
-    let wrong = Road::Made(MadeRoad { skewness: 1.5, kurtosis: 3.0, ..MadeRoad::default() });
+    let wrong = Road::Made(MadeRoad { skewness: Some(1.5), kurtosis: Some(3.0), ..MadeRoad::default() });
     assert!(matches!(refused(&wrong, lattice), RoadError::Moments { .. }));
 }
 
@@ -199,7 +199,7 @@ fn flat_tops_are_met_by_more_of_the_slice() {
     let lattice = Lattice { dx: 1.95 / 512.0, along: 2, dy: 0.002, columns: 60 };
     let builder = slices::SliceBuilder::winkler(60).unwrap().with_lines(2).unwrap();
     let mean = |skewness: f64, kurtosis: f64| {
-        let road = MadeRoad { skewness, kurtosis, seed: 3, ..MadeRoad::default() };
+        let road = MadeRoad { skewness: Some(skewness), kurtosis: Some(kurtosis), seed: 3, ..MadeRoad::default() };
         let curves = builder.build_rows(&rows(&mut open(&Road::Made(road), lattice), 0, 4000)).unwrap();
         [0.5e-3, 1e-3, 2e-3].map(|y| curves.iter().map(|curve| curve.displacement_at(y)).sum::<f64>() / 4000.0)
     };

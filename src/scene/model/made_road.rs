@@ -31,23 +31,32 @@ keys! {
         /// Power-law spectrum instead of levels.
         power_law?: PowerLawTexture => POWER_LAW,
         /// Name of a road instead of levels: a test track of ISO 10844, dense asphalt with stones up to 11 mm, stone
-        /// mastic asphalt up to 8 mm, a chip seal; mean profile depths 0.5, 1.1, 0.6 and 3.3 mm. `chip-seal` has its
-        /// own skewness and kurtosis where none are given. `tyrewave road` reports the source of the levels.
+        /// mastic asphalt up to 8 and 11 mm, one measured rough asphalt, a chip seal; mean profile depths DEPTHS
+        /// mm. Each has its own skewness and kurtosis where none are given. `tyrewave road` reports the source
+        /// of the levels and their uncertainty.
         texture?: NamedTexture => OneOf::new(),
+        /// Added to all levels of the spectrum, such as the uncertainty of a named texture's \[dB\].
+        offset: f64 = 0.0 => Bounds::between(-40.0, 40.0, "dB"),
         /// Spacing of the lattice on which the texture is made, independent of the run's elements \[m\]; by default a
         /// quarter of the shortest wavelength of the named textures, 4 mm.
         spacing: f64 = 0.001 => LENGTH,
-        /// Skewness of the heights: 0 for Gaussian ones, negative where stones have flat tops between deep gaps. Which
-        /// pairs with the kurtosis a road can have is reported when it is opened.
-        skewness: f64 = 0.0 => Bounds::between(-3.0, 3.0, ""),
-        /// Kurtosis of the heights: 3 for Gaussian ones.
-        kurtosis: f64 = MadeRoad::GAUSSIAN_KURTOSIS => Bounds::between(1.0, 30.0, ""),
+        /// Skewness of the heights: 0 for Gaussian ones, negative where stones have flat tops between deep gaps. By
+        /// default that of the named texture, or 0.
+        skewness?: f64 => Bounds::between(-3.0, 3.0, ""),
+        /// Kurtosis of the heights: 3 for Gaussian ones. By default that of the named texture or, with a skewness s,
+        /// that of a gamma distribution, 3 + 1.5 s^2. Which pairs a road can have is reported when it is opened.
+        kurtosis?: f64 => Bounds::between(1.0, 30.0, ""),
     }
 }
 
 impl MadeRoad {
-    /// Kurtosis of Gaussian heights.
-    pub const GAUSSIAN_KURTOSIS: f64 = 3.0;
+    /// Skewness and kurtosis of the heights: those given, else those of the texture, else of a gamma distribution.
+    pub fn moments(&self) -> [f64; 2] {
+        let named = self.named().map(NamedTexture::moments);
+        let skewness = self.skewness.or(named.map(|[skewness, _]| skewness)).unwrap_or(0.0);
+        let of_texture = named.filter(|_| self.skewness.is_none()).map(|[_, kurtosis]| kurtosis);
+        [skewness, self.kurtosis.or(of_texture).unwrap_or(3.0 + 1.5 * skewness * skewness)]
+    }
 
     /// The named texture, also if it is the default one; `None` if the road has a spectrum instead.
     pub fn named(&self) -> Option<NamedTexture> {
@@ -85,11 +94,7 @@ pub(super) fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
     if let Some(other) = spectrum.filter(|_| table.has("texture")) {
         return table.complain("texture", Problem::conflict(other));
     }
-    let mut road = read?;
-    let shape = road.texture.and_then(NamedTexture::shape);
-    if let Some([skewness, kurtosis]) = shape.filter(|_| !table.has("skewness") && !table.has("kurtosis")) {
-        (road.skewness, road.kurtosis) = (skewness, kurtosis);
-    }
+    let road = read?;
     match (&road.wavelengths, &road.levels) {
         (Some(_), None) => {
             return table.complain("levels", Problem::missing("one third-octave level for each of the wavelengths"));

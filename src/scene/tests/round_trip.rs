@@ -76,8 +76,9 @@ fn made() -> impl Strategy<Value = MadeRoad> {
                 power_law: None,
                 texture: None,
                 spacing,
-                skewness: -0.3,
-                kurtosis: 2.5,
+                offset: -1.5,
+                skewness: Some(-0.3),
+                kurtosis: Some(2.5),
             }
         }),
         (seed, power_law).prop_map(|(seed, texture)| {

@@ -300,6 +300,11 @@ impl RepeatedTable {
         self.rows.iter().flat_map(|row| row.means.iter().map(move |(quantity, mean)| (row, quantity, mean)))
     }
 
+    /// Every mean: the values of the factors, the quantity's name and unit, and the mean itself.
+    pub(crate) fn values(&self) -> impl Iterator<Item = (&[String], &str, &'static str, f64)> {
+        self.lines().map(|(row, quantity, (mean, _))| (&row.values[..], &quantity.name[..], quantity.unit, mean.mean))
+    }
+
     /// Every mean as CSV: the factors, quantity, unit, runs, mean, half of its 95 % interval, lowest and highest value,
     /// and for an overall level its lowest and highest band, 1 where it is a lower bound, its largest numerical error,
     /// fewest passages and largest standard error of a maximum.
@@ -371,6 +376,12 @@ fn quantities(done: &Done) -> Vec<(Quantity, Value)> {
     for level in known() {
         let name = format!("force, {} Hz", level.band.nominal_frequency());
         add((BAND, level.band.0), &name, FORCE_UNIT, Value::Number(level.level));
+    }
+    for (place, (name, level)) in (BAND + 1..).zip(&done.sound) {
+        for of_band in level.bands.iter().filter(|band| band.valid) {
+            let name = format!("{}, {} Hz", done.label_of(name), of_band.band.nominal_frequency());
+            add((place, of_band.band.0), &name, SOUND_UNIT, Value::Number(of_band.level));
+        }
     }
     found
 }

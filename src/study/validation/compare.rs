@@ -2,7 +2,7 @@
 
 use super::measure::{Measured, StandingTyre, ValidationRun};
 use super::missing::{Compared, Lacks};
-use super::published::{BANDS, PUBLISHED_SPEEDS, Published, ROAD, RangeOrigin, bands, decades, energy_sum};
+use super::published::{BANDS, FLEET_ROADS, PUBLISHED_SPEEDS, Published, RangeOrigin, bands, decades, energy_sum};
 use super::row::{Group, ValidationRow};
 use crate::numeric::StraightLine;
 use crate::response::ThirdOctaveBand;
@@ -20,11 +20,15 @@ const OCTAVES: [(&str, std::ops::RangeInclusive<i32>); 5] =
 pub fn rows(measured: &Measured, published: &Published) -> Vec<ValidationRow> {
     let table = Table { measured, published, lacks: measured.lacks };
     let mut rows = table.tyre();
-    for (speed, group) in [Group::Shape50, Group::Shape80, Group::Shape110].into_iter().enumerate() {
-        rows.extend(table.shape(speed, group));
+    for road in FLEET_ROADS {
+        let of_road = rows.len();
+        for (speed, group) in [Group::Shape50, Group::Shape80, Group::Shape110].into_iter().enumerate() {
+            rows.extend(table.shape(road, speed, group));
+        }
+        rows.extend(table.growth(road));
+        rows.extend(table.levels(road));
+        rows[of_road..].iter_mut().for_each(|row| row.road = Some(road));
     }
-    rows.extend(table.growth());
-    rows.extend(table.levels());
     rows.extend(table.roads());
     rows.extend(table.resistance());
     for row in rows.iter_mut().filter(|row| row.kind == RangeOrigin::Target) {
@@ -61,6 +65,7 @@ impl Table<'_> {
         let row = ValidationRow {
             group,
             title: quantity.title.clone(),
+            road: None,
             unit: quantity.unit.clone(),
             computed: value.filter(|value| value.is_finite()),
             is_lower_bound: false,
@@ -90,8 +95,8 @@ impl Table<'_> {
         values.into_iter().flat_map(row).collect()
     }
 
-    fn shape(&self, speed: usize, group: Group) -> Vec<ValidationRow> {
-        let run = self.run(ROAD, speed);
+    fn shape(&self, road: NamedTexture, speed: usize, group: Group) -> Vec<ValidationRow> {
+        let run = self.run(road, speed);
         let sum = run.and_then(|run| energy_of(run, BANDS));
         let row = |band: ThirdOctaveBand| {
             let level = run.and_then(|run| run.coast_by_band(band)).zip(sum);
@@ -102,8 +107,8 @@ impl Table<'_> {
         bands().map(row).collect()
     }
 
-    fn growth(&self) -> Vec<ValidationRow> {
-        let ends = self.run(ROAD, 0).zip(self.run(ROAD, 2));
+    fn growth(&self, road: NamedTexture) -> Vec<ValidationRow> {
+        let ends = self.run(road, 0).zip(self.run(road, 2));
         let row = |band: ThirdOctaveBand| {
             let levels = ends.and_then(|(slow, fast)| slow.coast_by_band(band).zip(fast.coast_by_band(band)));
             let growth = levels.map(|(slow, fast)| (fast - slow) / decades());
@@ -119,6 +124,7 @@ impl Table<'_> {
         ValidationRow {
             group,
             title: format!("{} Hz", band.nominal_frequency()),
+            road: None,
             unit: widening.unit.clone(),
             computed: computed.filter(|value| value.is_finite()),
             is_lower_bound: false,
@@ -131,9 +137,9 @@ impl Table<'_> {
         }
     }
 
-    fn levels(&self) -> Vec<ValidationRow> {
+    fn levels(&self, road: NamedTexture) -> Vec<ValidationRow> {
         let mut rows = Vec::new();
-        let runs = [0, 1, 2].map(|speed| self.run(ROAD, speed));
+        let runs = [0, 1, 2].map(|speed| self.run(road, speed));
         let level = |speed: usize| runs[speed].and_then(|run| run.coast_by.as_ref());
         for (speed, name) in ["level_50", "level_80", "level_110"].into_iter().enumerate() {
             let total = level(speed);
@@ -174,10 +180,14 @@ impl Table<'_> {
     }
 
     fn roads(&self) -> Vec<ValidationRow> {
-        let [fine, dense] = [NamedTexture::StoneMastic8, ROAD].map(|texture| self.run(texture, 1));
-        let less = fine.zip(dense);
-        let less = less.and_then(|(fine, dense)| self::less(fine.coast_by.as_ref()?, dense.coast_by.as_ref()?));
-        let mut rows = self.single(Group::Roads, Compared::Roads, "sma_less_dac", None, less);
+        let mut rows = Vec::new();
+        for (name, mastic) in
+            [("sma_8_less_dac_11", NamedTexture::StoneMastic8), ("sma_11_less_dac_11", NamedTexture::StoneMastic11)]
+        {
+            let runs = self.run(mastic, 1).zip(self.run(NamedTexture::DenseAsphalt11, 1));
+            let less = runs.and_then(|(mastic, dense)| less(mastic.coast_by.as_ref()?, dense.coast_by.as_ref()?));
+            rows.extend(self.single(Group::Roads, Compared::Roads, name, None, less));
+        }
         let [coarse, fine] = COARSE_LESS_FINE.map(|texture| self.run(texture, 1));
         for (name, octave) in OCTAVES {
             let middle = ThirdOctaveBand(octave.start() + 1).nominal_frequency();
@@ -226,7 +236,7 @@ mod tests {
 
     use super::*;
     use crate::response::BandLevel;
-    use crate::study::validation::published::is_compared;
+    use crate::study::validation::published::{ROADS, is_compared};
     use crate::study::validation::row::{Verdict, summaries};
 
     /// Run with levels that fall by 2 dB per band from 200 Hz on and grow by 30 dB per decade.
@@ -271,9 +281,10 @@ mod tests {
     }
 
     fn measured() -> Measured {
-        let mut runs: Vec<ValidationRun> = (0..3).map(|speed| run(ROAD, speed, 0.0)).collect();
+        let fleet = |shift: f64, road| (0..3).map(move |speed| run(road, speed, shift));
+        let mut runs: Vec<ValidationRun> = fleet(0.0, FLEET_ROADS[0]).chain(fleet(-1.0, FLEET_ROADS[1])).collect();
         runs.extend([
-            run(NamedTexture::StoneMastic8, 1, -1.0),
+            run(NamedTexture::StoneMastic11, 1, 0.5),
             run(NamedTexture::ChipSeal, 1, 4.0),
             run(NamedTexture::Iso10844, 1, -2.0),
         ]);
@@ -297,6 +308,7 @@ mod tests {
         assert!((value(&rows, "growth of coast-by, L_AFmax, 50 to 110 km/h") - 30.0).abs() < 1e-9);
         assert!((value(&rows, "cpx less coast-by, L_AFmax, 80 km/h") - 28.0).abs() < 1e-9);
         assert!((value(&rows, "sma-8 less dac-11, coast-by, 80 km/h") + 1.0).abs() < 1e-9);
+        assert!((value(&rows, "sma-11 less dac-11, coast-by, 80 km/h") - 0.5).abs() < 1e-9);
         assert!((value(&rows, "chip-seal less sma-8, cpx, octave 1 kHz") - 5.0).abs() < 1e-9);
         assert!((value(&rows, "loudest A-weighted band, 80 km/h") - 200.0).abs() < 1e-9);
         // (30 + 2 d) N for 2 kN, d in mm: 15.5 N/kN at 0.5 mm, 1 N/kN per mm.
@@ -305,8 +317,10 @@ mod tests {
         assert!((value(&rows, "stiffness at 350 kg") - 190.0).abs() < 1e-9);
         let growth: Vec<f64> =
             rows.iter().filter(|row| row.group == Group::Growth).filter_map(|row| row.computed).collect();
-        assert!(growth.len() == 11 && growth.iter().all(|growth| (growth - 30.0).abs() < 1e-9), "{growth:?}");
-        let shape: Vec<&ValidationRow> = rows.iter().filter(|row| row.group == Group::Shape80).collect();
+        assert!(growth.len() == 22 && growth.iter().all(|growth| (growth - 30.0).abs() < 1e-9), "{growth:?}");
+        let is_shape = |row: &&ValidationRow| row.group == Group::Shape80 && row.road == Some(FLEET_ROADS[1]);
+        let shape: Vec<&ValidationRow> = rows.iter().filter(is_shape).collect();
+        assert_eq!(shape[0].name(), "200 Hz, sma-8");
         assert!(energy_sum(shape.iter().filter_map(|row| row.computed)).abs() < 1e-9);
         assert!(matches!(shape[0].verdict(), Verdict::Above(by) if by > 10.0));
         assert!(matches!(shape[10].verdict(), Verdict::Below(_)) && !shape[10].could_explain.is_empty());
@@ -345,11 +359,11 @@ mod tests {
         let needed = measured();
         assert!(needed.runs.iter().all(|run| is_compared(run.texture, run.speed_kmh)));
         let mut more = needed.clone();
-        for texture in NamedTexture::ALL {
+        for texture in ROADS {
             let missing = (0..3).filter(|speed| !is_compared(texture, PUBLISHED_SPEEDS[*speed]));
             more.runs.extend(missing.map(|speed| run(texture, speed, 7.0)));
         }
-        assert_eq!(more.runs.len(), 12);
+        assert_eq!(more.runs.len(), 15);
         assert_eq!(rows(&needed, &published), rows(&more, &published));
     }
 
@@ -358,6 +372,8 @@ mod tests {
         let mut partly = measured();
         partly.runs[1].coast_by_bands.remove(&3);
         let rows = rows(&partly, &Published::embedded());
-        assert!(rows.iter().filter(|row| row.group == Group::Shape80).all(|row| row.computed.is_none()));
+        let shape = rows.iter().filter(|row| row.group == Group::Shape80);
+        assert!(shape.clone().all(|row| row.computed.is_none() == (row.road == Some(FLEET_ROADS[0]))));
+        assert_eq!(shape.count(), 22);
     }
 }

@@ -17,6 +17,6 @@ pub use measure::{Measured, StandingTyre};
 pub(crate) use measure::{Options, ValidationError, ValidationRun, base_scene, measure};
 pub use missing::Lacks;
 pub(crate) use missing::Missing;
-pub(crate) use published::PUBLISHED_SPEEDS;
 pub use published::Published;
+pub(crate) use published::{FLEET_ROADS, PUBLISHED_SPEEDS, ROADS};
 pub(crate) use row::{Group, GroupSummary, ValidationRow, Verdict, summaries};

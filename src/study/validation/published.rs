@@ -21,16 +21,19 @@ const SPEED_NAMES: [&str; 3] = ["50", "80", "110"];
 /// Bands whose energies are summed, lowest and highest: 200 Hz to 2 kHz.
 pub(super) const BANDS: std::ops::RangeInclusive<i32> = -7..=3;
 
-/// Road for the comparison with fleets of cars.
-pub(super) const ROAD: NamedTexture = NamedTexture::DenseAsphalt11;
+/// Roads for the comparison with fleets of cars, of which published third octaves do not tell one from the other.
+pub(crate) const FLEET_ROADS: [NamedTexture; 2] = [NamedTexture::DenseAsphalt11, NamedTexture::StoneMastic8];
+/// Roads of a validation, from the smoothest to the roughest.
+pub(crate) const ROADS: [NamedTexture; 5] =
+    [NamedTexture::Iso10844, FLEET_ROADS[0], FLEET_ROADS[1], NamedTexture::StoneMastic11, NamedTexture::ChipSeal];
 
 const CARS: &str = include_str!("data/car_rolling_noise_third_octaves.csv");
 const AUTOMOBILES: &str = include_str!("data/fhwa_tnm_autos_third_octaves.csv");
 const QUANTITIES: &str = include_str!("data/quantities.json");
 
-/// True if a row needs a road at a speed \[km/h\]: roads other than that of the fleets are compared at 80 km/h alone.
+/// True if a row needs a road at a speed \[km/h\]: roads other than those of the fleets are compared at 80 km/h alone.
 pub(super) fn is_compared(texture: NamedTexture, speed: f64) -> bool {
-    texture == ROAD || (speed - PUBLISHED_SPEEDS[1]).abs() < 1e-9
+    FLEET_ROADS.contains(&texture) || (speed - PUBLISHED_SPEEDS[1]).abs() < 1e-9
 }
 
 /// Origin of a range.

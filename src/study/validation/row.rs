@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::missing::Missing;
 use super::published::RangeOrigin;
 use crate::counters::catalogue::catalogue;
+use crate::scene::NamedTexture;
 
 catalogue! {
     /// Part of the table that a row stands in.
@@ -39,6 +40,8 @@ pub struct ValidationRow {
     pub group: Group,
     /// Name of the quantity.
     pub title: String,
+    /// Road of a comparison with fleets of cars; absent where the title names the roads, or none.
+    pub road: Option<NamedTexture>,
     /// Unit of value and range.
     pub unit: String,
     /// Computed value; absent where the runs do not give it.
@@ -74,6 +77,11 @@ pub(crate) enum Verdict {
 }
 
 impl ValidationRow {
+    /// Name of the quantity, with its road.
+    pub(crate) fn name(&self) -> String {
+        self.road.map_or_else(|| self.title.clone(), |road| format!("{}, {}", self.title, road.name()))
+    }
+
     /// Judges the value; one on the edge is inside.
     pub(crate) fn verdict(&self) -> Verdict {
         let [lowest, highest] = self.range;
@@ -142,6 +150,7 @@ mod tests {
         ValidationRow {
             group: Group::Levels,
             title: "level".to_owned(),
+            road: None,
             unit: "dB".to_owned(),
             computed,
             is_lower_bound: false,

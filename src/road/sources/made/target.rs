@@ -40,15 +40,18 @@ impl TargetSpectrum {
     /// # Errors
     /// For levels without wavelengths, a band given twice, both kinds of spectrum, and values out of range.
     pub fn of(road: &MadeRoad) -> Result<Self, RoadError> {
-        match (&road.wavelengths, &road.levels, &road.power_law) {
-            (None, None, None) => Ok(Self::named(road.texture.unwrap_or(NamedTexture::DEFAULT))),
-            _ if road.texture.is_some() => Err(RoadError::TwoSpectra),
-            (None, None, Some(law)) => Self::power_law(law),
+        let mut target = match (&road.wavelengths, &road.levels, &road.power_law) {
+            (None, None, None) => Self::named(road.texture.unwrap_or(NamedTexture::DEFAULT)),
+            _ if road.texture.is_some() => return Err(RoadError::TwoSpectra),
+            (None, None, Some(law)) => Self::power_law(law)?,
             (wavelengths, levels, None) => {
-                Self::third_octaves(wavelengths.as_deref().unwrap_or_default(), levels.as_deref().unwrap_or_default())
+                Self::third_octaves(wavelengths.as_deref().unwrap_or_default(), levels.as_deref().unwrap_or_default())?
             }
-            _ => Err(RoadError::TwoSpectra),
-        }
+            _ => return Err(RoadError::TwoSpectra),
+        };
+        let factor = 10.0_f64.powf(0.1 * road.offset);
+        target.bands.iter_mut().for_each(|band| band.energy *= factor);
+        Ok(target)
     }
 
     /// The spectrum of a named texture.

@@ -6,7 +6,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::counters::catalogue::catalogue;
-use crate::scene::{Axle, History, LoadedScene, Outputs, PLATE, Road, Scene, SceneError, Slices, Switch, TimeRule};
+use crate::scene::{
+    Axle, History, LoadedScene, NamedTexture, Outputs, PLATE, Road, Scene, SceneError, Slices, Switch, TimeRule,
+};
 
 catalogue! {
     /// A fixed piece of work.
@@ -125,6 +127,10 @@ impl Workload {
         (rolling.speed_kmh, rolling.warm_up, rolling.duration) = (speed, warm_up, duration);
         // A fixed height: the scene prescribes nothing about the force.
         rolling.axle = Axle::Indentation { indentation: 0.012, ramp: 0.03 };
+        if let Road::Made(road) = &mut scene.road {
+            // Records are of this road.
+            road.texture = Some(NamedTexture::RoughAsphalt);
+        }
         match self {
             Self::Smooth => scene.road = Road::Smooth,
             Self::HighSpeed => (scene.numerics.time_rule, scene.numerics.substeps) = (TimeRule::Sdirk2, 2),

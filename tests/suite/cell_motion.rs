@@ -13,7 +13,7 @@ use tyrewave::scene::Scene;
 
 use crate::common::{Results, run};
 
-const ROUGH: &str = "kind = \"made\"\nseed = 4";
+const ROUGH: &str = "kind = \"made\"\nseed = 4\ntexture = \"rough-asphalt\"";
 const SMOOTH: &str = "kind = \"smooth\"";
 
 fn rolling(duration: f64) -> String {

@@ -17,8 +17,8 @@ use crate::road::error::RoadError;
 const END: f64 = 9.0;
 /// Step of the sums.
 const STEP: f64 = 0.05;
-/// Ends of the table, in standard deviations of the Gaussian. Heights beyond, one in two million, are those at its ends:
-/// no gap of a skewed road is deeper than 8 (skewness -1) to 12 rms heights (-1.85), and the moments stay.
+/// Ends of the table, in standard deviations of the Gaussian. Heights beyond, one in two million, are those at its
+/// ends: no gap of a skewed road is deeper than 8 (skewness -1) to 12 rms heights (-1.85), and the moments stay.
 const BOUND: f64 = 5.0;
 /// Number of Hermite coefficients; the remainder of their squares is added to the last.
 const TERMS: usize = 16;

@@ -8,7 +8,8 @@
 //! is the windowed sinc of [`crate::numeric::windowed_sinc`], low-pass at the Nyquist wavenumber of the coarser of both
 //! spacings.
 
-use std::sync::OnceLock;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
@@ -18,6 +19,9 @@ use super::texture::ProfileSpectrum;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::scene::AtEnd;
 
+/// Most columns of which profiles are taken: neighbouring ones hardly differ, and more add little.
+pub(super) const PROFILES: usize = 16;
+
 /// A measured road on the run's lattice.
 #[derive(Clone, Debug)]
 pub struct Resampled {
@@ -25,7 +29,7 @@ pub struct Resampled {
     at_end: AtEnd,
     dx: f64,
     /// Rows x `stored` heights, at the map's rows and the run's columns.
-    rows: Vec<f64>,
+    rows: Arc<Vec<f64>>,
     /// Columns stored per row: 1 where the road is level across.
     stored: usize,
     kernel: WindowedSinc,
@@ -45,7 +49,7 @@ impl Resampled {
         let level_across = map.dy == 0.0;
         let stored = if level_across { 1 } else { lattice.columns };
         let rows = if level_across { map.heights } else { across(&map, &lattice, &kernel) };
-        Self { lattice, at_end, dx, rows, stored, kernel, aligned, spectrum: OnceLock::new() }
+        Self { lattice, at_end, dx, rows: Arc::new(rows), stored, kernel, aligned, spectrum: OnceLock::new() }
     }
 
     /// Number of rows of the map.
@@ -74,17 +78,21 @@ impl Resampled {
     }
 
     fn find_spectrum(&self) -> ProfileSpectrum {
-        /// Neighbouring columns hardly differ: more than these add little.
-        const COLUMNS: usize = 16;
-        let rows = self.count() as usize;
-        let mut spectrum = ProfileSpectrum::new(rows, self.dx);
-        let mut profile = Vec::with_capacity(rows);
-        for column in (0..self.stored).step_by(self.stored.div_ceil(COLUMNS)) {
-            profile.clear();
-            profile.extend(self.rows.iter().skip(column).step_by(self.stored));
-            spectrum.add(&profile);
-        }
+        let mut spectrum = ProfileSpectrum::new(self.count() as usize, self.dx);
+        self.profiles(0..self.count()).for_each(|profile| spectrum.add(&profile));
         spectrum
+    }
+
+    /// Profiles along, at the map's spacing, over some rows of the continued map: in up to 16 columns spread evenly
+    /// across.
+    pub(super) fn profiles(&self, rows: Range<i64>) -> impl Iterator<Item = Vec<f64>> {
+        let columns = (0..self.stored).step_by(self.stored.div_ceil(PROFILES));
+        columns.map(move |column| rows.clone().map(|row| self.row(row)[column]).collect())
+    }
+
+    /// Spacing of the map's rows \[m\].
+    pub(super) fn spacing(&self) -> f64 {
+        self.dx
     }
 
     /// Number of elements after which the road repeats; `None` if it ends or its rows are not on the run's lattice.

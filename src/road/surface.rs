@@ -7,7 +7,7 @@ use super::lattice::Lattice;
 use super::report::{RoadNote, RoadReport};
 use super::resample::Resampled;
 use super::sources::Source;
-use super::sources::made::{PEAK_FACTOR, Patches, Texture};
+use super::sources::made::{PEAK_FACTOR, Patches, RoadDesign, Texture};
 use super::texture::{self, wavenumber};
 use crate::scene::{AtEnd, Road};
 
@@ -52,7 +52,7 @@ pub struct RoadSurface {
 
 enum Heights {
     Plane,
-    Drawn { texture: Box<Texture>, patches: Box<Patches> },
+    Drawn { design: RoadDesign, texture: Box<Texture>, patches: Box<Patches> },
     Measured(Box<Resampled>),
 }
 
@@ -90,7 +90,7 @@ impl RoadSurface {
                     let (deviation, wavelength) = (band.deviation(), band.wavelength);
                     report.notes.push(RoadNote::NotRealisable { deviation, wavelength });
                 }
-                Heights::Drawn { texture: Box::new(texture), patches: Box::default() }
+                Heights::Drawn { design, texture: Box::new(texture), patches: Box::default() }
             }
             Source::Measured(map, at_end) => {
                 if map.dy > 0.0 {
@@ -202,6 +202,16 @@ impl RoadSurface {
         (mean_square > 0.0).then(|| mean_square.sqrt())
     }
 
+    /// The design of a made road.
+    pub(super) fn design(&self) -> Option<&RoadDesign> {
+        if let Heights::Drawn { design, .. } = &self.heights { Some(design) } else { None }
+    }
+
+    /// The heights of a measured road.
+    pub(super) fn measured(&self) -> Option<&Resampled> {
+        if let Heights::Measured(road) = &self.heights { Some(road) } else { None }
+    }
+
     /// Checks that the road exists at the road coordinates `from`..`to` \[m\].
     ///
     /// # Errors
@@ -241,7 +251,7 @@ impl RoadSurface {
                 }
                 road.heights(first * self.lattice.along as i64, out);
             }
-            Heights::Drawn { texture, patches } => {
+            Heights::Drawn { texture, patches, .. } => {
                 texture.rows(first * self.lattice.along as i64, patches, out);
             }
         }

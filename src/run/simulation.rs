@@ -4,6 +4,7 @@
 //! There is one beginning and one step: runs into a folder, in memory and from a checkpoint share them. After each step
 //! the effects observe it in their order, and the rows of the arrays are written.
 
+mod sections;
 mod segments;
 
 use std::any::Any;
@@ -28,6 +29,7 @@ use crate::results::summary::{FinerMesh, FrictionSummary, RollingResistance};
 use crate::run::prepare::{Prepared, prepare};
 use crate::scene::{LoadedScene, SceneError};
 use crate::storage::state::{Evolving, StateError, StateStream};
+use sections::SectionTable;
 
 /// Steps between two checks of the interrupt flag, with an update of the progress.
 const CHECK_EVERY: u64 = 16;
@@ -57,6 +59,7 @@ pub struct Simulation {
     /// Power put in by the contact, if an observer needs it.
     power: Option<ContactPower>,
     arrays: Option<Arrays>,
+    sections: Option<SectionTable>,
     /// Cost so far.
     pub(crate) meter: Meter,
     /// Warnings of its preparation.
@@ -154,6 +157,7 @@ impl Simulation {
             observers,
             observers_of_caller: Vec::new(),
             arrays: None,
+            sections: None,
             meter: std::mem::take(&mut job.meter),
             warnings: std::mem::take(&mut job.warnings),
         };
@@ -190,6 +194,7 @@ impl Simulation {
         let shape = self.prepared.contact.shape;
         let arrays = Arrays::open(channels(), &self.plan, [shape.columns, shape.across], place)?;
         self.arrays = Some(arrays).filter(|arrays| !arrays.is_empty());
+        self.sections = self.plan.scene.outputs.sections.map(|_| SectionTable::open(place)).transpose()?;
         Ok(())
     }
 
@@ -237,8 +242,11 @@ impl Simulation {
         inspect: &mut dyn FnMut(&mut Self) -> Result<bool, RunError>,
     ) -> Result<bool, RunError> {
         while self.next_step < self.plan.steps {
-            if self.prepared.march.next_step().is_multiple_of(CHECK_EVERY) && !inspect(self)? {
-                return Ok(false);
+            if self.prepared.march.next_step().is_multiple_of(CHECK_EVERY) {
+                self.append_sections(false)?;
+                if !inspect(self)? {
+                    return Ok(false);
+                }
             }
             self.advance()?;
         }
@@ -336,6 +344,10 @@ impl Simulation {
     /// # Errors
     /// Errors of the files and pictures.
     pub(crate) fn write(&mut self, files: &dyn ResultFiles, found: &mut Found) -> Result<(), RunError> {
+        self.append_sections(true)?;
+        if let Some(sections) = self.sections.take() {
+            sections.finish(files)?;
+        }
         let mut meter = std::mem::take(&mut self.meter);
         let end = self.end();
         let written = self.observers.iter().try_for_each(|(_, of)| of.write(&end, files, found, &mut meter));
@@ -360,8 +372,12 @@ impl Simulation {
     /// # Errors
     /// Errors of the arrays.
     pub(crate) fn sync_arrays(&mut self) -> Result<WrittenArrays, ResultsError> {
-        let Self { arrays, meter, .. } = self;
-        meter.time(Stage::Output, || arrays.as_mut().map_or(Ok(WrittenArrays::default()), Arrays::sync))
+        let Self { arrays, sections, meter, .. } = self;
+        meter.time(Stage::Output, || {
+            let mut written = arrays.as_mut().map_or(Ok(WrittenArrays::default()), Arrays::sync)?;
+            sections.as_ref().map_or(Ok(()), |sections| sections.sync(&mut written))?;
+            Ok(written)
+        })
     }
 
     /// Begins the contact again over a window of cells `window` times as long as the reported one, if it is shorter;

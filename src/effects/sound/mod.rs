@@ -10,10 +10,12 @@ mod page;
 mod passing;
 mod pictures;
 mod results;
+mod sections;
 mod squeeze;
 mod stored_signal;
 
 use std::any::Any;
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -23,6 +25,7 @@ use super::effect::{Effect, RunStart};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
 use super::section::{Figure, LevelTable, PageSection, ReportError};
+use super::sections::cut::SectionCut;
 use super::stored::Stored;
 use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::plan::decisions::{DecisionRow, taken_pattern};
@@ -43,6 +46,7 @@ use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::state::{StateError, StateStream, ensure};
 use groove_fields::{MiddlePressure, expected_resonances, pitch_frequency};
 use passing::Passing;
+use sections::SoundSections;
 use squeeze::{PARTS, SqueezeStream, found_blocks};
 use stored_signal::StoredSignal;
 
@@ -136,6 +140,8 @@ pub(crate) struct SoundObserver {
     middle_pressures: Vec<MiddlePressure>,
     /// By receiver, pressures at its first point by order of the revolution; empty without a tread pattern.
     orders: Vec<Orders>,
+    /// Levels by section of the road, where these are asked for.
+    sections: Option<Box<SoundSections>>,
     valid_to: f64,
     /// True if contact is over slices, whose levels have a further error.
     by_slices: bool,
@@ -310,6 +316,10 @@ impl SoundObserver {
         });
         let most_waiting = amounts(plan).waiting_blocks;
         let squeeze = SqueezeStream::new(plan, &sound, geometry, &transfers, samples as usize, most_waiting)?;
+        let valid_to = contact.sound_valid_to().min(sound.complete_to());
+        let sections = SectionCut::of(plan, geometry.start);
+        let sections =
+            sections.and_then(|cut| SoundSections::new(cut, &sound, PressureStream::first_step(&layout), valid_to));
         Ok(Some(Self {
             body: BodySummary::of(path.radiation.quality, &body, &path.air, &report),
             delays,
@@ -322,7 +332,8 @@ impl SoundObserver {
             orders: vec![Orders::new(steps); receivers],
             middle_pressures: vec![MiddlePressure::default(); path.channels.len()],
             speed,
-            valid_to: contact.sound_valid_to().min(sound.complete_to()),
+            sections: sections.map(Box::new),
+            valid_to,
             by_slices: plan.by_slices(),
             slice_errors: contact.slice_errors.clone(),
             corrections: plan.corrections.clone(),
@@ -367,7 +378,7 @@ impl SoundObserver {
 
     /// Computes the pressures of the blocks that wait, and adds them to spectra, orders and stored signals.
     fn receive(&mut self) {
-        let Self { sound, stream, signals, spectra, squeeze, orders, middle_pressures, .. } = self;
+        let Self { sound, stream, signals, spectra, squeeze, orders, middle_pressures, sections, .. } = self;
         let (other, parts) = match squeeze.as_deref_mut() {
             None => (None, &mut [][..]),
             Some(SqueezeStream { stream, parts, .. }) => (Some(stream), &mut parts[..]),
@@ -402,7 +413,13 @@ impl SoundObserver {
                 let each = parts[points].par_iter_mut().enumerate();
                 each.for_each(|(point, parts)| take_parts(point, Some(parts), pressures, squeezed));
             }
+            if let Some(sections) = sections {
+                sections.take(streamed.start, streamed.end, &summed);
+            }
         });
+        if let Some(sections) = sections {
+            sections.complete();
+        }
     }
 
     /// Spectra and levels of the sound so far.
@@ -430,7 +447,11 @@ impl EffectObserver for SoundObserver {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.all([&mut self.stream, &mut self.squeeze, &mut self.spectra])?;
         ensure(self.squeeze.iter().all(|squeeze| squeeze.stream.is_level_with(&self.stream)))?;
-        state.all([&mut self.signals, &mut self.orders, &mut self.middle_pressures])
+        state.all([&mut self.signals, &mut self.orders, &mut self.middle_pressures, &mut self.sections])
+    }
+
+    fn section_rows(&mut self) -> Option<&mut VecDeque<String>> {
+        self.sections.as_mut().map(|sections| &mut sections.rows)
     }
 
     fn of_segment(&self, from: u64) -> Option<Box<dyn EffectObserver>> {
@@ -446,6 +467,7 @@ impl EffectObserver for SoundObserver {
             signals: Vec::new(),
             middle_pressures: Vec::new(),
             orders: Vec::new(),
+            sections: None,
             slice_errors: None,
             corrections: None,
             ..*self

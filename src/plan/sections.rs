@@ -4,7 +4,7 @@ use super::Plan;
 use crate::scene::{LoadedScene, SceneError};
 
 /// Least length of a section in lengths of the patch: of a shorter one the forces would depend on its neighbours.
-const LEAST_PATCHES: f64 = 4.0;
+const LEAST_PATCHES: f64 = 10.0;
 
 impl Plan {
     /// Refuses sections that are hardly longer than the patch.
@@ -18,6 +18,6 @@ impl Plan {
             return Ok(());
         }
         let wrong = format!("a section of {length} m is hardly longer than the patch, {patch:.2} m");
-        Err(loaded.complain("outputs.sections", wrong, format!("at least {least:.2} m, four patches")).into())
+        Err(loaded.complain("outputs.sections", wrong, format!("at least {least:.2} m, ten patches")).into())
     }
 }

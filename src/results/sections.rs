@@ -61,7 +61,8 @@ impl Section {
     /// Rows of the table with some values of the section.
     pub(crate) fn rows<'a>(&self, values: impl IntoIterator<Item = SectionValue<'a>>) -> String {
         csv_rows(values.into_iter().map(|SectionValue { quantity, receiver, place, value, error, valid }| {
-            let ([name, unit], [begin, end]) = (quantity, self.ends.map(|end| end.to_string()));
+            // To a micrometre, without what rounding adds.
+            let ([name, unit], [begin, end]) = (quantity, self.ends.map(|end| ((1e6 * end).round() / 1e6).to_string()));
             let [frequency, wavelength, error] = [place[0], place[1], error].map(optional);
             let (number, speed) = (self.number.to_string(), self.speed_kmh.to_string());
             let (value, valid) = (value.to_string(), u8::from(valid).to_string());

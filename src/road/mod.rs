@@ -6,12 +6,14 @@
 //! `ahead` has the next part made in time, by its `maker`. `texture` measures, [`describe`](fn@describe) reports.
 //! `profiles` are those along the road at its own spacing. `report` has what was found meanwhile, `error` why a road cannot be used, `file_fault` what is wrong with its file.
 
+mod across;
 pub(crate) mod ahead;
 mod describe;
 mod error;
 mod file_fault;
 mod lattice;
 pub(crate) mod maker;
+mod piece_rows;
 mod profiles;
 mod report;
 pub(crate) mod resample;

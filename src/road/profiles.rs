@@ -2,8 +2,9 @@
 
 use super::error::RoadError;
 use super::lattice::Lattice;
+use super::piece_rows::PROFILES;
 use super::report::RoadReport;
-use super::resample::{PROFILES, Resampled};
+use super::resample::Resampled;
 use super::sources::Source;
 use super::surface::{Limits, RoadSurface};
 
@@ -57,7 +58,7 @@ impl RoadProfiles {
     pub(crate) fn between(&mut self, from: f64, to: f64) -> Result<Vec<Vec<f64>>, RoadError> {
         let [first, end] = [from, to].map(|place| (place / self.spacing - 1e-6).ceil() as i64);
         match &mut self.road {
-            Road::Measured(road) => Ok(road.profiles(first..end).collect()),
+            Road::Measured(road) => road.profiles(first..end),
             Road::Drawn(surface) => {
                 let (columns, rows) = (surface.lattice().columns, (end - first).max(0) as usize);
                 let mut heights = vec![0.0; rows * columns];

@@ -69,8 +69,7 @@ impl RoadSurface {
     pub fn open(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Self, RoadError> {
         let mut report = RoadReport::default();
         if let Road::Grid(grid) = spec {
-            let [long, piece] = LONG_GRID;
-            let sizes = [long.min(limits.bytes), piece.min(limits.bytes)];
+            let sizes = (LONG_GRID, limits.bytes);
             if let Some(stream) = GridStream::open(grid, lattice.width(), sizes, &mut report)? {
                 return Self::in_pieces(lattice, stream, grid.at_end, report);
             }

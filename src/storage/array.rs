@@ -54,9 +54,7 @@ pub(crate) struct ArrayRows {
     header: u64,
     pub rows: usize,
     pub columns: usize,
-    /// Bytes of a number.
-    size: usize,
-    read: fn(&[u8]) -> f64,
+    is_double: bool,
 }
 
 impl ArrayRows {
@@ -65,13 +63,16 @@ impl ArrayRows {
     /// # Errors
     /// Errors of the file.
     pub(crate) fn read(&self, rows: Range<usize>) -> Result<Vec<f64>, Error> {
-        let bytes_of_row = self.columns * self.size;
+        let bytes_of_row = self.columns * if self.is_double { 8 } else { 4 };
         let mut bytes = vec![0; rows.len() * bytes_of_row];
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         file.seek(SeekFrom::Start(self.header + (rows.start * bytes_of_row) as u64))?;
         file.read_exact(&mut bytes)?;
         drop(file);
-        Ok(bytes.chunks_exact(self.size).map(self.read).collect())
+        if self.is_double {
+            return Ok(bytes.as_chunks().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect());
+        }
+        Ok(bytes.as_chunks().0.iter().map(|&bytes| f64::from(f32::from_le_bytes(bytes))).collect())
     }
 }
 
@@ -123,14 +124,13 @@ impl Array {
         let (&[rows, columns], Order::C, TypeChar::Float) = (self.shape(), self.npy.order(), self.kind.0) else {
             return None;
         };
-        let read = match self.type_name().trim_matches('\'') {
-            "<f4" => |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or([0xff; 4]))),
-            "<f8" => |bytes: &[u8]| f64::from_le_bytes(bytes.try_into().unwrap_or([0xff; 8])),
+        let is_double = match self.type_name().trim_matches('\'') {
+            "<f4" => false,
+            "<f8" => true,
             _ => return None,
         };
         let [rows, columns] = [rows, columns].map(|length| length as usize);
-        let (file, header, size) = (Arc::new(Mutex::new(self.file?)), self.header, self.kind.1 as usize);
-        Some(ArrayRows { file, header, rows, columns, size, read })
+        Some(ArrayRows { file: Arc::new(Mutex::new(self.file?)), header: self.header, rows, columns, is_double })
     }
 
     /// All numbers, row by row if there are two dimensions, whatever the order in the file.

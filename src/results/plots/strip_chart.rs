@@ -3,7 +3,7 @@
 
 use super::axis::Axis;
 use super::colour::{self, RANGE};
-use super::layout::{EDGE, Key};
+use super::layout::{EDGE, Key, width_beside};
 use super::lines::STROKE;
 use super::sheet::Sheet;
 
@@ -62,12 +62,16 @@ impl StripChart<'_> {
         let panels: Vec<_> = panels.filter(|(_, all)| !all.is_empty()).collect();
         let places = || panels.iter().flat_map(|(_, all)| all.iter().flat_map(|section| section.ends));
         let along = places().reduce(f64::min)?..places().reduce(f64::max)?;
+        let vertical = |(panel, all): &(&StripPanel<'_>, Vec<_>)| {
+            Axis::linear_around(panel.title, all.iter().flat_map(StripSection::range))
+        };
         let mut sheet = Sheet::default();
-        for (number, (panel, all)) in panels.iter().enumerate() {
+        sheet.left = panels.iter().map(|panel| width_beside(&vertical(panel), HEIGHT)).fold(0.0, f64::max);
+        for (number, drawn @ (panel, _)) in panels.iter().enumerate() {
             let title = if number == 0 { self.title } else { "" };
             let below = if number + 1 == panels.len() { self.along } else { "" };
             let x = Axis::linear(below, along.clone());
-            let y = Axis::linear_around(panel.title, all.iter().flat_map(StripSection::range));
+            let y = vertical(drawn);
             let axes = sheet.axes(title, [&x, &y], HEIGHT, EDGE);
             for series in &panel.series {
                 for stretch in stretches(&series.sections) {

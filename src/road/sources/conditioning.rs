@@ -98,6 +98,9 @@ pub(super) fn note_span(span: f64, notes: &mut Vec<RoadNote>) {
 /// Interpolates spikes and marks them; returns their number.
 pub(super) fn drop_spikes(map: &mut RoadHeightMap) -> usize {
     let (rows, columns) = (map.rows(), map.columns);
+    if !may_have_spikes(map) {
+        return 0;
+    }
     let mut is_spike = vec![false; map.heights.len()];
     for _ in 0..MOST_PASSES {
         let mut found = false;
@@ -138,6 +141,21 @@ pub(super) fn drop_spikes(map: &mut RoadHeightMap) -> usize {
         }
     }
     count
+}
+
+/// False if no neighbours differ as those of a spike do. Below the finest spacing means are compared, and it is true.
+fn may_have_spikes(map: &RoadHeightMap) -> bool {
+    let steepest = |spacing: f64| STEEPEST * (1.0 - 1e-9) * spacing;
+    let [along, across] = [map.dx, map.dy].map(steepest);
+    let rows = || map.heights.chunks_exact(map.columns);
+    let is_steep = |a: f64, b: f64, least: f64| (b - a).abs() >= least;
+    let steep_along =
+        |(a, b): (&[f64], &[f64])| a.iter().zip(b).fold(false, |any, (a, b)| any | is_steep(*a, *b, along));
+    let steep_across = |row: &[f64]| row.windows(2).fold(false, |any, pair| any | is_steep(pair[0], pair[1], across));
+    let [is_fine_along, is_fine_across] = [map.dx, map.dy].map(|spacing| spacing < FINEST * (1.0 + 1e-9));
+    is_fine_along
+        || map.dy > 0.0 && (is_fine_across || rows().any(steep_across))
+        || rows().zip(rows().skip(1)).any(steep_along)
 }
 
 /// Points that are compared as one, `from..to`, and their mean height \[m\].

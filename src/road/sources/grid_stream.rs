@@ -6,7 +6,7 @@
 //!    margin at either end: spikes, missing heights and long waves depend on no heights beyond it.
 //!
 //! Differences from reading a grid as a whole: a number that seems to stand for missing heights has to be named, and
-//! none is sought in heights that only look rounded or cut off beyond the first piece.
+//! heights that look rounded or cut off are noted in the first piece alone.
 
 use super::conditioning::{drop_spikes, note_span, note_spikes};
 use super::grid::{MISSING_ALLOWED, check_width, open, spacings};
@@ -25,6 +25,8 @@ use crate::storage::array::ArrayRows;
 
 /// Grids of more bytes in memory are read in pieces, and how many bytes of heights a piece has, its margins apart.
 pub(crate) const LONG_GRID: [u64; 2] = [200_000_000, 16_000_000];
+/// Pieces in memory together: those kept for the contact and for the profiles, and two that are being made.
+const IN_MEMORY: u64 = 6;
 /// Least margin of a piece \[m\]: ten times the surroundings of a spike.
 const MARGIN: f64 = 0.5;
 
@@ -51,21 +53,23 @@ struct Sums {
     /// By column.
     across: Vec<f64>,
     missing: usize,
+    /// Numbers that the scene names for missing heights, and how often each occurs.
+    named: Vec<(f64, usize)>,
     spikes: usize,
     lowest: f64,
     highest: f64,
 }
 
 impl GridStream {
-    /// Opens a grid for reading in pieces; `None` for one that is short, or not stored row by row. `sizes` are those of
-    /// [`LONG_GRID`].
+    /// Opens a grid for reading in pieces; `None` for one that is short, or not stored row by row. Sizes in bytes are
+    /// those of [`LONG_GRID`], and the limit of all pieces in memory.
     ///
     /// # Errors
     /// Those of a grid that is read whole; [`FileFault::StandsForNone`] for a number that has to be named.
     pub(crate) fn open(
         spec: &GridRoad,
         contact_width: f64,
-        [long, piece]: [u64; 2],
+        ([long, piece], limit): ([u64; 2], u64),
         report: &mut RoadReport,
     ) -> Result<Option<Self>, RoadError> {
         if !spec.is_array() {
@@ -75,17 +79,21 @@ impl GridStream {
         let fault = |fault| RoadError::file(path, fault);
         let ((dx, dy), (array, (rows, columns))) = (spacings(spec)?, open(spec)?);
         let bytes_of_row = 8 * columns as u64;
-        let is_long = (rows as u64).saturating_mul(bytes_of_row) > long;
+        let is_long = (rows as u64).saturating_mul(bytes_of_row) > long.min(limit);
         let Some(array) = array.into_rows().filter(|_| is_long) else { return Ok(None) };
         let plausible = |spacing| plausible_spacing(spacing, LARGEST_SPACING_OF_TABLE).map_err(fault);
         [dx, dy].into_iter().try_for_each(plausible)?;
         check_width(spec, columns as f64 * dy, contact_width, &mut report.notes)?;
         // Waves are removed by a kernel of so many rows to either side, see `RoadHeightMap::remove_trend`.
         let longest = spec.longest_wavelength.unwrap_or(0.0);
-        let margin = MARGIN.max(0.4 * longest * WindowedSinc::resampling().half_width + dx) / dx;
+        let margin = (MARGIN + 0.4 * longest * WindowedSinc::resampling().half_width) / dx + 1.0;
         let margin = margin.ceil() as usize;
         let piece = (piece / bytes_of_row.max(1)).max(1) as usize;
         let piece = piece.max(margin).max(8);
+        let needed = IN_MEMORY * ((piece + 2 * margin) as u64).saturating_mul(bytes_of_row);
+        if needed > limit {
+            return Err(fault(FileFault::TooLarge { needed, limit }));
+        }
         let mut stream = Self { spec: spec.clone(), array, dx, dy, piece, margin, plane: [0.0; 3] };
         stream.survey(report)?;
         Ok(Some(stream))
@@ -146,7 +154,7 @@ impl GridStream {
         Ok(map)
     }
 
-    /// Notes what the heights are once all is removed: their span, mean and mean square \[m\], [m^2\].
+    /// Notes what the heights are once all is removed, by their span and root mean square \[m\].
     ///
     /// # Errors
     /// Heights that no texture has.
@@ -203,6 +211,10 @@ impl GridStream {
             let (mut notes, count) = (Vec::new(), self.rows_in(number));
             let (map, before) = self.read(number, |heights, before| {
                 let named = spec.missing.as_deref();
+                let inner = &heights[before * columns..(before + count) * columns];
+                let counts = missing::named_counts(inner, unit, named);
+                sums.named.resize(counts.len(), (0.0, 0));
+                sums.named.iter_mut().zip(counts).for_each(|(sum, (value, count))| *sum = (value, sum.1 + count));
                 missing::mark(heights, columns, |row| row as f64 * dx, unit, named, &mut notes)?;
                 let inner = &heights[before * columns..(before + count) * columns];
                 sums.missing += inner.iter().filter(|height| height.is_nan()).count();
@@ -219,8 +231,10 @@ impl GridStream {
                 });
                 taken.map_or(Ok(()), |(value, count)| Err(FileFault::StandsForNone { value, count }))
             })?;
-            for note in notes {
-                add_count(&mut report.notes, note);
+            for note in notes.into_iter().filter(|note| !matches!(note, RoadNote::NamedMissing { .. })) {
+                if !report.notes.contains(&note) {
+                    report.notes.push(note);
+                }
             }
             let inner = before * columns..(before + count) * columns;
             let is_spike = |origin: &&HeightOrigin| **origin == HeightOrigin::Spike;
@@ -232,6 +246,8 @@ impl GridStream {
                 sums.across.iter_mut().zip(heights).for_each(|(sum, height)| *sum += height / rows as f64);
             }
         }
+        let named = sums.named.iter().map(|&(value, count)| RoadNote::NamedMissing { value, count });
+        report.notes.extend(named);
         let total = rows * columns;
         (report.points, report.missing) = (total, sums.missing);
         note_missing(path, [sums.missing, total], MISSING_ALLOWED, &mut report.notes)?;
@@ -257,22 +273,5 @@ impl GridStream {
             report.notes.push(RoadNote::Detrended { longest_wavelength });
         }
         Ok(())
-    }
-}
-
-/// Adds the count of a note on a named number to that of earlier pieces; other notes are taken once.
-fn add_count(notes: &mut Vec<RoadNote>, note: RoadNote) {
-    if let RoadNote::NamedMissing { value, count } = note {
-        for earlier in notes.iter_mut() {
-            if let RoadNote::NamedMissing { value: other, count: sum } = earlier
-                && other.total_cmp(&value).is_eq()
-            {
-                *sum += count;
-                return;
-            }
-        }
-    }
-    if !notes.contains(&note) {
-        notes.push(note);
     }
 }

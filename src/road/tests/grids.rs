@@ -165,7 +165,7 @@ fn a_grid_in_pieces_is_the_grid_as_a_whole() {
         let spec = GridRoad { level, longest_wavelength, at_end, ..long_grid(&folder) };
         let mut whole = open(&Road::Grid(spec.clone()), lattice);
         let mut report = RoadReport::default();
-        let sizes = [0, 12 * 8 * 160];
+        let sizes = ([0, 12 * 8 * 160], u64::MAX);
         let stream = GridStream::open(&spec, lattice.width(), sizes, &mut report).unwrap().unwrap();
         assert!(stream.pieces() > 5, "{}", stream.pieces());
         let mut pieces = RoadSurface::in_pieces(lattice, stream, at_end, report).unwrap();
@@ -204,10 +204,11 @@ fn a_grid_in_pieces_is_the_grid_as_a_whole() {
 fn a_number_for_none_in_a_long_grid_has_to_be_named() {
     let folder = tempfile::tempdir().unwrap();
     let spec = GridRoad { missing: None, ..long_grid(&folder) };
-    let refused = GridStream::open(&spec, 0.04, [0, 12 * 8 * 160], &mut RoadReport::default()).err().unwrap();
+    let refused =
+        GridStream::open(&spec, 0.04, ([0, 12 * 8 * 160], u64::MAX), &mut RoadReport::default()).err().unwrap();
     assert!(refused.to_string().contains("road.missing = -9.999"), "{refused}");
-    let short = GridStream::open(&spec, 0.04, [u64::MAX, 1], &mut RoadReport::default()).unwrap();
+    let short = GridStream::open(&spec, 0.04, ([u64::MAX, 1], u64::MAX), &mut RoadReport::default()).unwrap();
     assert!(short.is_none());
-    let narrow = GridStream::open(&long_grid(&folder), 0.2, [0, 1], &mut RoadReport::default());
+    let narrow = GridStream::open(&long_grid(&folder), 0.2, ([0, 1], u64::MAX), &mut RoadReport::default());
     assert!(matches!(narrow, Err(RoadError::Narrow { .. })));
 }

@@ -4,7 +4,8 @@
 //! continues it past its end, a made texture is drawn on that lattice directly. `surface` is the common interface of
 //! all of them. `slices` turn its heights into curves; `strip` is the part that lies under the tyre and is made;
 //! `ahead` has the next part made in time, by its `maker`. `texture` measures, [`describe`](fn@describe) reports.
-//! `profiles` are those along the road at its own spacing. `report` has what was found meanwhile, `error` why a road cannot be used, `file_fault` what is wrong with its file.
+//! `profiles` are those along the road at its own spacing. `report` has what was found meanwhile, `error` why a road
+//! cannot be used, `file_fault` what is wrong with its file.
 
 mod across;
 pub(crate) mod ahead;

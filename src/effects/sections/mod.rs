@@ -158,8 +158,8 @@ fn force_values(spectrum: &PowerSpectrum) -> impl Iterator<Item = SectionValue<'
     overall.into_iter().chain(bands)
 }
 
-/// Mean profile depth and texture levels of equally long profiles with heights `spacing` \[m\] apart. The standard error
-/// of a level is that of one profile, since neighbours have long waves in common.
+/// Mean profile depth and texture levels of equally long profiles with heights `spacing` \[m\] apart. The standard
+/// error of a level is that of one profile, since neighbours have long waves in common.
 fn texture_values(profiles: &[Vec<f64>], spacing: f64) -> Vec<SectionValue<'static>> {
     let Some(middle) = profiles.get(profiles.len() / 2) else { return Vec::new() };
     let depth = ProfileDepth::of(profiles.iter().map(|profile| (&profile[..], &[][..])), spacing);

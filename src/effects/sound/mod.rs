@@ -13,6 +13,8 @@ mod results;
 mod sections;
 mod squeeze;
 mod stored_signal;
+mod summed;
+mod valid_levels;
 
 use std::any::Any;
 use std::collections::VecDeque;
@@ -49,6 +51,7 @@ use passing::Passing;
 use sections::SoundSections;
 use squeeze::{PARTS, SqueezeStream, found_blocks};
 use stored_signal::StoredSignal;
+use summed::Summed;
 
 pub(crate) struct SoundEffect;
 
@@ -209,28 +212,6 @@ fn impossible_body(loaded: &LoadedScene, error: &RadiationError) -> SceneError {
         _ => "radiation.patch_length",
     };
     loaded.complain(key, error.to_string(), "another one").into()
-}
-
-/// Pressures of blocks due to vibration and, where blocks squeeze air, due to that.
-struct Summed<'a> {
-    pressures: &'a BlockPressures<'a>,
-    squeezed: Option<&'a BlockPressures<'a>>,
-}
-
-impl Summed<'_> {
-    /// Gives the sum of all parts at a receiver, block after block \[Pa\].
-    fn of(&self, receiver: usize, mut take: impl FnMut(&[f64])) {
-        let Some(squeezed) = self.squeezed else { return self.pressures.of(receiver, take) };
-        let mut sum = Vec::new();
-        self.pressures.of(receiver, |block| sum.extend_from_slice(block));
-        let mut from = 0;
-        squeezed.of(receiver, |block| {
-            let covered = &mut sum[from..from + block.len()];
-            covered.iter_mut().zip(block).for_each(|(sum, more)| *sum += more);
-            take(covered);
-            from += block.len();
-        });
-    }
 }
 
 /// Adds both parts of a receiver's pressures to their spectra, where there is squeeze.

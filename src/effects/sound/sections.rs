@@ -7,8 +7,8 @@ use std::collections::VecDeque;
 
 use rayon::prelude::*;
 
-use super::Summed;
-use super::results::{over_valid_bands, standard_error_a};
+use super::summed::Summed;
+use super::valid_levels::{over_valid_bands, standard_error_a};
 use crate::effects::sections::cut::{SectionCut, SectionSpectra};
 use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::response::{PowerSpectrum, SpectrumAccumulator};

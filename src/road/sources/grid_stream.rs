@@ -2,7 +2,7 @@
 //!
 //! 1. Opening reads all pieces once, for what belongs to the whole: counts of what is missing or a spike, and the plane
 //!    that is subtracted.
-//! 2. Whoever reads the road then gets piece after piece, each the same whenever it is read. A piece is treated with a
+//! 2. Then piece after piece is read as the run needs it, each the same whenever it is read. A piece is treated with a
 //!    margin at either end: spikes, missing heights and long waves depend on no heights beyond it.
 //!
 //! Differences from reading a grid as a whole: a number that seems to stand for missing heights has to be named, and
@@ -48,9 +48,9 @@ pub(crate) struct GridStream {
 /// Sums over a grid as read.
 #[derive(Default)]
 struct Sums {
-    /// Of the rows' means, and of these times the row's distance from the middle.
+    /// Sums of the rows' means, and of these times the row's distance from the middle.
     along: [f64; 2],
-    /// By column.
+    /// Means by column.
     across: Vec<f64>,
     missing: usize,
     /// Numbers that the scene names for missing heights, and how often each occurs.

@@ -159,7 +159,7 @@ fn a_grid_in_pieces_is_the_grid_as_a_whole() {
     let lattice = Lattice { dx: 0.0037, along: 1, dy: 0.005, columns: 8 };
     for (level, longest_wavelength, at_end) in [
         (Levelling::Slope, None, AtEnd::Refuse),
-        (Levelling::Mean, Some(0.5), AtEnd::Repeat),
+        (Levelling::Mean, Some(0.1), AtEnd::Repeat),
         (Levelling::Off, None, AtEnd::Mirror),
     ] {
         let spec = GridRoad { level, longest_wavelength, at_end, ..long_grid(&folder) };

@@ -1,4 +1,4 @@
-//! What a run writes while it rolls: arrays, and the table of sections, in a folder or in memory.
+//! Arrays and the table of sections, which a run writes while it rolls, in a folder or in memory.
 
 use std::collections::VecDeque;
 

@@ -14,6 +14,7 @@ use crate::plan::decisions::DecisionRow;
 use crate::plan::{Amounts, Plan, PlannedSetting};
 use crate::response::SliceErrors;
 use crate::response::vibration::CarriedWaves;
+use crate::road::RoadProfiles;
 use crate::scene::{LoadedScene, Scene, SceneError};
 use crate::tyre::influence::CellInfluence;
 use crate::tyre::poles::RationalModel;
@@ -73,6 +74,8 @@ pub struct RunStart<'a> {
     pub contact: &'a ContactFacts,
     /// Models of the tyre; an observer may take them.
     pub models: &'a mut TyreModels,
+    /// Profiles of the road, where sections need them; an observer may take them. `None` for the plane.
+    pub(crate) profiles: &'a mut Option<RoadProfiles>,
     /// True for a run whose results stay in memory; such a run makes no pictures.
     pub in_memory: bool,
     /// Work and memory of a plan.

@@ -11,6 +11,7 @@
 //! - [`friction`]: tangential forces, moment and slip of a contact with friction;
 //! - [`tread_pattern`]: map of the tread's depths, force and sound by order of the revolution;
 //! - [`vibration`]: velocities of belt and tread;
+//! - [`sections`]: levels and texture of each section of the road;
 //! - [`sound`]: pressures at the receivers, levels and files to listen to.
 
 pub(crate) mod cells;
@@ -22,6 +23,7 @@ pub(crate) mod friction;
 pub(crate) mod observer;
 pub(crate) mod resistance;
 pub(crate) mod section;
+pub(crate) mod sections;
 pub(crate) mod sound;
 pub(crate) mod stored;
 pub(crate) mod tread_pattern;
@@ -34,13 +36,14 @@ pub(crate) use observer::{EffectObserver, End, Found, Observer, Step};
 pub(crate) use section::{Figure, GREY, LevelTable, PageSection, ReportError, SectionBlock};
 
 /// All effects, in the order of their work.
-pub(crate) static EFFECTS: [&dyn Effect; 7] = [
+pub(crate) static EFFECTS: [&dyn Effect; 8] = [
     &force::ForceEffect,
     &resistance::ResistanceEffect,
     &cells::CellsEffect,
     &friction::FrictionEffect,
     &tread_pattern::TreadPatternEffect,
     &vibration::VibrationEffect,
+    &sections::SectionsEffect,
     &sound::SoundEffect,
 ];
 

@@ -1,6 +1,7 @@
 //! Completed steps of a run, and the interface of their observers.
 
 use std::any::Any;
+use std::collections::VecDeque;
 
 use ndarray::ArrayView2;
 
@@ -157,6 +158,12 @@ pub(crate) trait EffectObserver: Observer {
 
     /// Takes what the observer of the next segment has found.
     fn join(&mut self, _segment: Box<dyn EffectObserver>, _meter: &mut Meter) {}
+
+    /// Rows of the table of sections, by section in the order of the road, which are taken from it once all observers
+    /// have those of a section; `None` without any.
+    fn section_rows(&mut self) -> Option<&mut VecDeque<String>> {
+        None
+    }
 
     /// Number of blocks of steps whose evaluation stops the march for long and is still to come, and its stage if one
     /// may come within so many steps.

@@ -23,6 +23,7 @@ pub(crate) mod models;
 pub(crate) mod overload;
 pub(crate) mod receivers;
 pub(crate) mod resolution;
+mod sections;
 mod segments;
 pub(crate) mod settle;
 mod slice_error;

@@ -115,6 +115,7 @@ impl Plan {
     pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
         self.check_standing(loaded)?;
         self.check_warm_up(loaded)?;
+        self.check_sections(loaded)?;
         self.check_amounts(loaded, &self.amounts())
     }
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::checkpoint::CheckpointError;
 use super::error::ResultsError;
 use super::folder::ResultsFolder;
+use super::growing_table::TableWriter;
 use super::npy::{ArrayRow, ArrayState, NpyNumber, NpyWriter};
 
 /// State of a run's arrays, by the names of their files.
@@ -20,9 +21,23 @@ impl WrittenArrays {
     /// # Errors
     /// [`ResultsError::Write`].
     pub(crate) fn sync<T: NpyNumber>(&mut self, writer: &mut NpyWriter<T>) -> Result<(), ResultsError> {
-        let name = writer.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
-        self.0.insert(name, writer.sync()?);
+        let state = writer.sync()?;
+        self.note(writer.path(), state);
         Ok(())
+    }
+
+    /// As [`Self::sync`], for a table of text.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`].
+    pub(crate) fn sync_table(&mut self, writer: &TableWriter) -> Result<(), ResultsError> {
+        let state = writer.sync()?;
+        self.note(writer.path(), state);
+        Ok(())
+    }
+
+    fn note(&mut self, path: &Path, state: ArrayState) {
+        self.0.insert(path.file_name().unwrap_or_default().to_string_lossy().into_owned(), state);
     }
 
     /// Checks that a folder holds all of it: every row that counts, byte by byte.
@@ -57,14 +72,20 @@ impl ArrayPlace<'_> {
     /// # Errors
     /// As [`NpyWriter::open`]; [`ResultsError::NotThisArray`] for one that the run has not written before.
     pub(crate) fn open<T: NpyNumber>(&self, name: &str, row: ArrayRow) -> Result<NpyWriter<T>, ResultsError> {
-        let path = self.folder.path(name);
-        let state = match self.written {
-            Some(written) => match written.0.get(name) {
-                Some(state) => Some(*state),
-                None => return Err(ResultsError::NotThisArray { path, rows: 0 }),
-            },
-            None => None,
-        };
-        NpyWriter::open(&path, row, state)
+        NpyWriter::open(&self.folder.path(name), row, self.state_of(name)?)
+    }
+
+    /// Begins a table of text with its header, or continues it.
+    ///
+    /// # Errors
+    /// As [`TableWriter::open`]; [`ResultsError::NotThisArray`] for one that the run has not written before.
+    pub(crate) fn open_table(&self, name: &str, header: &str) -> Result<TableWriter, ResultsError> {
+        TableWriter::open(&self.folder.path(name), header, self.state_of(name)?)
+    }
+
+    fn state_of(&self, name: &str) -> Result<Option<ArrayState>, ResultsError> {
+        let Some(written) = self.written else { return Ok(None) };
+        let unknown = || ResultsError::NotThisArray { path: self.folder.path(name), rows: 0 };
+        written.0.get(name).copied().map(Some).ok_or_else(unknown)
     }
 }

@@ -23,7 +23,7 @@ pub(super) const TEMPORARY_FILE: &str = "checkpoint.tmp";
 /// Name of the effective scene in the folder of an unfinished run.
 pub(crate) const SCENE_FILE: &str = "scene.toml";
 /// Its version must be raised whenever the meaning of a state changes.
-const FORMAT: Format = Format { magic: b"TWAVECHK", version: 17, name: "a checkpoint" };
+const FORMAT: Format = Format { magic: b"TWAVECHK", version: 18, name: "a checkpoint" };
 
 /// Reason why a run cannot be resumed.
 #[derive(Debug, Error)]

@@ -22,11 +22,18 @@ pub(crate) trait ResultFiles {
     fn write_text(&self, name: &str, text: &str) -> Result<(), ResultsError> {
         self.write(name, text.as_bytes())
     }
+
+    /// Text of a file that is there; `None` without it.
+    fn read_text(&self, name: &str) -> Option<String>;
 }
 
 impl ResultFiles for ResultsFolder {
     fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
         write_file(&self.path(name), bytes)
+    }
+
+    fn read_text(&self, name: &str) -> Option<String> {
+        std::fs::read_to_string(self.path(name)).ok()
     }
 }
 
@@ -35,5 +42,9 @@ impl ResultFiles for RefCell<BTreeMap<String, Vec<u8>>> {
     fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ResultsError> {
         self.borrow_mut().insert(name.to_owned(), bytes.to_vec());
         Ok(())
+    }
+
+    fn read_text(&self, name: &str) -> Option<String> {
+        self.borrow().get(name).and_then(|bytes| String::from_utf8(bytes.clone()).ok())
     }
 }

@@ -90,10 +90,12 @@ impl ArrayRow {
 pub struct ArrayState {
     /// Number of rows.
     pub rows: u64,
+    /// Size of the header before them \[bytes\].
+    pub(super) header: u64,
     /// Size of these rows \[bytes\].
-    bytes: u64,
+    pub(super) bytes: u64,
     /// CRC-32 of these bytes.
-    checksum: u32,
+    pub(super) checksum: u32,
 }
 
 impl ArrayState {
@@ -103,7 +105,7 @@ impl ArrayState {
     /// Errors of reading it.
     pub fn is_in(&self, path: &Path) -> io::Result<bool> {
         let mut file = File::open(path)?;
-        file.seek(SeekFrom::Start(HEADER_BYTES as u64))?;
+        file.seek(SeekFrom::Start(self.header))?;
         let mut found = Checked { inner: io::sink(), checksum: crc32fast::Hasher::new(), bytes: 0 };
         io::copy(&mut BufReader::with_capacity(BUFFER_BYTES, file).take(self.bytes), &mut found)?;
         Ok(found.bytes == self.bytes && found.checksum.finalize() == self.checksum)
@@ -112,10 +114,23 @@ impl ArrayState {
 
 /// A writer with the checksum of everything written to it.
 #[derive(Debug)]
-struct Checked<W> {
-    inner: W,
-    checksum: crc32fast::Hasher,
-    bytes: u64,
+pub(super) struct Checked<W> {
+    pub inner: W,
+    pub checksum: crc32fast::Hasher,
+    pub bytes: u64,
+}
+
+impl Checked<File> {
+    /// Goes on behind the bytes of a state.
+    pub(super) fn after(inner: File, ArrayState { bytes, checksum, .. }: ArrayState) -> Self {
+        Self { inner, checksum: crc32fast::Hasher::new_with_initial_len(checksum, bytes), bytes }
+    }
+
+    /// Brings the data to the disk; returns the state of a file of so many rows behind a header.
+    pub(super) fn sync(&self, rows: u64, header: u64) -> io::Result<ArrayState> {
+        self.inner.sync_data()?;
+        Ok(ArrayState { rows, header, bytes: self.bytes, checksum: self.checksum.clone().finalize() })
+    }
 }
 
 impl<W: Write> Write for Checked<W> {
@@ -144,10 +159,8 @@ pub struct NpyWriter<T> {
 impl<T: NpyNumber> NpyWriter<T> {
     /// Goes on behind the rows of `state`.
     fn of(path: &Path, file: File, row: ArrayRow, state: ArrayState) -> Result<Self, ResultsError> {
-        let ArrayState { rows, bytes, checksum } = state;
-        let checksum = crc32fast::Hasher::new_with_initial_len(checksum, bytes);
-        let file = BufWriter::with_capacity(BUFFER_BYTES, Checked { inner: file, checksum, bytes });
-        let mut writer = Self { path: path.to_owned(), file, row, rows, number: PhantomData };
+        let file = BufWriter::with_capacity(BUFFER_BYTES, Checked::after(file, state));
+        let mut writer = Self { path: path.to_owned(), file, row, rows: state.rows, number: PhantomData };
         writer.checkpoint()?;
         Ok(writer)
     }
@@ -166,7 +179,7 @@ impl<T: NpyNumber> NpyWriter<T> {
     /// [`ResultsError::Create`], [`ResultsError::Write`].
     pub fn create(path: &Path, row: ArrayRow) -> Result<Self, ResultsError> {
         let file = File::create(path).map_err(ResultsError::creating(path))?;
-        Self::of(path, file, row, ArrayState { rows: 0, bytes: 0, checksum: 0 })
+        Self::of(path, file, row, ArrayState { rows: 0, header: HEADER_BYTES as u64, bytes: 0, checksum: 0 })
     }
 
     /// Goes on with a file whose first rows are those of `state`, which the caller has checked ([`ArrayState::is_in`]);
@@ -201,9 +214,8 @@ impl<T: NpyNumber> NpyWriter<T> {
     /// [`ResultsError::Write`].
     pub fn sync(&mut self) -> Result<ArrayState, ResultsError> {
         self.checkpoint()?;
-        let Checked { inner, checksum, bytes } = self.file.get_ref();
-        inner.sync_data().map_err(ResultsError::writing(&self.path))?;
-        Ok(ArrayState { rows: self.rows, bytes: *bytes, checksum: checksum.clone().finalize() })
+        let synced = self.file.get_ref().sync(self.rows, HEADER_BYTES as u64);
+        synced.map_err(ResultsError::writing(&self.path))
     }
 
     /// Appends one row.
@@ -297,6 +309,10 @@ mod tests {
         (npy.shape().to_vec(), npy.into_vec::<T>().unwrap())
     }
 
+    fn of(rows: u64, bytes: u64) -> ArrayState {
+        ArrayState { rows, header: HEADER_BYTES as u64, bytes, checksum: 0 }
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(32))]
         #[test]
@@ -358,12 +374,12 @@ mod tests {
             assert_eq!(again.sync().unwrap(), state);
             rows[20..].iter().for_each(|row| again.push(row).unwrap());
             let end = again.sync().unwrap();
-            assert_eq!(end, ArrayState { rows: 50, bytes: 1200, checksum: crc32fast::hash(&expected[HEADER_BYTES..]) });
+            assert_eq!(end, ArrayState { checksum: crc32fast::hash(&expected[HEADER_BYTES..]), ..of(50, 1200) });
             again.finish().unwrap();
             assert_eq!(std::fs::read(&path).unwrap(), expected);
         }
         let refused = |rows: u64, row: ArrayRow| {
-            let state = ArrayState { rows, bytes: rows.wrapping_mul(8 * row.length() as u64), checksum: 0 };
+            let state = of(rows, rows.wrapping_mul(8 * row.length() as u64));
             NpyWriter::<f64>::reopen(&path, row, state).unwrap_err()
         };
         for error in [

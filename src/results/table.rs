@@ -239,13 +239,17 @@ impl fmt::Display for Report {
 /// Header and rows as CSV; cells are quoted where they need it, and a space is put before words that spreadsheets would
 /// take for a formula.
 pub(crate) fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> String {
+    csv_rows(std::iter::once(header.texts()).chain(rows.into_iter().map(Cells::texts)))
+}
+
+/// Rows as CSV, as [`csv`] writes them, without a header.
+pub(crate) fn csv_rows(rows: impl IntoIterator<Item: Cells>) -> String {
     let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
     let harmless = |cell: String| {
         let formula = cell.starts_with(['=', '+', '-', '@']) && cell.len() > 1 && cell.parse::<f64>().is_err();
         if formula { format!(" {cell}") } else { cell }
     };
-    let lines = std::iter::once(header.texts()).chain(rows.into_iter().map(Cells::texts));
-    let mut lines = lines.map(|line| line.into_iter().map(harmless).collect::<Vec<_>>());
+    let mut lines = rows.into_iter().map(|line| line.texts().into_iter().map(harmless).collect::<Vec<_>>());
     // Writing to memory does not fail, and text is UTF-8.
     let written = lines.try_for_each(|line| writer.write_record(line));
     written.ok().and_then(|()| String::from_utf8(writer.into_inner().ok()?).ok()).unwrap_or_default()

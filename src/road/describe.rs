@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::error::RoadError;
 use super::lattice::Lattice;
+use super::profiles::lattice_of_profiles;
 use super::report::{RoadNote, RoadReport};
 use super::sources::Source;
 use super::surface::{Limits, RoadSurface};
@@ -12,8 +13,6 @@ use crate::scene::Road;
 
 /// Length of a made road that is measured for its texture \[m\].
 const MEASURED_LENGTH: f64 = 20.0;
-/// Number of profiles across a made road that are measured.
-const MEASURED_PROFILES: usize = 8;
 /// Longest sample that is drawn \[m\].
 const SAMPLE_LENGTH: f64 = 1.0;
 
@@ -153,9 +152,7 @@ impl Profiles {
                 return Ok(Self { spacing, shortest: 2.0 * spacing, longest, profiles, origins });
             }
         };
-        // Neighbouring columns at the road's spacing: further apart they would be low-passed across like the cells of
-        // the run.
-        let grid = Lattice { dx: spacing, along: 1, dy: spacing, columns: MEASURED_PROFILES };
+        let grid = lattice_of_profiles(spacing);
         let rows = (MEASURED_LENGTH / spacing).ceil() as usize;
         limits.check(rows as f64 * grid.columns as f64)?;
         let mut heights = vec![0.0; rows * grid.columns];

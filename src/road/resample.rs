@@ -8,15 +8,61 @@
 //! is the windowed sinc of [`crate::numeric::windowed_sinc`], low-pass at the Nyquist wavenumber of the coarser of both
 //! spacings.
 
-use std::sync::OnceLock;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
+use super::across::across;
+use super::error::RoadError;
 use super::lattice::{Lattice, same};
+use super::piece_rows::{PieceRows, column_of, profile_columns};
 use super::sources::height_map::{RoadHeightMap, reflected};
 use super::texture::ProfileSpectrum;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::scene::AtEnd;
+
+/// Rows x `stored` heights, at the map's rows and the run's columns.
+#[derive(Clone, Debug)]
+enum Rows {
+    Stored(Arc<Vec<f64>>),
+    Pieces(Box<PieceRows>),
+}
+
+/// Rows of the continued map that are in memory.
+enum View<'a> {
+    Whole(&'a Resampled, &'a [f64]),
+    /// Rows from a number on.
+    Gathered {
+        first: i64,
+        heights: Vec<f64>,
+        stored: usize,
+    },
+}
+
+impl View<'_> {
+    fn row(&self, index: i64) -> &[f64] {
+        match self {
+            Self::Whole(road, heights) => {
+                let inside = road.inside(index);
+                &heights[inside * road.stored..(inside + 1) * road.stored]
+            }
+            Self::Gathered { first, heights, stored } => {
+                let inside = (index - first) as usize;
+                &heights[inside * stored..(inside + 1) * stored]
+            }
+        }
+    }
+
+    /// Heights of successive rows of a road that is level across, as far as they lie side by side.
+    fn line(&self, start: i64, count: usize) -> Option<&[f64]> {
+        let (heights, first) = match self {
+            Self::Whole(_, heights) => (*heights, 0),
+            Self::Gathered { first, heights, .. } => (&heights[..], *first),
+        };
+        usize::try_from(start - first).ok().and_then(|from| heights.get(from..from + count))
+    }
+}
 
 /// A measured road on the run's lattice.
 #[derive(Clone, Debug)]
@@ -24,8 +70,7 @@ pub struct Resampled {
     lattice: Lattice,
     at_end: AtEnd,
     dx: f64,
-    /// Rows x `stored` heights, at the map's rows and the run's columns.
-    rows: Vec<f64>,
+    rows: Rows,
     /// Columns stored per row: 1 where the road is level across.
     stored: usize,
     kernel: WindowedSinc,
@@ -39,18 +84,27 @@ impl Resampled {
     /// Resamples across; rows are resampled along on demand.
     pub fn new(map: RoadHeightMap, lattice: Lattice, at_end: AtEnd) -> Self {
         let kernel = WindowedSinc::resampling();
-        // With an even number of cells along an element none is at its middle.
-        let aligned = (same(map.dx, lattice.cell()) && lattice.along % 2 == 1).then_some((lattice.along / 2) as i64);
-        let dx = map.dx;
+        let (aligned, dx) = (aligned(map.dx, &lattice), map.dx);
         let level_across = map.dy == 0.0;
         let stored = if level_across { 1 } else { lattice.columns };
         let rows = if level_across { map.heights } else { across(&map, &lattice, &kernel) };
+        let rows = Rows::Stored(Arc::new(rows));
         Self { lattice, at_end, dx, rows, stored, kernel, aligned, spectrum: OnceLock::new() }
     }
 
+    /// A grid that is read in pieces, each resampled across when it is read.
+    pub(super) fn in_pieces(pieces: PieceRows, dx: f64, lattice: Lattice, at_end: AtEnd) -> Self {
+        let (kernel, rows) = (WindowedSinc::resampling(), Rows::Pieces(Box::new(pieces)));
+        let aligned = aligned(dx, &lattice);
+        Self { lattice, at_end, dx, rows, stored: lattice.columns, kernel, aligned, spectrum: OnceLock::new() }
+    }
+
     /// Number of rows of the map.
-    fn count(&self) -> i64 {
-        (self.rows.len() / self.stored) as i64
+    pub(super) fn count(&self) -> i64 {
+        match &self.rows {
+            Rows::Stored(rows) => (rows.len() / self.stored) as i64,
+            Rows::Pieces(pieces) => pieces.count() as i64,
+        }
     }
 
     /// Available road coordinates \[m\]; `None` for a road that never ends.
@@ -60,7 +114,10 @@ impl Resampled {
 
     /// Highest stored height \[m\], at least 0.
     pub fn highest(&self) -> f64 {
-        self.rows.iter().fold(0.0, |highest, &height| highest.max(height))
+        match &self.rows {
+            Rows::Stored(rows) => rows.iter().fold(0.0, |highest, &height| highest.max(height)),
+            Rows::Pieces(pieces) => pieces.highest(),
+        }
     }
 
     /// True if the road is level across.
@@ -68,23 +125,50 @@ impl Resampled {
         self.stored == 1
     }
 
-    /// Spectrum of the profiles along, at the map's spacing, averaged over up to 16 columns spread evenly across.
+    /// Spectrum of the profiles along, at the map's spacing, averaged over up to 16 columns spread evenly across, and
+    /// over the pieces of a grid that is read in pieces.
     pub fn spectrum(&self) -> &ProfileSpectrum {
-        self.spectrum.get_or_init(|| self.find_spectrum())
+        match &self.rows {
+            Rows::Stored(rows) => self.spectrum.get_or_init(|| self.find_spectrum(rows)),
+            Rows::Pieces(pieces) => pieces.spectrum(),
+        }
     }
 
-    fn find_spectrum(&self) -> ProfileSpectrum {
-        /// Neighbouring columns hardly differ: more than these add little.
-        const COLUMNS: usize = 16;
-        let rows = self.count() as usize;
-        let mut spectrum = ProfileSpectrum::new(rows, self.dx);
-        let mut profile = Vec::with_capacity(rows);
-        for column in (0..self.stored).step_by(self.stored.div_ceil(COLUMNS)) {
-            profile.clear();
-            profile.extend(self.rows.iter().skip(column).step_by(self.stored));
-            spectrum.add(&profile);
-        }
+    fn find_spectrum(&self, rows: &[f64]) -> ProfileSpectrum {
+        let mut spectrum = ProfileSpectrum::new(self.count() as usize, self.dx);
+        profile_columns(self.stored).for_each(|column| spectrum.add(&column_of(rows, column, self.stored)));
         spectrum
+    }
+
+    /// Profiles along, at the map's spacing, over some rows of the continued map: in up to 16 columns spread evenly
+    /// across.
+    ///
+    /// # Errors
+    /// Errors of a grid that is read in pieces.
+    pub(super) fn profiles(&mut self, rows: Range<i64>) -> Result<Vec<Vec<f64>>, RoadError> {
+        let stored = self.stored;
+        let view = self.view(rows.clone())?;
+        let profile = |column| rows.clone().map(|row| view.row(row)[column]).collect();
+        Ok(profile_columns(stored).map(profile).collect())
+    }
+
+    /// Rows of the continued map in memory.
+    fn view(&mut self, rows: Range<i64>) -> Result<View<'_>, RoadError> {
+        let inside: Vec<usize> = match &self.rows {
+            Rows::Stored(_) => Vec::new(),
+            Rows::Pieces(_) => rows.clone().map(|row| self.inside(row)).collect(),
+        };
+        if let Rows::Pieces(pieces) = &mut self.rows {
+            let (first, stored) = (rows.start, self.stored);
+            return Ok(View::Gathered { first, heights: pieces.gather(&inside)?, stored });
+        }
+        let Rows::Stored(heights) = &self.rows else { return Ok(View::Whole(self, &[])) };
+        Ok(View::Whole(self, heights))
+    }
+
+    /// Spacing of the map's rows \[m\].
+    pub(super) fn spacing(&self) -> f64 {
+        self.dx
     }
 
     /// Number of elements after which the road repeats; `None` if it ends or its rows are not on the run's lattice.
@@ -106,86 +190,90 @@ impl Resampled {
     }
 
     /// Heights of the run's rows from `first` on, row-major; `out` must hold whole rows.
-    pub fn heights(&self, first: i64, out: &mut [f64]) {
-        let columns = self.lattice.columns;
+    ///
+    /// # Errors
+    /// Errors of a grid that is read in pieces.
+    pub fn heights(&mut self, first: i64, out: &mut [f64]) -> Result<(), RoadError> {
+        let (columns, aligned) = (self.lattice.columns, self.aligned);
+        let last = first + (out.len() / columns) as i64 - 1;
+        let along = Along { lattice: self.lattice, dx: self.dx, kernel: self.kernel.clone() };
+        let rows = match aligned {
+            Some(zero) => first - zero..last - zero + 1,
+            None => along.taps(first).start..along.taps(last).end,
+        };
+        let view = self.view(rows)?;
         out.par_chunks_mut(columns).enumerate().with_min_len(16).for_each_init(Vec::new, |weights, (index, row)| {
             let number = first + index as i64;
-            match self.aligned {
-                Some(zero) => self.spread(self.row(number - zero), row),
-                None => self.interpolate(number, weights, row),
+            match aligned {
+                Some(zero) => spread(view.row(number - zero), row),
+                None => along.interpolate(&view, number, weights, row),
             }
         });
+        Ok(())
     }
 
-    fn interpolate(&self, number: i64, weights: &mut Vec<f64>, out: &mut [f64]) {
-        let position = self.lattice.place(number, self.dx);
+    /// Number of a row of the continued map within the map.
+    fn inside(&self, index: i64) -> usize {
+        match self.at_end {
+            AtEnd::Repeat => index.rem_euclid(self.count()) as usize,
+            AtEnd::Refuse | AtEnd::Mirror => reflected(index, self.count()),
+        }
+    }
+}
+
+/// Interpolation along.
+struct Along {
+    lattice: Lattice,
+    dx: f64,
+    kernel: WindowedSinc,
+}
+
+impl Along {
+    /// Writes the weights of the rows of the map for one of the run's rows; returns the first of them.
+    fn weights(&self, number: i64, weights: &mut Vec<f64>) -> i64 {
         let ratio = (self.lattice.cell() / self.dx).max(1.0);
-        let start = self.kernel.weights(position, ratio, weights);
-        if self.stored == 1 {
-            let within = usize::try_from(start).ok().and_then(|from| self.rows.get(from..from + weights.len()));
-            let sum: f64 = match within {
+        self.kernel.weights(self.lattice.place(number, self.dx), ratio, weights)
+    }
+
+    /// Rows of the map for one of the run's rows.
+    fn taps(&self, number: i64) -> Range<i64> {
+        let mut weights = Vec::new();
+        let start = self.weights(number, &mut weights);
+        start..start + weights.len() as i64
+    }
+
+    fn interpolate(&self, view: &View<'_>, number: i64, weights: &mut Vec<f64>, out: &mut [f64]) {
+        let start = self.weights(number, weights);
+        if view.row(start).len() == 1 {
+            let sum: f64 = match view.line(start, weights.len()) {
                 Some(heights) => weights.iter().zip(heights).map(|(weight, height)| weight * height).sum(),
-                None => weights.iter().enumerate().map(|(tap, weight)| weight * self.row(start + tap as i64)[0]).sum(),
+                None => weights.iter().enumerate().map(|(tap, weight)| weight * view.row(start + tap as i64)[0]).sum(),
             };
             out.fill(sum);
             return;
         }
         out.fill(0.0);
         for (tap, weight) in weights.iter().enumerate() {
-            for (height, source) in out.iter_mut().zip(self.row(start + tap as i64)) {
+            for (height, source) in out.iter_mut().zip(view.row(start + tap as i64)) {
                 *height += weight * source;
             }
         }
     }
+}
 
-    fn spread(&self, source: &[f64], out: &mut [f64]) {
-        if self.stored == 1 { out.fill(source[0]) } else { out.copy_from_slice(source) }
-    }
+/// Copies a row, or the only height of one that is level across.
+fn spread(source: &[f64], out: &mut [f64]) {
+    if source.len() == 1 { out.fill(source[0]) } else { out.copy_from_slice(source) }
+}
 
-    /// A row of the continued map.
-    fn row(&self, index: i64) -> &[f64] {
-        let count = self.count();
-        let inside = match self.at_end {
-            AtEnd::Repeat => index.rem_euclid(count) as usize,
-            AtEnd::Refuse | AtEnd::Mirror => reflected(index, count),
-        };
-        &self.rows[inside * self.stored..(inside + 1) * self.stored]
-    }
+/// First of the run's rows that is row 0 of a map of a spacing, if all of them are rows of it.
+fn aligned(dx: f64, lattice: &Lattice) -> Option<i64> {
+    // With an even number of cells along an element none is at its middle.
+    (same(dx, lattice.cell()) && lattice.along % 2 == 1).then_some((lattice.along / 2) as i64)
 }
 
 fn greatest_common_divisor(a: i64, b: i64) -> i64 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
-}
-
-/// The map's rows at the run's columns.
-fn across(map: &RoadHeightMap, lattice: &Lattice, kernel: &WindowedSinc) -> Vec<f64> {
-    let place = |column: usize| (lattice.y(column) - map.first_y) / map.dy;
-    let offset = place(0);
-    let whole = offset.round();
-    let aligned = same(map.dy, lattice.dy) && (offset - whole).abs() < 1e-6;
-    let inside = whole >= 0.0 && whole as usize + lattice.columns <= map.columns;
-    if aligned && inside {
-        let first = whole as usize;
-        let rows = map.heights.chunks_exact(map.columns);
-        return rows.flat_map(|row| row[first..first + lattice.columns].iter().copied()).collect();
-    }
-    // A single column is a line, not a cell: no low-pass at its width.
-    let ratio = if lattice.columns > 1 { (lattice.dy / map.dy).max(1.0) } else { 1.0 };
-    let mut taps = Vec::new();
-    // Positions of the samples of each column in a row, with their weights.
-    let plans: Vec<Vec<(usize, f64)>> = (0..lattice.columns)
-        .map(|column| {
-            let first = kernel.weights(place(column), ratio, &mut taps);
-            (first..).zip(&taps).map(|(index, &weight)| (reflected(index, map.columns as i64), weight)).collect()
-        })
-        .collect();
-    let mut rows = vec![0.0; map.rows() * lattice.columns];
-    rows.par_chunks_mut(lattice.columns).zip(map.heights.par_chunks(map.columns)).for_each(|(out, row)| {
-        for (height, plan) in out.iter_mut().zip(&plans) {
-            *height = plan.iter().map(|&(index, weight)| weight * row[index]).sum();
-        }
-    });
-    rows
 }
 
 #[cfg(test)]
@@ -212,7 +300,7 @@ mod tests {
 
     fn all(road: &Resampled, first: i64, rows: usize) -> Vec<f64> {
         let mut out = vec![f64::NAN; rows * road.lattice.columns];
-        road.heights(first, &mut out);
+        road.clone().heights(first, &mut out).unwrap();
         out
     }
 

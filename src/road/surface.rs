@@ -4,10 +4,12 @@ use std::ops::RangeInclusive;
 
 use super::error::RoadError;
 use super::lattice::Lattice;
+use super::piece_rows::PieceRows;
 use super::report::{RoadNote, RoadReport};
 use super::resample::Resampled;
 use super::sources::Source;
-use super::sources::made::{PEAK_FACTOR, Patches, Texture};
+use super::sources::grid_stream::{GridStream, LONG_GRID};
+use super::sources::made::{PEAK_FACTOR, Patches, RoadDesign, Texture};
 use super::texture::{self, wavenumber};
 use crate::scene::{AtEnd, Road};
 
@@ -52,7 +54,7 @@ pub struct RoadSurface {
 
 enum Heights {
     Plane,
-    Drawn { texture: Box<Texture>, patches: Box<Patches> },
+    Drawn { design: RoadDesign, texture: Box<Texture>, patches: Box<Patches> },
     Measured(Box<Resampled>),
 }
 
@@ -66,6 +68,12 @@ impl RoadSurface {
     /// See [`RoadError`]; nothing is repaired without a note: whatever is filled or left out is in [`Self::report`].
     pub fn open(spec: &Road, lattice: Lattice, limits: Limits) -> Result<Self, RoadError> {
         let mut report = RoadReport::default();
+        if let Road::Grid(grid) = spec {
+            let sizes = (LONG_GRID, limits.bytes);
+            if let Some(stream) = GridStream::open(grid, lattice.width(), sizes, &mut report)? {
+                return Self::in_pieces(lattice, stream, grid.at_end, report);
+            }
+        }
         let source = Source::read(spec, lattice, limits.bytes, &mut report)?;
         Self::on(lattice, source, limits, report)
     }
@@ -90,19 +98,14 @@ impl RoadSurface {
                     let (deviation, wavelength) = (band.deviation(), band.wavelength);
                     report.notes.push(RoadNote::NotRealisable { deviation, wavelength });
                 }
-                Heights::Drawn { texture: Box::new(texture), patches: Box::default() }
+                Heights::Drawn { design, texture: Box::new(texture), patches: Box::default() }
             }
             Source::Measured(map, at_end) => {
                 if map.dy > 0.0 {
                     limits.check(map.rows() as f64 * lattice.columns as f64)?;
                 }
                 report.length = Some(map.end());
-                report.spacing = Some(map.dx);
-                report.lateral_spacing = (map.dy > 0.0).then_some(map.dy);
-                report.shortest_wavelength = Some(2.0 * map.dx.max(lattice.dx));
-                if map.dx > lattice.dx * (1.0 + 1e-9) {
-                    report.notes.push(RoadNote::Coarse { spacing: map.dx, run: lattice.dx });
-                }
+                report_spacings(&mut report, [map.dx, map.dy], lattice);
                 if at_end == AtEnd::Repeat {
                     let (rows, columns) = (map.rows(), map.columns);
                     let ends = map.heights[..columns].iter().zip(&map.heights[(rows - 1) * columns..]);
@@ -113,6 +116,27 @@ impl RoadSurface {
             }
         };
         Ok(Self { lattice, heights, report })
+    }
+
+    /// A long grid, which is read in pieces.
+    pub(super) fn in_pieces(
+        lattice: Lattice,
+        grid: GridStream,
+        at_end: AtEnd,
+        mut report: RoadReport,
+    ) -> Result<Self, RoadError> {
+        lattice.check()?;
+        let (spacings, rows) = ([grid.spacing(), grid.lateral_spacing()], grid.rows() as i64);
+        let pieces = PieceRows::new(grid, lattice, &mut report)?;
+        let mut road = Resampled::in_pieces(pieces, spacings[0], lattice, at_end);
+        report.length = Some((rows - 1) as f64 * spacings[0]);
+        report_spacings(&mut report, spacings, lattice);
+        if at_end == AtEnd::Repeat {
+            let [first, last] = [road.profiles(0..1)?, road.profiles(rows - 1..rows)?].map(|ends| ends.concat());
+            let square: f64 = first.iter().zip(&last).map(|(first, last)| (last - first).powi(2)).sum();
+            report.notes.push(RoadNote::Joint { step: (square / first.len() as f64).sqrt() });
+        }
+        Ok(Self { lattice, heights: Heights::Measured(Box::new(road)), report })
     }
 
     /// The lattice on which it was opened.
@@ -202,6 +226,16 @@ impl RoadSurface {
         (mean_square > 0.0).then(|| mean_square.sqrt())
     }
 
+    /// The design of a made road.
+    pub(super) fn design(&self) -> Option<&RoadDesign> {
+        if let Heights::Drawn { design, .. } = &self.heights { Some(design) } else { None }
+    }
+
+    /// The heights of a measured road.
+    pub(super) fn measured(&self) -> Option<&Resampled> {
+        if let Heights::Measured(road) = &self.heights { Some(road) } else { None }
+    }
+
     /// Checks that the road exists at the road coordinates `from`..`to` \[m\].
     ///
     /// # Errors
@@ -239,12 +273,22 @@ impl RoadSurface {
                         return Err(RoadError::Short { needed: (first as f64 * dx, last as f64 * dx), available });
                     }
                 }
-                road.heights(first * self.lattice.along as i64, out);
+                road.heights(first * self.lattice.along as i64, out)?;
             }
-            Heights::Drawn { texture, patches } => {
+            Heights::Drawn { texture, patches, .. } => {
                 texture.rows(first * self.lattice.along as i64, patches, out);
             }
         }
         Ok(())
+    }
+}
+
+/// Notes the spacings along and across \[m\] of a measured road; the latter is 0 for one that is level across.
+fn report_spacings(report: &mut RoadReport, [dx, dy]: [f64; 2], lattice: Lattice) {
+    report.spacing = Some(dx);
+    report.lateral_spacing = (dy > 0.0).then_some(dy);
+    report.shortest_wavelength = Some(2.0 * dx.max(lattice.dx));
+    if dx > lattice.dx * (1.0 + 1e-9) {
+        report.notes.push(RoadNote::Coarse { spacing: dx, run: lattice.dx });
     }
 }

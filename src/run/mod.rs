@@ -16,6 +16,7 @@ pub(crate) mod in_memory;
 pub(crate) mod meshes;
 pub(crate) mod prepare;
 pub(crate) mod road;
+mod section_table;
 pub(crate) mod simulation;
 pub(crate) mod slices;
 pub(crate) mod to_folder;

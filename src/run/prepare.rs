@@ -12,11 +12,11 @@ use crate::contact::static_contact::{deepest, window_reach};
 use crate::counters::{Job, Stage};
 use crate::effects::{ContactFacts, RunError, RunStart, TyreModels};
 use crate::plan::Plan;
-use crate::road::RoadSurface;
 use crate::road::ahead::RoadAhead;
 use crate::road::strip::RoadStrip;
+use crate::road::{RoadProfiles, RoadSurface};
 use crate::run::cells::CellContact;
-use crate::run::road::open_road;
+use crate::run::road::{open_road, road_limits};
 use crate::run::slices::{SliceContact, check_axle};
 use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
 use crate::scene::{Axle, LoadedScene, Zone};
@@ -33,6 +33,8 @@ pub struct Prepared {
     pub contact: ContactFacts,
     /// Models of the tyre that effects may use.
     pub models: TyreModels,
+    /// Profiles of the road, where sections need them.
+    pub(crate) profiles: Option<RoadProfiles>,
     /// kappa of the local law \[m/Pa\], if slices follow it.
     pub local_compliance: Option<f64>,
     /// Notes: choices of the plan, and effects that it leaves out.
@@ -42,8 +44,8 @@ pub struct Prepared {
 impl Prepared {
     /// Arguments for the begin of its effects' observers; `in_memory` is true for a run whose results stay in memory.
     pub fn begin<'a>(&'a mut self, loaded: &'a LoadedScene, plan: &'a Plan, in_memory: bool) -> RunStart<'a> {
-        let Self { contact, models, .. } = self;
-        RunStart { loaded, plan, contact, models, in_memory, amounts: Plan::amounts }
+        let Self { contact, models, profiles, .. } = self;
+        RunStart { loaded, plan, contact, models, profiles, in_memory, amounts: Plan::amounts }
     }
 }
 
@@ -114,8 +116,10 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, job: &mut Job<'_>) -> Result<P
         slice_errors,
         gaps,
     };
+    let profiles = scene.outputs.sections.map(|_| RoadProfiles::of(&surface, road_limits(scene)));
+    let profiles = profiles.transpose()?.flatten();
     let road = RoadAhead::new(surface, form, strip, elements, reached);
-    Ok(Prepared { march, road, axle, contact, models, local_compliance, notes })
+    Ok(Prepared { march, road, axle, contact, models, profiles, local_compliance, notes })
 }
 
 /// Note on the closed share of the patch at the places where the voids are measured; `None` without any.

@@ -4,28 +4,29 @@
 //! There is one beginning and one step: runs into a folder, in memory and from a checkpoint share them. After each step
 //! the effects observe it in their order, and the rows of the arrays are written.
 
+mod output;
 mod segments;
 
 use std::any::Any;
+use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use crate::contact::ContactError;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::march::StepResult;
-use crate::counters::{Counter, Job, Meter, Phase, Progress, Stage, Timing, Unwatched, Watch, Work};
+use crate::counters::{Counter, Job, Meter, Phase, Progress, Stage, Timing, Unwatched, Watch};
 use crate::effects::force::ForceObserver;
 use crate::effects::sound::{SoundObserver, SoundResults};
 use crate::effects::vibration::{VibrationObserver, VibrationResults};
-use crate::effects::{Arrays, EFFECTS, EffectObserver, End, Found, KeptArray, Observer, RunError, Step, channels};
+use crate::effects::{Arrays, EFFECTS, EffectObserver, End, Found, Observer, RunError, Step};
 use crate::plan::Plan;
 use crate::response::PowerSpectrum;
 use crate::response::vibration::ContactPower;
-use crate::results::ResultsError;
-use crate::results::arrays::{ArrayPlace, WrittenArrays};
 use crate::results::files::ResultFiles;
 use crate::results::summary::{FinerMesh, FrictionSummary, RollingResistance};
 use crate::run::prepare::{Prepared, prepare};
+use crate::run::section_table::SectionTable;
 use crate::scene::{LoadedScene, SceneError};
 use crate::storage::state::{Evolving, StateError, StateStream};
 
@@ -57,6 +58,7 @@ pub struct Simulation {
     /// Power put in by the contact, if an observer needs it.
     power: Option<ContactPower>,
     arrays: Option<Arrays>,
+    sections: Option<SectionTable>,
     /// Cost so far.
     pub(crate) meter: Meter,
     /// Warnings of its preparation.
@@ -109,7 +111,12 @@ impl Simulation {
     /// # Errors
     /// As [`Self::begin`].
     pub fn begin_watched(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, watch: Watch) -> Result<Self, RunError> {
-        let mut run = Self::prepare(loaded, plan, true, &[], &mut Job::new(stop, &mut Unwatched).watched(watch))?;
+        let mut plan = Cow::Borrowed(plan);
+        if plan.scene.outputs.sections.is_some() {
+            // Nobody would take their rows.
+            plan.to_mut().scene.outputs.sections = None;
+        }
+        let mut run = Self::prepare(loaded, &plan, true, &[], &mut Job::new(stop, &mut Unwatched).watched(watch))?;
         run.enter_steps();
         Ok(run)
     }
@@ -154,6 +161,7 @@ impl Simulation {
             observers,
             observers_of_caller: Vec::new(),
             arrays: None,
+            sections: None,
             meter: std::mem::take(&mut job.meter),
             warnings: std::mem::take(&mut job.warnings),
         };
@@ -180,17 +188,6 @@ impl Simulation {
     /// The caller's first observer of a type, if there is one.
     pub fn observer<T: Observer>(&self) -> Option<&T> {
         self.observers_of_caller.iter().find_map(|observer| (observer.as_ref() as &dyn Any).downcast_ref())
-    }
-
-    /// Begins the arrays that the plan asks for, in a folder or in memory, or continues them.
-    ///
-    /// # Errors
-    /// Errors of the arrays.
-    pub(crate) fn open_arrays(&mut self, place: Option<&ArrayPlace<'_>>) -> Result<(), RunError> {
-        let shape = self.prepared.contact.shape;
-        let arrays = Arrays::open(channels(), &self.plan, [shape.columns, shape.across], place)?;
-        self.arrays = Some(arrays).filter(|arrays| !arrays.is_empty());
-        Ok(())
     }
 
     /// Changes how closely steps are timed from now on.
@@ -237,8 +234,11 @@ impl Simulation {
         inspect: &mut dyn FnMut(&mut Self) -> Result<bool, RunError>,
     ) -> Result<bool, RunError> {
         while self.next_step < self.plan.steps {
-            if self.prepared.march.next_step().is_multiple_of(CHECK_EVERY) && !inspect(self)? {
-                return Ok(false);
+            if self.prepared.march.next_step().is_multiple_of(CHECK_EVERY) {
+                self.append_sections(false)?;
+                if !inspect(self)? {
+                    return Ok(false);
+                }
             }
             self.advance()?;
         }
@@ -336,32 +336,15 @@ impl Simulation {
     /// # Errors
     /// Errors of the files and pictures.
     pub(crate) fn write(&mut self, files: &dyn ResultFiles, found: &mut Found) -> Result<(), RunError> {
+        self.append_sections(true)?;
+        if let Some(sections) = self.sections.take() {
+            sections.finish(files)?;
+        }
         let mut meter = std::mem::take(&mut self.meter);
         let end = self.end();
         let written = self.observers.iter().try_for_each(|(_, of)| of.write(&end, files, found, &mut meter));
         self.meter = meter;
         written
-    }
-
-    /// Completes the arrays; returns those that are in memory.
-    ///
-    /// # Errors
-    /// Errors of the arrays.
-    pub(crate) fn finish_arrays(&mut self) -> Result<Vec<KeptArray>, RunError> {
-        let Some(arrays) = self.arrays.take() else { return Ok(Vec::new()) };
-        let (bytes, in_memory) = self.meter.time(Stage::Output, || arrays.finish())?;
-        self.meter.count(Counter::BytesWritten, bytes);
-        self.meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
-        Ok(in_memory)
-    }
-
-    /// Flushes all rows of the arrays to the disk; returns how far each has come.
-    ///
-    /// # Errors
-    /// Errors of the arrays.
-    pub(crate) fn sync_arrays(&mut self) -> Result<WrittenArrays, ResultsError> {
-        let Self { arrays, meter, .. } = self;
-        meter.time(Stage::Output, || arrays.as_mut().map_or(Ok(WrittenArrays::default()), Arrays::sync))
     }
 
     /// Begins the contact again over a window of cells `window` times as long as the reported one, if it is shorter;

@@ -23,6 +23,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     sound(&scene, table)?;
     air_pumping(&scene, table)?;
     levels(&scene, table)?;
+    sections(&scene, table)?;
     Some(scene)
 }
 
@@ -52,6 +53,21 @@ fn levels(scene: &Scene, table: &Table<'_>) -> Option<()> {
         (is_cut && scene.outputs.arrays, key, in_pieces, "1, or outputs.arrays = false"),
         (is_cut && scene.outputs.cells_every.is_some(), key, in_pieces, "1, or no outputs.cells_every"),
         (is_cut && is_heard, key, in_pieces, "1, or radiation.audio = false"),
+    ])
+}
+
+/// Refuses sections that the run does not roll, or whose levels would be corrected by other roads; `None` after a
+/// complaint.
+fn sections(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let Some(length) = scene.outputs.sections else { return Some(()) };
+    let (speed, key) = (scene.rolling.speed(), "outputs.sections");
+    let rolled = speed * scene.rolling.duration;
+    let short = format!("the run rolls {rolled:.2} m after its warm-up, less than one section of {length} m");
+    let longer = format!("a shorter section, or a rolling.duration of at least {:.3} s", length / speed);
+    let elsewhere = "levels of a finer mesh rest on the first piece of the road, and a section's on its own road";
+    table.complain_of_each([
+        (rolled < length * (1.0 - 1e-9), key, short.as_str(), longer.as_str()),
+        (scene.outputs.levels.is_some(), key, elsewhere, "remove it, or outputs.levels"),
     ])
 }
 

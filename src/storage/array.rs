@@ -5,8 +5,10 @@
 //! brackets, and whether the file holds as many numbers as it promises.
 
 use std::fs::File;
-use std::io::{BufReader, Cursor, Error, ErrorKind, Read};
+use std::io::{BufReader, Cursor, Error, ErrorKind, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use npyz::{DType, NpyFile, Order, TypeChar};
 use thiserror::Error;
@@ -40,6 +42,38 @@ pub(crate) enum ArrayError {
 pub(crate) struct Array {
     npy: NpyFile<BufReader<Box<dyn Read>>>,
     kind: (TypeChar, u64),
+    /// The file once more, for [`Self::into_rows`], and the size of its header \[bytes\].
+    file: Option<File>,
+    header: u64,
+}
+
+/// Rows of an open array. Clones read the same file.
+#[derive(Clone, Debug)]
+pub(crate) struct ArrayRows {
+    file: Arc<Mutex<File>>,
+    header: u64,
+    pub rows: usize,
+    pub columns: usize,
+    is_double: bool,
+}
+
+impl ArrayRows {
+    /// Numbers of some rows, row by row.
+    ///
+    /// # Errors
+    /// Errors of the file.
+    pub(crate) fn read(&self, rows: Range<usize>) -> Result<Vec<f64>, Error> {
+        let bytes_of_row = self.columns * if self.is_double { 8 } else { 4 };
+        let mut bytes = vec![0; rows.len() * bytes_of_row];
+        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+        file.seek(SeekFrom::Start(self.header + (rows.start * bytes_of_row) as u64))?;
+        file.read_exact(&mut bytes)?;
+        drop(file);
+        if self.is_double {
+            return Ok(bytes.as_chunks().0.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect());
+        }
+        Ok(bytes.as_chunks().0.iter().map(|&bytes| f64::from(f32::from_le_bytes(bytes))).collect())
+    }
 }
 
 impl Array {
@@ -52,7 +86,7 @@ impl Array {
         let header = header(&mut file)?;
         let text = String::from_utf8_lossy(&header);
         let promised = promised(&text)?;
-        let found = size.saturating_sub(header.len() as u64);
+        let (found, again, length) = (size.saturating_sub(header.len() as u64), input::open(path).ok(), header.len());
         let bytes: Box<dyn Read> = Box::new(Cursor::new(header).chain(file));
         let npy = NpyFile::new(BufReader::new(bytes)).map_err(damaged)?;
         let kind = match npy.dtype() {
@@ -66,7 +100,7 @@ impl Array {
             let wrong = format!("its header promises {promised} bytes of numbers, {found} are there");
             return Err(ArrayError::Damaged(wrong));
         }
-        Ok(Self { npy, kind })
+        Ok(Self { npy, kind, file: again.map(|(file, _)| file), header: length as u64 })
     }
 
     /// Length of each dimension.
@@ -82,6 +116,21 @@ impl Array {
     /// Type of its numbers, as written in the file.
     pub(crate) fn type_name(&self) -> String {
         self.npy.dtype().descr()
+    }
+
+    /// Rows of a two-dimensional array of floating-point numbers that are stored row by row, to be read in any order;
+    /// `None` for other arrays.
+    pub(crate) fn into_rows(self) -> Option<ArrayRows> {
+        let (&[rows, columns], Order::C, TypeChar::Float) = (self.shape(), self.npy.order(), self.kind.0) else {
+            return None;
+        };
+        let is_double = match self.type_name().trim_matches('\'') {
+            "<f4" => false,
+            "<f8" => true,
+            _ => return None,
+        };
+        let [rows, columns] = [rows, columns].map(|length| length as usize);
+        Some(ArrayRows { file: Arc::new(Mutex::new(self.file?)), header: self.header, rows, columns, is_double })
     }
 
     /// All numbers, row by row if there are two dimensions, whatever the order in the file.

@@ -20,7 +20,7 @@ const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite/kept.txt");
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.0\n\
                        axle = { load = 3000.0, mass = 300.0, stiffness = 2e4, damping = 1.5e3, tolerance = 0.9 }";
 const NUMERICS: &str = "history = \"modal\"\npole_tolerance = 1e-3";
-const SLICES: &str = "[outputs.vibration]\nbelt = true\nmap = true\npoints = [0.1]\n\
+const SLICES: &str = "[outputs]\nsections = 10.0\n[outputs.vibration]\nbelt = true\nmap = true\npoints = [0.1]\n\
                       [[receiver]]\nstandard = \"coast-by\"\npassage = 20.0\n\
                       [[receiver]]\nstandard = \"cpx\"\n\
                       [[receiver]]\nstandard = \"circle\"\nradius = 3.0\nheight = 0.3\n\

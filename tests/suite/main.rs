@@ -54,6 +54,7 @@ mod report;
 mod resume;
 mod rollout;
 mod rotation_layers;
+mod sections;
 mod segments;
 mod sidewall;
 mod sidewall_tyre;

@@ -66,6 +66,9 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         amounts.hold("spectra of the sound's parts", (PARTS * path.spectra()) as f64 * spectrum_bytes(plan));
     }
     amounts.hold("spectra of the sound", path.spectra() as f64 * spectrum_bytes(plan));
+    if plan.scene.outputs.sections.is_some() {
+        amounts.hold("sound of a section", path.spectra() as f64 * spectrum_bytes(plan));
+    }
     let steps = plan.steps - plan.warm_up_steps;
     if taken_pattern(&plan.scene).is_some() {
         amounts.hold(

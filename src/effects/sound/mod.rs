@@ -10,10 +10,14 @@ mod page;
 mod passing;
 mod pictures;
 mod results;
+mod sections;
 mod squeeze;
 mod stored_signal;
+mod summed;
+mod valid_levels;
 
 use std::any::Any;
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -23,6 +27,7 @@ use super::effect::{Effect, RunStart};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
 use super::section::{Figure, LevelTable, PageSection, ReportError};
+use super::sections::cut::SectionCut;
 use super::stored::Stored;
 use crate::counters::{Counter, Job, Meter, Stage, Work};
 use crate::plan::decisions::{DecisionRow, taken_pattern};
@@ -43,8 +48,10 @@ use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::state::{StateError, StateStream, ensure};
 use groove_fields::{MiddlePressure, expected_resonances, pitch_frequency};
 use passing::Passing;
+use sections::SoundSections;
 use squeeze::{PARTS, SqueezeStream, found_blocks};
 use stored_signal::StoredSignal;
+use summed::Summed;
 
 pub(crate) struct SoundEffect;
 
@@ -136,6 +143,8 @@ pub(crate) struct SoundObserver {
     middle_pressures: Vec<MiddlePressure>,
     /// By receiver, pressures at its first point by order of the revolution; empty without a tread pattern.
     orders: Vec<Orders>,
+    /// Levels by section of the road, where these are asked for.
+    sections: Option<Box<SoundSections>>,
     valid_to: f64,
     /// True if contact is over slices, whose levels have a further error.
     by_slices: bool,
@@ -203,28 +212,6 @@ fn impossible_body(loaded: &LoadedScene, error: &RadiationError) -> SceneError {
         _ => "radiation.patch_length",
     };
     loaded.complain(key, error.to_string(), "another one").into()
-}
-
-/// Pressures of blocks due to vibration and, where blocks squeeze air, due to that.
-struct Summed<'a> {
-    pressures: &'a BlockPressures<'a>,
-    squeezed: Option<&'a BlockPressures<'a>>,
-}
-
-impl Summed<'_> {
-    /// Gives the sum of all parts at a receiver, block after block \[Pa\].
-    fn of(&self, receiver: usize, mut take: impl FnMut(&[f64])) {
-        let Some(squeezed) = self.squeezed else { return self.pressures.of(receiver, take) };
-        let mut sum = Vec::new();
-        self.pressures.of(receiver, |block| sum.extend_from_slice(block));
-        let mut from = 0;
-        squeezed.of(receiver, |block| {
-            let covered = &mut sum[from..from + block.len()];
-            covered.iter_mut().zip(block).for_each(|(sum, more)| *sum += more);
-            take(covered);
-            from += block.len();
-        });
-    }
 }
 
 /// Adds both parts of a receiver's pressures to their spectra, where there is squeeze.
@@ -310,6 +297,10 @@ impl SoundObserver {
         });
         let most_waiting = amounts(plan).waiting_blocks;
         let squeeze = SqueezeStream::new(plan, &sound, geometry, &transfers, samples as usize, most_waiting)?;
+        let valid_to = contact.sound_valid_to().min(sound.complete_to());
+        let sections = SectionCut::of(plan, geometry.start);
+        let sections =
+            sections.and_then(|cut| SoundSections::new(cut, &sound, PressureStream::first_step(&layout), valid_to));
         Ok(Some(Self {
             body: BodySummary::of(path.radiation.quality, &body, &path.air, &report),
             delays,
@@ -322,7 +313,8 @@ impl SoundObserver {
             orders: vec![Orders::new(steps); receivers],
             middle_pressures: vec![MiddlePressure::default(); path.channels.len()],
             speed,
-            valid_to: contact.sound_valid_to().min(sound.complete_to()),
+            sections: sections.map(Box::new),
+            valid_to,
             by_slices: plan.by_slices(),
             slice_errors: contact.slice_errors.clone(),
             corrections: plan.corrections.clone(),
@@ -367,7 +359,7 @@ impl SoundObserver {
 
     /// Computes the pressures of the blocks that wait, and adds them to spectra, orders and stored signals.
     fn receive(&mut self) {
-        let Self { sound, stream, signals, spectra, squeeze, orders, middle_pressures, .. } = self;
+        let Self { sound, stream, signals, spectra, squeeze, orders, middle_pressures, sections, .. } = self;
         let (other, parts) = match squeeze.as_deref_mut() {
             None => (None, &mut [][..]),
             Some(SqueezeStream { stream, parts, .. }) => (Some(stream), &mut parts[..]),
@@ -402,7 +394,13 @@ impl SoundObserver {
                 let each = parts[points].par_iter_mut().enumerate();
                 each.for_each(|(point, parts)| take_parts(point, Some(parts), pressures, squeezed));
             }
+            if let Some(sections) = sections {
+                sections.take(streamed.start, streamed.end, &summed);
+            }
         });
+        if let Some(sections) = sections {
+            sections.complete();
+        }
     }
 
     /// Spectra and levels of the sound so far.
@@ -430,7 +428,11 @@ impl EffectObserver for SoundObserver {
     fn state(&mut self, state: &mut StateStream<'_>) -> Result<(), StateError> {
         state.all([&mut self.stream, &mut self.squeeze, &mut self.spectra])?;
         ensure(self.squeeze.iter().all(|squeeze| squeeze.stream.is_level_with(&self.stream)))?;
-        state.all([&mut self.signals, &mut self.orders, &mut self.middle_pressures])
+        state.all([&mut self.signals, &mut self.orders, &mut self.middle_pressures, &mut self.sections])
+    }
+
+    fn section_rows(&mut self) -> Option<&mut VecDeque<String>> {
+        self.sections.as_mut().map(|sections| &mut sections.rows)
     }
 
     fn of_segment(&self, from: u64) -> Option<Box<dyn EffectObserver>> {
@@ -446,6 +448,7 @@ impl EffectObserver for SoundObserver {
             signals: Vec::new(),
             middle_pressures: Vec::new(),
             orders: Vec::new(),
+            sections: None,
             slice_errors: None,
             corrections: None,
             ..*self

@@ -8,6 +8,7 @@ use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;
 use crate::effects::sound::passing::{Passing, RecordedPassage};
 use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by, draw_under_patch};
+use crate::effects::sound::valid_levels::{over_valid_bands, standard_error_a};
 use crate::numeric::in_parallel;
 use crate::plan::receivers::PlannedReceiver;
 use crate::plan::sound::{SOUND_FADE, SOUND_SEGMENT};
@@ -31,7 +32,7 @@ use crate::sound::power::{Iso3744, power_level};
 use crate::sound::receivers::{Finding, Probes};
 use crate::sound::resample::{FILE_RATE, resample};
 use crate::sound::wav::{SampleFormat, full_scale_for};
-use crate::sound::{CoveredBands, FrequencyWeighting, Recording, SoundLevels, TotalLevel};
+use crate::sound::{CoveredBands, Recording, SoundLevels, TotalLevel};
 
 /// Points per second of a pass-by's level that are written and drawn.
 const LEVELS_A_SECOND: f64 = 200.0;
@@ -403,15 +404,4 @@ impl Audible {
         folder.write(&file, &recording.to_bytes().map_err(unusable)?)?;
         Ok(AudioSummary { file, full_scale, peak: Some(peak), louder, seconds, tyres: self.tyres })
     }
-}
-
-/// Standard error of the A-weighted level over the valid bands \[dB\].
-fn standard_error_a(spectrum: &PowerSpectrum, levels: &SoundLevels) -> Option<f64> {
-    let valid = levels.a_weighted.iter().filter(|level| level.valid);
-    FrequencyWeighting::A.of_spectrum(spectrum).standard_error(valid.map(|level| level.band))
-}
-
-/// Levels whose overall ones are those of the valid bands.
-fn over_valid_bands(spectrum: &PowerSpectrum) -> SoundLevels {
-    SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).over_valid_bands()
 }

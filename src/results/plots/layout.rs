@@ -57,7 +57,7 @@ impl Sheet {
     pub(super) fn axes<'a>(&mut self, title: &str, [x, y]: [&'a Axis; 2], height: f64, right: f64) -> Axes<'a> {
         let title = lines(title, WIDTH - 2.0 * EDGE, TITLE);
         self.texts(&title, (0.5 * WIDTH, self.bottom + 0.5 * EDGE), Anchor::Below, TITLE);
-        let (left, top) = (width_beside(y, height), self.bottom + EDGE + stacked(&title, TITLE));
+        let (left, top) = (width_beside(y, height).max(self.left), self.bottom + EDGE + stacked(&title, TITLE));
         let frame = Frame { left, top, width: WIDTH - right - left, height };
         let ([left, right], [low, high]) =
             ([0.0, 1.0].map(|part| frame.across(part)), [0.0, 1.0].map(|part| frame.up(part)));

@@ -114,12 +114,14 @@ pub(super) struct Sheet {
     values: String,
     /// Lower end of what is on the sheet.
     pub bottom: f64,
+    /// Least distance of a frame from the left, by which frames beneath each other are aligned.
+    pub left: f64,
 }
 
 impl Sheet {
     /// The picture as SVG.
     pub(super) fn into_svg(self) -> String {
-        let Self { body, values, bottom } = self;
+        let Self { body, values, bottom, .. } = self;
         let height = bottom.ceil();
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" \

@@ -9,6 +9,8 @@
 //! 2. Mean and slope, along and across, are subtracted as the scene says, then waves longer than it wants.
 //! 3. Heights that still span more than a texture can are refused.
 
+use std::path::Path;
+
 use super::height_map::{LARGE_SPAN, RoadHeightMap, fill, remove_plane};
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
@@ -45,15 +47,7 @@ pub(crate) fn condition(
     let notes = &mut report.notes;
     let as_read = map.plausible_span();
     let (spikes, total) = (drop_spikes(map), map.heights.len());
-    if spikes as f64 > SPIKES_ALLOWED * total as f64 {
-        // Heights in another unit are steep everywhere: in that case the span is the better complaint.
-        as_read?;
-        let fault = FileFault::TooManySpikes { spikes, total, allowed: SPIKES_ALLOWED };
-        return Err(RoadError::file(&map.path, fault));
-    }
-    if spikes > 0 {
-        notes.push(RoadNote::Spikes { count: spikes, total });
-    }
+    note_spikes(&map.path, [spikes, total], as_read, notes)?;
     match level {
         Levelling::Slope => {
             let [mean, along, across] = remove_plane(&mut map.heights, map.columns);
@@ -72,16 +66,41 @@ pub(crate) fn condition(
         map.remove_trend(longest)?;
         notes.push(RoadNote::Detrended { longest_wavelength: longest });
     }
-    let span = map.plausible_span()?;
-    if span > LARGE_SPAN {
-        notes.push(RoadNote::LargeSpan { span });
-    }
+    note_span(map.plausible_span()?, notes);
     Ok(())
 }
 
+/// Notes the spikes among so many heights; `as_read` is their span before.
+///
+/// # Errors
+/// Too many of them.
+pub(super) fn note_spikes(
+    path: &Path,
+    [spikes, total]: [usize; 2],
+    as_read: Result<f64, RoadError>,
+    notes: &mut Vec<RoadNote>,
+) -> Result<(), RoadError> {
+    if spikes as f64 > SPIKES_ALLOWED * total as f64 {
+        // Heights in another unit are steep everywhere: in that case the span is the better complaint.
+        as_read?;
+        let fault = FileFault::TooManySpikes { spikes, total, allowed: SPIKES_ALLOWED };
+        return Err(RoadError::file(path, fault));
+    }
+    notes.extend((spikes > 0).then_some(RoadNote::Spikes { count: spikes, total }));
+    Ok(())
+}
+
+/// Notes a span \[m\] that is large for a texture.
+pub(super) fn note_span(span: f64, notes: &mut Vec<RoadNote>) {
+    notes.extend((span > LARGE_SPAN).then_some(RoadNote::LargeSpan { span }));
+}
+
 /// Interpolates spikes and marks them; returns their number.
-fn drop_spikes(map: &mut RoadHeightMap) -> usize {
+pub(super) fn drop_spikes(map: &mut RoadHeightMap) -> usize {
     let (rows, columns) = (map.rows(), map.columns);
+    if !may_have_spikes(map) {
+        return 0;
+    }
     let mut is_spike = vec![false; map.heights.len()];
     for _ in 0..MOST_PASSES {
         let mut found = false;
@@ -122,6 +141,21 @@ fn drop_spikes(map: &mut RoadHeightMap) -> usize {
         }
     }
     count
+}
+
+/// False if no neighbours differ as those of a spike do. Below the finest spacing means are compared, and it is true.
+fn may_have_spikes(map: &RoadHeightMap) -> bool {
+    let steepest = |spacing: f64| STEEPEST * (1.0 - 1e-9) * spacing;
+    let [along, across] = [map.dx, map.dy].map(steepest);
+    let rows = || map.heights.chunks_exact(map.columns);
+    let is_steep = |a: f64, b: f64, least: f64| (b - a).abs() >= least;
+    let steep_along =
+        |(a, b): (&[f64], &[f64])| a.iter().zip(b).fold(false, |any, (a, b)| any | is_steep(*a, *b, along));
+    let steep_across = |row: &[f64]| row.windows(2).fold(false, |any, pair| any | is_steep(pair[0], pair[1], across));
+    let [is_fine_along, is_fine_across] = [map.dx, map.dy].map(|spacing| spacing < FINEST * (1.0 + 1e-9));
+    is_fine_along
+        || map.dy > 0.0 && (is_fine_across || rows().any(steep_across))
+        || rows().zip(rows().skip(1)).any(steep_along)
 }
 
 /// Points that are compared as one, `from..to`, and their mean height \[m\].

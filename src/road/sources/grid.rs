@@ -12,7 +12,7 @@ use crate::scene::{GridRoad, LengthUnit, Widen};
 use crate::storage::array::Array;
 
 /// Largest share of missing heights.
-const MISSING_ALLOWED: f64 = 0.2;
+pub(super) const MISSING_ALLOWED: f64 = 0.2;
 
 /// Columns and spacings \[m\] of an array, from its header; `None` for text, whose lattice is not known before it is
 /// read.
@@ -28,7 +28,7 @@ pub(super) fn lattice(spec: &GridRoad) -> Result<Option<(usize, f64, f64)>, Road
 }
 
 /// The spacings dx and dy given in the scene \[m\].
-fn spacings(spec: &GridRoad) -> Result<(f64, f64), RoadError> {
+pub(super) fn spacings(spec: &GridRoad) -> Result<(f64, f64), RoadError> {
     let (Some(dx), Some(dy)) = (spec.dx, spec.dy) else {
         return Err(RoadError::file(&spec.file, FileFault::NoSpacing));
     };
@@ -38,7 +38,7 @@ fn spacings(spec: &GridRoad) -> Result<(f64, f64), RoadError> {
 }
 
 /// The array, positioned behind its header, with its rows and columns.
-fn open(spec: &GridRoad) -> Result<(Array, (usize, usize)), RoadError> {
+pub(super) fn open(spec: &GridRoad) -> Result<(Array, (usize, usize)), RoadError> {
     let path = &spec.file;
     let fault = |fault: FileFault| RoadError::file(path, fault);
     let found = Array::open(path).map_err(|source| fault(source.into()))?;
@@ -80,6 +80,22 @@ fn text(spec: &GridRoad, limit: u64) -> Result<HeightRaster, RoadError> {
     raster::read(spec, &bytes)
 }
 
+/// Refuses a grid narrower than the contact \[m\], unless it is to be mirrored.
+pub(super) fn check_width(
+    spec: &GridRoad,
+    width: f64,
+    contact_width: f64,
+    notes: &mut Vec<RoadNote>,
+) -> Result<(), RoadError> {
+    if width < contact_width * (1.0 - 1e-9) {
+        if spec.widen == Widen::Refuse {
+            return Err(RoadError::Narrow { path: spec.file.clone(), needed: contact_width, available: width });
+        }
+        notes.push(RoadNote::Mirrored { measured: width, needed: contact_width });
+    }
+    Ok(())
+}
+
 /// Reads a grid, its columns centred on the tyre. `limit` bounds the bytes of the heights in memory.
 ///
 /// # Errors
@@ -97,13 +113,7 @@ pub(super) fn read(
     let HeightRaster { dx, dy, columns, mut heights, .. } = raster;
     let plausible = |spacing| plausible_spacing(spacing, LARGEST_SPACING_OF_TABLE).map_err(fault);
     [dx, dy].into_iter().try_for_each(plausible)?;
-    let width = columns as f64 * dy;
-    if width < contact_width * (1.0 - 1e-9) {
-        if spec.widen == Widen::Refuse {
-            return Err(RoadError::Narrow { path: path.clone(), needed: contact_width, available: width });
-        }
-        report.notes.push(RoadNote::Mirrored { measured: width, needed: contact_width });
-    }
+    check_width(spec, columns as f64 * dy, contact_width, &mut report.notes)?;
     report.notes.extend(raster.described.map(|columns| RoadNote::FileColumns { columns }));
     report.points = heights.len();
     let given = spec.missing.as_deref();

@@ -85,28 +85,13 @@ impl RoadHeightMap {
 
     /// The span \[m\], refused if it is larger than any texture's: the heights are most likely in millimetres.
     pub fn plausible_span(&self) -> Result<f64, RoadError> {
-        let (span, allowed) = (self.span(), LARGEST_SPAN);
-        if span > allowed {
-            return Err(RoadError::file(&self.path, FileFault::ImplausibleHeights { span, allowed }));
-        }
-        Ok(span)
+        plausible_span(&self.path, self.span())
     }
 
     /// Refuses a road smoother than any, whose heights are in another unit or in another column, and notes one that is
     /// suspiciously smooth. `may_be_plane`: an exact plane is accepted.
     pub(crate) fn check_smoothness(&self, may_be_plane: bool, notes: &mut Vec<RoadNote>) -> Result<(), RoadError> {
-        let rms = rms(&self.heights);
-        let [least, usual] = SMOOTHEST;
-        if may_be_plane && rms < ROUNDING {
-            return Ok(());
-        }
-        if rms < least {
-            return Err(RoadError::file(&self.path, FileFault::TooFlat { rms }));
-        }
-        if rms < usual {
-            notes.push(RoadNote::AlmostFlat { rms });
-        }
-        Ok(())
+        check_smoothness(&self.path, rms(&self.heights), may_be_plane, notes)
     }
 
     /// Subtracts what varies more slowly along the road than `longest` \[m\]: the low-passed mean and cross slope of
@@ -145,6 +130,32 @@ impl RoadHeightMap {
         }
         Ok(())
     }
+}
+
+/// The span of heights \[m\], see [`RoadHeightMap::plausible_span`].
+pub(super) fn plausible_span(path: &Path, span: f64) -> Result<f64, RoadError> {
+    let allowed = LARGEST_SPAN;
+    if span > allowed { Err(RoadError::file(path, FileFault::ImplausibleHeights { span, allowed })) } else { Ok(span) }
+}
+
+/// As [`RoadHeightMap::check_smoothness`], for the root mean square of heights \[m\].
+pub(super) fn check_smoothness(
+    path: &Path,
+    rms: f64,
+    may_be_plane: bool,
+    notes: &mut Vec<RoadNote>,
+) -> Result<(), RoadError> {
+    let [least, usual] = SMOOTHEST;
+    if may_be_plane && rms < ROUNDING {
+        return Ok(());
+    }
+    if rms < least {
+        return Err(RoadError::file(path, FileFault::TooFlat { rms }));
+    }
+    if rms < usual {
+        notes.push(RoadNote::AlmostFlat { rms });
+    }
+    Ok(())
 }
 
 /// Refuses a spacing \[m\] that no instrument has, or above `most`: a unit or a scale must be wrong.
@@ -208,17 +219,29 @@ pub(crate) fn fill_missing(
     allowed: f64,
     notes: &mut Vec<RoadNote>,
 ) -> Result<usize, RoadError> {
-    let total = heights.len();
     let missing = heights.iter().filter(|height| height.is_nan()).count();
-    if missing == 0 {
-        return Ok(0);
+    note_missing(path, [missing, heights.len()], allowed, notes)?;
+    if missing > 0 {
+        fill(heights, columns);
     }
+    Ok(missing)
+}
+
+/// Notes how many heights of all are missing, if any is.
+///
+/// # Errors
+/// If more than the share `allowed` is missing.
+pub(super) fn note_missing(
+    path: &Path,
+    [missing, total]: [usize; 2],
+    allowed: f64,
+    notes: &mut Vec<RoadNote>,
+) -> Result<(), RoadError> {
     if missing as f64 > allowed * total as f64 {
         return Err(RoadError::file(path, FileFault::TooManyMissing { missing, total, allowed }));
     }
-    fill(heights, columns);
-    notes.push(RoadNote::Filled { missing, total });
-    Ok(missing)
+    notes.extend((missing > 0).then_some(RoadNote::Filled { missing, total }));
+    Ok(())
 }
 
 /// Fills missing (NaN) heights as [`fill_missing`] does, however many there are.

@@ -92,7 +92,7 @@ pub(super) fn mark(
     named: Option<&[MissingHeight]>,
     notes: &mut Vec<RoadNote>,
 ) -> Result<(), FileFault> {
-    let is = |value: f64| move |height: f64| (height - value).abs() <= EQUAL * value.abs();
+    let is = |value: f64| move |height: f64| is_named(height, value);
     for missing in named.unwrap_or_default() {
         if let MissingHeight::Number(value) = *missing {
             notes.push(RoadNote::NamedMissing { value, count: clear(heights, is(value * unit)) });
@@ -118,6 +118,21 @@ pub(super) fn mark(
         Some((value, count)) => Err(FileFault::StandsForNone { value: in_file(value), count }),
         None => Ok(()),
     }
+}
+
+/// How often each number that a scene names stands among heights \[m\].
+pub(super) fn named_counts(heights: &[f64], unit: f64, named: Option<&[MissingHeight]>) -> Vec<(f64, usize)> {
+    let count = |value: f64| heights.iter().filter(|height| is_named(**height, value * unit)).count();
+    let numbers = named.unwrap_or_default().iter().filter_map(|missing| match missing {
+        MissingHeight::Number(value) => Some(*value),
+        MissingHeight::Word(_) => None,
+    });
+    numbers.map(|value| (value, count(value))).collect()
+}
+
+/// True if a height is a number, up to its rounding.
+fn is_named(height: f64, value: f64) -> bool {
+    (height - value).abs() <= EQUAL * value.abs()
 }
 
 /// Sets heights to NaN; returns their number.

@@ -2,12 +2,14 @@
 //!
 //! Files are read within a bound of memory, [`missing`] heights separated from measured ones. A `profile`, a `grid` and
 //! an `opencrg` road become a [`height_map`], from which [`conditioning`] removes spikes and slopes, whatever the kind;
-//! a [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
+//! a long grid does so piece by piece ([`grid_stream`]). A [`made`] one, or an isotropic one with a profile's levels,
+//! is a design, drawn as it is needed.
 
 mod columns;
 pub(super) mod conditioning;
 mod erd;
 mod grid;
+pub(super) mod grid_stream;
 pub(crate) mod height_map;
 pub(crate) mod made;
 mod missing;

@@ -1,6 +1,7 @@
 //! Height maps as text, and roads narrower than the contact.
 
 use super::*;
+use crate::road::sources::grid_stream::GridStream;
 use crate::scene::{AtEnd, GridRoad, LengthUnit, Levelling, OpenCrgRoad, Widen};
 
 fn text(file: PathBuf, unit: Option<LengthUnit>) -> GridRoad {
@@ -133,4 +134,81 @@ fn a_narrow_road_is_continued_by_its_mirror_images() {
             }
         }
     }
+}
+
+/// A grid of 1500 x 12 heights, 4 mm apart, on a slope and with hills, with a hole, a spike and numbers for none.
+fn long_grid(folder: &tempfile::TempDir) -> GridRoad {
+    let height = |at: usize| {
+        let (row, column) = (at / 12, at % 12);
+        let texture = 1e-3 * height(row, column) + 1e-5 * row as f64 + 0.01 * (0.008 * row as f64).sin();
+        match (row, column) {
+            (700..703, 2..5) | (0, 0) => f64::NAN,
+            (401, 5) => texture + 0.05,
+            (_, 7) if row % 97 == 5 => -9.999,
+            _ => texture - 2e-4 * column as f64,
+        }
+    };
+    let array = npy(&[1500, 12], npyz::Order::C, (0..1500 * 12).map(height));
+    let grid = super::measured::grid(write(folder, "long.npy", &array), 0.004, 0.004);
+    GridRoad { missing: Some(vec![crate::scene::MissingHeight::Number(-9.999)]), ..grid }
+}
+
+#[test]
+fn a_grid_in_pieces_is_the_grid_as_a_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let lattice = Lattice { dx: 0.0037, along: 1, dy: 0.005, columns: 8 };
+    for (level, longest_wavelength, at_end) in [
+        (Levelling::Slope, None, AtEnd::Refuse),
+        (Levelling::Mean, Some(0.1), AtEnd::Repeat),
+        (Levelling::Off, None, AtEnd::Mirror),
+    ] {
+        let spec = GridRoad { level, longest_wavelength, at_end, ..long_grid(&folder) };
+        let mut whole = open(&Road::Grid(spec.clone()), lattice);
+        let mut report = RoadReport::default();
+        let sizes = ([0, 12 * 8 * 160], u64::MAX);
+        let stream = GridStream::open(&spec, lattice.width(), sizes, &mut report).unwrap().unwrap();
+        assert!(stream.pieces() > 5, "{}", stream.pieces());
+        let mut pieces = RoadSurface::in_pieces(lattice, stream, at_end, report).unwrap();
+        assert_eq!((whole.extent(), whole.period()), (pieces.extent(), pieces.period()));
+        let begin = if at_end == AtEnd::Refuse { 0 } else { -300 };
+        // Backwards, too: from the end of the road to its begin.
+        for first in [begin, 900, 1200, 200] {
+            let (a, b) = (rows(&mut whole, first, 400), rows(&mut pieces, first, 400));
+            let worst = a.iter().zip(&b).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
+            assert!(worst < 1e-12, "{level:?}: {worst} m from {first} on");
+        }
+        assert!((whole.highest() - pieces.highest()).abs() < 1e-12);
+        let [a, b] = [&whole, &pieces].map(RoadSurface::report);
+        assert_eq!((a.points, a.missing, a.length, a.spacing), (b.points, b.missing, b.length, b.spacing));
+        let counts = |report: &RoadReport| -> Vec<RoadNote> {
+            let is_count = |note: &&RoadNote| {
+                matches!(note, RoadNote::NamedMissing { .. } | RoadNote::Filled { .. } | RoadNote::Spikes { .. })
+            };
+            report.notes.iter().filter(is_count).cloned().collect()
+        };
+        assert!(counts(a).len() == 3 && counts(a) == counts(b), "{:?} {:?}", counts(a), counts(b));
+        // Waves of centimetres have one spectrum whole and in pieces.
+        let [a, b] = [whole.macrotexture(), pieces.macrotexture()].map(Option::unwrap);
+        assert!((a / b - 1.0).abs() < 0.1, "{a} {b}");
+        let profiles = |road: &RoadSurface| {
+            let mut profiles = RoadProfiles::of(road, Limits::default()).unwrap().unwrap();
+            profiles.between(1.0, 3.0).unwrap()
+        };
+        let (a, b) = (profiles(&whole), profiles(&pieces));
+        assert_eq!((a.len(), a[0].len(), b.len(), b[0].len()), (8, 500, 8, 500));
+        assert!(a.concat().iter().zip(&b.concat()).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+}
+
+#[test]
+fn a_number_for_none_in_a_long_grid_has_to_be_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let spec = GridRoad { missing: None, ..long_grid(&folder) };
+    let refused =
+        GridStream::open(&spec, 0.04, ([0, 12 * 8 * 160], u64::MAX), &mut RoadReport::default()).err().unwrap();
+    assert!(refused.to_string().contains("road.missing = -9.999"), "{refused}");
+    let short = GridStream::open(&spec, 0.04, ([u64::MAX, 1], u64::MAX), &mut RoadReport::default()).unwrap();
+    assert!(short.is_none());
+    let narrow = GridStream::open(&long_grid(&folder), 0.2, ([0, 1], u64::MAX), &mut RoadReport::default());
+    assert!(matches!(narrow, Err(RoadError::Narrow { .. })));
 }

@@ -48,6 +48,10 @@ pub struct ProfileDepth {
     pub mean: Option<f64>,
     /// Their standard deviation \[m\]; absent for fewer than two.
     pub deviation: Option<f64>,
+    /// Standard error of the mean \[m\], by the scatter along the road of the depths averaged over the profiles, which
+    /// neighbours have in common; absent for fewer than two.
+    #[serde(skip)]
+    pub standard_error: Option<f64>,
     /// Number of segments of 100 mm in all profiles.
     pub segments: usize,
     /// Number of valid ones.
@@ -63,23 +67,35 @@ impl ProfileDepth {
     /// Depth of profiles with points `spacing` \[m\] apart, each with its origin; without origins all were measured.
     pub(crate) fn of<'a>(profiles: impl IntoIterator<Item = (&'a [f64], &'a [HeightOrigin])>, spacing: f64) -> Self {
         let (mut segments, mut depths) = (0, Vec::new());
+        // Sum and number of the depths beside each other.
+        let mut along: Vec<(f64, f64)> = Vec::new();
         for (heights, origins) in profiles {
             let found = segment_depths(heights, origins, spacing);
             segments += found.len();
+            along.resize(along.len().max(found.len()), (0.0, 0.0));
+            for ((sum, count), depth) in along.iter_mut().zip(&found).filter_map(|(at, of)| Some((at, (*of)?))) {
+                (*sum, *count) = (*sum + depth, *count + 1.0);
+            }
             depths.extend(found.into_iter().flatten());
         }
         let valid = depths.len();
         let mean = (valid > 0).then(|| depths.iter().sum::<f64>() / valid as f64);
-        let deviation = mean.filter(|_| valid > 1).map(|mean| {
-            let squares: f64 = depths.iter().map(|depth| (depth - mean) * (depth - mean)).sum();
-            (squares / (valid as f64 - 1.0)).sqrt()
-        });
+        let means: Vec<f64> = along.iter().filter(|(_, count)| *count > 0.0).map(|(sum, count)| sum / count).collect();
+        let standard_error = deviation(&means).map(|deviation| deviation / (means.len() as f64).sqrt());
         let too_coarse = is_too_coarse(spacing);
         let [wanted, within] = REFERENCE_SURFACE;
         let agrees = |mean: f64| (mean - wanted).abs() <= within * (1.0 + 1e-9);
         let reference_surface = mean.filter(|_| !too_coarse).map(agrees);
-        Self { mean, deviation, segments, valid, too_coarse, reference_surface }
+        Self { mean, deviation: deviation(&depths), standard_error, segments, valid, too_coarse, reference_surface }
     }
+}
+
+/// Standard deviation of some values; `None` for fewer than two.
+fn deviation(values: &[f64]) -> Option<f64> {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+    (count > 1.0).then(|| (squares / (count - 1.0)).sqrt())
 }
 
 fn is_too_coarse(spacing: f64) -> bool {
@@ -183,6 +199,18 @@ mod tests {
         assert_eq!(of(&profile, &[], 0.05).segments, 0);
         let coarse = of(&profile, &[], 2e-3);
         assert!(coarse.too_coarse && coarse.mean.is_some() && coarse.reference_surface.is_none());
+    }
+
+    #[test]
+    fn profiles_that_are_alike_do_not_lower_the_standard_error() {
+        let waves = [cosine(1e-3, 0.02, 1e-3, 1000), cosine(0.5e-3, 0.02, 1e-3, 1000)].concat();
+        let none: &[HeightOrigin] = &[];
+        let [one, four] = [1, 4].map(|count| ProfileDepth::of(std::iter::repeat_n((&waves[..], none), count), 1e-3));
+        // Ten segments of either depth: a deviation of half their difference.
+        let expected = 0.25e-3 * (20.0_f64 / 19.0).sqrt() / 20.0_f64.sqrt();
+        assert!((one.standard_error.unwrap() / expected - 1.0).abs() < 0.03, "{one:?}");
+        assert!((four.standard_error.unwrap() - one.standard_error.unwrap()).abs() < 1e-12 && four.valid == 80);
+        assert_eq!(of(&waves[..100], none, 1e-3).standard_error, None);
     }
 
     #[test]

@@ -216,6 +216,9 @@ keys! {
         /// Time between two instants at which all cells are written to `cells.npy` \[s\], with
         /// `contact.zone = "cells"` only; none without it.
         cells_every?: f64 => Bounds::positive("s").plausible(1e-9, 1e6),
+        /// Length of the sections of the road rolled after the warm-up, each of which has levels of its own in
+        /// `sections.csv` \[m\]; none without it.
+        sections?: f64 => Bounds::between(0.5, 1e4, "m"),
         /// Vibration of the tyre; none is computed without it.
         vibration?: Vibration => VIBRATION,
         /// Levels of a finer mesh with a standard error; without it levels are those of the run's mesh.

@@ -404,6 +404,7 @@ fn scene() -> impl Strategy<Value = Scene> {
         |([arrays, spectra, plots], checkpoint_interval, vibration)| Outputs {
             patch_span: None,
             cells_every: None,
+            sections: None,
             levels: None,
             arrays,
             spectra,

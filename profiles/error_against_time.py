@@ -7,8 +7,8 @@ import csv
 import math
 import sys
 
-WIDTH, HEIGHT, LEFT, TOP, PANEL, DEEP = 900, 380, 60, 40, 400, 270
-TIMES, ERRORS = (0.1, 100.0), (0.1, 6.0)  # s for a second rolled, dB
+WIDTH, HEIGHT, LEFT, TOP, PANEL, DEEP = 920, 360, 60, 40, 400, 270
+TIMES, ERRORS = (0.02, 1000.0), (0.1, 8.0)  # s for a second rolled, dB
 COLOURS = {"slices": "#c1492e", "cells": "#1f6f8b", "two meshes": "#6a4c93"}
 
 

@@ -37,7 +37,7 @@ standard = "cpx"
 quality = "draft"
 "#;
 
-const MADE: &str = "kind = \"made\"\ntexture = \"dac-11\"              # dense asphalt, stones up to 11 mm\nseed = 1";
+const MADE: &str = "kind = \"made\"\nseed = 1";
 
 /// Mistakes: the words that were meant, and those that were written.
 const MISTAKES: [(&str, &str, &str); 20] = [

@@ -12,7 +12,7 @@ use tyrewave::run::{Job, Unwatched, run_in_memory};
 
 use crate::common::{command, names, read_summary, run, tyrewave};
 
-const MADE: &str = "kind = \"made\"\nseed = 3";
+const MADE: &str = "kind = \"made\"\nseed = 3\ntexture = \"rough-asphalt\"";
 const MICROPHONES: &str = "[[receiver]]\nstandard = \"cpx\"\n[[receiver]]\nposition = [0.5, 1.0, 0.3]\nname = \"ear\"\n\
                            [radiation]\nquality = \"draft\"\naudio = false";
 

@@ -131,7 +131,7 @@ fn fade(period: usize, all: usize) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
     use crate::road::texture::rms;
-    use crate::scene::MadeRoad;
+    use crate::scene::{MadeRoad, NamedTexture};
 
     #[test]
     fn cells_divide_elements_and_suit_transforms() {
@@ -148,7 +148,8 @@ mod tests {
 
     #[test]
     fn patches_have_the_roads_roughness_and_no_seam() {
-        let road = Road::Made(MadeRoad { seed: 4, ..MadeRoad::default() });
+        let texture = Some(NamedTexture::RoughAsphalt);
+        let road = Road::Made(MadeRoad { seed: 4, texture, ..MadeRoad::default() });
         let grid = PatchGrid::new(1.95 / 512.0);
         let found = patches(&road, Limits::default(), grid, 8).unwrap();
         assert_eq!(found.len(), 8);

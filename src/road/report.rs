@@ -181,6 +181,7 @@ impl RoadNote {
                 | Self::LargeSpan { .. }
                 | Self::Joint { .. }
                 | Self::NotRealisable { .. }
+                | Self::DefaultTexture
                 | Self::Ignored { .. }
                 | Self::MissingByModifier { .. }
         )

@@ -16,7 +16,7 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 use tyrewave::internals::{Resampled, RingSpectrum, RoadHeightMap, TargetSpectrum, transform_length};
 use tyrewave::road::{Lattice, Limits, RoadSurface, SliceBuilder};
-use tyrewave::scene::{AtEnd, MadeRoad, Road};
+use tyrewave::scene::{AtEnd, MadeRoad, NamedTexture, Road};
 
 const METRES: f64 = 10.0;
 const SIZES: [usize; 4] = [128, 256, 512, 1024];
@@ -58,7 +58,10 @@ fn at_once(spectrum: &RingSpectrum, lattice: Lattice, rows: usize, seed: u64) ->
 }
 
 fn made(criterion: &mut Criterion) {
-    let (spec, spectrum) = (Road::Made(MadeRoad::default()), RingSpectrum::fit(&TargetSpectrum::dense_asphalt()));
+    // Gaussian heights, as those drawn at once.
+    let texture = NamedTexture::RoughAsphalt;
+    let spec = Road::Made(MadeRoad { texture: Some(texture), ..MadeRoad::default() });
+    let spectrum = RingSpectrum::fit(&TargetSpectrum::named(texture));
     let mut group = criterion.benchmark_group("made road");
     group.sample_size(10);
     // As a test, without `--bench`, the expensive sizes are left out.

@@ -355,6 +355,7 @@ const FORCE: u8 = 0;
 const SOUND: u8 = 1;
 const RESISTANCE: u8 = 2;
 const BAND: u8 = 3;
+const SOUND_BAND: u8 = 4;
 
 /// Quantities of a run; only the bands that are valid in it.
 fn quantities(done: &Done) -> Vec<(Quantity, Value)> {
@@ -377,10 +378,10 @@ fn quantities(done: &Done) -> Vec<(Quantity, Value)> {
         let name = format!("force, {} Hz", level.band.nominal_frequency());
         add((BAND, level.band.0), &name, FORCE_UNIT, Value::Number(level.level));
     }
-    for (place, (name, level)) in (BAND + 1..).zip(&done.sound) {
+    for (name, level) in &done.sound {
         for of_band in level.bands.iter().filter(|band| band.valid) {
             let name = format!("{}, {} Hz", done.label_of(name), of_band.band.nominal_frequency());
-            add((place, of_band.band.0), &name, SOUND_UNIT, Value::Number(of_band.level));
+            add((SOUND_BAND, of_band.band.0), &name, SOUND_UNIT, Value::Number(of_band.level));
         }
     }
     found
@@ -440,6 +441,17 @@ mod tests {
         assert!(!csv.contains("50,near") && csv.contains("80,near"), "{csv}");
         let curves = table.curves("t").concat();
         assert!(curves.contains("25 Hz - 80 Hz") && !curves.contains("near"), "{curves}");
+    }
+
+    #[test]
+    fn any_number_of_receivers_has_third_octaves() {
+        let mut runs = at_receivers(1);
+        runs.truncate(1);
+        let level = sum(3, 70.0);
+        let bands = level.bands.iter().filter(|band| band.valid).count();
+        runs[0].1.as_mut().unwrap().sound = (0..300).map(|number| (format!("m{number}"), level.clone())).collect();
+        let table = RepeatedTable::of(&runs);
+        assert_eq!(table.values().filter(|(_, quantity, ..)| quantity.starts_with('m')).count(), 300 * (1 + bands));
     }
 
     #[test]

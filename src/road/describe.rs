@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::error::RoadError;
 use super::lattice::Lattice;
+use super::piece_rows::column_of;
 use super::profiles::lattice_of_profiles;
 use super::report::{RoadNote, RoadReport};
 use super::sources::Source;
@@ -157,7 +158,7 @@ impl Profiles {
         limits.check(rows as f64 * grid.columns as f64)?;
         let mut heights = vec![0.0; rows * grid.columns];
         RoadSurface::on(grid, source, limits, RoadReport::default())?.heights(0, rows, &mut heights)?;
-        let column = |column: usize| heights.iter().skip(column).step_by(grid.columns).copied().collect();
+        let column = |column: usize| column_of(&heights, column, grid.columns);
         let profiles: Vec<Vec<f64>> = (0..grid.columns).map(column).collect();
         let origins = vec![Vec::new(); profiles.len()];
         Ok(Self { spacing, shortest, longest: 0.5, profiles, origins })

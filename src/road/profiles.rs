@@ -2,7 +2,7 @@
 
 use super::error::RoadError;
 use super::lattice::Lattice;
-use super::piece_rows::PROFILES;
+use super::piece_rows::{PROFILES, column_of};
 use super::report::RoadReport;
 use super::resample::Resampled;
 use super::sources::Source;
@@ -63,8 +63,7 @@ impl RoadProfiles {
                 let (columns, rows) = (surface.lattice().columns, (end - first).max(0) as usize);
                 let mut heights = vec![0.0; rows * columns];
                 surface.heights(first, rows, &mut heights)?;
-                let column = |column| heights.iter().skip(column).step_by(columns).copied().collect();
-                Ok((0..columns).map(column).collect())
+                Ok((0..columns).map(|column| column_of(&heights, column, columns)).collect())
             }
         }
     }

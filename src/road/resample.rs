@@ -8,6 +8,7 @@
 //! is the windowed sinc of [`crate::numeric::windowed_sinc`], low-pass at the Nyquist wavenumber of the coarser of both
 //! spacings.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -29,38 +30,59 @@ enum Rows {
     Pieces(Box<PieceRows>),
 }
 
+impl Rows {
+    /// Some rows of the continued map, in memory.
+    fn view(&mut self, rows: Range<i64>, stored: usize, continued: Continuation) -> Result<View<'_>, RoadError> {
+        Ok(match self {
+            Self::Stored(heights) => {
+                View { first: 0, heights: Cow::Borrowed(heights), stored, continued: Some(continued) }
+            }
+            Self::Pieces(pieces) => {
+                let (first, inside) = (rows.start, rows.map(|row| continued.inside(row)));
+                let heights = Cow::Owned(pieces.gather(&inside.collect::<Vec<_>>())?);
+                View { first, heights, stored, continued: None }
+            }
+        })
+    }
+}
+
+/// How a map of so many rows continues past its ends.
+#[derive(Clone, Copy, Debug)]
+struct Continuation {
+    at_end: AtEnd,
+    count: i64,
+}
+
+impl Continuation {
+    /// Number within the map of a row of the continued map.
+    fn inside(self, index: i64) -> usize {
+        match self.at_end {
+            AtEnd::Repeat => index.rem_euclid(self.count) as usize,
+            AtEnd::Refuse | AtEnd::Mirror => reflected(index, self.count),
+        }
+    }
+}
+
 /// Rows of the continued map that are in memory.
-enum View<'a> {
-    Whole(&'a Resampled, &'a [f64]),
-    /// Rows from a number on.
-    Gathered {
-        first: i64,
-        heights: Vec<f64>,
-        stored: usize,
-    },
+struct View<'a> {
+    /// Number of the first row in memory.
+    first: i64,
+    /// Rows x `stored`.
+    heights: Cow<'a, [f64]>,
+    stored: usize,
+    /// Rows in memory for those asked for, where the map is there as a whole.
+    continued: Option<Continuation>,
 }
 
 impl View<'_> {
     fn row(&self, index: i64) -> &[f64] {
-        match self {
-            Self::Whole(road, heights) => {
-                let inside = road.inside(index);
-                &heights[inside * road.stored..(inside + 1) * road.stored]
-            }
-            Self::Gathered { first, heights, stored } => {
-                let inside = (index - first) as usize;
-                &heights[inside * stored..(inside + 1) * stored]
-            }
-        }
+        let inside = self.continued.map_or((index - self.first) as usize, |continued| continued.inside(index));
+        &self.heights[inside * self.stored..(inside + 1) * self.stored]
     }
 
     /// Heights of successive rows of a road that is level across, as far as they lie side by side.
     fn line(&self, start: i64, count: usize) -> Option<&[f64]> {
-        let (heights, first) = match self {
-            Self::Whole(_, heights) => (*heights, 0),
-            Self::Gathered { first, heights, .. } => (&heights[..], *first),
-        };
-        usize::try_from(start - first).ok().and_then(|from| heights.get(from..from + count))
+        usize::try_from(start - self.first).ok().and_then(|from| self.heights.get(from..from + count))
     }
 }
 
@@ -146,24 +168,14 @@ impl Resampled {
     /// # Errors
     /// Errors of a grid that is read in pieces.
     pub(super) fn profiles(&mut self, rows: Range<i64>) -> Result<Vec<Vec<f64>>, RoadError> {
-        let stored = self.stored;
-        let view = self.view(rows.clone())?;
+        let (stored, continued) = (self.stored, self.continuation());
+        let view = self.rows.view(rows.clone(), stored, continued)?;
         let profile = |column| rows.clone().map(|row| view.row(row)[column]).collect();
         Ok(profile_columns(stored).map(profile).collect())
     }
 
-    /// Rows of the continued map in memory.
-    fn view(&mut self, rows: Range<i64>) -> Result<View<'_>, RoadError> {
-        let inside: Vec<usize> = match &self.rows {
-            Rows::Stored(_) => Vec::new(),
-            Rows::Pieces(_) => rows.clone().map(|row| self.inside(row)).collect(),
-        };
-        if let Rows::Pieces(pieces) = &mut self.rows {
-            let (first, stored) = (rows.start, self.stored);
-            return Ok(View::Gathered { first, heights: pieces.gather(&inside)?, stored });
-        }
-        let Rows::Stored(heights) = &self.rows else { return Ok(View::Whole(self, &[])) };
-        Ok(View::Whole(self, heights))
+    fn continuation(&self) -> Continuation {
+        Continuation { at_end: self.at_end, count: self.count() }
     }
 
     /// Spacing of the map's rows \[m\].
@@ -194,41 +206,34 @@ impl Resampled {
     /// # Errors
     /// Errors of a grid that is read in pieces.
     pub fn heights(&mut self, first: i64, out: &mut [f64]) -> Result<(), RoadError> {
-        let (columns, aligned) = (self.lattice.columns, self.aligned);
+        let continued = self.continuation();
+        let Self { lattice, dx, rows: of_map, stored, kernel, aligned, .. } = self;
+        let (columns, along) = (lattice.columns, Along { lattice: *lattice, dx: *dx, kernel });
         let last = first + (out.len() / columns) as i64 - 1;
-        let along = Along { lattice: self.lattice, dx: self.dx, kernel: self.kernel.clone() };
-        let rows = match aligned {
+        let rows = match *aligned {
             Some(zero) => first - zero..last - zero + 1,
             None => along.taps(first).start..along.taps(last).end,
         };
-        let view = self.view(rows)?;
+        let view = of_map.view(rows, *stored, continued)?;
         out.par_chunks_mut(columns).enumerate().with_min_len(16).for_each_init(Vec::new, |weights, (index, row)| {
             let number = first + index as i64;
-            match aligned {
+            match *aligned {
                 Some(zero) => spread(view.row(number - zero), row),
                 None => along.interpolate(&view, number, weights, row),
             }
         });
         Ok(())
     }
-
-    /// Number of a row of the continued map within the map.
-    fn inside(&self, index: i64) -> usize {
-        match self.at_end {
-            AtEnd::Repeat => index.rem_euclid(self.count()) as usize,
-            AtEnd::Refuse | AtEnd::Mirror => reflected(index, self.count()),
-        }
-    }
 }
 
 /// Interpolation along.
-struct Along {
+struct Along<'a> {
     lattice: Lattice,
     dx: f64,
-    kernel: WindowedSinc,
+    kernel: &'a WindowedSinc,
 }
 
-impl Along {
+impl Along<'_> {
     /// Writes the weights of the rows of the map for one of the run's rows; returns the first of them.
     fn weights(&self, number: i64, weights: &mut Vec<f64>) -> i64 {
         let ratio = (self.lattice.cell() / self.dx).max(1.0);

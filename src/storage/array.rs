@@ -42,8 +42,7 @@ pub(crate) enum ArrayError {
 pub(crate) struct Array {
     npy: NpyFile<BufReader<Box<dyn Read>>>,
     kind: (TypeChar, u64),
-    /// The file once more, for [`Self::into_rows`], and the size of its header \[bytes\].
-    file: Option<File>,
+    /// Size of the header \[bytes\].
     header: u64,
 }
 
@@ -86,7 +85,8 @@ impl Array {
         let header = header(&mut file)?;
         let text = String::from_utf8_lossy(&header);
         let promised = promised(&text)?;
-        let (found, again, length) = (size.saturating_sub(header.len() as u64), input::open(path).ok(), header.len());
+        let length = header.len() as u64;
+        let found = size.saturating_sub(length);
         let bytes: Box<dyn Read> = Box::new(Cursor::new(header).chain(file));
         let npy = NpyFile::new(BufReader::new(bytes)).map_err(damaged)?;
         let kind = match npy.dtype() {
@@ -100,7 +100,7 @@ impl Array {
             let wrong = format!("its header promises {promised} bytes of numbers, {found} are there");
             return Err(ArrayError::Damaged(wrong));
         }
-        Ok(Self { npy, kind, file: again.map(|(file, _)| file), header: length as u64 })
+        Ok(Self { npy, kind, header: length })
     }
 
     /// Length of each dimension.
@@ -118,19 +118,23 @@ impl Array {
         self.npy.dtype().descr()
     }
 
-    /// Rows of a two-dimensional array of floating-point numbers that are stored row by row, to be read in any order;
-    /// `None` for other arrays.
-    pub(crate) fn into_rows(self) -> Option<ArrayRows> {
+    /// Rows of the two-dimensional array of floating-point numbers that a file is, to be read in any order; `None` if
+    /// they are not stored row by row.
+    ///
+    /// # Errors
+    /// For a file that cannot be opened again.
+    pub(crate) fn into_rows(self, path: &Path) -> Result<Option<ArrayRows>, ArrayError> {
         let (&[rows, columns], Order::C, TypeChar::Float) = (self.shape(), self.npy.order(), self.kind.0) else {
-            return None;
+            return Ok(None);
         };
         let is_double = match self.type_name().trim_matches('\'') {
             "<f4" => false,
             "<f8" => true,
-            _ => return None,
+            _ => return Ok(None),
         };
         let [rows, columns] = [rows, columns].map(|length| length as usize);
-        Some(ArrayRows { file: Arc::new(Mutex::new(self.file?)), header: self.header, rows, columns, is_double })
+        let file = Arc::new(Mutex::new(input::open(path)?.0));
+        Ok(Some(ArrayRows { file, header: self.header, rows, columns, is_double }))
     }
 
     /// All numbers, row by row if there are two dimensions, whatever the order in the file.

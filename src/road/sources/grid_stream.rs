@@ -1,7 +1,7 @@
 //! Long grids in arrays, read in pieces: memory does not grow with the road.
 //!
-//! 1. Opening reads all pieces once, for what belongs to the whole: counts of what is missing or a spike, and the plane
-//!    that is subtracted.
+//! 1. Opening reads all pieces, for the plane that is subtracted and the counts of what is missing or a spike; without
+//!    these they are read once more, for the highest point and the spectrum ([`crate::road::piece_rows`]).
 //! 2. Then piece after piece is read as the run needs it, each the same whenever it is read. A piece is treated with a
 //!    margin at either end: spikes, missing heights and long waves depend on no heights beyond it.
 //!
@@ -80,7 +80,10 @@ impl GridStream {
         let ((dx, dy), (array, (rows, columns))) = (spacings(spec)?, open(spec)?);
         let bytes_of_row = 8 * columns as u64;
         let is_long = (rows as u64).saturating_mul(bytes_of_row) > long.min(limit);
-        let Some(array) = array.into_rows().filter(|_| is_long) else { return Ok(None) };
+        if !is_long {
+            return Ok(None);
+        }
+        let Some(array) = array.into_rows(path).map_err(|error| fault(error.into()))? else { return Ok(None) };
         let plausible = |spacing| plausible_spacing(spacing, LARGEST_SPACING_OF_TABLE).map_err(fault);
         [dx, dy].into_iter().try_for_each(plausible)?;
         check_width(spec, columns as f64 * dy, contact_width, &mut report.notes)?;

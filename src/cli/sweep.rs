@@ -41,7 +41,7 @@ varied keys. --latin-hypercube 40 takes the 40 points of a Latin hypercube over 
 combination; all values of seeds, --speed, --load and --road are run at each point.
 
 --road-uncertainty rolls a constructed road.texture as it may be: its levels as stated and off by their uncertainty, \
-each with a skewness of 0, -1 and -1.85. For every third octave of force and sound, road_uncertainty.csv has the value \
+each with its own skewness, 0 and -1.85. For every third octave of force and sound, road_uncertainty.csv has the value \
 on the road as stated and the lowest and highest one, means over the values of road.seed.
 
 With --tasks the scenes are written into a folder as tasks, for a batch system or other machines, and nothing is run; \

@@ -3,6 +3,8 @@
 //! The corner cases are the levels, as they are stated and off by their uncertainty, with each skewness that was read
 //! of rolled surfaces. A spread is that of the means over seeds; seeds and all other factors are those of the sweep.
 
+use std::collections::BTreeMap;
+
 use super::factor::Factor;
 use super::repeated::RepeatedTable;
 use crate::results::table::{Report, aligned, csv, optional};
@@ -10,10 +12,10 @@ use crate::scene::{Road, Scene, Setting};
 
 /// Keys of the two factors.
 pub(crate) const ROAD_KEYS: [&str; 2] = ["road.offset", "road.skewness"];
-/// Skewness of Gaussian heights, of the constructed roads, and of a scanned stone mastic asphalt.
-const SKEWNESS: [f64; 3] = [0.0, -1.0, -1.85];
+/// Skewness of Gaussian heights, and of a scanned stone mastic asphalt: constructed roads lie between them.
+const SKEWNESS: [f64; 2] = [0.0, -1.85];
 
-/// The factors of a scene's road, and the values that it has.
+/// The factors of a scene's road, and the values that it states.
 #[derive(Clone, Debug)]
 pub(crate) struct RoadUncertainty {
     /// Levels and skewness.
@@ -27,20 +29,22 @@ impl RoadUncertainty {
     /// # Errors
     /// In words, for a road that is none of the constructed ones.
     pub(crate) fn of(scene: &Scene) -> Result<Self, String> {
-        let named = if let Road::Made(made) = &scene.road { made.named() } else { None };
-        let Some(texture) = named.filter(|texture| texture.is_constructed()) else {
-            return Err(
-                "--road-uncertainty needs a constructed road.texture: dac-11, sma-8, sma-11 or iso-10844".into()
-            );
+        let constructed = || {
+            let Road::Made(made) = &scene.road else { return None };
+            Some((made, made.named().filter(|texture| texture.is_constructed())?.uncertainty()))
         };
-        let off = texture.uncertainty();
-        let factors = ROAD_KEYS.into_iter().zip([[0.0, -off, off], SKEWNESS]);
-        let factor = |(key, values): (&str, [f64; 3])| {
-            let listed = values.map(|value| value.to_string()).join(",");
+        let needed = "--road-uncertainty needs a constructed road.texture: dac-11, sma-8, sma-11 or iso-10844";
+        let (made, off) = constructed().ok_or(needed)?;
+        let stated @ [offset, skewness] = [made.offset, made.moments()[0]];
+        let others = SKEWNESS.into_iter().filter(|other| (other - skewness).abs() > 1e-9);
+        let skewnesses = std::iter::once(skewness).chain(others).collect();
+        let factor = |(key, values): (&str, Vec<f64>)| {
+            let listed = values.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
             Setting::parse(&format!("{key}={listed}")).and_then(|setting| Factor::of(&setting))
         };
-        let factors = factors.map(factor).collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
-        Ok(Self { factors, stated: [0.0, texture.moments()[0]].map(|value| value.to_string()) })
+        let factors = ROAD_KEYS.into_iter().zip([vec![offset, offset - off, offset + off], skewnesses]).map(factor);
+        let factors = factors.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+        Ok(Self { factors, stated: stated.map(|value| value.to_string()) })
     }
 
     /// Spread of every quantity of a sweep's table.
@@ -51,17 +55,16 @@ impl RoadUncertainty {
             let kept = values.iter().enumerate().filter(|(place, _)| !places.contains(place));
             kept.map(|(_, value)| value.clone()).collect()
         };
-        let mut rows: Vec<SpreadRow> = Vec::new();
+        let (mut rows, mut known) = (Vec::new(), BTreeMap::new());
         for (values, quantity, unit, mean) in table.values() {
             let is_stated = places.iter().zip(&self.stated).all(|(place, stated)| &values[*place] == stated);
             let others = others(values);
-            let known = rows.iter().position(|row| row.others == others && row.quantity == quantity);
-            let place = known.unwrap_or_else(|| {
+            let place = *known.entry((others.clone(), quantity)).or_insert_with(|| {
                 let range = [f64::INFINITY, f64::NEG_INFINITY];
                 rows.push(SpreadRow { others, quantity: quantity.to_owned(), unit, stated: None, range });
                 rows.len() - 1
             });
-            let row = &mut rows[place];
+            let row: &mut SpreadRow = &mut rows[place];
             row.range = [row.range[0].min(mean), row.range[1].max(mean)];
             if is_stated {
                 row.stated = Some(mean);
@@ -137,7 +140,7 @@ mod tests {
     fn spreads_are_those_of_means_over_seeds() {
         let uncertainty = RoadUncertainty::of(&scene("sma-8")).unwrap();
         let values: Vec<Vec<&str>> = uncertainty.factors.iter().map(|factor| factor.values.texts().unwrap()).collect();
-        assert_eq!(values, [["0", "-2.5", "2.5"], ["0", "-1", "-1.85"]]);
+        assert_eq!(values, [["0", "-2.5", "2.5"], ["-1", "0", "-1.85"]]);
         let mut runs = Vec::new();
         for (offset, skewness) in values[0].iter().flat_map(|offset| values[1].iter().map(move |s| (*offset, *s))) {
             for seed in ["1", "2"] {
@@ -164,6 +167,16 @@ mod tests {
         assert!((row.stated.unwrap() - 39.3).abs() < 1e-9, "{row:?}");
         assert!((row.range[0] - 35.95).abs() < 1e-9 && (row.range[1] - 42.8).abs() < 1e-9, "{row:?}");
         assert!(spread.report().to_string().contains("+3.5") && spread.csv().contains("force, 500 Hz"));
+    }
+
+    #[test]
+    fn corner_cases_lie_about_the_road_of_the_scene() {
+        let mut scene = scene("dac-11");
+        let Road::Made(made) = &mut scene.road else { panic!("a made road") };
+        (made.offset, made.skewness) = (2.0, Some(0.0));
+        let uncertainty = RoadUncertainty::of(&scene).unwrap();
+        let values: Vec<Vec<&str>> = uncertainty.factors.iter().map(|factor| factor.values.texts().unwrap()).collect();
+        assert_eq!(values, [vec!["2", "-1", "5"], vec!["0", "-1.85"]]);
     }
 
     #[test]

@@ -19,7 +19,7 @@ const SCENE: &str = r#"title = "Chip seal, 80 km/h"
 tyre = "car.toml"
 [road]
 kind = "made"
-seed = 1
+texture = "dac-11"
 [rolling]
 speed_kmh = 80.0
 duration = 3.5
@@ -37,7 +37,7 @@ standard = "cpx"
 quality = "draft"
 "#;
 
-const MADE: &str = "kind = \"made\"\nseed = 1";
+const MADE: &str = "kind = \"made\"\ntexture = \"dac-11\"";
 
 /// Mistakes: the words that were meant, and those that were written.
 const MISTAKES: [(&str, &str, &str); 20] = [

@@ -6,20 +6,23 @@ use serde_json::{Value, json};
 use super::html::{article, document, figure, table};
 use crate::response::ThirdOctaveBand;
 use crate::results::plots::{Axis, LinePlot, Series, four_digits};
-use crate::results::table::{Report, TextTable, words};
+use crate::results::table::{Report, TextTable, aligned, words};
 use crate::scene::NamedTexture;
 use crate::sound::TotalLevel;
 use crate::study::validation::{
-    FLEET_ROADS, Group, GroupSummary, Measured, Missing, PUBLISHED_SPEEDS, ValidationRow, ValidationRun, Verdict,
-    summaries,
+    FLEET_ROADS, Group, GroupSummary, Measured, Missing, PUBLISHED_SPEEDS, Published, PublishedSet, ValidationRow,
+    ValidationRun, Verdict, bands as published_bands, summaries,
 };
 
 /// Lines of a Markdown file between which the section is placed.
 pub const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
 
 /// Explanation of the columns.
-const LEGEND: &str = "outside: distance from the published range; 0 inside. could explain: physics that the model \
-lacks, or limits of the comparison, that act on this quantity in this direction; nothing there points to a fault. \
+const LEGEND: &str = "numerical: bound of the error that is stated for elements, steps and slices, not part of the \
+verdict. road: how far below and above the value may lie, since levels and skewness of constructed roads are \
+uncertain. outside: distance from the published range; 0 where the whole spread of the road is inside; cannot be told \
+where only a part of it is. could explain: physics that the model lacks, or limits of the comparison, that act on this \
+quantity in this direction; nothing there points to a fault. \
 Third octaves: A-weighted, along the coast-by line, relative to the energy sum of 200 to 2000 Hz; published ones are \
 of roads of both kinds, dac-11 and sma-8.";
 
@@ -42,6 +45,7 @@ fn outside(row: &ValidationRow) -> String {
         Verdict::Inside => "0".to_owned(),
         Verdict::Below(by) => format!("-{}", value(by)),
         Verdict::Above(by) => format!("+{}", value(by)),
+        Verdict::CannotBeTold => "cannot be told".to_owned(),
         Verdict::Unknown if row.is_bound() => "a bound".to_owned(),
         Verdict::Unknown => String::new(),
     }
@@ -53,7 +57,8 @@ fn reasons(row: &ValidationRow) -> String {
 
 /// Table of all rows.
 fn whole(rows: &[ValidationRow]) -> TextTable {
-    let header = ["", "quantity", "unit", "computed", "published", "sets", "outside", "could explain"];
+    let header =
+        ["", "quantity", "unit", "computed", "numerical", "road", "published", "sets", "outside", "could explain"];
     let mut last = None;
     let cells = rows.iter().map(|row| {
         let group = if last == Some(row.group) { "" } else { row.group.title() };
@@ -63,6 +68,8 @@ fn whole(rows: &[ValidationRow]) -> TextTable {
             row.name(),
             row.unit.clone(),
             computed(row),
+            row.numerical_error.map_or_else(String::new, |error| format!("+-{}", value(error))),
+            row.road_spread.map_or_else(String::new, |[below, above]| format!("{below:+.1} {above:+.1}")),
             range(row),
             row.sets.to_string(),
             outside(row),
@@ -74,15 +81,17 @@ fn whole(rows: &[ValidationRow]) -> TextTable {
 
 /// Counts of a group, for a cell.
 fn inside(summary: &GroupSummary) -> String {
-    let GroupSummary { rows, known, bounds, inside, .. } = *summary;
-    if known + bounds == 0 {
+    let GroupSummary { rows, known, cannot_be_told, bounds, inside, .. } = *summary;
+    if known + cannot_be_told + bounds == 0 {
         return "not computed".to_owned();
     }
+    let not_computed = rows - known - cannot_be_told - bounds;
     let met = if summary.group == Group::Targets { " met" } else { "" };
     let counts = [
         (known, format!("{inside} of {known}{met}")),
+        (cannot_be_told, format!("{cannot_be_told} cannot be told")),
         (bounds, format!("{bounds} only a bound")),
-        (rows - known - bounds, format!("{} not computed", rows - known - bounds)),
+        (not_computed, format!("{not_computed} not computed")),
     ];
     counts.into_iter().filter(|(count, _)| *count > 0).map(|(_, words)| words).collect::<Vec<_>>().join(", ")
 }
@@ -140,7 +149,8 @@ pub(crate) fn record(title: &str, rows: &[ValidationRow], measured: &Measured) -
     })
 }
 
-/// Section of a Markdown file, between its markers: the groups, and the third octaves at 80 km/h.
+/// Section of a Markdown file, between its markers: the groups, and the third octaves at 80 km/h, with a question mark
+/// for those that cannot be told.
 pub fn markdown(rows: &[ValidationRow]) -> String {
     let mut lines = vec![MARKERS[0].to_owned()];
     lines.push("| | inside the published range | farthest outside |".to_owned());
@@ -163,7 +173,7 @@ pub fn markdown(rows: &[ValidationRow]) -> String {
     lines.push(line("at most, dB", first, &|row| value(row.range[1])));
     for road in FLEET_ROADS {
         lines.push(line(&format!("{}, dB", road.name()), road, &computed));
-        lines.push(line("outside, dB", road, &outside));
+        lines.push(line("outside, dB", road, &|row| outside(row).replace("cannot be told", "?")));
     }
     lines.push(MARKERS[1].to_owned());
     lines.join("\n") + "\n"
@@ -184,6 +194,10 @@ pub(crate) fn pictures(rows: &[ValidationRow], measured: &Measured) -> Vec<(&'st
     if let Some(svg) = bands(rows, Group::Growth, &title, "Growth [dB a decade]") {
         let caption = format!("{title}: the published range, and what was computed on two roads.");
         pictures.push(("growth.svg", svg, caption));
+    }
+    if let Some(svg) = levels(rows) {
+        let caption = "One tyre at the coast-by microphone, 80 km/h: each published set, and what was computed.";
+        pictures.push(("levels_80.svg", svg, caption.to_owned()));
     }
     if let Some(svg) = roads(measured) {
         pictures.push(("roads.svg", svg, "Coast-by on the named roads at 80 km/h, A-weighted third octaves.".into()));
@@ -216,6 +230,34 @@ fn bands(rows: &[ValidationRow], group: Group, title: &str, quantity: &str) -> O
     let y = Axis::linear_around(quantity, levels);
     let x = Axis::logarithmic_around("Frequency [Hz]", range.iter().map(|point| point.0), [0.9, 1.1]);
     Some(LinePlot { title, x, y, series }.to_svg_over("published range", &range))
+}
+
+/// Levels of one tyre at the coast-by microphone at 80 km/h by band \[dB(A)\]: a name for each published set, and for
+/// each road on which they were computed. Computed ones are the third octaves relative to their sum, shifted to the
+/// maximum of the coast-by.
+fn levels_of_one_tyre(rows: &[ValidationRow]) -> Vec<(String, Vec<Option<f64>>)> {
+    let set = |set: &PublishedSet| (set.source.clone(), published_bands().map(|band| set.level(1, band)).collect());
+    let computed = |road: NamedTexture| {
+        let on = |group| rows.iter().filter(move |row| row.group == group && row.road == Some(road));
+        let maximum = on(Group::Levels).find(|row| row.title.contains("L_AFmax, 80 km/h") && row.unit == "dB(A)");
+        let maximum = maximum.and_then(|row| row.computed);
+        let levels = on(Group::Shape80).map(|row| Some(row.computed? + maximum?)).collect();
+        (format!("computed, {}", road.name()), levels)
+    };
+    Published::embedded().sets.iter().map(set).chain(FLEET_ROADS.map(computed)).collect()
+}
+
+/// Picture of these levels; `None` if none was computed.
+fn levels(rows: &[ValidationRow]) -> Option<String> {
+    let named = levels_of_one_tyre(rows);
+    let frequencies = || published_bands().map(ThirdOctaveBand::mid_frequency);
+    let series = named.iter().map(|(name, levels)| {
+        let points = frequencies().zip(levels).filter_map(|(frequency, level)| Some((frequency, (*level)?)));
+        Series { name, points: points.collect() }
+    });
+    let series: Vec<Series<'_>> = series.filter(|series| !series.points.is_empty()).collect();
+    let was_computed = series.iter().any(|series| series.name.starts_with("computed"));
+    was_computed.then(|| plot("One tyre at 7.5 m, 80 km/h", "Level [dB(A)]", "Frequency [Hz]", series))
 }
 
 /// Picture of the coast-by levels on all roads at 80 km/h; `None` without such a run.
@@ -267,11 +309,19 @@ pub(crate) fn page(title: &str, rows: &[ValidationRow], pictures: &[(&'static st
             [texture.name().to_owned(), depth, texture.origin().to_owned()]
         }),
     );
+    let frequencies = published_bands().map(|band| format!("{} Hz", band.nominal_frequency()));
+    let cell = |level: Option<f64>| level.map_or_else(|| "-".to_owned(), value);
+    let line = |(name, levels): (String, Vec<Option<f64>>)| std::iter::once(name).chain(levels.into_iter().map(cell));
+    let levels = aligned(
+        std::iter::once("dB(A) at the coast-by microphone".to_owned()).chain(frequencies),
+        levels_of_one_tyre(rows).into_iter().map(|named| line(named).collect::<Vec<_>>()),
+    );
     let lead = html! { p { "Compared with published values. " (LEGEND) } };
     let sections = [
         ("Groups", table(&groups(rows))),
         ("Pictures", html! { @for (_, svg, caption) in pictures { (figure(svg, caption)) } }),
         ("All rows", table(&whole(rows))),
+        ("Levels of one tyre at 80 km/h", table(&levels)),
         ("Sources", table(&sources)),
         ("Roads", table(&roads)),
     ];
@@ -290,7 +340,7 @@ mod tests {
 
     fn nothing() -> Measured {
         let lacks = Lacks { sidewalls: true, cells: true };
-        Measured { tyre: StandingTyre::default(), runs: Vec::new(), load: 3400.0, lacks }
+        Measured { tyre: StandingTyre::default(), runs: Vec::new(), cases: Vec::new(), load: 3400.0, lacks }
     }
 
     #[test]
@@ -306,6 +356,8 @@ mod tests {
         // Without runs only the textures have a picture.
         assert_eq!(pictures.iter().map(|picture| picture.0).collect::<Vec<_>>(), ["textures.svg"]);
         let page = page("A tyre", &rows, &pictures);
+        // Every published set stands in the page, of one tyre: Harmonoise and Nord2000 at 500 Hz.
+        assert!(page.contains(">48.4<") && page.contains(">53.7<"));
         for source in ["NCHRP 630", "Nord2000", "748A", "captif", "10844"] {
             assert!(page.contains(source), "{source}");
         }
@@ -320,6 +372,7 @@ mod tests {
             texture: NamedTexture::DenseAsphalt11,
             speed_kmh: 80.0,
             coast_by: level(Some(0.4)),
+            band_errors: Default::default(),
             pass_by: Some(PassBySummary::new(String::new(), &[50.0], 1, 0.9)),
             cpx: level(None),
             coast_by_bands: BTreeMap::new(),
@@ -342,7 +395,12 @@ mod tests {
         let mut rows = rows(&nothing(), &Published::embedded());
         for row in rows.iter_mut().filter(|row| row.group == Group::Shape80) {
             row.computed = Some(row.range[1] + 2.0);
+            row.road_spread = Some([-3.0, 1.0]);
         }
+        let uncertain = markdown(&rows);
+        assert!(uncertain.contains("| third octaves, 80 km/h | 22 cannot be told | - |"), "{uncertain}");
+        assert!(uncertain.contains("| outside, dB | ? |") && uncertain.lines().all(|line| line.chars().count() <= 120));
+        rows.iter_mut().for_each(|row| row.road_spread = None);
         let text = markdown(&rows);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!([lines[0], lines[lines.len() - 1]], MARKERS);

@@ -15,7 +15,7 @@ use crate::counters::{Job, Unwatched, Watch};
 use crate::effects::Observer;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
-use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
+use crate::response::{BandLevel, LevelErrors, PowerSpectrum, ThirdOctaveBand};
 use crate::results::sound::{RatedLevel, ReceiverSpectrum};
 use crate::results::summary::{Outcome, RollingResistance};
 use crate::run::end::impossible_energy;
@@ -95,6 +95,11 @@ impl Trial {
         let receivers = self.results.sound.iter().flat_map(|sound| sound.rated.iter().zip(&sound.receivers));
         let levels = |receiver: &ReceiverSpectrum| SoundLevels::of(&receiver.spectrum, LOWEST_FREQUENCY..f64::INFINITY);
         receivers.map(|(rated, receiver)| (rated.clone(), levels(receiver))).collect()
+    }
+
+    /// Errors of third octaves at the receivers, in their order.
+    pub(crate) fn receiver_errors(&self) -> impl Iterator<Item = &LevelErrors> {
+        self.results.sound.iter().flat_map(|sound| &sound.level_errors)
     }
 
     /// Planned memory on the present threads, without the process itself \[bytes\].

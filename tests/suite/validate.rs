@@ -38,6 +38,10 @@ fn a_scene_is_compared_at_the_wanted_speeds_and_roads() {
         rows.iter().find(|row| row["title"].as_str().unwrap().contains(title)).unwrap().clone()
     };
     assert_eq!(printed["runs"].as_array().unwrap().len(), 2);
+    let level = row("L_AFmax, 80 km/h");
+    // Levels of both roads are uncertain by some decibels, and so are those of the tyre that rolls there.
+    let spread = level["road_spread"].as_array().unwrap();
+    assert!(spread[0].as_f64().unwrap() < -1.0 && spread[1].as_f64().unwrap() > 1.0, "{level}");
     for known in ["stiffness at 350 kg", "patch standing at 400 kg", "L_AFmax, 80 km/h"] {
         assert!(row(known)["computed"].is_number(), "{}", row(known));
     }
@@ -74,7 +78,7 @@ fn the_readme_has_the_section_that_the_command_writes() {
     let start = README.find(MARKERS[0]).expect("the README has the section");
     let end = README.find(MARKERS[1]).unwrap() + MARKERS[1].len();
     let lacks = Lacks { sidewalls: true, cells: true };
-    let nothing = Measured { tyre: StandingTyre::default(), runs: Vec::new(), load: 1.0, lacks };
+    let nothing = Measured { tyre: StandingTyre::default(), runs: Vec::new(), cases: Vec::new(), load: 1.0, lacks };
     let form = markdown(&rows(&nothing, &Published::embedded()));
     let (found, form): (Vec<&str>, Vec<&str>) = (README[start..end].lines().collect(), form.lines().collect());
     assert_eq!(found.len(), form.len(), "run: tyrewave validate --markdown -q");

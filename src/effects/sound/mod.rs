@@ -167,6 +167,8 @@ pub struct SoundResults {
     pub(crate) body: BodySummary,
     /// Errors of the levels.
     pub error: SoundError,
+    /// Errors of third octaves by receiver.
+    pub(crate) level_errors: Vec<LevelErrors>,
 }
 
 /// Warning for a run without a single complete block of forces, at a speed \[m/s\].
@@ -410,7 +412,8 @@ impl SoundObserver {
     pub(crate) fn results(&self) -> Result<SoundResults, RunError> {
         let receivers = self.receiver_spectra(&self.point_spectra()?)?;
         let rated = self.rated(&receivers);
-        Ok(SoundResults { receivers, rated, body: self.body.clone(), error: self.sound.error() })
+        let level_errors = receivers.iter().map(|of| self.level_errors(of.error.of_bands())).collect();
+        Ok(SoundResults { receivers, rated, body: self.body.clone(), error: self.sound.error(), level_errors })
     }
 }
 

@@ -222,7 +222,7 @@ impl SoundObserver {
         self.level_errors(error.of_bands()).overall(error.level_a, &levels.a_weighted)
     }
 
-    fn level_errors(&self, numerical: Option<(f64, f64)>) -> LevelErrors {
+    pub(super) fn level_errors(&self, numerical: Option<(f64, f64)>) -> LevelErrors {
         LevelErrors::new(numerical, self.by_slices, self.slice_errors.as_ref(), SliceErrors::sound)
     }
 

@@ -9,7 +9,7 @@ mod columns;
 pub(super) mod conditioning;
 mod erd;
 mod grid;
-pub(super) mod grid_stream;
+pub(crate) mod grid_stream;
 pub(crate) mod height_map;
 pub(crate) mod made;
 mod missing;

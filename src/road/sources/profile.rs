@@ -45,14 +45,16 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
     refuse_other_kinds(&bytes, "profile").map_err(fault)?;
     let (mut points, unit) = table::points(spec, &bytes, &mut report.notes)?;
     let captif = table::is_captif(&bytes);
+    // A kilometre has ten million points: nothing is held longer than it is needed.
+    drop(bytes);
+    points.shrink_to_fit();
     let total = points.len();
     sort(&mut points, &mut report.notes);
-    let places: Vec<f64> = points.iter().map(|point| point.distance).collect();
     let mut heights: Vec<f64> = points.iter().map(|point| point.height).collect();
-    missing::mark(&mut heights, 1, |index| places[index], unit, spec.missing.as_deref(), &mut report.notes)
-        .map_err(fault)?;
+    let place = |index: usize| points[index].distance;
+    missing::mark(&mut heights, 1, place, unit, spec.missing.as_deref(), &mut report.notes).map_err(fault)?;
     points.iter_mut().zip(heights).for_each(|(point, height)| point.height = height);
-    let mut points = merged(points, &mut report.notes).map_err(fault)?;
+    merge(&mut points, &mut report.notes).map_err(fault)?;
     let whole = (points[0].distance, points[points.len() - 1].distance);
     let range = spec.range.or(captif.then_some(CAPTIF_RANGE));
     if let Some([from, to]) = range {
@@ -80,7 +82,7 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
         report.notes.push(RoadNote::Filled { missing, total: points.len() });
     }
     rounded::add_notes(points.iter().map(|point| point.height), &mut report.notes);
-    let Uniform { dx, heights, origins } = uniform(&points, &mut report.notes).map_err(fault)?;
+    let Uniform { dx, heights, origins } = uniform(points, &mut report.notes).map_err(fault)?;
     plausible_spacing(dx, LARGEST_SPACING_OF_TABLE).map_err(fault)?;
     Ok(RoadHeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights, origins })
 }
@@ -93,11 +95,11 @@ fn sort(points: &mut [FilePoint], notes: &mut Vec<RoadNote>) {
     }
 }
 
-/// Returns sorted points, those at one distance averaged.
+/// Averages sorted points at one distance.
 ///
 /// # Errors
 /// Many of them; too few points.
-fn merged(points: Vec<FilePoint>, notes: &mut Vec<RoadNote>) -> Result<Vec<FilePoint>, FileFault> {
+fn merge(points: &mut Vec<FilePoint>, notes: &mut Vec<RoadNote>) -> Result<(), FileFault> {
     let before = points.len();
     let coincide =
         |pair: &&[FilePoint]| pair[1].distance <= pair[0].distance && (pair[1].height - pair[0].height).abs() > 0.0;
@@ -105,30 +107,26 @@ fn merged(points: Vec<FilePoint>, notes: &mut Vec<RoadNote>) -> Result<Vec<FileP
     if count as f64 > COINCIDING_ALLOWED * before as f64 {
         return Err(FileFault::Coinciding { count, total: before });
     }
-    let mut merged: Vec<FilePoint> = Vec::with_capacity(points.len());
-    let mut valid = 0.0;
-    for point in points {
-        match merged.last_mut() {
-            Some(last) if point.distance <= last.distance => {
-                if !point.height.is_nan() {
-                    let sum = if valid > 0.0 { last.height * valid } else { 0.0 };
-                    valid += 1.0;
-                    last.height = (sum + point.height) / valid;
-                }
-            }
-            _ => {
-                valid = if point.height.is_nan() { 0.0 } else { 1.0 };
-                merged.push(point);
-            }
+    let known = |point: &FilePoint| if point.height.is_nan() { 0.0 } else { 1.0 };
+    let mut valid = points.first().map_or(0.0, known);
+    points.dedup_by(|point, last| {
+        let coincides = point.distance <= last.distance;
+        if !coincides {
+            valid = known(point);
+        } else if !point.height.is_nan() {
+            let sum = if valid > 0.0 { last.height * valid } else { 0.0 };
+            valid += 1.0;
+            last.height = (sum + point.height) / valid;
         }
+        coincides
+    });
+    if points.len() < before {
+        notes.push(RoadNote::Duplicates { merged: before - points.len() });
     }
-    if merged.len() < before {
-        notes.push(RoadNote::Duplicates { merged: before - merged.len() });
+    if points.len() < FEWEST_POINTS {
+        return Err(FileFault::TooFewPoints { found: points.len(), needed: FEWEST_POINTS });
     }
-    if merged.len() < FEWEST_POINTS {
-        return Err(FileFault::TooFewPoints { found: merged.len(), needed: FEWEST_POINTS });
-    }
-    Ok(merged)
+    Ok(())
 }
 
 /// Turns points that no road has into dropouts; returns their number.
@@ -170,7 +168,7 @@ struct Uniform {
 
 /// Heights on a uniform lattice from the first point to the last, by linear interpolation between valid points. Refuses
 /// a profile most of which would be invented, in particular one with a far outlying distance.
-fn uniform(points: &[FilePoint], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileFault> {
+fn uniform(mut points: Vec<FilePoint>, notes: &mut Vec<RoadNote>) -> Result<Uniform, FileFault> {
     // 1. Spacing.
     let first = points[0].distance;
     let span = points[points.len() - 1].distance - first;
@@ -182,6 +180,7 @@ fn uniform(points: &[FilePoint], notes: &mut Vec<RoadNote>) -> Result<Uniform, F
     // are missing.
     let (sum, count) =
         gaps.iter().filter(|&&gap| gap < 1.5 * typical).fold((0.0, 0.0), |(sum, count), gap| (sum + gap, count + 1.0));
+    drop(gaps);
     let intervals = (span / (sum / count)).round().max(1.0);
     // 2. A lattice with far more points than the file would be invented.
     let total = intervals + 1.0;
@@ -198,7 +197,8 @@ fn uniform(points: &[FilePoint], notes: &mut Vec<RoadNote>) -> Result<Uniform, F
         notes.push(RoadNote::Resampled { smallest, largest, spacing: dx });
     }
     // 3. Interpolation; `after` is the first valid point not before the current distance.
-    let valid: Vec<FilePoint> = points.iter().filter(|point| !point.height.is_nan()).copied().collect();
+    points.retain(|point| !point.height.is_nan());
+    let valid = points;
     let mut after = 0;
     let mut origins = vec![HeightOrigin::Measured; intervals as usize + 1];
     let heights = (0..=intervals as usize).map(|index| {

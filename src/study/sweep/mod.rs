@@ -22,7 +22,7 @@ pub(crate) mod variants;
 pub(crate) use factor::{Design, Factor, Range};
 pub(crate) use record::{StoredSweep, share_full_scale};
 pub(crate) use repeated::RepeatedTable;
-pub(crate) use road_uncertainty::RoadUncertainty;
+pub(crate) use road_uncertainty::{RoadUncertainty, corner_values};
 pub(crate) use run::{Done, VariantOutcome, sweep};
 pub(crate) use table::blocks;
 pub(crate) use variants::{Axes, LOAD_KEY, Label, SPEED_KEY, SweepError, Variant, variants};

@@ -8,12 +8,20 @@ use std::collections::BTreeMap;
 use super::factor::Factor;
 use super::repeated::RepeatedTable;
 use crate::results::table::{Report, aligned, csv, optional};
-use crate::scene::{Road, Scene, Setting};
+use crate::scene::{NamedTexture, Road, Scene, Setting};
 
 /// Keys of the two factors.
 pub(crate) const ROAD_KEYS: [&str; 2] = ["road.offset", "road.skewness"];
 /// Skewness of Gaussian heights, and of a scanned stone mastic asphalt: constructed roads lie between them.
 const SKEWNESS: [f64; 2] = [0.0, -1.85];
+
+/// Offsets \[dB\] and skewness of the corner cases of a named road about those that are stated, which come first; `None`
+/// for a road that was measured.
+pub(crate) fn corner_values(texture: NamedTexture, [offset, skewness]: [f64; 2]) -> Option<[Vec<f64>; 2]> {
+    let off = texture.is_constructed().then_some(texture.uncertainty())?;
+    let others = SKEWNESS.into_iter().filter(|other| (other - skewness).abs() > 1e-9);
+    Some([vec![offset, offset - off, offset + off], std::iter::once(skewness).chain(others).collect()])
+}
 
 /// The factors of a scene's road, and the values that it states.
 #[derive(Clone, Debug)]
@@ -31,18 +39,16 @@ impl RoadUncertainty {
     pub(crate) fn of(scene: &Scene) -> Result<Self, String> {
         let constructed = || {
             let Road::Made(made) = &scene.road else { return None };
-            Some((made, made.named().filter(|texture| texture.is_constructed())?.uncertainty()))
+            let stated = [made.offset, made.moments()[0]];
+            Some((stated, corner_values(made.named()?, stated)?))
         };
         let needed = "--road-uncertainty needs a constructed road.texture: dac-11, sma-8, sma-11 or iso-10844";
-        let (made, off) = constructed().ok_or(needed)?;
-        let stated @ [offset, skewness] = [made.offset, made.moments()[0]];
-        let others = SKEWNESS.into_iter().filter(|other| (other - skewness).abs() > 1e-9);
-        let skewnesses = std::iter::once(skewness).chain(others).collect();
+        let (stated, values) = constructed().ok_or(needed)?;
         let factor = |(key, values): (&str, Vec<f64>)| {
             let listed = values.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
             Setting::parse(&format!("{key}={listed}")).and_then(|setting| Factor::of(&setting))
         };
-        let factors = ROAD_KEYS.into_iter().zip([vec![offset, offset - off, offset + off], skewnesses]).map(factor);
+        let factors = ROAD_KEYS.into_iter().zip(values).map(factor);
         let factors = factors.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
         Ok(Self { factors, stated: stated.map(|value| value.to_string()) })
     }

@@ -15,9 +15,8 @@ const COARSE_LESS_FINE: [NamedTexture; 2] = [NamedTexture::ChipSeal, NamedTextur
 const OCTAVES: [(&str, std::ops::RangeInclusive<i32>); 5] =
     [("hra_250", -7..=-5), ("hra_500", -4..=-2), ("hra_1000", -1..=1), ("hra_2000", 2..=3), ("hra_4000", 5..=7)];
 
-/// Compares everything measured with everything published, in the order of the table; targets of a fit come last, in a
-/// separate group. Rows of speeds and roads that were not rolled have no value.
-pub fn rows(measured: &Measured, published: &Published) -> Vec<ValidationRow> {
+/// The rows without the uncertainty of their roads, always of the same quantities.
+pub(super) fn compared(measured: &Measured, published: &Published) -> Vec<ValidationRow> {
     let table = Table { measured, published, lacks: measured.lacks };
     let mut rows = table.tyre();
     for road in FLEET_ROADS {
@@ -36,6 +35,33 @@ pub fn rows(measured: &Measured, published: &Published) -> Vec<ValidationRow> {
     }
     rows.sort_by_key(|row| row.group);
     rows
+}
+
+/// A computed value with its numerical error, where that is known.
+#[derive(Clone, Copy, Debug)]
+struct Computed {
+    value: f64,
+    error: Option<f64>,
+}
+
+impl Computed {
+    const fn without_error(value: f64) -> Self {
+        Self { value, error: None }
+    }
+
+    fn of(total: &TotalLevel) -> Self {
+        Self { value: total.level, error: total.error }
+    }
+
+    /// A difference: errors add up.
+    fn less(self, other: Self) -> Self {
+        let error = self.error.zip(other.error).map(|(one, other)| one + other);
+        Self { value: self.value - other.value, error }
+    }
+
+    fn over(self, divisor: f64) -> Self {
+        Self { value: self.value / divisor, error: self.error.map(|error| error / divisor) }
+    }
 }
 
 struct Table<'a> {
@@ -59,7 +85,7 @@ impl Table<'_> {
         of: Compared,
         name: &str,
         frequency: Option<f64>,
-        value: Option<f64>,
+        value: Option<Computed>,
     ) -> Vec<ValidationRow> {
         let Some(quantity) = self.published.quantity(name) else { return Vec::new() };
         let row = ValidationRow {
@@ -67,7 +93,9 @@ impl Table<'_> {
             title: quantity.title.clone(),
             road: None,
             unit: quantity.unit.clone(),
-            computed: value.filter(|value| value.is_finite()),
+            computed: value.map(|computed| computed.value).filter(|value| value.is_finite()),
+            numerical_error: value.and_then(|computed| computed.error),
+            road_spread: None,
             is_lower_bound: false,
             range: [quantity.lowest, quantity.highest],
             sets: quantity.sets,
@@ -91,7 +119,9 @@ impl Table<'_> {
         values.extend(patches.map(|(name, length)| (name.to_owned(), length.map(|length| 1e3 * length))));
         values.extend(modes.iter().enumerate().map(|(place, mode)| (format!("mode_{}", place + 1), *mode)));
         values.extend([("breathing".to_owned(), *breathing), ("cavity".to_owned(), *cavity)]);
-        let row = |(name, value): (String, _)| self.single(Group::Tyre, Compared::Tyre, &name, None, value);
+        let row = |(name, value): (String, Option<f64>)| {
+            self.single(Group::Tyre, Compared::Tyre, &name, None, value.map(Computed::without_error))
+        };
         values.into_iter().flat_map(row).collect()
     }
 
@@ -101,7 +131,9 @@ impl Table<'_> {
         let row = |band: ThirdOctaveBand| {
             let level = run.and_then(|run| run.coast_by_band(band)).zip(sum);
             let range = self.published.shape_range(speed, band);
-            let row = self.band_row(group, band, level.map(|(level, sum)| level - sum), range);
+            let error = run.and_then(|run| run.band_errors[0].get(&band.0).copied());
+            let row =
+                self.band_row(group, band, level.map(|(level, sum)| Computed { value: level - sum, error }), range);
             self.explained(row, Compared::Shape, Some(band.nominal_frequency()))
         };
         bands().map(row).collect()
@@ -110,15 +142,18 @@ impl Table<'_> {
     fn growth(&self, road: NamedTexture) -> Vec<ValidationRow> {
         let ends = self.run(road, 0).zip(self.run(road, 2));
         let row = |band: ThirdOctaveBand| {
-            let levels = ends.and_then(|(slow, fast)| slow.coast_by_band(band).zip(fast.coast_by_band(band)));
-            let growth = levels.map(|(slow, fast)| (fast - slow) / decades());
+            let level = |run: &ValidationRun| {
+                Some(Computed { value: run.coast_by_band(band)?, error: run.band_errors[0].get(&band.0).copied() })
+            };
+            let levels = ends.and_then(|(slow, fast)| level(slow).zip(level(fast)));
+            let growth = levels.map(|(slow, fast)| fast.less(slow).over(decades()));
             let row = self.band_row(Group::Growth, band, growth, self.published.growth_range(band));
             self.explained(row, Compared::Growth, Some(band.nominal_frequency()))
         };
         bands().map(row).collect()
     }
 
-    fn band_row(&self, group: Group, band: ThirdOctaveBand, computed: Option<f64>, range: [f64; 2]) -> ValidationRow {
+    fn band_row(&self, group: Group, band: ThirdOctaveBand, value: Option<Computed>, range: [f64; 2]) -> ValidationRow {
         let widening = if group == Group::Growth { &self.published.growth } else { &self.published.shape };
         let sources: Vec<&str> = self.published.sets.iter().map(|set| set.source.as_str()).collect();
         ValidationRow {
@@ -126,7 +161,9 @@ impl Table<'_> {
             title: format!("{} Hz", band.nominal_frequency()),
             road: None,
             unit: widening.unit.clone(),
-            computed: computed.filter(|value| value.is_finite()),
+            computed: value.map(|computed| computed.value).filter(|value| value.is_finite()),
+            numerical_error: value.and_then(|computed| computed.error),
+            road_spread: None,
             is_lower_bound: false,
             range,
             sets: self.published.sets.len(),
@@ -144,17 +181,14 @@ impl Table<'_> {
         for (speed, name) in ["level_50", "level_80", "level_110"].into_iter().enumerate() {
             let total = level(speed);
             let is_lower_bound = total.is_some_and(TotalLevel::is_lower_bound);
-            let found = self.single(Group::Levels, Compared::Level, name, None, total.map(|total| total.level));
+            let found = self.single(Group::Levels, Compared::Level, name, None, total.map(Computed::of));
             rows.extend(
                 found
                     .into_iter()
                     .map(|row| self.explained(ValidationRow { is_lower_bound, ..row }, Compared::Level, None)),
             );
         }
-        let growth = level(0).zip(level(2)).and_then(|(slow, fast)| {
-            let totals = TotalsCompared::for_growth(&[slow, fast]).ok()?;
-            Some((totals.levels[1] - totals.levels[0]) / decades())
-        });
+        let growth = level(0).zip(level(2)).and_then(|(slow, fast)| Some(less(fast, slow)?.over(decades())));
         rows.extend(self.single(Group::Levels, Compared::Growth, "overall_growth", None, growth));
         let loudest = runs[1].and_then(|run| {
             let known = bands().filter_map(|band| Some((band, run.coast_by_band(band)?)));
@@ -162,14 +196,17 @@ impl Table<'_> {
         });
         let shape = Compared::Shape;
         // A loudest band that lies too low means that a low one is too loud.
-        let mut loudest_row = self.single(Group::Levels, shape, "loudest_band", loudest, loudest);
+        let mut loudest_row =
+            self.single(Group::Levels, shape, "loudest_band", loudest, loudest.map(Computed::without_error));
         for row in &mut loudest_row {
             let outside = row.outside().unwrap_or_default();
             row.could_explain = self.lacks.reasons(shape, loudest, -outside);
         }
         rows.extend(loudest_row);
         for speed in 0..3 {
+            // The errors of the forces, which are those of one run, cancel out: no bound is known.
             let less = runs[speed].and_then(|run| less(run.cpx.as_ref()?, run.coast_by.as_ref()?));
+            let less = less.map(|less| Computed::without_error(less.value));
             let found = self.single(Group::Levels, Compared::Receivers, "cpx_less_coast_by", None, less);
             rows.extend(found.into_iter().map(|row| {
                 let title = format!("{}, {} km/h", row.title, PUBLISHED_SPEEDS[speed]);
@@ -193,9 +230,11 @@ impl Table<'_> {
             let middle = ThirdOctaveBand(octave.start() + 1).nominal_frequency();
             let level = |run: &ValidationRun| {
                 let levels: Option<Vec<f64>> = octave.clone().map(|band| run.cpx_bands.get(&band).copied()).collect();
-                levels.map(energy_sum)
+                let errors = octave.clone().map(|band| run.band_errors[1].get(&band).copied());
+                let error = errors.collect::<Option<Vec<f64>>>().map(|errors| errors.into_iter().fold(0.0, f64::max));
+                levels.map(|levels| Computed { value: energy_sum(levels), error })
             };
-            let less = coarse.zip(fine).and_then(|(coarse, fine)| Some(level(coarse)? - level(fine)?));
+            let less = coarse.zip(fine).and_then(|(coarse, fine)| Some(level(coarse)?.less(level(fine)?)));
             rows.extend(self.single(Group::Roads, Compared::Roads, name, Some(middle), less));
         }
         rows
@@ -204,13 +243,14 @@ impl Table<'_> {
     fn resistance(&self) -> Vec<ValidationRow> {
         let of = |texture| self.run(texture, 1).and_then(|run| run.rolling_resistance);
         let per_load = |resistance: f64| 1e3 * resistance / self.measured.load;
-        let smooth = of(NamedTexture::Iso10844).map(per_load);
+        let smooth = of(NamedTexture::Iso10844).map(per_load).map(Computed::without_error);
         let mut rows = self.single(Group::Resistance, Compared::Resistance, "rolling_resistance", None, smooth);
         let points: Vec<(f64, f64)> = NamedTexture::ALL
             .into_iter()
             .filter_map(|texture| Some((1e3 * texture.depth()[0], per_load(of(texture)?))))
             .collect();
-        let slope = if points.len() > 1 { StraightLine::through(&points).map(|line| line.slope) } else { None };
+        let line = if points.len() > 1 { StraightLine::through(&points) } else { None };
+        let slope = line.map(|line| Computed::without_error(line.slope));
         let name = "rolling_resistance_per_depth";
         rows.extend(self.single(Group::Resistance, Compared::Resistance, name, None, slope));
         rows
@@ -219,9 +259,10 @@ impl Table<'_> {
 
 /// A level less another one \[dB\]; `None` if their common bands do not include the loudest one: published differences
 /// are of complete levels.
-fn less(one: &TotalLevel, other: &TotalLevel) -> Option<f64> {
+fn less(one: &TotalLevel, other: &TotalLevel) -> Option<Computed> {
     let compared = TotalsCompared::for_growth(&[one, other]).ok()?;
-    Some(compared.levels[0] - compared.levels[1])
+    let computed = |place: usize, total: &TotalLevel| Computed { value: compared.levels[place], error: total.error };
+    Some(computed(0, one).less(computed(1, other)))
 }
 
 /// Level of all bands together \[dB(A)\]; `None` if one is not known.
@@ -251,6 +292,7 @@ mod tests {
             cpx: Some(total(4, 98.0 + grown)),
             coast_by_bands: bands.clone(),
             cpx_bands: bands,
+            band_errors: Default::default(),
             rolling_resistance: Some(30.0 + 2.0e3 * texture.depth()[0]),
         }
     }
@@ -261,7 +303,7 @@ mod tests {
             let level = 60.0 - 4.0 * f64::from((n + 1).abs());
             BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level, valid: n <= valid_to }
         };
-        TotalLevel { level, ..TotalLevel::of((-7..=4).map(band).collect()).unwrap() }
+        TotalLevel { level, error: Some(0.5), ..TotalLevel::of((-7..=4).map(band).collect()).unwrap() }
     }
 
     #[test]
@@ -269,7 +311,7 @@ mod tests {
         let published = Published::embedded();
         let mut few = measured();
         few.runs[2].coast_by = Some(total(-6, 11.5).at_most(11.5));
-        let rows = rows(&few, &published);
+        let rows = compared(&few, &published);
         let unknown = |title: &str| {
             let row = rows.iter().find(|row| row.title == title).unwrap();
             row.verdict() == Verdict::Unknown
@@ -295,7 +337,7 @@ mod tests {
             breathing: Some(517.0),
             cavity: Some(238.0),
         };
-        Measured { tyre, runs, load: 2000.0, lacks: Lacks { sidewalls: true, cells: true } }
+        Measured { tyre, runs, cases: Vec::new(), load: 2000.0, lacks: Lacks { sidewalls: true, cells: true } }
     }
 
     fn value(rows: &[ValidationRow], title: &str) -> f64 {
@@ -304,7 +346,7 @@ mod tests {
 
     #[test]
     fn values_are_those_of_the_runs() {
-        let rows = rows(&measured(), &Published::embedded());
+        let rows = compared(&measured(), &Published::embedded());
         assert!((value(&rows, "growth of coast-by, L_AFmax, 50 to 110 km/h") - 30.0).abs() < 1e-9);
         assert!((value(&rows, "cpx less coast-by, L_AFmax, 80 km/h") - 28.0).abs() < 1e-9);
         assert!((value(&rows, "sma-8 less dac-11, coast-by, 80 km/h") + 1.0).abs() < 1e-9);
@@ -320,6 +362,10 @@ mod tests {
         assert!(growth.len() == 22 && growth.iter().all(|growth| (growth - 30.0).abs() < 1e-9), "{growth:?}");
         let is_shape = |row: &&ValidationRow| row.group == Group::Shape80 && row.road == Some(FLEET_ROADS[1]);
         let shape: Vec<&ValidationRow> = rows.iter().filter(is_shape).collect();
+        // Errors of 0.5 dB at each end.
+        let error = |title: &str| rows.iter().find(|row| row.title == title).and_then(|row| row.numerical_error);
+        assert_eq!(error("sma-11 less dac-11, coast-by, 80 km/h"), Some(1.0));
+        assert_eq!((error("coast-by, L_AFmax, 80 km/h"), shape[0].numerical_error), (Some(0.5), None));
         assert_eq!(shape[0].name(), "200 Hz, sma-8");
         assert!(energy_sum(shape.iter().filter_map(|row| row.computed)).abs() < 1e-9);
         assert!(matches!(shape[0].verdict(), Verdict::Above(by) if by > 10.0));
@@ -328,7 +374,7 @@ mod tests {
 
     #[test]
     fn targets_of_the_fit_are_not_counted_as_validation() {
-        let rows = rows(&measured(), &Published::embedded());
+        let rows = compared(&measured(), &Published::embedded());
         assert!(rows.iter().all(|row| (row.kind == RangeOrigin::Target) == (row.group == Group::Targets)));
         assert!(rows.is_sorted_by_key(|row| row.group), "groups stand together");
         let found = summaries(&rows);
@@ -341,7 +387,7 @@ mod tests {
         let published = Published::embedded();
         let mut nothing = measured();
         nothing.runs.clear();
-        let (all, none) = (rows(&measured(), &published), rows(&nothing, &published));
+        let (all, none) = (compared(&measured(), &published), compared(&nothing, &published));
         let titles = |rows: &[ValidationRow]| rows.iter().map(|row| row.title.clone()).collect::<Vec<_>>();
         assert_eq!(titles(&all), titles(&none));
         let known = none
@@ -364,14 +410,14 @@ mod tests {
             more.runs.extend(missing.map(|speed| run(texture, speed, 7.0)));
         }
         assert_eq!(more.runs.len(), 15);
-        assert_eq!(rows(&needed, &published), rows(&more, &published));
+        assert_eq!(compared(&needed, &published), compared(&more, &published));
     }
 
     #[test]
     fn a_band_that_is_not_valid_takes_the_sum_with_it() {
         let mut partly = measured();
         partly.runs[1].coast_by_bands.remove(&3);
-        let rows = rows(&partly, &Published::embedded());
+        let rows = compared(&partly, &Published::embedded());
         let shape = rows.iter().filter(|row| row.group == Group::Shape80);
         assert!(shape.clone().all(|row| row.computed.is_none() == (row.road == Some(FLEET_ROADS[0]))));
         assert_eq!(shape.count(), 22);

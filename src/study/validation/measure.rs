@@ -7,13 +7,15 @@ use thiserror::Error;
 
 use super::missing::Lacks;
 use super::published::is_compared;
+use super::road_case::RoadCase;
 use crate::counters::Job;
 use crate::planning::settled;
-use crate::response::{BandLevel, ThirdOctaveBand};
+use crate::response::{BandLevel, LevelErrors, ThirdOctaveBand};
 use crate::results::pass_by::PassBySummary;
+use crate::results::sound::RatedLevel;
 use crate::run::RunError;
 use crate::scene::{DEFAULT, GRAVITY, LoadedScene, NamedTexture, Scene, SceneError, Setting};
-use crate::sound::TotalLevel;
+use crate::sound::{SoundLevels, TotalLevel};
 use crate::study::loads::LoadedTyre;
 use crate::study::sweep::{Axes, SweepError, variants};
 use crate::study::trial::{Trial, Trials};
@@ -22,6 +24,9 @@ use crate::tyre::modes::{Mode, ModesError, Motion, modes};
 /// Distance rolled after the warm-up \[m\]: three passages of 46 m, each with the run-up of the detector. With 75 m,
 /// one passage, maxima differ by up to 1.1 dB and third octaves by up to 1.3 dB.
 const ROLLED: f64 = 165.0;
+/// Distance rolled on each case of an uncertain road \[m\]: all on the same piece, so that their differences scatter
+/// less than their levels.
+const CASE_ROLLED: f64 = 22.0;
 /// Seed of the roads.
 const SEED: u64 = 1;
 /// Loads under which the tyre stands \[N\]: 300, 350 and 400 kg.
@@ -40,6 +45,8 @@ pub(crate) struct Options {
     pub speeds: Vec<f64>,
     /// Roads.
     pub textures: Vec<NamedTexture>,
+    /// Constructed roads are also rolled as they may be.
+    pub with_cases: bool,
 }
 
 /// Levels of a run at the receivers.
@@ -62,6 +69,9 @@ pub struct ValidationRun {
     pub coast_by_bands: BTreeMap<i32, f64>,
     /// The same for the level close to the tyre.
     pub cpx_bands: BTreeMap<i32, f64>,
+    /// Numerical errors of the third octaves along the coast-by line, and close to the tyre, where known \[dB\].
+    #[serde(skip)]
+    pub band_errors: [BTreeMap<i32, f64>; 2],
     /// Rolling resistance \[N\], where the tread law has one.
     pub rolling_resistance: Option<f64>,
 }
@@ -77,6 +87,12 @@ impl ValidationRun {
         self.coast_by_bands.get(&band.0).copied()
     }
 
+    /// The same with the mean along the coast-by line in place of the maximum, for a run too short for a passage.
+    fn with_mean_coast_by(self, trial: &Trial) -> Self {
+        let passed = trial.receiver_levels().into_iter().find(|(rated, _)| rated.passed);
+        Self { coast_by: passed.and_then(|(_, levels)| TotalLevel::of(levels.a_weighted)), pass_by: None, ..self }
+    }
+
     fn of(texture: NamedTexture, speed_kmh: f64, trial: &Trial) -> Self {
         let valid = |bands: &[BandLevel]| -> BTreeMap<i32, f64> {
             bands.iter().filter(|band| band.valid).map(|band| (band.band.0, band.level)).collect()
@@ -85,6 +101,14 @@ impl ValidationRun {
         let of = |passed: bool| levels.iter().find(|(rated, _)| rated.passed == passed);
         let level = |passed| of(passed).and_then(|(rated, _)| rated.level.clone());
         let bands = |passed| of(passed).map_or_else(BTreeMap::new, |(_, levels)| valid(&levels.a_weighted));
+        let errors = |passed| -> BTreeMap<i32, f64> {
+            let known = levels.iter().zip(trial.receiver_errors()).find(|((rated, _), _)| rated.passed == passed);
+            let of = |((_, levels), errors): (&(RatedLevel, SoundLevels), &LevelErrors)| {
+                let valid = levels.a_weighted.iter().filter(|level| level.valid);
+                valid.filter_map(|level| Some((level.band.0, errors.total(level.band)?))).collect()
+            };
+            known.map(of).unwrap_or_default()
+        };
         Self {
             texture,
             speed_kmh,
@@ -93,9 +117,19 @@ impl ValidationRun {
             cpx: level(false),
             coast_by_bands: bands(true),
             cpx_bands: bands(false),
+            band_errors: [errors(true), errors(false)],
             rolling_resistance: trial.results.rolling_resistance.map(|resistance| resistance.force),
         }
     }
+}
+
+/// A short run on a road as it may be.
+#[derive(Clone, Debug)]
+pub struct CaseRun {
+    /// The case.
+    pub(super) case: RoadCase,
+    /// Levels; that of the coast-by is the mean along the line.
+    pub(super) run: ValidationRun,
 }
 
 /// Properties of the standing tyre; `None` where they were not found.
@@ -120,6 +154,8 @@ pub struct Measured {
     pub tyre: StandingTyre,
     /// By road, then by speed.
     pub runs: Vec<ValidationRun>,
+    /// Shorter runs on constructed roads as they may be, and as stated; empty where they were not rolled.
+    pub cases: Vec<CaseRun>,
     /// Load \[N\].
     pub load: f64,
     /// Physics that the model lacks.
@@ -157,8 +193,8 @@ pub(crate) fn base_scene(settings: &[Setting]) -> Result<LoadedScene, SceneError
 }
 
 /// Measures a scene: the standing tyre, then runs on the roads at the speeds that a row needs, each over 165 m after
-/// the warm-up, with a coast-by microphone and one close to the tyre. Everything of the scene counts except road,
-/// receivers, speed and duration.
+/// the warm-up, with a coast-by microphone and one close to the tyre; where wanted, 22 m on each case of an uncertain
+/// road. Everything of the scene counts except road, receivers, speed and duration.
 ///
 /// # Errors
 /// [`ValidationError`]; [`RunError::Interrupted`] within it.
@@ -174,31 +210,41 @@ pub(crate) fn measure(loaded: &LoadedScene, options: &Options, job: Job<'_>) -> 
     let mut planned = Vec::new();
     for texture in &options.textures {
         for &speed in options.speeds.iter().filter(|speed| is_compared(*texture, **speed)) {
-            let duration = ROLLED * 3.6 / speed;
-            let axes = Axes { speeds: vec![speed], points: vec![on_road(*texture, duration)], ..Axes::default() };
-            for variant in variants(loaded, &axes)? {
-                let scene = settled(variant.loaded)?.scene;
-                planned.push((*texture, speed, scene.rolling.warm_up + duration, scene));
+            let cases = if options.with_cases { RoadCase::of(*texture) } else { Vec::new() };
+            let whole = (None, on_road(*texture, RoadCase::Stated, ROLLED * 3.6 / speed));
+            let short = cases.into_iter().map(|case| (Some(case), on_road(*texture, case, CASE_ROLLED * 3.6 / speed)));
+            for (case, settings) in std::iter::once(whole).chain(short) {
+                let axes = Axes { speeds: vec![speed], points: vec![settings], ..Axes::default() };
+                for variant in variants(loaded, &axes)? {
+                    let scene = settled(variant.loaded)?.scene;
+                    planned.push((*texture, speed, case, scene.rolling.warm_up + scene.rolling.duration, scene));
+                }
             }
         }
     }
-    let all = planned.iter().map(|(_, _, seconds, _)| seconds).sum();
+    let all = planned.iter().map(|(_, _, _, seconds, _)| seconds).sum();
     let mut trials = Trials::shared(all, job).with_sound().with_levels();
-    let mut runs = Vec::new();
-    for (number, (texture, speed, seconds, scene)) in planned.iter().enumerate() {
-        trials
-            .announce(&format!("run {} of {}: {}, {speed} km/h", number + 1, planned.len(), texture.name()), *seconds);
+    let (mut runs, mut cases) = (Vec::new(), Vec::new());
+    for (number, (texture, speed, case, seconds, scene)) in planned.iter().enumerate() {
+        let of = case.map(RoadCase::text).unwrap_or_default();
+        let road = texture.name();
+        trials.announce(&format!("run {} of {}: {road}{of}, {speed} km/h", number + 1, planned.len()), *seconds);
         let trial = trials.roll(scene)?;
-        runs.push(ValidationRun::of(*texture, *speed, &trial));
+        let run = ValidationRun::of(*texture, *speed, &trial);
+        match *case {
+            None => runs.push(run),
+            Some(case) => cases.push(CaseRun { case, run: run.with_mean_coast_by(&trial) }),
+        }
     }
     trials.finish();
-    Ok(Measured { tyre, runs, load, lacks: Lacks::of(&loaded.scene) })
+    Ok(Measured { tyre, runs, cases, load, lacks: Lacks::of(&loaded.scene) })
 }
 
 /// Settings of a run on a road over `duration` \[s\].
-fn on_road(texture: NamedTexture, duration: f64) -> Vec<Setting> {
+fn on_road(texture: NamedTexture, case: RoadCase, duration: f64) -> Vec<Setting> {
+    let keys = case.keys();
     let texts = [
-        format!("road={{ kind = \"made\", seed = {SEED}, texture = \"{}\" }}", texture.name()),
+        format!("road={{ kind = \"made\", seed = {SEED}, texture = \"{}\"{keys} }}", texture.name()),
         "receiver=[{ standard = \"coast-by\" }, { standard = \"cpx\" }]".to_owned(),
         format!("rolling.duration={duration:?}"),
     ];
@@ -249,7 +295,7 @@ mod tests {
         assert_eq!(numerics_apart, default);
         let axes = |speed, texture| Axes {
             speeds: vec![speed],
-            points: vec![on_road(texture, ROLLED * 3.6 / speed)],
+            points: vec![on_road(texture, RoadCase::Stated, ROLLED * 3.6 / speed)],
             ..Axes::default()
         };
         for (speed, texture) in [(50.0, NamedTexture::ChipSeal), (110.0, NamedTexture::Iso10844)] {

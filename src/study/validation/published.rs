@@ -6,8 +6,12 @@
 //! relative level of a band = L_A(band) - 10 lg sum over 200 ... 2000 Hz of 10^(L_A/10),
 //! growth of a band = (L_A at 110 km/h - L_A at 50 km/h)/lg(110/50).
 //! ```
+//!
+//! Levels of one tyre at the coast-by microphone, r = 7.6 m from the source, are those of a car less 6 dB: the power
+//! spreads over the half sphere 2 pi r^2, levels at 15 m fall with 20 lg r.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +30,13 @@ pub(crate) const FLEET_ROADS: [NamedTexture; 2] = [NamedTexture::DenseAsphalt11,
 /// Roads of a validation, from the smoothest to the roughest.
 pub(crate) const ROADS: [NamedTexture; 5] =
     [NamedTexture::Iso10844, FLEET_ROADS[0], FLEET_ROADS[1], NamedTexture::StoneMastic11, NamedTexture::ChipSeal];
+
+/// Distance of the coast-by microphone from the source on the road \[m\]: 7.5 m aside, 1.2 m above.
+const DISTANCE: f64 = 7.595;
+/// The same of the published levels of automobiles \[m\]: 15 m aside, 1.5 m above.
+const AUTOMOBILES_AT: f64 = 15.07;
+/// Tyres of a car, each with a quarter of its power.
+const TYRES: f64 = 4.0;
 
 const CARS: &str = include_str!("data/car_rolling_noise_third_octaves.csv");
 const AUTOMOBILES: &str = include_str!("data/fhwa_tnm_autos_third_octaves.csv");
@@ -93,11 +104,17 @@ struct File {
 pub struct PublishedSet {
     /// Name of the source.
     pub source: String,
-    /// A-weighted levels of the bands from 200 Hz to 2 kHz at each of the published speeds \[dB, with any reference\].
+    /// Levels of the bands from 200 Hz to 2 kHz at each of the published speeds, of one tyre at the coast-by microphone
+    /// \[dB(A)\].
     levels: [BTreeMap<i32, f64>; 3],
 }
 
 impl PublishedSet {
+    /// Level of a band of one tyre at the coast-by microphone \[dB(A)\]; `speed` is an index of [`PUBLISHED_SPEEDS`].
+    pub(crate) fn level(&self, speed: usize, band: ThirdOctaveBand) -> Option<f64> {
+        self.levels.get(speed)?.get(&band.0).copied()
+    }
+
     /// Level of a band relative to the energy sum of all bands \[dB\]; `speed` is an index of [`PUBLISHED_SPEEDS`].
     pub(crate) fn relative(&self, speed: usize, band: ThirdOctaveBand) -> Option<f64> {
         let levels = self.levels.get(speed)?;
@@ -121,7 +138,7 @@ pub(super) fn energy_sum(levels: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// Bands of the comparison, lowest first.
-pub(super) fn bands() -> impl Iterator<Item = ThirdOctaveBand> {
+pub(crate) fn bands() -> impl Iterator<Item = ThirdOctaveBand> {
     BANDS.map(ThirdOctaveBand)
 }
 
@@ -150,8 +167,12 @@ impl Published {
         for (name, source) in sources {
             let of_cars = levels(CARS, "set", &name, cars).zip(levels(CARS, "set", &name, power));
             let levels = of_cars
-                .map(|(shape, power)| absolute(shape, &power))
-                .or_else(|| levels(AUTOMOBILES, "pavement", &name, |speed| format!("LA_15m_{speed}kmh")))
+                .map(|(shape, power)| shifted(absolute(shape, &power), -10.0 * (TAU * DISTANCE.powi(2)).log10()))
+                .or_else(|| {
+                    let at_15_m = levels(AUTOMOBILES, "pavement", &name, |speed| format!("LA_15m_{speed}kmh"))?;
+                    Some(shifted(at_15_m, 20.0 * (AUTOMOBILES_AT / DISTANCE).log10()))
+                })
+                .map(|of_car| shifted(of_car, -10.0 * TYRES.log10()))
                 .expect("each named set has its bands");
             sets.push(PublishedSet { source, levels });
         }
@@ -183,6 +204,11 @@ fn widened(values: impl Iterator<Item = f64>, by: f64) -> [f64; 2] {
     let [lowest, highest] =
         values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
     [lowest - by, highest + by]
+}
+
+fn shifted(mut levels: [BTreeMap<i32, f64>; 3], by: f64) -> [BTreeMap<i32, f64>; 3] {
+    levels.iter_mut().flat_map(BTreeMap::values_mut).for_each(|level| *level += by);
+    levels
 }
 
 /// Levels at all speeds with a common reference: each A-weighted shape, shifted so that 1 kHz, where the A-weighting is
@@ -225,6 +251,17 @@ fn levels(
 mod tests {
     use super::*;
     use crate::test_models::reference;
+
+    #[test]
+    fn levels_of_one_tyre_differ_by_ten_decibels_at_500_hz() {
+        let at = |set: &PublishedSet| set.level(1, ThirdOctaveBand(-3)).unwrap();
+        let mut found: Vec<f64> = Published::embedded().sets.iter().map(at).collect();
+        found.sort_by(f64::total_cmp);
+        // By hand: a power of 83.1 dB, less 3.2 dB by the A-weighting, 25.6 by the distance, 6 for one tyre of four.
+        for (found, expected) in found.iter().zip([48.3, 53.7, 54.7, 58.5, 59.0]) {
+            assert!((found - expected).abs() < 0.1, "{found}");
+        }
+    }
 
     #[test]
     fn all_sets_have_all_bands_at_all_speeds() {

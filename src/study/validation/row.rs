@@ -46,6 +46,11 @@ pub struct ValidationRow {
     pub unit: String,
     /// Computed value; absent where the runs do not give it.
     pub computed: Option<f64>,
+    /// Bound of its numerical error, by slices included, where that is known: stated errors of levels, which add up in
+    /// differences.
+    pub numerical_error: Option<f64>,
+    /// How far below and above it the value may lie on roads as they may be; absent where no such road was rolled.
+    pub road_spread: Option<[f64; 2]>,
     /// True if it is a lower bound: bands that matter may be missing.
     pub is_lower_bound: bool,
     /// Lowest and highest published value.
@@ -72,6 +77,8 @@ pub(crate) enum Verdict {
     Below(f64),
     /// Above the range by this much, in the row's unit.
     Above(f64),
+    /// Inside on some of the roads as they may be, outside on others.
+    CannotBeTold,
     /// Not computed, or a lower bound that is not above the range.
     Unknown,
 }
@@ -82,15 +89,20 @@ impl ValidationRow {
         self.road.map_or_else(|| self.title.clone(), |road| format!("{}, {}", self.title, road.name()))
     }
 
-    /// Judges the value; one on the edge is inside.
+    /// Judges the value, which may lie anywhere in the spread of its road; one on the edge is inside.
     pub(crate) fn verdict(&self) -> Verdict {
-        let [lowest, highest] = self.range;
-        match self.computed {
-            Some(value) if value > highest => Verdict::Above(value - highest),
-            _ if self.is_lower_bound => Verdict::Unknown,
-            Some(value) if value < lowest => Verdict::Below(lowest - value),
-            Some(value) if value.is_finite() => Verdict::Inside,
-            _ => Verdict::Unknown,
+        let Some(value) = self.computed.filter(|value| value.is_finite()) else { return Verdict::Unknown };
+        let ([lowest, highest], [below, above]) = (self.range, self.road_spread.unwrap_or_default());
+        if value + below > highest {
+            Verdict::Above(value - highest)
+        } else if self.is_lower_bound {
+            Verdict::Unknown
+        } else if value + above < lowest {
+            Verdict::Below(lowest - value)
+        } else if value + below >= lowest && value + above <= highest {
+            Verdict::Inside
+        } else {
+            Verdict::CannotBeTold
         }
     }
 
@@ -99,13 +111,13 @@ impl ValidationRow {
         self.is_lower_bound && self.computed.is_some() && self.verdict() == Verdict::Unknown
     }
 
-    /// Signed distance from the range: 0 inside, negative below it; `None` for a value that is not known.
+    /// Signed distance from the range: 0 inside, negative below it; `None` where that cannot be told.
     pub(crate) fn outside(&self) -> Option<f64> {
         match self.verdict() {
             Verdict::Inside => Some(0.0),
             Verdict::Below(by) => Some(-by),
             Verdict::Above(by) => Some(by),
-            Verdict::Unknown => None,
+            Verdict::CannotBeTold | Verdict::Unknown => None,
         }
     }
 }
@@ -117,8 +129,10 @@ pub(crate) struct GroupSummary {
     pub group: Group,
     /// Number of all rows.
     pub rows: usize,
-    /// Number of rows with a value.
+    /// Number of rows inside or outside.
     pub known: usize,
+    /// Number of rows that are inside on some of the roads as they may be, outside on others.
+    pub cannot_be_told: usize,
     /// Number of rows with a lower bound that decides nothing.
     pub bounds: usize,
     /// Number of rows inside their range.
@@ -134,10 +148,16 @@ pub(crate) fn summaries(rows: &[ValidationRow]) -> Vec<GroupSummary> {
         let relative = |row: &ValidationRow| row.outside().map_or(0.0, |by| by.abs() / (row.range[1] - row.range[0]));
         let worst = of_group.iter().filter(|(_, row)| relative(row) > 0.0);
         let worst = worst.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1))).map(|(place, _)| *place);
-        let known = of_group.iter().filter(|(_, row)| row.verdict() != Verdict::Unknown).count();
-        let bounds = of_group.iter().filter(|(_, row)| row.is_bound()).count();
-        let inside = of_group.iter().filter(|(_, row)| row.verdict() == Verdict::Inside).count();
-        (!of_group.is_empty()).then_some(GroupSummary { group, rows: of_group.len(), known, bounds, inside, worst })
+        let count = |is: &dyn Fn(&ValidationRow) -> bool| of_group.iter().filter(|(_, row)| is(row)).count();
+        (!of_group.is_empty()).then(|| GroupSummary {
+            group,
+            rows: of_group.len(),
+            known: count(&|row| row.outside().is_some()),
+            cannot_be_told: count(&|row| row.verdict() == Verdict::CannotBeTold),
+            bounds: count(&ValidationRow::is_bound),
+            inside: count(&|row| row.verdict() == Verdict::Inside),
+            worst,
+        })
     };
     Group::ALL.into_iter().filter_map(of).collect()
 }
@@ -153,6 +173,8 @@ mod tests {
             road: None,
             unit: "dB".to_owned(),
             computed,
+            numerical_error: None,
+            road_spread: None,
             is_lower_bound: false,
             range: [-1.0, 3.0],
             sets: 2,
@@ -173,6 +195,21 @@ mod tests {
         // A lower bound may lie anywhere above.
         let bound = |value| ValidationRow { is_lower_bound: true, ..row(Some(value)) }.verdict();
         assert_eq!([bound(-3.5), bound(0.0), bound(5.0)], [Verdict::Unknown, Verdict::Unknown, Verdict::Above(2.0)]);
+    }
+
+    #[test]
+    fn a_road_as_it_may_be_decides_only_where_all_of_it_agrees() {
+        let verdict = |value, spread| ValidationRow { road_spread: Some(spread), ..row(Some(value)) }.verdict();
+        assert_eq!(verdict(0.0, [-1.0, 3.0]), Verdict::Inside);
+        assert_eq!(verdict(5.0, [-1.0, 3.0]), Verdict::Above(2.0));
+        assert_eq!(verdict(-4.0, [-9.0, 2.0]), Verdict::Below(3.0));
+        for (value, spread) in [(5.0, [-3.0, 0.0]), (0.0, [-1.5, 0.0]), (0.0, [0.0, 4.0]), (-4.0, [0.0, 9.0])] {
+            assert_eq!(verdict(value, spread), Verdict::CannotBeTold, "{value} {spread:?}");
+        }
+        // A bound is above the range only if it is so on every road.
+        let bound =
+            |spread| ValidationRow { is_lower_bound: true, road_spread: Some(spread), ..row(Some(5.0)) }.verdict();
+        assert_eq!((bound([-1.0, 1.0]), bound([-3.0, 1.0])), (Verdict::Above(2.0), Verdict::Unknown));
     }
 
     #[test]

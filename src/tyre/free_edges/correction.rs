@@ -1,0 +1,102 @@
+//! Difference of a belt with free edges to one on guided sides without sidewalls, between waves of one parity.
+//!
+//! With Y the compliance of the section without forces at its edges, o its waves, e the motions of its edges
+//! (`super::edge_stiffness`) and K the forces there by these motions:
+//!
+//! ```text
+//! Delta = Y_oo - Y_oe K (1 + Y_ee K)^-1 Y_eo,
+//! ```
+//!
+//! Y_oo without its diagonal part, the waves on guided sides. Delta is symmetric, M/2 + 1 or less in rank, and 0 in
+//! waves above M, which do not reach the edges.
+
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+use num_complex::Complex64;
+
+use super::edge_stiffness::{EdgeStiffness, MOTIONS};
+use super::lateral_shapes::{LateralShapes, LateralWave};
+use crate::numeric::{ComplexSymmetricMatrix, sinc};
+
+/// Difference between free edges and guided sides without sidewalls, for one n, parity, s.
+#[derive(Clone, Debug)]
+pub struct EdgeCorrection {
+    width: f64,
+    waves: Vec<LateralWave>,
+    /// Amplitude of w on the tread of wave i per force on that of wave j \[m/(N/rad)\].
+    amplitudes: Mat<Complex64>,
+    /// The same on guided sides without sidewalls, the diagonal \[m/(N/rad)\].
+    guided: Vec<Complex64>,
+}
+
+impl EdgeCorrection {
+    /// From -Y, edges before waves.
+    pub(super) fn new(
+        width: f64,
+        shapes: &LateralShapes,
+        compliance: &ComplexSymmetricMatrix,
+        stiffness: &EdgeStiffness,
+        guided: Vec<Complex64>,
+    ) -> Self {
+        let count = shapes.waves.len();
+        let edges = Mat::from_fn(MOTIONS, MOTIONS, |i, j| -compliance.at(i, j));
+        let across = Mat::from_fn(MOTIONS, count, |i, wave| -compliance.at(i, MOTIONS + wave));
+        let stiffness = Mat::from_fn(MOTIONS, MOTIONS, |i, j| stiffness[i][j]);
+        let held = Mat::<Complex64>::identity(MOTIONS, MOTIONS) + edges * &stiffness;
+        let forces = &stiffness * held.partial_piv_lu().solve(&across);
+        let through_edges = across.transpose() * forces;
+        let amplitudes = Mat::from_fn(count, count, |i, j| {
+            // Symmetric but for rounding: the mean.
+            -compliance.at(MOTIONS + i, MOTIONS + j) - 0.5 * (through_edges[(i, j)] + through_edges[(j, i)])
+        });
+        Self { width, waves: shapes.waves.clone(), amplitudes, guided }
+    }
+
+    /// Lateral numbers m of the waves that the edges correct, rising.
+    pub fn waves(&self) -> impl ExactSizeIterator<Item = usize> {
+        self.waves.iter().map(|wave| wave.number)
+    }
+
+    /// Amplitude of w on the tread in the wave at one place of [`Self::waves`] per generalised force on the amplitude
+    /// of another one \[m/(N/rad)\].
+    pub fn amplitude(&self, place: usize, other: usize) -> Complex64 {
+        self.amplitudes[(place, other)]
+    }
+
+    /// Compliance between two waves, int cos(k_i y') w dy for a normal load cos(k_j y') N/m per radian \[m^2/(N/rad)\];
+    /// waves above the largest of [`Self::waves`], or of the other parity, get none.
+    pub fn between(&self, m: usize, other: usize) -> Complex64 {
+        let place = |m: usize| self.waves.iter().position(|wave| wave.number == m);
+        match (place(m), place(other)) {
+            (Some(i), Some(j)) => self.amplitudes[(i, j)] * (self.waves[i].norm * self.waves[j].norm),
+            _ => Complex64::ZERO,
+        }
+    }
+
+    /// As [`Self::between`], of the whole belt: with the guided wave, where both are the same; `None` for a wave that
+    /// the edges do not correct.
+    pub fn compliance(&self, m: usize, other: usize) -> Option<Complex64> {
+        let place = |m: usize| self.waves.iter().position(|wave| wave.number == m);
+        let (i, j) = (place(m)?, place(other)?);
+        let guided = if i == j { self.guided[i] } else { Complex64::ZERO };
+        Some((self.amplitudes[(i, j)] + guided) * (self.waves[i].norm * self.waves[j].norm))
+    }
+
+    /// Number to add to the sum over guided waves without sidewalls: mean of w over a centred strip of a width \[m\] for
+    /// a unit force per radian, uniform over the strip \[m/(N/rad)\]. Waves of odd parity do not move it.
+    pub fn strip(&self, strip: f64) -> Complex64 {
+        let shares: Vec<f64> = self.waves.iter().map(|wave| strip_share(wave, self.width, strip)).collect();
+        let mut sum = Complex64::ZERO;
+        for (i, one) in shares.iter().enumerate() {
+            for (j, other) in shares.iter().enumerate() {
+                sum += self.amplitudes[(i, j)] * (one * other);
+            }
+        }
+        sum
+    }
+}
+
+/// Mean of cos(k_m y') over a centred strip.
+fn strip_share(wave: &LateralWave, width: f64, strip: f64) -> f64 {
+    (0.5 * wave.wavenumber * width).cos() * sinc(0.5 * wave.wavenumber * strip)
+}

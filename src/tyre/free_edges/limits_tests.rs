@@ -1,0 +1,190 @@
+//! Limits in closed form, and agreement with guided sides where these are the same.
+
+use num_complex::Complex64;
+
+use super::Parity;
+use super::edge_stiffness::LATERAL;
+use super::reference_models::{bare, belt, belt_of, document, layer, number, spread_strip, stack};
+use super::section::{FreeEdges, Resolution};
+use crate::scene::{Cords, DEFAULT, Layer, Scene, Tyre};
+use crate::tyre::layers::curved::{CurvedStack, FINE_STEP};
+
+const RADIUS: f64 = 0.3;
+const WIDTH: f64 = 0.136;
+
+/// A thin ring, without loss: thickness 0.5 mm, E 100 MPa.
+fn thin_ring(poisson: f64, cords: Vec<Cords>) -> CurvedStack {
+    bare(vec![layer(5e-4, [1e8, poisson, 0.0, 1100.0], [0.0; 2], cords)], [RADIUS, WIDTH])
+}
+
+/// Hoop stiffness 1/C_00 per width \[Pa\], at rest but for the rigid motions: nearly s = 0.
+fn hoop_stiffness(stack: CurvedStack) -> f64 {
+    let belt = belt_of(stack);
+    let correction = belt.section(0, Parity::Even).at(Complex64::new(1e-3, 0.0));
+    (WIDTH / correction.compliance(0, 0).unwrap()).re
+}
+
+/// A_tt h, A_yy h, A_ty h of a layer \[N/m\].
+fn plane_stiffness(layer: &Layer) -> [f64; 3] {
+    let (modulus, poisson) = (layer.material.modulus, layer.material.poisson);
+    let plate = modulus / (1.0 - poisson * poisson);
+    let mut sums = [plate, plate, poisson * plate];
+    for cords in &layer.cords {
+        sums.iter_mut().zip(cords.shares_in(layer.thickness)).for_each(|(sum, share)| *sum += share);
+    }
+    sums.map(|sum| sum * layer.thickness)
+}
+
+// Section 7 of the formulation, item 1.
+
+#[test]
+fn a_thin_free_ring_has_the_stiffness_of_uniaxial_stress() {
+    let ring = thin_ring(0.3, Vec::new());
+    let middle = RADIUS - 0.5 * ring.layers[0].thickness;
+    let wanted = ring.layers[0].material.modulus * ring.layers[0].thickness / middle;
+    let ratio = hoop_stiffness(ring) / wanted;
+    println!("isotropic: {ratio}");
+    assert!((ratio - 1.0).abs() < 2e-3, "{ratio}");
+}
+
+#[test]
+fn a_thin_free_ring_of_cords_contracts_across() {
+    let ring = thin_ring(0.3, vec![Cords::new(8e9, 25.0, 0.0)]);
+    let middle = RADIUS - 0.5 * ring.layers[0].thickness;
+    let [tt, yy, ty] = plane_stiffness(&ring.layers[0]);
+    let wanted = (tt - ty * ty / yy) / middle;
+    let ratio = hoop_stiffness(ring) / wanted;
+    println!("cords at 25 degrees: {ratio}; guided {}", tt / (tt - ty * ty / yy));
+    assert!((ratio - 1.0).abs() < 2e-3, "{ratio}");
+    assert!(tt / (tt - ty * ty / yy) > 2.0, "free and guided edges must differ here");
+}
+
+#[test]
+fn a_thin_ring_that_does_not_contract_is_free_as_it_is_guided() {
+    let belt = belt_of(thin_ring(0.0, vec![Cords::new(8e9, 90.0, 0.0)]));
+    let correction = belt.section(0, Parity::Even).at(Complex64::new(1e-3, 0.0));
+    let guided = correction.compliance(0, 0).unwrap() - correction.between(0, 0);
+    let ratio = correction.between(0, 0).norm() / guided.norm();
+    println!("cords across: {ratio:.1e}");
+    // The hoop stress of a ring of finite thickness bends its edges by Poisson's ratio alone.
+    assert!(ratio < 1e-9, "{ratio:e}");
+}
+
+// Item 2.
+
+#[test]
+fn a_belt_on_nothing_moves_sideways_as_a_rigid_mass() {
+    let document = document();
+    let belt = belt(&document["tyres"]["bare"], Resolution::RUN);
+    let stack = &belt.stack;
+    let mut from = stack.inner_radius();
+    let mass: f64 = stack
+        .layers
+        .iter()
+        .map(|layer| {
+            let middle = from + 0.5 * layer.thickness;
+            from += layer.thickness;
+            layer.material.density * layer.thickness * middle * stack.width
+        })
+        .sum();
+    // At |s| = 100 the local compliance of the zone is 0.2 % of the whole.
+    for (s, bound) in [(Complex64::new(0.0, 100.0), 4e-3), (Complex64::new(10.0, 0.0), 1e-4)] {
+        let (compliance, _) = belt.section(0, Parity::Odd).negative_compliance(s);
+        let ratio = -compliance.at(LATERAL, LATERAL) * mass * s * s;
+        println!("s = {s}: Y(q_e, q_e) M s^2 = {ratio}");
+        assert!((ratio - 1.0).norm() < bound, "s = {s}: {ratio}");
+    }
+}
+
+// Item 4; item 3, full width as twice half of it, is beside the lateral shapes.
+
+#[test]
+fn guided_waves_of_the_section_are_those_of_the_layers() {
+    let document = document();
+    for (name, n) in [("default", 0), ("default", 8), ("turning_110", 2), ("turning_110", -2), ("single", 5)] {
+        let tyre = &document["tyres"][name];
+        let belt = belt(tyre, Resolution::FINE);
+        let guided = CurvedStack { cavity: None, ..stack(tyre, 1.0).without_sidewalls() };
+        for s in [Complex64::new(0.0, 2500.0), Complex64::new(3000.0, 0.0)] {
+            for parity in [Parity::Even, Parity::Odd] {
+                let correction = belt.section(n, parity).at(s);
+                let waves: Vec<usize> = correction.waves().collect();
+                for m in waves.into_iter().take_while(|&m| m <= 16) {
+                    let norm = if m == 0 { guided.width } else { 0.5 * guided.width };
+                    let found = correction.compliance(m, m).unwrap() - correction.between(m, m);
+                    let (surface, _) = guided.compliance(n, m, s, FINE_STEP);
+                    let wanted = surface[2][2] * norm / guided.radius;
+                    let error = (found - wanted).norm() / wanted.norm();
+                    assert!(error < 1e-6, "{name}, n = {n}, m = {m}, s = {s}: {error:.1e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn short_waves_do_not_feel_whether_the_edges_are_free() {
+    let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
+    let (free, guided) = (FreeEdges::new(&tyre, 0.015).unwrap(), CurvedStack::new(&tyre));
+    let difference = |n: i64, frequency: f64| {
+        let s = Complex64::new(0.0, std::f64::consts::TAU * frequency);
+        let wanted = spread_strip(&guided, n, s, tyre.contact_width);
+        (free.strip(n, s, tyre.contact_width) - wanted).norm() / wanted.norm()
+    };
+    for frequency in [100.0, 300.0, 500.0] {
+        println!("{frequency} Hz, n = 20, 40, 60: {:?}", [20, 40, 60].map(|n| difference(n, frequency)));
+        assert!(difference(60, frequency) < 1e-3, "{frequency} Hz");
+    }
+    // They do where they are long.
+    assert!(difference(0, 400.0) > 0.1);
+}
+
+#[test]
+fn a_tyre_that_does_not_turn_is_one_at_rest() {
+    let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
+    let slow = Tyre { angular_velocity: 1e-6, ..tyre.clone() };
+    let [resting, slow] = [&tyre, &slow].map(|tyre| FreeEdges::new(tyre, 0.015).unwrap());
+    for n in [0, 2, -2] {
+        let s = Complex64::new(0.0, 900.0);
+        for parity in [Parity::Even, Parity::Odd] {
+            let [one, other] = [&resting, &slow].map(|belt| belt.section(n, parity).at(s));
+            let waves: Vec<usize> = one.waves().collect();
+            for &m in &waves {
+                let (a, b) = (one.compliance(m, m).unwrap(), other.compliance(m, m).unwrap());
+                assert!((a - b).norm() < 1e-6 * a.norm(), "n = {n}, m = {m}: {a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn forwards_and_backwards_are_each_other_with_the_rotation_reversed() {
+    let document = document();
+    let tyre = &document["tyres"]["turning_110"];
+    let [forwards, backwards] = [1.0, -1.0]
+        .map(|direction| FreeEdges::of(stack(tyre, direction), number(&tyre["be"]), Resolution::RUN).unwrap());
+    let mut differ = 0.0_f64;
+    for (n, s) in [(2, Complex64::new(0.0, 630.0)), (8, Complex64::new(30.0, 1885.0)), (1, 700.0.into())] {
+        for parity in [Parity::Even, Parity::Odd] {
+            let one = forwards.section(n, parity).at(s);
+            let other = backwards.section(-n, parity).at(s);
+            let conjugate = forwards.section(-n, parity).at(s.conj());
+            let against = forwards.section(-n, parity).at(s);
+            let waves: Vec<usize> = one.waves().collect();
+            let size = |i: usize, j: usize| {
+                [i, j].map(|m| one.compliance(m, m).unwrap().norm().sqrt()).into_iter().product::<f64>()
+            };
+            for &i in &waves {
+                for &j in &waves {
+                    let found = one.compliance(i, j).unwrap();
+                    // C(n; Omega) = C(-n; -Omega)^T = conj C(-n, conj s; Omega).
+                    let transposed = (found - other.compliance(j, i).unwrap()).norm() / size(i, j);
+                    let real = (found - conjugate.compliance(i, j).unwrap().conj()).norm() / size(i, j);
+                    assert!(transposed < 1e-9 && real < 1e-9, "n = {n}, {i}, {j}: {transposed:.1e}, {real:.1e}");
+                    differ = differ.max((found - against.compliance(i, j).unwrap()).norm() / size(i, j));
+                }
+            }
+        }
+    }
+    assert!(differ > 1e-2, "n and -n must differ where the tyre turns: {differ:e}");
+}

@@ -1,0 +1,33 @@
+//! The belt with free lateral edges: waves that guided sides would allow, and lifts that let the edges go.
+//!
+//! Guided sides hold q = 0 and the slopes of v and w at the belt's edges, y = +-B/2. A belt without such sides moves as
+//! the waves m of one parity, each as on guided sides, plus lifts q = psi(y) f(r), v, w = chi(y) f(r), chi' = psi, that
+//! are not 0 there. The sidewalls act at the edges, on the means over a zone of the inner face. The compliance
+//! between waves is today's, which is diagonal, plus a correction of finite rank:
+//!
+//! - [`Parity`], `lateral_shapes`: waves and lifts across the tyre, their products and their values at the edges;
+//! - `section`: the section in motion of n periods round the tyre, and its compliance at s;
+//! - `edge_stiffness`: sidewalls, pressure at the corners and cavity, as forces at the edges;
+//! - [`EdgeCorrection`]: the difference to guided sides, between waves and on a strip;
+//! - `strip`: the compliance of a strip, wave by wave: the reference path of the sum that the correction adds to.
+//!
+//! Fields and symbols as in [`super::layers::curved`]; energies and forces are per radian.
+
+mod correction;
+mod edge_stiffness;
+mod lateral_shapes;
+mod section;
+mod strip;
+
+#[cfg(test)]
+mod limits_tests;
+#[cfg(test)]
+mod passivity_tests;
+#[cfg(test)]
+mod reference_models;
+#[cfg(test)]
+mod references_tests;
+
+pub use correction::EdgeCorrection;
+pub use lateral_shapes::Parity;
+pub use section::{FreeEdges, FreeEdgesError, Section};

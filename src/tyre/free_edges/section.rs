@@ -1,0 +1,452 @@
+//! The section of a belt with free edges in motion of n periods round the tyre, and its compliance at s.
+//!
+//! Unknowns are the amplitudes of waves and lifts ([`super::lateral_shapes`]) by polynomials across the layers, and
+//! their energy is that of [`lateral_split`](crate::tyre::layers::lateral_split). With a wave's matrix K_m over (V, P,
+//! w), D_m = S + k_m S_PP the force on it by the slope of P, and f the amplitudes of the first family of q lifts, a
+//! wave is moved by N_m beta_m D_m f and by nothing else of the lifts. So the lifts have
+//!
+//! ```text
+//! Z = Z_lifts - sum_m N_m beta_m^2 D_m^T K_m^-1 D_m        (first family of q),
+//! Z_lifts: q, q: int psi psi U + int psi' psi' S,    w, v: int chi chi U + int psi psi T,
+//!          w or v, q: int chi psi' S - int psi psi T,
+//! ```
+//!
+//! and a functional that is p_m on wave m and l on the lifts is d = l - sum_m beta_m p_m^T K_m^-1 D_m on the lifts after
+//! the waves are eliminated. The compliance between functionals is sum_m p_m^T K_m^-1 p_m/N_m + d^T Z^-1 d.
+//!
+//! 1. each wave: its layers without their interior, then its faces, are eliminated: p_m^T K_m^-1 p_m, D_m^T K_m^-1 D_m
+//!    and p_m^T K_m^-1 D_m remain;
+//! 2. lifts: layer by layer all interior polynomials but those of the first family of q, which the waves couple;
+//! 3. the rest: functionals remain.
+//!
+//! Error against finite elements of the section (`references_tests`): with [`Resolution::RUN`] at most 3e-3 of C
+//! between waves m <= 8, 2e-3 of a strip's, with [`Resolution::FINE`] a third of it. Edge layers are as thin as the
+//! layers, which waves up to M = 16 do not resolve: hence the families with rates. Cost: some 0.7 million complex
+//! multiplications, and the sidewall's edge.
+
+use num_complex::Complex64;
+use thiserror::Error;
+
+use super::correction::EdgeCorrection;
+use super::edge_stiffness::{
+    CIRCUMFERENTIAL, CORNER_LATERAL, CORNER_RADIAL, LATERAL, MOTIONS, RADIAL, SWEPT, edge_stiffness, swept_by_edges,
+};
+use super::lateral_shapes::{LateralShapes, LateralWave, Parity};
+use crate::numeric::ComplexSymmetricMatrix;
+use crate::scene::Tyre;
+use crate::sidewall::{EdgeStatics, Sidewall};
+use crate::tyre::layers::curved::CurvedStack;
+use crate::tyre::layers::lateral_split::{Component, LateralSplit, LateralSplitAt, LayerPolynomials};
+
+/// Truncation of the section's unknowns.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Resolution {
+    /// Largest lateral number M of the waves that meet the edges.
+    pub waves: usize,
+    /// Degree of the polynomials across each layer.
+    pub degree: usize,
+    /// Rates of the families of lifts times the thickness of the layers, the first of them 0.
+    pub rates: &'static [f64],
+}
+
+impl Resolution {
+    /// Of runs.
+    pub(super) const RUN: Self = Self { waves: 16, degree: 8, rates: &[0.0, 7.0, 42.0] };
+    /// Of reference values.
+    #[cfg(test)]
+    pub(super) const FINE: Self = Self { waves: 48, degree: 12, rates: &[0.0, 5.0, 20.0, 80.0] };
+}
+
+/// Families of v lifts: edge layers have hardly any motion round the tyre.
+const CIRCUMFERENTIAL_FAMILIES: usize = 1;
+
+/// Errors of a belt with free edges.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum FreeEdgesError {
+    /// The tyre is flat.
+    #[error("free edges need a curved tyre: curvature = true")]
+    Flat,
+    /// Pressure acts on the belt's face, and no sidewall carries it at the edges.
+    #[error("free edges under a pressure of {pressure} Pa need sidewalls as arcs, which act at the edges")]
+    NoSidewalls {
+        /// Inflation pressure \[Pa\].
+        pressure: f64,
+    },
+    /// The sidewalls have no steady state.
+    #[error("the sidewalls have no steady shape: a smaller angle, a lower speed or a higher pressure")]
+    NoSteadyShape,
+    /// The edge zones overlap, or have no length.
+    #[error("the zone of {zone} m at each edge must be above 0 and below half the width of {width} m")]
+    Zone {
+        /// Zone at each edge \[m\].
+        zone: f64,
+        /// Width of the belt \[m\].
+        width: f64,
+    },
+}
+
+/// A belt with free lateral edges and sidewalls that act there.
+#[derive(Debug)]
+pub struct FreeEdges {
+    pub(super) stack: CurvedStack,
+    statics: Option<EdgeStatics>,
+    polynomials: Vec<LayerPolynomials>,
+    /// Of even and of odd parity.
+    shapes: [LateralShapes; 2],
+}
+
+/// The section in motion of n periods round the tyre and of one parity across, for any s.
+#[derive(Debug)]
+pub struct Section<'a> {
+    edges: &'a FreeEdges,
+    n: i64,
+    parity: Parity,
+    layers: Vec<LateralSplit>,
+}
+
+/// Places of the unknowns that lifts of all layers share: functionals come before them.
+struct SharedPlaces {
+    functionals: usize,
+    /// Number of faces, those inside counted once.
+    faces: usize,
+    /// Number of polynomials of the first family of q.
+    first_family: usize,
+    /// Unknowns of a face past the first family of q.
+    others: Vec<(Component, usize)>,
+}
+
+impl FreeEdges {
+    /// The belt of a curved tyre with sidewalls that act on a zone of a length \[m\] at each edge of its inner face.
+    ///
+    /// The sidewalls' pull across, R_i N_b sin a_b per radian, is borne by the layers in the proportion of their
+    /// tension along, or by the stiffest one if none has any.
+    pub fn new(tyre: &Tyre, edge_zone: f64) -> Result<Self, FreeEdgesError> {
+        if !tyre.curvature {
+            return Err(FreeEdgesError::Flat);
+        }
+        // The air moves with the edges here, not by a share of the width.
+        let mut stack = CurvedStack { cavity: tyre.cavity, ..CurvedStack::new(tyre) };
+        if let Some(sidewall) = &stack.sidewall {
+            let statics = sidewall.edge().ok_or(FreeEdgesError::NoSteadyShape)?;
+            let pull = stack.inner_radius() * statics.tension * statics.angle.sin();
+            let (mut from, along) = (stack.inner_radius(), tyre.tension_along());
+            let stiffest = tyre.stiffest_layer();
+            for (index, layer) in stack.layers.iter_mut().enumerate() {
+                let share = if along > 0.0 { layer.tension[0] / along } else { f64::from(u8::from(index == stiffest)) };
+                layer.tension[1] += share * pull / (from + 0.5 * layer.thickness);
+                from += layer.thickness;
+            }
+        }
+        Self::of(stack, edge_zone, Resolution::RUN)
+    }
+
+    /// As [`Self::new`], of a stack whose tension includes that across.
+    pub(super) fn of(stack: CurvedStack, edge_zone: f64, resolution: Resolution) -> Result<Self, FreeEdgesError> {
+        let width = stack.width;
+        if !(edge_zone > 0.0 && edge_zone < 0.5 * width) {
+            return Err(FreeEdgesError::Zone { zone: edge_zone, width });
+        }
+        let statics = match &stack.sidewall {
+            Some(sidewall) => Some(sidewall.edge().ok_or(FreeEdgesError::NoSteadyShape)?),
+            None if stack.pressure.abs() > 0.0 => {
+                return Err(FreeEdgesError::NoSidewalls { pressure: stack.pressure });
+            }
+            None => None,
+        };
+        let mut from = stack.inner_radius();
+        let polynomials = stack.layers.iter().map(|layer| {
+            let inner = from;
+            from += layer.thickness;
+            LayerPolynomials::new(layer, inner, resolution.degree)
+        });
+        let polynomials = polynomials.collect();
+        let thickness = stack.radius - stack.inner_radius();
+        let rates: Vec<f64> = resolution.rates.iter().map(|rate| rate / thickness).collect();
+        let shapes = [Parity::Even, Parity::Odd]
+            .map(|parity| LateralShapes::new(parity, [width, edge_zone], resolution.waves, &rates));
+        Ok(Self { stack, statics, polynomials, shapes })
+    }
+
+    /// A sidewall and its steady state at the edge.
+    pub(super) fn sidewall(&self) -> Option<(&Sidewall, EdgeStatics)> {
+        self.stack.sidewall.as_deref().zip(self.statics)
+    }
+
+    /// The section in motion of n periods round the tyre, n of either sign, and of one parity.
+    pub fn section(&self, n: i64, parity: Parity) -> Section<'_> {
+        let layers = self.stack.layers.iter().zip(&self.polynomials);
+        let split =
+            layers.map(|(layer, polynomials)| LateralSplit::new(layer, polynomials, &self.stack.rotation, n as f64));
+        Section { edges: self, n, parity, layers: split.collect() }
+    }
+
+    fn shapes(&self, parity: Parity) -> &LateralShapes {
+        let [even, odd] = &self.shapes;
+        match parity {
+            Parity::Even => even,
+            Parity::Odd => odd,
+        }
+    }
+}
+
+impl SharedPlaces {
+    fn count(&self) -> usize {
+        self.functionals + self.first_family + self.faces * self.others.len()
+    }
+
+    /// Place of an unknown of a face past the first family of q.
+    fn on_face(&self, face: usize, other: usize) -> usize {
+        self.functionals + self.first_family + face * self.others.len() + other
+    }
+
+    fn on_face_of(&self, face: usize, component: Component, family: usize) -> Option<usize> {
+        if (component, family) == (Component::Lateral, 0) {
+            return Some(self.functionals + face);
+        }
+        self.others.iter().position(|&other| other == (component, family)).map(|other| self.on_face(face, other))
+    }
+}
+
+impl Section<'_> {
+    /// Difference between free edges and guided sides without sidewalls at s \[1/s\].
+    pub fn at(&self, s: Complex64) -> EdgeCorrection {
+        let shapes = self.edges.shapes(self.parity);
+        let (compliance, guided) = self.negative_compliance(s);
+        let stiffness = edge_stiffness(self.edges, self.n, self.parity == Parity::Even, s);
+        EdgeCorrection::new(self.edges.stack.width, shapes, &compliance, &stiffness, guided)
+    }
+
+    /// Minus the compliance between the edges' motions and the waves' amplitudes on the tread, without forces at the
+    /// edges and without the diagonal of guided waves, which comes second.
+    pub(super) fn negative_compliance(&self, s: Complex64) -> (ComplexSymmetricMatrix, Vec<Complex64>) {
+        let shapes = self.edges.shapes(self.parity);
+        let layers = self.layers_at(s);
+        let places = self.places(shapes);
+        let mut matrix = ComplexSymmetricMatrix::zeros(places.count());
+        self.add_functionals(shapes, &places, &mut matrix);
+        let waves = shapes.waves.iter().enumerate();
+        let guided = waves.map(|(index, wave)| self.add_wave(&layers, &places, (index, wave), &mut matrix)).collect();
+        for (index, layer) in layers.iter().enumerate() {
+            self.add_lifts(shapes, &places, index, layer, &mut matrix);
+        }
+        matrix.eliminate(places.functionals);
+        (matrix, guided)
+    }
+
+    /// Energy of the layers, that of foundation and pressure on the inner face included.
+    fn layers_at(&self, s: Complex64) -> Vec<LateralSplitAt> {
+        let stack = &self.edges.stack;
+        let mut layers: Vec<LateralSplitAt> = self.layers.iter().map(|layer| layer.at(s)).collect();
+        let foundation = stack.foundation(s);
+        let face = |ky: f64| stack.face_of_short_wave(self.n, ky).impedance(s, foundation);
+        let (still, strained) = (face(0.0), face(1.0));
+        if let Some(inner) = layers.first_mut() {
+            for row in 0..3 {
+                for column in 0..=row {
+                    let value = still[row][column];
+                    inner.uniform.add(row, column, value * stack.inner_radius());
+                    inner.strained.add(row, column, (strained[row][column] - value) * stack.inner_radius());
+                }
+            }
+        }
+        layers
+    }
+
+    fn places(&self, shapes: &LateralShapes) -> SharedPlaces {
+        let families = shapes.lifts.len();
+        let others = (1..families)
+            .map(|family| (Component::Lateral, family))
+            .chain((0..families).map(|family| (Component::Radial, family)))
+            .chain((0..CIRCUMFERENTIAL_FAMILIES).map(|family| (Component::Circumferential, family)));
+        let faces = self.layers.len() + 1;
+        let interior: usize = self.layers.iter().map(|layer| layer.polynomials() - 2).sum();
+        SharedPlaces {
+            functionals: MOTIONS + shapes.waves.len(),
+            faces,
+            first_family: faces + interior,
+            others: others.collect(),
+        }
+    }
+
+    /// Place among the first family of q of a polynomial of a layer.
+    fn in_first_family(&self, layer: usize, polynomial: usize) -> usize {
+        if polynomial < 2 {
+            return layer + polynomial;
+        }
+        let before: usize = self.layers[..layer].iter().map(|layer| layer.polynomials() - 2).sum();
+        self.layers.len() + 1 + before + polynomial - 2
+    }
+
+    /// Motions of the edges by the lifts on the inner face.
+    fn add_functionals(&self, shapes: &LateralShapes, places: &SharedPlaces, matrix: &mut ComplexSymmetricMatrix) {
+        let [by_radial, by_lateral] = swept_by_edges(self.edges);
+        for (family, zone) in shapes.lifts.iter().enumerate() {
+            let corner = if family == 0 { 1.0 } else { 0.0 };
+            for (component, motion, value) in [
+                (Component::Circumferential, CIRCUMFERENTIAL, zone.mean),
+                (Component::Lateral, LATERAL, zone.lateral),
+                (Component::Lateral, CORNER_LATERAL, corner),
+                (Component::Lateral, SWEPT, by_lateral * zone.lateral),
+                (Component::Radial, RADIAL, zone.mean),
+                (Component::Radial, CORNER_RADIAL, zone.at_edge),
+                (Component::Radial, SWEPT, by_radial * zone.mean),
+            ] {
+                if let Some(place) = places.on_face_of(0, component, family) {
+                    matrix.add(motion, place, value.into());
+                }
+            }
+        }
+    }
+
+    /// Motions of the edges by V, P, w of a wave on the inner face.
+    fn edge_motions(&self, wave: &LateralWave) -> [[f64; 3]; MOTIONS] {
+        let [by_radial, by_lateral] = swept_by_edges(self.edges);
+        let zone = wave.zone;
+        // The mean over the width.
+        let mean = if wave.number == 0 { 1.0 } else { 0.0 };
+        let mut motions = [[0.0; 3]; MOTIONS];
+        motions[CIRCUMFERENTIAL] = [zone.mean, 0.0, 0.0];
+        motions[LATERAL] = [0.0, zone.lateral, 0.0];
+        motions[RADIAL] = [0.0, 0.0, zone.mean];
+        motions[CORNER_RADIAL] = [0.0, 0.0, zone.at_edge];
+        motions[SWEPT] = [0.0, by_lateral * zone.lateral, mean + by_radial * zone.mean];
+        motions
+    }
+
+    /// Adds a wave, eliminated; returns its compliance on guided sides, per force on its amplitude.
+    fn add_wave(
+        &self,
+        layers: &[LateralSplitAt],
+        places: &SharedPlaces,
+        (index, wave): (usize, &LateralWave),
+        matrix: &mut ComplexSymmetricMatrix,
+    ) -> Complex64 {
+        // Functionals, then the first family of q, then V, P, w of each face.
+        let functionals = MOTIONS + 1;
+        let faces = functionals + places.first_family;
+        let mut whole = ComplexSymmetricMatrix::zeros(faces + 3 * places.faces);
+        // 1. Functionals: motions of the edges, and w on the tread.
+        for (motion, values) in self.edge_motions(wave).into_iter().enumerate() {
+            for (component, value) in values.into_iter().enumerate() {
+                whole.add(motion, faces + component, value.into());
+            }
+        }
+        whole.add(MOTIONS, faces + 3 * places.faces - 1, Complex64::ONE);
+        // 2. Layers, without their interior.
+        for (layer, (split, at)) in self.layers.iter().zip(layers).enumerate() {
+            let polynomials = split.polynomials();
+            let mut part = wave_of_layer(split, at, wave);
+            part.eliminate(polynomials + 6);
+            let q = (0..polynomials).map(|polynomial| functionals + self.in_first_family(layer, polynomial));
+            let on_faces = (0..6).map(|row| faces + 3 * layer + row);
+            whole.add_at(&q.chain(on_faces).collect::<Vec<_>>(), &part);
+        }
+        // 3. Faces. The result is negative: -p^T K^-1 p and so on.
+        whole.eliminate(faces);
+        let scales = |row: usize| if row < functionals { wave.norm.recip() } else { wave.boundary };
+        let place = |row: usize| match row {
+            MOTIONS => MOTIONS + index,
+            row if row < MOTIONS => row,
+            row => places.functionals + row - functionals,
+        };
+        for row in 0..faces {
+            for column in 0..=row {
+                if (row, column) != (MOTIONS, MOTIONS) {
+                    // Products of 1/N_m and beta_m, times N_m.
+                    let scale = scales(row) * scales(column) * wave.norm;
+                    matrix.add(place(row), place(column), whole.at(row, column) * scale);
+                }
+            }
+        }
+        -whole.at(MOTIONS, MOTIONS) / wave.norm
+    }
+
+    /// Adds the lifts of a layer, without interior polynomials past the first family of q.
+    fn add_lifts(
+        &self,
+        shapes: &LateralShapes,
+        places: &SharedPlaces,
+        index: usize,
+        at: &LateralSplitAt,
+        matrix: &mut ComplexSymmetricMatrix,
+    ) {
+        let split = &self.layers[index];
+        let polynomials = split.polynomials();
+        let others = &places.others;
+        // 1. Unknowns in the order of elimination, the last first; places of those that stay.
+        let first = (0..polynomials).map(|polynomial| (Component::Lateral, 0, polynomial));
+        let rest = (0..polynomials)
+            .flat_map(|polynomial| others.iter().map(move |&(component, family)| (component, family, polynomial)));
+        let unknowns: Vec<(Component, usize, usize)> = first.chain(rest).collect();
+        let kept = polynomials + 2 * others.len();
+        let first = (0..polynomials).map(|polynomial| places.functionals + self.in_first_family(index, polynomial));
+        let on_faces = (0..2).flat_map(|face| (0..others.len()).map(move |other| places.on_face(index + face, other)));
+        let kept_places: Vec<usize> = first.chain(on_faces).collect();
+        // 2. Energy.
+        let mut part = ComplexSymmetricMatrix::zeros(unknowns.len());
+        let rows: Vec<usize> =
+            unknowns.iter().map(|&(component, _, polynomial)| split.place(component, polynomial)).collect();
+        for (row, &(component, family, _)) in unknowns.iter().enumerate() {
+            for (column, &(other_component, other_family, _)) in unknowns[..=row].iter().enumerate() {
+                let (i, j) = (rows[row], rows[column]);
+                let is_lateral = [component, other_component].map(|component| component == Component::Lateral);
+                let value = match is_lateral {
+                    [true, true] => {
+                        let [uniform, strained] =
+                            shapes.lateral.each_ref().map(|products| products[(family, other_family)]);
+                        at.uniform.at(i, j) * uniform + at.strained.at(i, j) * strained
+                    }
+                    [false, false] => {
+                        let [uniform, tilted] =
+                            shapes.radial.each_ref().map(|products| products[(family, other_family)]);
+                        at.uniform.at(i, j) * uniform + at.tilted.at(i, j) * tilted
+                    }
+                    [is_first_lateral, _] => {
+                        let (radial, lateral) =
+                            if is_first_lateral { (other_family, family) } else { (family, other_family) };
+                        let [strained, tilted] = shapes.mixed.each_ref().map(|products| products[(radial, lateral)]);
+                        at.strained.at(i, j) * strained - at.tilted.at(i, j) * tilted
+                    }
+                };
+                part.add(row, column, value);
+            }
+        }
+        // 3. Elimination.
+        part.eliminate(kept);
+        matrix.add_at(&kept_places, &part);
+    }
+}
+
+/// A wave in a layer: forces by the first family of q, faces, interior.
+fn wave_of_layer(split: &LateralSplit, at: &LateralSplitAt, wave: &LateralWave) -> ComplexSymmetricMatrix {
+    let (polynomials, ky) = (split.polynomials(), wave.wavenumber);
+    let mut part = ComplexSymmetricMatrix::zeros(4 * polynomials);
+    let components = [Component::Circumferential, Component::Lateral, Component::Radial];
+    let unknowns = components.into_iter().flat_map(|component| (0..polynomials).map(move |a| (component, a)));
+    let unknowns: Vec<(bool, usize)> = unknowns
+        .map(|(component, polynomial)| (component == Component::Lateral, split.place(component, polynomial)))
+        .collect();
+    // 1. K_m.
+    for &(is_lateral, i) in &unknowns {
+        for &(is_other_lateral, j) in unknowns.iter().filter(|&&(_, j)| j <= i) {
+            let slope = if is_lateral == is_other_lateral { ky * ky } else { ky };
+            let sloped = (at.strained.at(i, j) + at.tilted.at(i, j)) * slope;
+            let value = at.uniform.at(i, j) + sloped;
+            // A wave that is uniform across has no P: it is held, by a unit stiffness.
+            let value = match (wave.number == 0, is_lateral || is_other_lateral, i == j) {
+                (true, true, true) => Complex64::ONE,
+                (true, true, false) => Complex64::ZERO,
+                _ => value,
+            };
+            part.add(polynomials + i, polynomials + j, value);
+        }
+    }
+    // 2. D_m.
+    for &(is_lateral, i) in &unknowns {
+        for polynomial in 0..polynomials {
+            let strained = at.strained.at(i, split.place(Component::Lateral, polynomial));
+            part.add(polynomials + i, polynomial, if is_lateral { strained * ky } else { strained });
+        }
+    }
+    part
+}

@@ -13,7 +13,7 @@
 
 use num_complex::Complex64;
 
-use super::section::FreeEdges;
+use super::belt::FreeEdges;
 use crate::sidewall::FreeEdgeImpedance;
 use crate::tyre::layers::curved::air_stiffness;
 

@@ -102,7 +102,7 @@ impl Projected {
 const RATES: [f64; 3] = [0.0, 350.0, 2100.0];
 
 #[test]
-fn products_of_lifts_are_integrals_over_the_full_width() {
+fn full_width_is_twice_half_width_in_all_products_of_lifts() {
     for parity in [Parity::Even, Parity::Odd] {
         let found = LateralShapes::new(parity, [WIDTH, ZONE], MOST, &RATES);
         let exact = Projected::new(parity, &RATES);
@@ -110,53 +110,28 @@ fn products_of_lifts_are_integrals_over_the_full_width() {
         // Twice half of the width is the full width: products of one parity are even.
         let whole = |value: &dyn Fn(f64) -> f64| {
             let (full, half) = (integral(-half, half, value), integral(0.0, half, value));
-            assert!((full - 2.0 * half).abs() <= 1e-10 * half.abs(), "{full} {half}");
+            let size = integral(0.0, 0.5 * WIDTH, |y| value(y).abs());
+            assert!((full - 2.0 * half).abs() <= 1e-10 * size, "{full} {half}");
             full
         };
         for a in 0..RATES.len() {
             for b in 0..RATES.len() {
                 let q = |family: usize, y: f64| exact.q(family, |family| exact.psi(family, y));
                 let q_slope = |family: usize, y: f64| exact.q(family, |family| exact.slope(family, y));
+                let [q_q, slope_slope] = &found.lateral;
+                let [chi_chi, psi_psi] = &found.radial;
+                let [chi_slope, psi_q] = &found.mixed;
                 let pairs = [
-                    (
-                        found.lateral[0][(a, b)],
-                        whole(&|y| q(a, y) * q(b, y)),
-                        found.lateral[0][(a, a)],
-                        found.lateral[0][(b, b)],
-                    ),
-                    (
-                        found.lateral[1][(a, b)],
-                        whole(&|y| q_slope(a, y) * q_slope(b, y)),
-                        found.lateral[1][(a, a)],
-                        found.lateral[1][(b, b)],
-                    ),
-                    (
-                        found.radial[0][(a, b)],
-                        whole(&|y| exact.chi(a, y) * exact.chi(b, y)),
-                        found.radial[0][(a, a)],
-                        found.radial[0][(b, b)],
-                    ),
-                    (
-                        found.radial[1][(a, b)],
-                        whole(&|y| exact.psi(a, y) * exact.psi(b, y)),
-                        found.radial[1][(a, a)],
-                        found.radial[1][(b, b)],
-                    ),
-                    (
-                        found.mixed[0][(a, b)],
-                        whole(&|y| exact.chi(a, y) * q_slope(b, y)),
-                        found.radial[0][(a, a)],
-                        found.lateral[1][(b, b)],
-                    ),
-                    (
-                        found.mixed[1][(a, b)],
-                        whole(&|y| exact.psi(a, y) * q(b, y)),
-                        found.radial[1][(a, a)],
-                        found.lateral[0][(b, b)],
-                    ),
+                    (q_q, whole(&|y| q(a, y) * q(b, y)), [q_q, q_q]),
+                    (slope_slope, whole(&|y| q_slope(a, y) * q_slope(b, y)), [slope_slope, slope_slope]),
+                    (chi_chi, whole(&|y| exact.chi(a, y) * exact.chi(b, y)), [chi_chi, chi_chi]),
+                    (psi_psi, whole(&|y| exact.psi(a, y) * exact.psi(b, y)), [psi_psi, psi_psi]),
+                    (chi_slope, whole(&|y| exact.chi(a, y) * q_slope(b, y)), [chi_chi, slope_slope]),
+                    (psi_q, whole(&|y| exact.psi(a, y) * q(b, y)), [psi_psi, q_q]),
                 ];
-                for (index, (found, wanted, one, other)) in pairs.into_iter().enumerate() {
-                    let error = (found - wanted).abs() / (one * other).sqrt();
+                for (index, (found, wanted, [one, other])) in pairs.into_iter().enumerate() {
+                    let found = found[(a, b)];
+                    let error = (found - wanted).abs() / (one[(a, a)] * other[(b, b)]).sqrt();
                     assert!(error < 1e-7, "{parity:?}, product {index} of {a}, {b}: {found} {wanted}, {error:.1e}");
                 }
             }

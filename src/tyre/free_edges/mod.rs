@@ -6,13 +6,15 @@
 //! between waves is today's, which is diagonal, plus a correction of finite rank:
 //!
 //! - [`Parity`], `lateral_shapes`: waves and lifts across the tyre, their products and their values at the edges;
-//! - `section`: the section in motion of n periods round the tyre, and its compliance at s;
+//! - [`FreeEdges`]: layers and sidewalls of such a belt;
+//! - [`Section`]: the section in motion of n periods round the tyre, and its compliance at s;
 //! - `edge_stiffness`: sidewalls, pressure at the corners and cavity, as forces at the edges;
 //! - [`EdgeCorrection`]: the difference to guided sides, between waves and on a strip;
 //! - `strip`: the compliance of a strip, wave by wave: the reference path of the sum that the correction adds to.
 //!
 //! Fields and symbols as in [`super::layers::curved`]; energies and forces are per radian.
 
+mod belt;
 mod correction;
 mod edge_stiffness;
 mod lateral_shapes;
@@ -28,6 +30,7 @@ mod reference_models;
 #[cfg(test)]
 mod references_tests;
 
+pub use belt::{FreeEdges, FreeEdgesError};
 pub use correction::EdgeCorrection;
 pub use lateral_shapes::Parity;
-pub use section::{FreeEdges, FreeEdgesError, Section};
+pub use section::Section;

@@ -5,8 +5,8 @@ use num_complex::Complex64;
 use serde_json::{Value, json};
 
 use super::Parity;
+use super::belt::Resolution;
 use super::reference_models::{belt, document};
-use super::section::Resolution;
 
 /// Smallest eigenvalue of the Hermitian part of s C/|s|, C scaled to a diagonal of 1, of the three longest waves of a
 /// parity, over a grid.

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 use serde_json::Value;
 
 use super::Parity;
-use super::section::{FreeEdges, Resolution};
+use super::belt::{FreeEdges, Resolution};
 use super::strip::strip_of;
 use crate::scene::{Cavity, Cords, Foundation, Law, Layer, Material};
 use crate::sidewall::{Arc, Relaxation, Sidewall};

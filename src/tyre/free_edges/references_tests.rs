@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
+use super::belt::Resolution;
 use super::reference_models::{belt, complex, document, number, parity};
-use super::section::Resolution;
 
 /// Errors of one case: of C over sqrt(C_ii C_jj), and of the strip.
 struct CaseErrors {

@@ -19,81 +19,24 @@
 //! 2. lifts: layer by layer all interior polynomials but those of the first family of q, which the waves couple;
 //! 3. the rest: functionals remain.
 //!
-//! Error against finite elements of the section (`references_tests`): with [`Resolution::RUN`] at most 3e-3 of C
-//! between waves m <= 8, 2e-3 of a strip's, with [`Resolution::FINE`] a third of it. Edge layers are as thin as the
+//! Error against finite elements of the section (`references_tests`): with [`Resolution::RUN`](super::belt::Resolution::RUN) at most 3e-3 of C
+//! between waves m <= 8, 2e-3 of a strip's, with its `FINE` a third of it. Edge layers are as thin as the
 //! layers, which waves up to M = 16 do not resolve: hence the families with rates. Cost: some 0.7 million complex
 //! multiplications, and the sidewall's edge.
 
 use num_complex::Complex64;
-use thiserror::Error;
 
+use super::belt::FreeEdges;
 use super::correction::EdgeCorrection;
 use super::edge_stiffness::{
     CIRCUMFERENTIAL, CORNER_LATERAL, CORNER_RADIAL, LATERAL, MOTIONS, RADIAL, SWEPT, edge_stiffness, swept_by_edges,
 };
 use super::lateral_shapes::{LateralShapes, LateralWave, Parity};
 use crate::numeric::ComplexSymmetricMatrix;
-use crate::scene::Tyre;
-use crate::sidewall::{EdgeStatics, Sidewall};
-use crate::tyre::layers::curved::CurvedStack;
-use crate::tyre::layers::lateral_split::{Component, LateralSplit, LateralSplitAt, LayerPolynomials};
-
-/// Truncation of the section's unknowns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Resolution {
-    /// Largest lateral number M of the waves that meet the edges.
-    pub waves: usize,
-    /// Degree of the polynomials across each layer.
-    pub degree: usize,
-    /// Rates of the families of lifts times the thickness of the layers, the first of them 0.
-    pub rates: &'static [f64],
-}
-
-impl Resolution {
-    /// Of runs.
-    pub(super) const RUN: Self = Self { waves: 16, degree: 8, rates: &[0.0, 7.0, 42.0] };
-    /// Of reference values.
-    #[cfg(test)]
-    pub(super) const FINE: Self = Self { waves: 48, degree: 12, rates: &[0.0, 5.0, 20.0, 80.0] };
-}
+use crate::tyre::layers::lateral_split::{Component, LateralSplit, LateralSplitAt};
 
 /// Families of v lifts: edge layers have hardly any motion round the tyre.
 const CIRCUMFERENTIAL_FAMILIES: usize = 1;
-
-/// Errors of a belt with free edges.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum FreeEdgesError {
-    /// The tyre is flat.
-    #[error("free edges need a curved tyre: curvature = true")]
-    Flat,
-    /// Pressure acts on the belt's face, and no sidewall carries it at the edges.
-    #[error("free edges under a pressure of {pressure} Pa need sidewalls as arcs, which act at the edges")]
-    NoSidewalls {
-        /// Inflation pressure \[Pa\].
-        pressure: f64,
-    },
-    /// The sidewalls have no steady state.
-    #[error("the sidewalls have no steady shape: a smaller angle, a lower speed or a higher pressure")]
-    NoSteadyShape,
-    /// The edge zones overlap, or have no length.
-    #[error("the zone of {zone} m at each edge must be above 0 and below half the width of {width} m")]
-    Zone {
-        /// Zone at each edge \[m\].
-        zone: f64,
-        /// Width of the belt \[m\].
-        width: f64,
-    },
-}
-
-/// A belt with free lateral edges and sidewalls that act there.
-#[derive(Debug)]
-pub struct FreeEdges {
-    pub(super) stack: CurvedStack,
-    statics: Option<EdgeStatics>,
-    polynomials: Vec<LayerPolynomials>,
-    /// Of even and of odd parity.
-    shapes: [LateralShapes; 2],
-}
 
 /// The section in motion of n periods round the tyre and of one parity across, for any s.
 #[derive(Debug)]
@@ -116,76 +59,9 @@ struct SharedPlaces {
 }
 
 impl FreeEdges {
-    /// The belt of a curved tyre with sidewalls that act on a zone of a length \[m\] at each edge of its inner face.
-    ///
-    /// The sidewalls' pull across, R_i N_b sin a_b per radian, is borne by the layers in the proportion of their
-    /// tension along, or by the stiffest one if none has any.
-    pub fn new(tyre: &Tyre, edge_zone: f64) -> Result<Self, FreeEdgesError> {
-        if !tyre.curvature {
-            return Err(FreeEdgesError::Flat);
-        }
-        // The air moves with the edges here, not by a share of the width.
-        let mut stack = CurvedStack { cavity: tyre.cavity, ..CurvedStack::new(tyre) };
-        if let Some(sidewall) = &stack.sidewall {
-            let statics = sidewall.edge().ok_or(FreeEdgesError::NoSteadyShape)?;
-            let pull = stack.inner_radius() * statics.tension * statics.angle.sin();
-            let (mut from, along) = (stack.inner_radius(), tyre.tension_along());
-            let stiffest = tyre.stiffest_layer();
-            for (index, layer) in stack.layers.iter_mut().enumerate() {
-                let share = if along > 0.0 { layer.tension[0] / along } else { f64::from(u8::from(index == stiffest)) };
-                layer.tension[1] += share * pull / (from + 0.5 * layer.thickness);
-                from += layer.thickness;
-            }
-        }
-        Self::of(stack, edge_zone, Resolution::RUN)
-    }
-
-    /// As [`Self::new`], of a stack whose tension includes that across.
-    pub(super) fn of(stack: CurvedStack, edge_zone: f64, resolution: Resolution) -> Result<Self, FreeEdgesError> {
-        let width = stack.width;
-        if !(edge_zone > 0.0 && edge_zone < 0.5 * width) {
-            return Err(FreeEdgesError::Zone { zone: edge_zone, width });
-        }
-        let statics = match &stack.sidewall {
-            Some(sidewall) => Some(sidewall.edge().ok_or(FreeEdgesError::NoSteadyShape)?),
-            None if stack.pressure.abs() > 0.0 => {
-                return Err(FreeEdgesError::NoSidewalls { pressure: stack.pressure });
-            }
-            None => None,
-        };
-        let mut from = stack.inner_radius();
-        let polynomials = stack.layers.iter().map(|layer| {
-            let inner = from;
-            from += layer.thickness;
-            LayerPolynomials::new(layer, inner, resolution.degree)
-        });
-        let polynomials = polynomials.collect();
-        let thickness = stack.radius - stack.inner_radius();
-        let rates: Vec<f64> = resolution.rates.iter().map(|rate| rate / thickness).collect();
-        let shapes = [Parity::Even, Parity::Odd]
-            .map(|parity| LateralShapes::new(parity, [width, edge_zone], resolution.waves, &rates));
-        Ok(Self { stack, statics, polynomials, shapes })
-    }
-
-    /// A sidewall and its steady state at the edge.
-    pub(super) fn sidewall(&self) -> Option<(&Sidewall, EdgeStatics)> {
-        self.stack.sidewall.as_deref().zip(self.statics)
-    }
-
     /// The section in motion of n periods round the tyre, n of either sign, and of one parity.
     pub fn section(&self, n: i64, parity: Parity) -> Section<'_> {
-        let layers = self.stack.layers.iter().zip(&self.polynomials);
-        let split =
-            layers.map(|(layer, polynomials)| LateralSplit::new(layer, polynomials, &self.stack.rotation, n as f64));
-        Section { edges: self, n, parity, layers: split.collect() }
-    }
-
-    fn shapes(&self, parity: Parity) -> &LateralShapes {
-        let [even, odd] = &self.shapes;
-        match parity {
-            Parity::Even => even,
-            Parity::Odd => odd,
-        }
+        Section { edges: self, n, parity, layers: self.layers(n) }
     }
 }
 

@@ -12,8 +12,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use num_complex::Complex64;
 
+use super::belt::FreeEdges;
 use super::lateral_shapes::Parity;
-use super::section::FreeEdges;
 use crate::numeric::sinc;
 use crate::tyre::layers::curved::CurvedStack;
 use crate::tyre::layers::cylinder::Cylinder;

@@ -23,7 +23,6 @@ impl Resolution {
     /// Of runs.
     pub(super) const RUN: Self = Self { waves: 16, degree: 8, rates: &[0.0, 7.0, 42.0] };
     /// Of reference values.
-    #[cfg(test)]
     pub(super) const FINE: Self = Self { waves: 48, degree: 12, rates: &[0.0, 5.0, 20.0, 80.0] };
 }
 

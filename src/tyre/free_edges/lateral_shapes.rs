@@ -25,9 +25,11 @@
 use std::f64::consts::PI;
 
 use faer::Mat;
+use serde::Deserialize;
 
 /// Symmetry about mid-width of w and v; q has the other one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
 pub enum Parity {
     /// w(-y) = w(y): motion that a centred strip excites.
     Even,

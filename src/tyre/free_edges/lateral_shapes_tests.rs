@@ -19,8 +19,10 @@ fn integral(from: f64, to: f64, value: impl Fn(f64) -> f64) -> f64 {
     (0..panels).map(panel).sum()
 }
 
+type Shapes = [Box<dyn Fn(f64) -> f64>; 3];
+
 /// psi, psi' and chi of a family on the whole width, as written in the module's head.
-fn shapes(parity: Parity, rate: f64) -> [Box<dyn Fn(f64) -> f64>; 3] {
+fn shapes(parity: Parity, rate: f64) -> Shapes {
     let half = 0.5 * WIDTH;
     match (parity, rate > 0.0) {
         (Parity::Even, false) => {
@@ -48,7 +50,7 @@ fn shapes(parity: Parity, rate: f64) -> [Box<dyn Fn(f64) -> f64>; 3] {
 
 /// The same, less their projections on the waves; those of q past the first family less the first.
 struct Projected {
-    shapes: Vec<[Box<dyn Fn(f64) -> f64>; 3]>,
+    shapes: Vec<Shapes>,
     /// c_m and d_m by family, by quadrature.
     coefficients: Vec<Vec<[f64; 2]>>,
     waves: Vec<(f64, f64)>,

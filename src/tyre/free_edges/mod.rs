@@ -10,11 +10,13 @@
 //! - [`Section`]: the section in motion of n periods round the tyre, and its compliance at s;
 //! - `edge_stiffness`: sidewalls, pressure at the corners and cavity, as forces at the edges;
 //! - [`EdgeCorrection`]: the difference to guided sides, between waves and on a strip;
+//! - `cases`: belts in files of compliance cases;
 //! - `strip`: the compliance of a strip, wave by wave: the reference path of the sum that the correction adds to.
 //!
 //! Fields and symbols as in [`super::layers::curved`]; energies and forces are per radian.
 
 mod belt;
+pub(in crate::tyre) mod cases;
 mod correction;
 mod edge_stiffness;
 mod lateral_shapes;

@@ -36,18 +36,23 @@ impl FreeEdges {
     }
 }
 
+/// Number of lateral numbers that feel the layers.
+pub(super) fn explicit_waves(stack: &CurvedStack) -> f64 {
+    stack.layers.last().map_or(0.0, |tread| (HALF_SPACE * stack.width / (PI * tread.thickness)).ceil())
+}
+
 /// The sum over guided waves of a stack.
 pub(super) fn strip_of(stack: CurvedStack, n: i64, s: Complex64, strip: f64) -> Complex64 {
     let CurvedStack { width, radius, .. } = stack;
     let Some(tread) = stack.layers.last().cloned() else { return Complex64::ZERO };
-    let cylinder = Cylinder::of(stack, s.norm(), TOLERANCE);
-    let at = cylinder.at(s);
     let weight = |m: usize| {
         let share = sinc(FRAC_PI_2 * m as f64 * strip / width);
         share * share * if m == 0 { 1.0 } else { 2.0 } / width
     };
     // 1. Waves that feel the layers.
-    let explicit = (HALF_SPACE * width / (PI * tread.thickness)).ceil() as usize;
+    let explicit = explicit_waves(&stack) as usize;
+    let cylinder = Cylinder::of(stack, s.norm(), TOLERANCE);
+    let at = cylinder.at(s);
     let waves = (0..explicit).step_by(2);
     let sum: Complex64 = waves.map(|m| cylinder.wave(n, m).normal(&at).surface * weight(m)).sum();
     // 2. The half-space.

@@ -17,6 +17,7 @@ use pulp::{Simd, WithSimd};
 use super::lanes::dispatch;
 
 /// Place of the entry of a row and a column, at most the row.
+#[inline]
 fn place(row: usize, column: usize) -> usize {
     row * (row + 1) / 2 + column
 }
@@ -52,12 +53,14 @@ impl ComplexSymmetricMatrix {
         Self { size, real: entries.clone(), imaginary: entries }
     }
 
+    #[inline]
     pub(crate) fn at(&self, row: usize, column: usize) -> Complex64 {
         let place = place(row.max(column), row.min(column));
         Complex64::new(self.real[place], self.imaginary[place])
     }
 
     /// Adds to an entry and to its mirror image.
+    #[inline]
     pub(crate) fn add(&mut self, row: usize, column: usize, value: Complex64) {
         let place = place(row.max(column), row.min(column));
         self.real[place] += value.re;

@@ -7,8 +7,9 @@
 //! Delta = Y_oo - Y_oe K (1 + Y_ee K)^-1 Y_eo,
 //! ```
 //!
-//! Y_oo without its diagonal part, the waves on guided sides. Delta is symmetric, M/2 + 1 or less in rank, and 0 in
-//! waves above M, which do not reach the edges.
+//! Y_oo without its diagonal part, the waves on guided sides. Delta is symmetric and M/2 + 1 or less in rank. Waves
+//! above M are taken as guided: they do not reach the belt, and the free edge of the tread, which is left out of them,
+//! changes their C by 0.4/m, motion that a strip some thickness of the tread away from the edge does not meet.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;

@@ -1,13 +1,14 @@
 //! Limits in closed form, and agreement with guided sides where these are the same.
 
 use num_complex::Complex64;
+use serde_json::Value;
 
 use super::Parity;
 use super::belt::{FreeEdges, FreeEdgesError, Resolution};
 use super::edge_stiffness::LATERAL;
-use super::reference_models::{bare, belt, belt_of, document, layer, number, spread_strip, stack};
+use super::reference_models::{bare, belt, belt_of, complex, document, layer, number, spread_strip, stack};
 use crate::scene::{Cords, DEFAULT, Layer, Scene, Tyre};
-use crate::tyre::layers::curved::{CurvedStack, FINE_STEP};
+use crate::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP};
 
 const RADIUS: f64 = 0.3;
 const WIDTH: f64 = 0.136;
@@ -130,6 +131,54 @@ fn short_waves_do_not_feel_whether_the_edges_are_free() {
     }
     // They do where they are long.
     assert!(difference(0, 400.0) > 0.1);
+}
+
+#[test]
+fn the_default_tyre_on_free_edges_is_that_of_the_references() {
+    let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
+    let document = document();
+    for (name, angular_velocity) in [("default", 0.0), ("turning_110", number(&document["tyres"]["turning_110"]["Om"]))]
+    {
+        let belt = FreeEdges::new(&Tyre { angular_velocity, ..tyre.clone() }, 0.015).unwrap();
+        let of_tyre = |case: &&Value| case["tyre"] == name && case.get("H_strip").is_some();
+        let cases = document["cases"].as_array().unwrap().iter().filter(of_tyre);
+        for (index, case) in cases.enumerate() {
+            let (n, s) = (case["n"].as_i64().unwrap(), complex(&case["s"]));
+            let (found, wanted) = (belt.strip(n, s, tyre.contact_width), complex(&case["H_strip"]));
+            let error = (found - wanted).norm() / wanted.norm();
+            println!("{name}, {index}: {error:.1e}");
+            assert!(error < 2e-3, "{name}, n = {n}, s = {s}: {error:.1e}");
+        }
+    }
+}
+
+#[test]
+fn free_edges_soften_the_default_tyre_and_split_its_breathing_mode() {
+    let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
+    let (free, guided) = (FreeEdges::new(&tyre, 0.015).unwrap(), CurvedStack::new(&tyre));
+    // Static influence, free over guided.
+    let at_rest = Complex64::new(1e-6, 0.0);
+    for (n, wanted) in [(1, 1.10), (2, 1.09), (3, 1.07), (8, 1.05), (20, 1.02)] {
+        let found = free.strip(n, at_rest, tyre.contact_width) / spread_strip(&guided, n, at_rest, tyre.contact_width);
+        println!("n = {n}: {}", found.re);
+        assert!((found.re - wanted).abs() < 6e-3, "n = {n}: {found}");
+    }
+    // Mobility of the wave that is uniform over the belt.
+    let section = free.section(0, Parity::Even);
+    let (mut loose, mut held) = (Vec::new(), Vec::new());
+    for step in 0..=300 {
+        let frequency = 250.0 + f64::from(step);
+        let s = Complex64::new(0.0, std::f64::consts::TAU * frequency);
+        let mobility = |compliance: Complex64| (compliance * s).norm();
+        loose.push((mobility(section.at(s).compliance(0, 0).unwrap()), frequency));
+        let surface = guided.compliance(0, 0, s, STEP).0[2][2];
+        held.push((mobility(surface * tyre.width / guided.radius), frequency));
+    }
+    let peak = |values: &[(f64, f64)]| values.iter().copied().fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+    let (loose_peak, held_peak) = (peak(&loose), peak(&held));
+    let decibels = 20.0 * (loose_peak.0 / held_peak.0).log10();
+    println!("peak {loose_peak:?} for {held_peak:?}: {decibels} dB");
+    assert!((decibels + 6.7).abs() < 0.1 && (held_peak.1 - 494.0).abs() < 3.0, "{decibels}, {held_peak:?}");
 }
 
 #[test]

@@ -144,7 +144,9 @@ fn waves_beyond_the_edges_reach_are_guided_ones() {
         let ratio = at(i + 1, i + 1).norm() / at(i, i).norm();
         assert!(ratio > 0.9 && ratio < 1.0, "{i}: {ratio}");
     }
-    assert!(at(0, 1).norm() > 0.0 && at(0, 1).norm() < 1e-3 * at(0, 0).norm());
+    // The edge of the tread itself couples short waves, too, in proportion to 1/m: the error of leaving them.
+    let coupling = at(0, 1).norm() / at(0, 0).norm();
+    assert!(coupling > 1e-3 && coupling < 1e-2, "{coupling:e}");
     assert!(at(1, 2).norm() == 0.0 && at(2, 3).norm() == 0.0);
 }
 

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::lateral_shapes::{LateralShapes, Parity};
-use crate::scene::Tyre;
+use crate::scene::{Cavity, Tyre};
 use crate::sidewall::{EdgeStatics, Sidewall};
 use crate::tyre::layers::curved::CurvedStack;
 use crate::tyre::layers::lateral_split::{LateralSplit, LayerPolynomials};
@@ -20,9 +20,9 @@ pub(super) struct Resolution {
 }
 
 impl Resolution {
-    /// Of runs.
+    /// Truncation of runs.
     pub(super) const RUN: Self = Self { waves: 16, degree: 8, rates: &[0.0, 7.0, 42.0] };
-    /// Of reference values.
+    /// Truncation of reference values.
     pub(super) const FINE: Self = Self { waves: 48, degree: 12, rates: &[0.0, 5.0, 20.0, 80.0] };
 }
 
@@ -57,7 +57,7 @@ pub struct FreeEdges {
     pub(super) stack: CurvedStack,
     statics: Option<EdgeStatics>,
     polynomials: Vec<LayerPolynomials>,
-    /// Of even and of odd parity.
+    /// Even parity, then odd.
     shapes: [LateralShapes; 2],
 }
 
@@ -116,6 +116,30 @@ impl FreeEdges {
     /// A sidewall and its steady state at the edge.
     pub(super) fn sidewall(&self) -> Option<(&Sidewall, EdgeStatics)> {
         self.stack.sidewall.as_deref().zip(self.statics)
+    }
+
+    /// B_e/B: the part of a uniform pressure that the sidewalls leave to a belt on guided sides; 1 without them.
+    pub(super) fn swept_share(&self) -> f64 {
+        let width = self.stack.width;
+        self.sidewall().and_then(|(sidewall, _)| sidewall.effective_width(width)).map_or(1.0, |part| part / width)
+    }
+
+    /// Today's form: the same belt on guided sides, its sidewalls spread over the width.
+    pub(super) fn guided(&self) -> CurvedStack {
+        let share = self.swept_share();
+        let cavity = self.stack.cavity.map(|cavity| Cavity { density: cavity.density * share * share, ..cavity });
+        CurvedStack { cavity, ..self.stack.clone() }
+    }
+
+    /// Mass per width and radian, sum of rho h r \[kg/m\].
+    pub(super) fn mass(&self) -> f64 {
+        let mut from = self.stack.inner_radius();
+        let mass = self.stack.layers.iter().map(|layer| {
+            let middle = from + 0.5 * layer.thickness;
+            from += layer.thickness;
+            layer.material.density * layer.thickness * middle
+        });
+        mass.sum()
     }
 
     /// Energy of the layers in motion of n periods round the tyre.

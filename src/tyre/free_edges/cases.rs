@@ -157,7 +157,7 @@ impl FreeTyre {
         // 2. Waves: beyond those that the edges correct they are guided ones.
         let correction = self.belt.section(n, parity).at(s);
         let stack = &self.belt.stack;
-        let guided = CurvedStack { cavity: None, ..stack.clone().without_sidewalls() };
+        let guided = self.belt.guided();
         let between = |m: usize, other: usize| match correction.compliance(m, other) {
             Some(compliance) => compliance,
             None if m == other => {

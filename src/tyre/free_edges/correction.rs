@@ -1,56 +1,45 @@
-//! Difference of a belt with free edges to one on guided sides without sidewalls, between waves of one parity.
+//! Difference of a belt with free edges to today's form, guided sides with the sidewalls spread over the width, between
+//! waves of one parity.
 //!
 //! With Y the compliance of the section without forces at its edges, o its waves, e the motions of its edges
-//! (`super::edge_stiffness`) and K the forces there by these motions:
+//! (`super::edge_stiffness`) and those that springs hold (`super::section_compliance`), and K the forces there by these motions,
+//! less the springs:
 //!
 //! ```text
-//! Delta = Y_oo - Y_oe K (1 + Y_ee K)^-1 Y_eo,
+//! Delta = Y_oo - Y_oe K (1 + Y_ee K)^-1 Y_eo,   less the diagonal of today's waves.
 //! ```
 //!
-//! Y_oo without its diagonal part, the waves on guided sides. Delta is symmetric and M/2 + 1 or less in rank. Waves
-//! above M are taken as guided: they do not reach the belt, and the free edge of the tread, which is left out of them,
-//! changes their C by 0.4/m, motion that a strip some thickness of the tread away from the edge does not meet.
+//! Delta is symmetric and M/2 + 1 or less in rank. Waves above M are left as they are today: they do not reach the
+//! belt, and the free edge of the tread, which is left out of them, changes their C by 0.4/m, motion that a strip some
+//! thickness of the tread away from the edge does not meet.
 
 use faer::Mat;
-use faer::linalg::solvers::Solve;
 use num_complex::Complex64;
 
-use super::edge_stiffness::{EdgeStiffness, MOTIONS};
+use super::edge_stiffness::EdgeForces;
 use super::lateral_shapes::{LateralShapes, LateralWave};
-use crate::numeric::{ComplexSymmetricMatrix, sinc};
+use super::section_compliance::{MOTIONS, SectionCompliance};
+use crate::numeric::sinc;
 
-/// Difference between free edges and guided sides without sidewalls, for one n, parity, s.
+/// Difference between free edges and today's form, guided sides with spread sidewalls, for one n, parity, s.
 #[derive(Clone, Debug)]
 pub struct EdgeCorrection {
     width: f64,
     waves: Vec<LateralWave>,
     /// Amplitude of w on the tread of wave i per force on that of wave j \[m/(N/rad)\].
     amplitudes: Mat<Complex64>,
-    /// The same on guided sides without sidewalls, the diagonal \[m/(N/rad)\].
+    /// Amplitudes on guided sides, the diagonal \[m/(N/rad)\].
     guided: Vec<Complex64>,
 }
 
 impl EdgeCorrection {
-    /// From -Y, edges before waves.
-    pub(super) fn new(
-        width: f64,
-        shapes: &LateralShapes,
-        compliance: &ComplexSymmetricMatrix,
-        stiffness: &EdgeStiffness,
-        guided: Vec<Complex64>,
-    ) -> Self {
-        let count = shapes.waves.len();
-        let edges = Mat::from_fn(MOTIONS, MOTIONS, |i, j| -compliance.at(i, j));
-        let across = Mat::from_fn(MOTIONS, count, |i, wave| -compliance.at(i, MOTIONS + wave));
-        let stiffness = Mat::from_fn(MOTIONS, MOTIONS, |i, j| stiffness[i][j]);
-        let held = Mat::<Complex64>::identity(MOTIONS, MOTIONS) + edges * &stiffness;
-        let forces = &stiffness * held.partial_piv_lu().solve(&across);
-        let through_edges = across.transpose() * forces;
-        let amplitudes = Mat::from_fn(count, count, |i, j| {
-            // Symmetric but for rounding: the mean.
-            -compliance.at(MOTIONS + i, MOTIONS + j) - 0.5 * (through_edges[(i, j)] + through_edges[(j, i)])
+    pub(super) fn new(width: f64, shapes: &LateralShapes, compliance: &SectionCompliance, forces: &EdgeForces) -> Self {
+        let whole = compliance.under(&forces.stiffness);
+        let amplitudes = Mat::from_fn(shapes.waves.len(), shapes.waves.len(), |i, j| {
+            let difference = if i == j { compliance.held[i] - compliance.guided[i] } else { Complex64::ZERO };
+            whole[(MOTIONS + i, MOTIONS + j)] + difference
         });
-        Self { width, waves: shapes.waves.clone(), amplitudes, guided }
+        Self { width, waves: shapes.waves.clone(), amplitudes, guided: compliance.guided.clone() }
     }
 
     /// Lateral numbers m of the waves that the edges correct, rising.
@@ -74,7 +63,7 @@ impl EdgeCorrection {
         }
     }
 
-    /// As [`Self::between`], of the whole belt: with the guided wave, where both are the same; `None` for a wave that
+    /// As [`Self::between`], of the whole belt: with today's wave, where both are the same; `None` for a wave that
     /// the edges do not correct.
     pub fn compliance(&self, m: usize, other: usize) -> Option<Complex64> {
         let place = |m: usize| self.waves.iter().position(|wave| wave.number == m);
@@ -83,8 +72,8 @@ impl EdgeCorrection {
         Some((self.amplitudes[(i, j)] + guided) * (self.waves[i].norm * self.waves[j].norm))
     }
 
-    /// Number to add to the sum over guided waves without sidewalls: mean of w over a centred strip of a width \[m\] for
-    /// a unit force per radian, uniform over the strip \[m/(N/rad)\]. Waves of odd parity do not move it.
+    /// Number to add to today's sum over guided waves: mean of w over a centred strip of a width \[m\]
+    /// for a unit force per radian, uniform over the strip \[m/(N/rad)\]. Waves of odd parity do not move it.
     pub fn strip(&self, strip: f64) -> Complex64 {
         let shares: Vec<f64> = self.waves.iter().map(|wave| strip_share(wave, self.width, strip)).collect();
         let mut sum = Complex64::ZERO;

@@ -17,10 +17,15 @@
 //! ```
 //!
 //! Lifts are taken less their projections on the waves m <= M, so that w and v lifts are orthogonal in energy to these
-//! waves. Sine coefficients c_m of psi and cosine coefficients d_m of chi are c_m = -+(4/B) k_m/(kappa^2 + k_m^2) (even,
-//! odd) and d_m = -c_m/k_m. The cosine coefficient of psi' less k_m c_m is beta_m = +-4/B (2/B at m = 0) in every
-//! family: a wave meets only the slope of q that the edges' motion demands. Families of q past the first are taken less
-//! the first: they leave the edges at rest, and are orthogonal to all these waves, too.
+//! waves. Sine coefficients c_m of psi and cosine coefficients d_m of chi are
+//!
+//! ```text
+//! c_m = -beta_m k_m/(kappa^2 + k_m^2),   d_m = -c_m/k_m,   beta_m = 4/B (even; 2/B at m = 0), -4/B (odd).
+//! ```
+//!
+//! The cosine coefficient of psi' less k_m c_m is beta_m in every family: a wave meets only the slope of q that the
+//! edges' motion demands. Families of q past the first are taken less the first: they leave the edges at rest, and are
+//! orthogonal to all these waves, too.
 
 use std::f64::consts::PI;
 

@@ -8,8 +8,9 @@
 //! - [`Parity`], `lateral_shapes`: waves and lifts across the tyre, their products and their values at the edges;
 //! - [`FreeEdges`]: layers and sidewalls of such a belt;
 //! - [`Section`]: the section in motion of n periods round the tyre, and its compliance at s;
+//! - `section_compliance`: that compliance, held by springs so that rigid motions have one;
 //! - `edge_stiffness`: sidewalls, pressure at the corners and cavity, as forces at the edges;
-//! - [`EdgeCorrection`]: the difference to guided sides, between waves and on a strip;
+//! - [`EdgeCorrection`]: the difference to today's form, guided sides, between waves and on a strip;
 //! - `cases`: belts in files of compliance cases;
 //! - `strip`: the compliance of a strip, wave by wave: the reference path of the sum that the correction adds to.
 //!
@@ -21,6 +22,7 @@ mod correction;
 mod edge_stiffness;
 mod lateral_shapes;
 mod section;
+mod section_compliance;
 mod strip;
 
 #[cfg(test)]

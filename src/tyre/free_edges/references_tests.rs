@@ -92,7 +92,8 @@ fn entry(name: &str, tyre: &Value) -> Value {
     if tyre["sidewalls"] == true {
         let (side, air) = (&tyre["side"], &tyre["cav"]);
         entry["sidewall"] = json!({
-            "radius": side["r"], "angle": side["phi"], "mass": side["m"], "shear": side["G"], "loss_factor": side["eta"],
+            "radius": side["r"], "angle": side["phi"], "mass": side["m"], "shear": side["G"],
+            "loss_factor": side["eta"],
         });
         entry["cavity"] = json!({
             "radius": air["radius"], "depth": air["depth"], "density": air["rho"], "sound_speed": air["c"],
@@ -108,7 +109,8 @@ fn file() -> Value {
     let tyres: Vec<Value> =
         document["tyres"].as_object().unwrap().iter().map(|(name, tyre)| entry(name, tyre)).collect();
     let cases = document["cases"].as_array().unwrap().iter();
-    let case = |case: &Value| json!({ "tyre": case["tyre"], "n": case["n"], "s": case["s"], "parity": case["parity"], "waves": case["waves"] });
+    let asked = ["tyre", "n", "s", "parity", "waves"];
+    let case = |case: &Value| asked.map(|key| (key, case[key].clone())).into_iter().collect::<Value>();
     json!({ "tyres": tyres, "cases": cases.map(case).collect::<Vec<_>>() })
 }
 

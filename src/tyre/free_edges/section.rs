@@ -11,8 +11,8 @@
 //!          w or v, q: int chi psi' S - int psi psi T,
 //! ```
 //!
-//! and a functional that is p_m on wave m and l on the lifts is d = l - sum_m beta_m p_m^T K_m^-1 D_m on the lifts after
-//! the waves are eliminated. The compliance between functionals is sum_m p_m^T K_m^-1 p_m/N_m + d^T Z^-1 d.
+//! and a functional that is p_m on wave m and l on the lifts is d = l - sum_m beta_m p_m^T K_m^-1 D_m on the lifts
+//! after the waves are eliminated. The compliance between functionals is sum_m p_m^T K_m^-1 p_m/N_m + d^T Z^-1 d.
 //!
 //! 1. each wave: its layers without their interior, then its faces, are eliminated: p_m^T K_m^-1 p_m, D_m^T K_m^-1 D_m
 //!    and p_m^T K_m^-1 D_m remain;
@@ -30,11 +30,15 @@ use num_complex::Complex64;
 use super::belt::FreeEdges;
 use super::correction::EdgeCorrection;
 use super::edge_stiffness::{
-    CIRCUMFERENTIAL, CORNER_LATERAL, CORNER_RADIAL, LATERAL, MOTIONS, RADIAL, SWEPT, edge_stiffness, swept_by_edges,
+    CIRCUMFERENTIAL, CORNER_LATERAL, CORNER_RADIAL, EDGES, EdgeForces, LATERAL, RADIAL, SWEPT, swept_by_edges,
 };
 use super::lateral_shapes::{LateralShapes, LateralWave, Parity};
+use super::section_compliance::{HELD, MOTIONS, SectionCompliance};
 use crate::numeric::ComplexSymmetricMatrix;
 use crate::tyre::layers::lateral_split::{Component, LateralSplit, LateralSplitAt};
+
+/// Angular frequency of a rigid belt on the springs that hold it \[1/s\]: that of a tyre on its sidewalls.
+const HELD_RATE: f64 = 600.0;
 
 /// Families of v lifts: edge layers have hardly any motion round the tyre.
 const CIRCUMFERENTIAL_FAMILIES: usize = 1;
@@ -85,29 +89,41 @@ impl SharedPlaces {
 }
 
 impl Section<'_> {
-    /// Difference between free edges and guided sides without sidewalls at s \[1/s\].
+    /// Difference between free edges and today's form, guided sides with spread sidewalls, at s \[1/s\].
     pub fn at(&self, s: Complex64) -> EdgeCorrection {
-        let shapes = self.edges.shapes(self.parity);
-        let (compliance, guided) = self.negative_compliance(s);
-        let stiffness = edge_stiffness(self.edges, self.n, self.parity == Parity::Even, s);
-        EdgeCorrection::new(self.edges.stack.width, shapes, &compliance, &stiffness, guided)
+        let forces = EdgeForces::new(self.edges, self.n, self.parity == Parity::Even, s);
+        let compliance = self.compliance(s, &forces);
+        EdgeCorrection::new(self.edges.stack.width, self.edges.shapes(self.parity), &compliance, &forces)
     }
 
-    /// Minus the compliance between the edges' motions and the waves' amplitudes on the tread, without forces at the
-    /// edges and without the diagonal of guided waves, which comes second.
-    pub(super) fn negative_compliance(&self, s: Complex64) -> (ComplexSymmetricMatrix, Vec<Complex64>) {
+    /// Compliance between the edges' motions and the waves' amplitudes on the tread, without forces at the edges; of
+    /// `forces`, the waves in today's form take the spread ones.
+    pub(super) fn compliance(&self, s: Complex64, forces: &EdgeForces) -> SectionCompliance {
         let shapes = self.edges.shapes(self.parity);
         let layers = self.layers_at(s);
         let places = self.places(shapes);
         let mut matrix = ComplexSymmetricMatrix::zeros(places.count());
-        self.add_functionals(shapes, &places, &mut matrix);
+        let springs = self.springs();
+        self.add_functionals(shapes, &places, springs, &mut matrix);
         let waves = shapes.waves.iter().enumerate();
-        let guided = waves.map(|(index, wave)| self.add_wave(&layers, &places, (index, wave), &mut matrix)).collect();
+        let alone = waves.map(|wave| self.add_wave(&layers, &places, wave, forces, &mut matrix));
+        let (held, guided) = alone.collect();
         for (index, layer) in layers.iter().enumerate() {
             self.add_lifts(shapes, &places, index, layer, &mut matrix);
         }
         matrix.eliminate(places.functionals);
-        (matrix, guided)
+        SectionCompliance { negative: matrix, springs, held, guided }
+    }
+
+    /// Springs that hold V, P and w: with them a rigid belt oscillates at [`HELD_RATE`].
+    fn springs(&self) -> [f64; HELD] {
+        let width = self.edges.stack.width;
+        let sideways = self.edges.mass() * width * HELD_RATE * HELD_RATE;
+        match self.parity {
+            Parity::Even => [sideways, 0.0, sideways],
+            // Of the lifts y, 1, y.
+            Parity::Odd => [sideways * width * width / 12.0, sideways, sideways * width * width / 12.0],
+        }
     }
 
     /// Energy of the layers, that of foundation and pressure on the inner face included.
@@ -154,8 +170,14 @@ impl Section<'_> {
         self.layers.len() + 1 + before + polynomial - 2
     }
 
-    /// Motions of the edges by the lifts on the inner face.
-    fn add_functionals(&self, shapes: &LateralShapes, places: &SharedPlaces, matrix: &mut ComplexSymmetricMatrix) {
+    /// Motions of the edges by the lifts on the inner face, and springs there.
+    fn add_functionals(
+        &self,
+        shapes: &LateralShapes,
+        places: &SharedPlaces,
+        springs: [f64; HELD],
+        matrix: &mut ComplexSymmetricMatrix,
+    ) {
         let [by_radial, by_lateral] = swept_by_edges(self.edges);
         for (family, zone) in shapes.lifts.iter().enumerate() {
             let corner = if family == 0 { 1.0 } else { 0.0 };
@@ -173,9 +195,17 @@ impl Section<'_> {
                 }
             }
         }
+        if self.parity == Parity::Odd {
+            for component in [Component::Circumferential, Component::Lateral, Component::Radial] {
+                if let Some(place) = places.on_face_of(0, component, 0) {
+                    matrix.add(EDGES + component as usize, place, Complex64::ONE);
+                    matrix.add(place, place, springs[component as usize].into());
+                }
+            }
+        }
     }
 
-    /// Motions of the edges by V, P, w of a wave on the inner face.
+    /// Motions of the edges, and those held, by V, P, w of a wave on the inner face.
     fn edge_motions(&self, wave: &LateralWave) -> [[f64; 3]; MOTIONS] {
         let [by_radial, by_lateral] = swept_by_edges(self.edges);
         let zone = wave.zone;
@@ -187,28 +217,41 @@ impl Section<'_> {
         motions[RADIAL] = [0.0, 0.0, zone.mean];
         motions[CORNER_RADIAL] = [0.0, 0.0, zone.at_edge];
         motions[SWEPT] = [0.0, by_lateral * zone.lateral, mean + by_radial * zone.mean];
+        if wave.number == 0 {
+            motions[EDGES + Component::Circumferential as usize] = [1.0, 0.0, 0.0];
+            motions[EDGES + Component::Radial as usize] = [0.0, 0.0, 1.0];
+        }
         motions
     }
 
-    /// Adds a wave, eliminated; returns its compliance on guided sides, per force on its amplitude.
+    /// Adds a wave, eliminated; returns its compliance alone, per force on its amplitude: on the springs, and in today's
+    /// form.
     fn add_wave(
         &self,
         layers: &[LateralSplitAt],
         places: &SharedPlaces,
         (index, wave): (usize, &LateralWave),
+        forces: &EdgeForces,
         matrix: &mut ComplexSymmetricMatrix,
-    ) -> Complex64 {
-        // Functionals, then the first family of q, then V, P, w of each face.
-        let functionals = MOTIONS + 1;
+    ) -> (Complex64, Complex64) {
+        // Motions, V and w of the inner face, w on the tread; then the first family of q, then V, P, w of each face.
+        let (inner, tread) = ([MOTIONS, MOTIONS + 1], MOTIONS + 2);
+        let functionals = tread + 1;
         let faces = functionals + places.first_family;
         let mut whole = ComplexSymmetricMatrix::zeros(faces + 3 * places.faces);
-        // 1. Functionals: motions of the edges, and w on the tread.
+        // 1. Functionals, and the springs.
         for (motion, values) in self.edge_motions(wave).into_iter().enumerate() {
             for (component, value) in values.into_iter().enumerate() {
                 whole.add(motion, faces + component, value.into());
             }
         }
-        whole.add(MOTIONS, faces + 3 * places.faces - 1, Complex64::ONE);
+        whole.add(tread, faces + 3 * places.faces - 1, Complex64::ONE);
+        let spring = if wave.number == 0 { self.springs()[Component::Radial as usize] / wave.norm } else { 0.0 };
+        for (functional, component) in inner.into_iter().zip([Component::Circumferential, Component::Radial]) {
+            let place = faces + component as usize;
+            whole.add(functional, place, Complex64::ONE);
+            whole.add(place, place, spring.into());
+        }
         // 2. Layers, without their interior.
         for (layer, (split, at)) in self.layers.iter().zip(layers).enumerate() {
             let polynomials = split.polynomials();
@@ -220,22 +263,41 @@ impl Section<'_> {
         }
         // 3. Faces. The result is negative: -p^T K^-1 p and so on.
         whole.eliminate(faces);
-        let scales = |row: usize| if row < functionals { wave.norm.recip() } else { wave.boundary };
+        let scale = |row: usize| if row < functionals { wave.norm.recip() } else { wave.boundary };
         let place = |row: usize| match row {
-            MOTIONS => MOTIONS + index,
             row if row < MOTIONS => row,
+            row if row == tread => MOTIONS + index,
             row => places.functionals + row - functionals,
         };
-        for row in 0..faces {
-            for column in 0..=row {
-                if (row, column) != (MOTIONS, MOTIONS) {
+        let rows = || (0..faces).filter(|row| !inner.contains(row));
+        for row in rows() {
+            for column in rows().take_while(|&column| column <= row) {
+                if (row, column) != (tread, tread) {
                     // Products of 1/N_m and beta_m, times N_m.
-                    let scale = scales(row) * scales(column) * wave.norm;
+                    let scale = scale(row) * scale(column) * wave.norm;
                     matrix.add(place(row), place(column), whole.at(row, column) * scale);
                 }
             }
         }
-        -whole.at(MOTIONS, MOTIONS) / wave.norm
+        // 4. The wave alone: with forces F on V and w of the inner face, C - c^T F (1 + Y F)^-1 c.
+        let [circumferential, coupling, radial] = forces.spread;
+        let radial = if wave.number == 0 { radial + forces.spread_air } else { radial };
+        let force = [[circumferential - spring, coupling], [coupling, radial - spring]];
+        let [y_v, y_vw, y_w] = [[0, 0], [0, 1], [1, 1]].map(|[i, j]| -whole.at(inner[i], inner[j]));
+        let [c_v, c_w] = inner.map(|row| -whole.at(row, tread));
+        let resisted = [
+            [1.0 + y_v * force[0][0] + y_vw * force[1][0], y_v * force[0][1] + y_vw * force[1][1]],
+            [y_vw * force[0][0] + y_w * force[1][0], 1.0 + y_vw * force[0][1] + y_w * force[1][1]],
+        ];
+        let determinant = resisted[0][0] * resisted[1][1] - resisted[0][1] * resisted[1][0];
+        let moved = [
+            (resisted[1][1] * c_v - resisted[0][1] * c_w) / determinant,
+            (resisted[0][0] * c_w - resisted[1][0] * c_v) / determinant,
+        ];
+        let held = -whole.at(tread, tread);
+        let given = [0, 1].map(|row| force[row][0] * moved[0] + force[row][1] * moved[1]);
+        let guided = held - c_v * given[0] - c_w * given[1];
+        (held / wave.norm, guided / wave.norm)
     }
 
     /// Adds the lifts of a layer, without interior polynomials past the first family of q.

@@ -28,11 +28,10 @@ const REST: f64 = 1e-7;
 const TOLERANCE: f64 = 1e-9;
 
 impl FreeEdges {
-    /// Mean of w over a centred strip of a width \[m\] for a unit force per radian, uniform over the strip, in motion of
-    /// n periods round the tyre at s \[m/(N/rad)\].
+    /// Mean of w over a centred strip of a width \[m\] for a unit force per radian, uniform over the strip, in motion
+    /// of n periods round the tyre at s \[m/(N/rad)\].
     pub fn strip(&self, n: i64, s: Complex64, strip: f64) -> Complex64 {
-        let bare = CurvedStack { cavity: None, ..self.stack.clone().without_sidewalls() };
-        strip_of(bare, n, s, strip) + self.section(n, Parity::Even).at(s).strip(strip)
+        strip_of(self.guided(), n, s, strip) + self.section(n, Parity::Even).at(s).strip(strip)
     }
 }
 
@@ -54,7 +53,12 @@ pub(super) fn strip_of(stack: CurvedStack, n: i64, s: Complex64, strip: f64) -> 
     let cylinder = Cylinder::of(stack, s.norm(), TOLERANCE);
     let at = cylinder.at(s);
     let waves = (0..explicit).step_by(2);
-    let sum: Complex64 = waves.map(|m| cylinder.wave(n, m).normal(&at).surface * weight(m)).sum();
+    let sum: Complex64 = waves
+        .map(|m| {
+            let [forwards, backwards] = cylinder.wave(n.abs(), m).normal_both_ways(&at);
+            (if n < 0 { backwards } else { forwards }).surface * weight(m)
+        })
+        .sum();
     // 2. The half-space.
     let shear = shear_modulus(&tread.material, s);
     let (kappa, inertia) = (modulus_ratio(tread.material.poisson), s * s * tread.material.density);

@@ -124,7 +124,7 @@ impl FreeEdges {
         self.sidewall().and_then(|(sidewall, _)| sidewall.effective_width(width)).map_or(1.0, |part| part / width)
     }
 
-    /// Today's form: the same belt on guided sides, its sidewalls spread over the width.
+    /// The same belt on guided sides, its sidewalls spread over the width.
     pub(super) fn guided(&self) -> CurvedStack {
         let share = self.swept_share();
         let cavity = self.stack.cavity.map(|cavity| Cavity { density: cavity.density * share * share, ..cavity });

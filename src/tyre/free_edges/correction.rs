@@ -1,15 +1,15 @@
-//! Difference of a belt with free edges to today's form, guided sides with the sidewalls spread over the width, between
-//! waves of one parity.
+//! Difference of a belt with free edges to one on guided sides with its sidewalls spread over the width, between waves
+//! of one parity.
 //!
 //! With Y the compliance of the section without forces at its edges, o its waves, e the motions of its edges
-//! (`super::edge_stiffness`) and those that springs hold (`super::section_compliance`), and K the forces there by these motions,
-//! less the springs:
+//! (`super::edge_stiffness`) and those that springs hold (`super::section_compliance`), and K the forces there by
+//! these motions, less the springs:
 //!
 //! ```text
-//! Delta = Y_oo - Y_oe K (1 + Y_ee K)^-1 Y_eo,   less the diagonal of today's waves.
+//! Delta = Y_oo - Y_oe K (1 + Y_ee K)^-1 Y_eo,   less the diagonal of the guided waves.
 //! ```
 //!
-//! Delta is symmetric and M/2 + 1 or less in rank. Waves above M are left as they are today: they do not reach the
+//! Delta is symmetric and M/2 + 1 or less in rank. Waves above M stay guided ones: they do not reach the
 //! belt, and the free edge of the tread, which is left out of them, changes their C by 0.4/m, motion that a strip some
 //! thickness of the tread away from the edge does not meet.
 
@@ -21,7 +21,7 @@ use super::lateral_shapes::{LateralShapes, LateralWave};
 use super::section_compliance::{MOTIONS, SectionCompliance};
 use crate::numeric::sinc;
 
-/// Difference between free edges and today's form, guided sides with spread sidewalls, for one n, parity, s.
+/// Difference between free edges and guided sides with spread sidewalls, for one n, parity, s.
 #[derive(Clone, Debug)]
 pub struct EdgeCorrection {
     width: f64,
@@ -63,7 +63,7 @@ impl EdgeCorrection {
         }
     }
 
-    /// As [`Self::between`], of the whole belt: with today's wave, where both are the same; `None` for a wave that
+    /// As [`Self::between`], of the whole belt: with the guided wave, where both are the same; `None` for a wave that
     /// the edges do not correct.
     pub fn compliance(&self, m: usize, other: usize) -> Option<Complex64> {
         let place = |m: usize| self.waves.iter().position(|wave| wave.number == m);
@@ -72,8 +72,8 @@ impl EdgeCorrection {
         Some((self.amplitudes[(i, j)] + guided) * (self.waves[i].norm * self.waves[j].norm))
     }
 
-    /// Number to add to today's sum over guided waves: mean of w over a centred strip of a width \[m\]
-    /// for a unit force per radian, uniform over the strip \[m/(N/rad)\]. Waves of odd parity do not move it.
+    /// Number to add to the sum over guided waves with spread sidewalls: mean of w over a centred strip of a width
+    /// \[m\] for a unit force per radian, uniform over the strip \[m/(N/rad)\]. Waves of odd parity do not move it.
     pub fn strip(&self, strip: f64) -> Complex64 {
         let shares: Vec<f64> = self.waves.iter().map(|wave| strip_share(wave, self.width, strip)).collect();
         let mut sum = Complex64::ZERO;

@@ -11,7 +11,7 @@
 //! g = mean w - (2 N_b/(p B)) (cos a_b w_e - sin a_b q_e),   stiffness z B R_i.
 //! ```
 //!
-//! Today's form, guided sides, has both sidewalls spread over the width instead, and the cavity by a share of it
+//! Guided sides have both sidewalls spread over the width instead, and the cavity by a share of it
 //! (`crate::tyre::layers::curved`): per width and radian R_i 2/B of the arc over (w, V), and R_i z (B_e/B)^2 in m = 0.
 
 use num_complex::Complex64;
@@ -37,7 +37,7 @@ pub(super) const SWEPT: usize = 5;
 pub(super) struct EdgeForces {
     /// Forces by motions of both edges together \[N/(m rad)\].
     pub stiffness: [[Complex64; EDGES]; EDGES],
-    /// Today's form: VV, wV, ww per width \[N/(m^2 rad)\].
+    /// On guided sides: VV, wV, ww per width \[N/(m^2 rad)\].
     pub spread: [Complex64; 3],
     /// Addition to ww of m = 0 by the cavity.
     pub spread_air: Complex64,

@@ -119,7 +119,7 @@ pub(super) fn parity(value: &Value) -> Parity {
     if value == "even" { Parity::Even } else { Parity::Odd }
 }
 
-/// Today's compliance of a strip, of a tyre on guided sides with its sidewalls spread over the width.
+/// Compliance of a strip of a tyre on guided sides, its sidewalls spread over the width.
 pub(super) fn spread_strip(stack: &CurvedStack, n: i64, s: Complex64, strip: f64) -> Complex64 {
     strip_of(stack.clone(), n, s, strip)
 }

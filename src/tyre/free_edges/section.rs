@@ -89,7 +89,7 @@ impl SharedPlaces {
 }
 
 impl Section<'_> {
-    /// Difference between free edges and today's form, guided sides with spread sidewalls, at s \[1/s\].
+    /// Difference between free edges and guided sides with spread sidewalls, at s \[1/s\].
     pub fn at(&self, s: Complex64) -> EdgeCorrection {
         let forces = EdgeForces::new(self.edges, self.n, self.parity == Parity::Even, s);
         let compliance = self.compliance(s, &forces);
@@ -97,7 +97,7 @@ impl Section<'_> {
     }
 
     /// Compliance between the edges' motions and the waves' amplitudes on the tread, without forces at the edges; of
-    /// `forces`, the waves in today's form take the spread ones.
+    /// `forces`, the guided waves take the spread ones.
     pub(super) fn compliance(&self, s: Complex64, forces: &EdgeForces) -> SectionCompliance {
         let shapes = self.edges.shapes(self.parity);
         let layers = self.layers_at(s);
@@ -224,8 +224,8 @@ impl Section<'_> {
         motions
     }
 
-    /// Adds a wave, eliminated; returns its compliance alone, per force on its amplitude: on the springs, and in today's
-    /// form.
+    /// Adds a wave, eliminated; returns its compliance alone, per force on its amplitude: on the springs, and with
+    /// spread sidewalls.
     fn add_wave(
         &self,
         layers: &[LateralSplitAt],

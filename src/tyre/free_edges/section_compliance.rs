@@ -9,8 +9,8 @@
 //! Y' = Y - Y_e^T K (1 + Y_ee K)^-1 Y_e.
 //! ```
 //!
-//! Rigid motions of even parity are in the wave m = 0, whose V and w on the inner face they hold; those of odd parity in
-//! the lifts without a rate, of which they hold V, P and w there.
+//! Rigid motions of even parity are in the wave m = 0, whose V and w on the inner face they hold; those of odd parity
+//! in the lifts without a rate, of which they hold V, P and w there.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -33,7 +33,7 @@ pub(super) struct SectionCompliance {
     pub springs: [f64; HELD],
     /// Diagonal of the waves alone, on the springs \[m/(N/rad)\].
     pub held: Vec<Complex64>,
-    /// Diagonal of the waves in today's form \[m/(N/rad)\].
+    /// Diagonal of the guided waves with spread sidewalls \[m/(N/rad)\].
     pub guided: Vec<Complex64>,
 }
 

@@ -14,6 +14,7 @@ pub(crate) mod legendre;
 pub(crate) mod rational;
 pub(crate) mod ring;
 pub(crate) mod statistics;
+pub(crate) mod symmetric_matrix;
 pub(crate) mod transform_length;
 pub(crate) mod windowed_sinc;
 
@@ -25,5 +26,6 @@ pub(crate) use largest::{largest_above, largest_or_zero};
 pub(crate) use legendre::SplitRule;
 pub use ring::Ring;
 pub(crate) use statistics::{RunningMoments, StraightLine, quantile_of_student};
+pub(crate) use symmetric_matrix::{ComplexSymmetricMatrix, SymmetricMatrix};
 pub(crate) use transform_length::{transform_length, transform_multiply_adds};
 pub(crate) use windowed_sinc::sinc;

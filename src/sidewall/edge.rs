@@ -17,7 +17,9 @@
 //! Y = (t, u, V) by (Tt, Tn, Tv) begins with 0 and is handed on, step by step, by exponentials of Magnus' expansion of
 //! sixth order (Blanes, Casas, Oteo & Ros 2009, *Phys. Rep.* 470, 151), so that nothing overflows. At the edge
 //! t = w cos a_b - q sin a_b, u = w sin a_b + q cos a_b, and K = Q^T Y^-1 Q/R_b per metre of the edge. A belt that is
-//! symmetric across moves by q as a whole alone, apart from w and V: K_qq, and K over w and V without q.
+//! symmetric across moves by q as a whole alone, apart from w and V: K_qq, and K over w and V without q. An edge that
+//! is free to move across ([`FreeEdgeImpedance`]) meets all of K. Its only part that is not symmetric, K_wq - K_qw =
+//! f p, belongs to the pressure on the belt and is left to it: here both are the mean.
 //!
 //! Sums of the arc's motion, c . (t, u) over the ends of the steps, go along: Y_k = (E11 Y + E12) M and
 //! M = (E21 Y + E22)^-1, the forces there by those of the next end, give the sum by the forces reached,
@@ -44,6 +46,17 @@ pub struct EdgeImpedance<T = Complex64> {
     pub circumferential: T,
     /// K_qq: lateral force by lateral motion alone.
     pub lateral: T,
+}
+
+/// Impedance of one sidewall at an edge that also moves across, q outwards: forces per metre of edge \[N/m^2\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FreeEdgeImpedance<T = Complex64> {
+    /// Impedance over w and V, and K_qq.
+    pub guided: EdgeImpedance<T>,
+    /// (K_wq + K_qw)/2.
+    pub radial_lateral: T,
+    /// qV: lateral force by V, and circumferential force by q.
+    pub lateral_circumferential: T,
 }
 
 type Matrix<T, const N: usize> = [[T; N]; N];
@@ -199,6 +212,47 @@ pub(super) fn edge_response<T: ComplexField, const K: usize>(
     wave: &Wave<T>,
     widest: &Wave<Complex64>,
 ) -> (EdgeImpedance<T>, [[T; 2]; K]) {
+    let (impedance, by_force, units) = marched(arc, points, sums, wave, widest);
+    // At the edge: Y^-1 turns the sums by force into sums by motion.
+    let (sine, cosine) = edge.angle.sin_cos();
+    let zero = wave.n.like(0.0);
+    let mut by_edge = [[zero; 2]; K];
+    for (sum, by_force) in by_edge.iter_mut().zip(&by_force) {
+        let [t, u, v] = over(by_force, &impedance);
+        let [along, out, round] = [cosine / units.states[0], sine / units.states[1], 1.0 / units.states[2]];
+        *sum = [t * along + u * out, v * round];
+    }
+    (at_edge(arc, edge, &impedance, &units), by_edge)
+}
+
+/// K of a wave at an edge that also moves across; arguments as of [`edge_impedance`].
+pub(super) fn free_edge_impedance(
+    arc: &Arc,
+    edge: &EdgeStatics,
+    points: &[[MeridianPoint; 3]],
+    wave: &Wave<Complex64>,
+) -> FreeEdgeImpedance {
+    let (impedance, [], units) = marched::<Complex64, 0>(arc, points, &vec![[]; points.len()], wave, wave);
+    let (sine, cosine) = edge.angle.sin_cos();
+    let [[tt, tu, tv], [ut, uu, uv], [vt, vu, _]] = in_units(arc, &impedance, &units);
+    FreeEdgeImpedance {
+        guided: at_edge(arc, edge, &impedance, &units),
+        radial_lateral: (uu - tt) * (sine * cosine) + (tu + ut) * (0.5 * (cosine * cosine - sine * sine)),
+        // Equal but for rounding: the mean of both.
+        lateral_circumferential: (uv + vu) * (0.5 * cosine) - (tv + vt) * (0.5 * sine),
+    }
+}
+
+/// Goes along the arc from the bead: (Tt, Tn, Tv) by (t, u, V) at the edge and the sums by force, in the units that
+/// are given with them.
+#[inline(always)]
+fn marched<T: ComplexField, const K: usize>(
+    arc: &Arc,
+    points: &[[MeridianPoint; 3]],
+    sums: &[[[f64; 2]; K]],
+    wave: &Wave<T>,
+    widest: &Wave<Complex64>,
+) -> (Matrix<T, 3>, [[T; 3]; K], Units) {
     let units = Units::new(arc, wavenumber(arc, widest.n.re, widest.s));
     let step = arc.length() / points.len() as f64;
     let squarings = squarings(arc, points, widest, &units, step);
@@ -206,7 +260,7 @@ pub(super) fn edge_response<T: ComplexField, const K: usize>(
     let zero = wave.n.like(0.0);
     let mut compliance = [[zero; 3]; 3];
     let mut by_force = [[zero; 3]; K];
-    // 1. Y and the sums by force, step by step from the bead.
+    // Y and the sums by force, step by step from the bead.
     for ([first, middle, last], weights) in points.iter().zip(sums) {
         let first = equations.system(first, &units);
         let middle = equations.system(middle, &units);
@@ -223,16 +277,7 @@ pub(super) fn edge_response<T: ComplexField, const K: usize>(
             *sum = next;
         }
     }
-    // 2. At the edge: Y^-1 turns the sums by force into sums by motion.
-    let impedance = inverse(&compliance);
-    let (sine, cosine) = edge.angle.sin_cos();
-    let mut by_edge = [[zero; 2]; K];
-    for (sum, by_force) in by_edge.iter_mut().zip(&by_force) {
-        let [t, u, v] = over(by_force, &impedance);
-        let [along, out, round] = [cosine / units.states[0], sine / units.states[1], 1.0 / units.states[2]];
-        *sum = [t * along + u * out, v * round];
-    }
-    (at_edge(arc, edge, &impedance, &units), by_edge)
+    (inverse(&compliance), by_force, units)
 }
 
 /// Row vector times matrix.
@@ -336,17 +381,23 @@ fn half<T: ComplexField>(moved: &Matrix<T, 6>, from: usize, compliance: &Matrix<
     sum
 }
 
-/// K from the impedance in units at the belt's edge.
+/// Forces per metre of edge by (t, u, V), from those in units.
 #[inline(always)]
-fn at_edge<T: ComplexField>(arc: &Arc, edge: &EdgeStatics, scaled: &Matrix<T, 3>, units: &Units) -> EdgeImpedance<T> {
-    let (sine, cosine) = edge.angle.sin_cos();
+fn in_units<T: ComplexField>(arc: &Arc, scaled: &Matrix<T, 3>, units: &Units) -> Matrix<T, 3> {
     let mut entries = *scaled;
     for (row, entries) in entries.iter_mut().enumerate() {
         for (column, entry) in entries.iter_mut().enumerate() {
             *entry = *entry * (units.states[3 + row] / (units.states[column] * arc.edge_radius));
         }
     }
-    let [[tt, tu, tv], [ut, uu, uv], [vt, vu, circumferential]] = entries;
+    entries
+}
+
+/// K from the impedance in units at the belt's edge.
+#[inline(always)]
+fn at_edge<T: ComplexField>(arc: &Arc, edge: &EdgeStatics, scaled: &Matrix<T, 3>, units: &Units) -> EdgeImpedance<T> {
+    let (sine, cosine) = edge.angle.sin_cos();
+    let [[tt, tu, tv], [ut, uu, uv], [vt, vu, circumferential]] = in_units(arc, scaled, units);
     let radial = tt * (cosine * cosine) + uu * (sine * sine) + (tu + ut) * (sine * cosine);
     // Equal but for rounding: the mean of both.
     let coupling = (tv + vt) * (0.5 * cosine) + (uv + vu) * (0.5 * sine);

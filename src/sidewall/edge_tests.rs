@@ -156,6 +156,53 @@ fn both_halves_of_the_impedance_are_equal() {
 }
 
 #[test]
+fn an_edge_that_moves_across_meets_the_forces_of_the_arc() {
+    let mut worst = 0.0_f64;
+    for angular_velocity in [0.0, 98.0, -98.0] {
+        let arc = Arc { angular_velocity, relaxation: Relaxation::of_loss_factor(0.18), ..arc() };
+        let sidewall = Sidewall::new(arc.clone());
+        let meridian = Meridian::new(&arc).unwrap();
+        let (edge, points) = (meridian.edge(), meridian.points(1000));
+        let (sine, cosine) = edge.angle.sin_cos();
+        for (n, s) in [(0, Complex64::ZERO), (-2, Complex64::new(0.0, 600.0)), (5, Complex64::new(300.0, 1500.0))] {
+            let states = states(&arc, &points, &wave(&arc, n as f64, s));
+            // Motions w, q, V and forces along them.
+            let directions = [[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]];
+            let by = |motion: [f64; 3]| -> [Complex64; 3] {
+                let forces = forces(&states, motion.map(Complex64::from));
+                let at_edge: [Complex64; 3] =
+                    std::array::from_fn(|k| (0..3).map(|bead| states[bead][3 + k] * forces[bead]).sum());
+                directions.map(|along| {
+                    along.iter().zip(at_edge).map(|(&share, force)| force * share).sum::<Complex64>() / arc.edge_radius
+                })
+            };
+            let [[ww, qw, vw], [wq, qq, vq], [wv, qv, vv]] = directions.map(by);
+            let found = sidewall.free_edge(n, s);
+            let EdgeImpedance { radial, coupling, circumferential, lateral } = found.guided;
+            let size = ww.norm().max(qq.norm()).max(vv.norm());
+            for (found, wanted) in [
+                (radial, ww),
+                (lateral, qq),
+                (circumferential, vv),
+                (coupling, wv),
+                (coupling, vw),
+                (found.lateral_circumferential, qv),
+                (found.lateral_circumferential, vq),
+                (found.radial_lateral, 0.5 * (wq + qw)),
+                // The pressure's own, with the losses of the arc.
+                (wq - qw, arc.pressure * arc.relaxation.at(s)),
+            ] {
+                let error = (found - wanted).norm() / size;
+                worst = worst.max(error);
+                assert!(error < 1e-5, "Omega {angular_velocity}, n {n}, s {s}: {found} for {wanted}, {error:.1e}");
+            }
+            assert_eq!(found.guided, sidewall.impedance(n, s), "guided edges keep their bits");
+        }
+    }
+    println!("edge that moves across: {worst:.1e}");
+}
+
+#[test]
 fn a_sidewall_at_rest_is_a_string_and_a_strip_in_shear() {
     // (1/int dz/(R^2 (C + R G)) + C R_b cos a_b)/R_b^3.
     let arc = arc();

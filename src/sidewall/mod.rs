@@ -18,6 +18,7 @@ pub(crate) mod table;
 
 pub use arc::Arc;
 pub use edge::EdgeImpedance;
-pub(crate) use meridian::Meridian;
+pub(crate) use edge::FreeEdgeImpedance;
+pub(crate) use meridian::{EdgeStatics, Meridian};
 pub use relaxation::Relaxation;
 pub(crate) use table::{BothWays, Flow, Pieces, Sidewall, SidewallAt, table_bytes};

@@ -6,7 +6,10 @@ use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::arc::Arc;
-use super::edge::{EdgeImpedance, FEWEST_STEPS, FINE_STEP, STEP, Wave, edge_impedance, edge_response, wavenumber};
+use super::edge::{
+    EdgeImpedance, FEWEST_STEPS, FINE_STEP, FreeEdgeImpedance, STEP, Wave, edge_impedance, edge_response,
+    free_edge_impedance, wavenumber,
+};
 use super::meridian::{EdgeStatics, Meridian, MeridianPoint};
 use super::swept::{self, Weights};
 use crate::numeric::lanes::dispatch;
@@ -112,6 +115,13 @@ impl Sidewall {
         edge_impedance(&self.arc, &meridian.edge(), self.points(meridian, place), &wave, &wave)
     }
 
+    /// As [`Self::impedance`], of an edge that also moves across.
+    pub fn free_edge(&self, n: i64, s: Complex64) -> FreeEdgeImpedance {
+        let Some((meridian, place)) = self.steps(n.unsigned_abs() as f64, s) else { return NOTHING_FREE };
+        let wave = self.wave(n as f64, s);
+        free_edge_impedance(&self.arc, &meridian.edge(), self.points(meridian, place), &wave)
+    }
+
     /// Flow of a wave by a given number of steps; NaN where the arc has no steady state.
     pub fn flow(&self, n: i64, s: Complex64, rule: &SplitRule, steps: usize) -> Flow {
         let Some(meridian) = &self.meridian else { return NO_FLOW };
@@ -149,6 +159,9 @@ const NOTHING: EdgeImpedance = {
     let none = Complex64::new(f64::NAN, f64::NAN);
     EdgeImpedance { radial: none, coupling: none, circumferential: none, lateral: none }
 };
+
+const NOTHING_FREE: FreeEdgeImpedance =
+    FreeEdgeImpedance { guided: NOTHING, radial_lateral: NOTHING.radial, lateral_circumferential: NOTHING.radial };
 
 const NO_FLOW: Flow = [[NOTHING.radial; 2]; SplitRule::POINTS];
 

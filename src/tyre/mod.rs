@@ -5,6 +5,7 @@
 //! - `layers`: from materials to the compliance C(kx, ky, s) of the surface and its transfer D to the innermost face;
 //! - `influence`: from compliances to influence functions H_n(s), sums over all waves that look like the wavenumber n
 //!   on the elements;
+//! - [`free_edges`]: the belt with free lateral edges, as a correction of these waves;
 //! - `poles`: from influence functions to rational models, poles and residues for each n: the input of a run;
 //! - `impulse_response`: influence over distance and time, for Python;
 //! - `tread_pattern`: depths of the tread's cells, and the blocks between its cuts;
@@ -12,6 +13,7 @@
 //!   `critical_speed`: up to which it is stable, and the speed of its tread's waves.
 
 pub(crate) mod critical_speed;
+pub mod free_edges;
 #[cfg(any(feature = "python", test))]
 pub(crate) mod impulse_response;
 pub(crate) mod influence;

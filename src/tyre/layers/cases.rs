@@ -15,7 +15,10 @@
 //! `"centrifugal_tension": "given"` that of the turning tyre. A tyre's `resolved` is not read. Cases have `n` and `m`;
 //! their order is circumferential, lateral, radial outward.
 //!
-//! Sidewalls are beside tyres, or without any: see `crate::sidewall::cases`.
+//! A curved tyre with `"sides": "free"` has free lateral edges: see `crate::tyre::free_edges::cases`. Sidewalls are
+//! beside tyres, or without any: see `crate::sidewall::cases`.
+
+use std::borrow::Cow;
 
 use num_complex::Complex64;
 use serde::Deserialize;
@@ -29,6 +32,8 @@ use super::rotation::Rotation;
 use crate::scene::{Cavity, Cords, Foundation, Law, Layer, MOST_CORD_LOSSES, Material, Orthotropic};
 use crate::sidewall::cases::SidewallEntry;
 use crate::sidewall::{self, Sidewall};
+use crate::tyre::free_edges::Parity;
+use crate::tyre::free_edges::cases::{EdgesEntry, FreeTyre};
 
 /// Most steps through the layers of a curved tyre: ten times those of the shortest waves of interest.
 const MOST_STEPS: f64 = 1e4;
@@ -61,7 +66,7 @@ pub enum CasesError {
         /// Tyre, sidewall or case.
         place: String,
         /// Fault and remedy, for the message.
-        what: &'static str,
+        what: Cow<'static, str>,
     },
 }
 
@@ -157,6 +162,8 @@ struct CaseEntry {
     ky: Option<f64>,
     n: Option<i64>,
     m: Option<usize>,
+    parity: Option<Parity>,
+    waves: Option<Vec<usize>>,
     #[serde(default)]
     speed: f64,
     s: [f64; 2],
@@ -165,12 +172,14 @@ struct CaseEntry {
 enum Answer {
     Faces(Box<(Matrix3, Matrix3)>),
     Edge([[[f64; 2]; 2]; 2]),
+    Free(Value, Option<Value>),
 }
 
 /// Tyre of a case.
 enum Asked {
     Flat(Stack),
     Curved(CurvedStack),
+    Free(Box<FreeTyre>),
 }
 
 /// Evaluates every case of a file's text; returns the same document with `C` and `D`, or `K`, in its cases.
@@ -188,7 +197,7 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
     let mut answers = Vec::with_capacity(cases.len());
     // 2. Each case.
     for (index, case) in cases.iter().enumerate() {
-        let refuse = |what| CasesError::Range { place: format!("case {index}"), what };
+        let refuse = |what: &'static str| CasesError::Range { place: format!("case {index}"), what: what.into() };
         let finite = case.s.iter().chain(&case.kx).chain(&case.ky).all(|number| number.is_finite());
         if !finite || case.s[0] < 0.0 {
             return Err(refuse("kx, ky and s must be finite, with Re s >= 0"));
@@ -215,12 +224,17 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
         let answer = match (asked, case) {
             (Asked::Flat(stack), CaseEntry { kx: Some(kx), ky: Some(ky), .. }) => stack.at(s).full(*kx, *ky),
             (Asked::Curved(stack), CaseEntry { n: Some(n), m: Some(m), .. }) => {
-                let steps = stack.steps(*n, *m, s, FINE_STEP);
-                if steps.is_nan() || steps > MOST_STEPS {
-                    return Err(refuse("its wave is too short for its layers: there are thousands in their thickness"));
-                }
+                check_steps(stack.steps(*n, *m, s, FINE_STEP)).map_err(refuse)?;
                 stack.compliance(*n, *m, s, FINE_STEP)
             }
+            (Asked::Free(tyre), CaseEntry { n: Some(n), parity: Some(parity), waves: Some(waves), .. }) => {
+                let shortest = waves.iter().copied().max().unwrap_or(0);
+                check_steps(tyre.stack().steps(*n, shortest, s, FINE_STEP)).map_err(refuse)?;
+                let (waves, strip) = tyre.answer(*n, *parity, waves, s).map_err(refuse)?;
+                answers.push(Answer::Free(waves, strip));
+                continue;
+            }
+            (Asked::Free(_), _) => return Err(refuse("a case of a tyre with free edges has n, parity and waves")),
             (Asked::Flat(_), _) => return Err(refuse("a case of a flat tyre has kx and ky")),
             (Asked::Curved(_), _) => return Err(refuse("a case of a curved tyre has n and m")),
         };
@@ -240,10 +254,24 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
                     entry["D"] = numbers(bottom);
                 }
                 Answer::Edge(impedance) => entry["K"] = json!(impedance),
+                Answer::Free(waves, strip) => {
+                    entry["C_waves"] = waves;
+                    if let Some(strip) = strip {
+                        entry["H_strip"] = strip;
+                    }
+                }
             }
         }
     }
     Ok(document)
+}
+
+/// Refuses a wave that needs too many steps through the layers.
+fn check_steps(steps: f64) -> Result<(), &'static str> {
+    if steps.is_nan() || steps > MOST_STEPS {
+        return Err("its wave is too short for its layers: there are thousands in their thickness");
+    }
+    Ok(())
 }
 
 fn list<T: DeserializeOwned>(document: &Value, key: &str) -> Result<Option<Vec<T>>, serde_json::Error> {
@@ -252,16 +280,16 @@ fn list<T: DeserializeOwned>(document: &Value, key: &str) -> Result<Option<Vec<T
 
 fn sidewall(entry: SidewallEntry) -> Result<(String, Sidewall), CasesError> {
     let name = entry.name().to_owned();
-    let refuse = |what| CasesError::Range { place: format!("sidewall '{name}'"), what };
+    let refuse = |what: &'static str| CasesError::Range { place: format!("sidewall '{name}'"), what: what.into() };
     let sidewall = entry.sidewall().map_err(refuse)?;
     Ok((name, sidewall))
 }
 
-/// The curved tyres of a file of cases, by name.
+/// The curved tyres of a file of cases, by name, without those on free edges.
 pub fn curved_tyres(text: &str) -> Result<Vec<(String, CurvedStack)>, CasesError> {
     let document: Value = serde_json::from_str(text)?;
     let tyres: Vec<Value> = serde_json::from_value(document["tyres"].clone())?;
-    let is_curved = |entry: &Value| entry["curved"].as_bool() == Some(true);
+    let is_curved = |entry: &Value| entry["curved"].as_bool() == Some(true) && entry.get("sides").is_none();
     tyres.into_iter().filter(is_curved).map(|entry| curved(serde_json::from_value(entry)?)).collect()
 }
 
@@ -270,6 +298,9 @@ fn numbers(matrix: Matrix3) -> Value {
 }
 
 fn asked(entry: Value) -> Result<(String, Asked), CasesError> {
+    if entry.get("sides").is_some() {
+        return free(entry);
+    }
     if entry["curved"].as_bool() == Some(true) {
         let (name, tyre) = curved(serde_json::from_value(entry)?)?;
         return Ok((name, Asked::Curved(tyre)));
@@ -278,10 +309,25 @@ fn asked(entry: Value) -> Result<(String, Asked), CasesError> {
     Ok((name, Asked::Flat(tyre)))
 }
 
+/// A tyre with free edges.
+fn free(mut entry: Value) -> Result<(String, Asked), CasesError> {
+    let edges = EdgesEntry::taken_from(&mut entry)?;
+    let entry: CurvedEntry = serde_json::from_value(entry)?;
+    let name = entry.name.clone();
+    let refuse = |what: Cow<'static, str>| CasesError::Range { place: format!("tyre '{name}'"), what };
+    if entry.speed != 0.0 && entry.centrifugal_tension.is_none() {
+        return Err(refuse("one with free edges that turns has \"centrifugal_tension\": \"given\"".into()));
+    }
+    let (_, stack) = curved(entry)?;
+    let tyre = edges.tyre(stack).map_err(|what| refuse(what.into()))?;
+    Ok((name, Asked::Free(Box::new(tyre))))
+}
+
 fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
     let CurvedEntry { name, circumference, width, pressure, sidewall_mass, foundation, cavity, layers, .. } = entry;
     let CurvedEntry { speed, centrifugal_tension, .. } = entry;
-    let refuse = |name: &str, what| CasesError::Range { place: format!("tyre '{name}'"), what };
+    let refuse =
+        |name: &str, what: &'static str| CasesError::Range { place: format!("tyre '{name}'"), what: what.into() };
     let positive = |value: &f64| *value > 0.0 && value.is_finite();
     if !positive(&circumference) || !positive(&width) {
         return Err(refuse(&name, "circumference and width must be positive"));
@@ -340,7 +386,7 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
 }
 
 fn stack(tyre: TyreEntry) -> Result<(String, Stack), CasesError> {
-    let refuse = |what| CasesError::Range { place: format!("tyre '{}'", tyre.name), what };
+    let refuse = |what: &'static str| CasesError::Range { place: format!("tyre '{}'", tyre.name), what: what.into() };
     if tyre.speed != 0.0 {
         return Err(refuse("a flat tyre has no speed: one that turns is curved"));
     }

@@ -123,7 +123,7 @@ pub fn air_stiffness<T: ComplexField>(cavity: &Cavity, n: i64, s: T) -> T {
 
 /// The inner face in a wave (n, k_y), and what acts on it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct InnerFace {
+pub(in crate::tyre) struct InnerFace {
     n: i64,
     /// k_y \[1/m\].
     pub(super) ky: f64,
@@ -142,7 +142,7 @@ impl InnerFace {
     /// Traction per displacement at s of what carries the face: sidewalls and foundation, given as their tangential
     /// and normal stiffness with inertia \[N/m^3\], following pressure, cavity. Order V, P, w.
     #[inline(always)]
-    pub(super) fn impedance<T: ComplexField>(&self, s: T, [tangential, normal]: [T; 2]) -> [[T; 3]; 3] {
+    pub(in crate::tyre) fn impedance<T: ComplexField>(&self, s: T, [tangential, normal]: [T; 2]) -> [[T; 3]; 3] {
         let Self { n, ky, radius, pressure, cavity, .. } = *self;
         let hoop = pressure / radius;
         let normal = match &cavity {
@@ -426,20 +426,20 @@ impl CurvedStack {
     }
 
     /// Inner face in a wave; only waves that are uniform across (m = 0) move the air.
-    pub(super) fn inner_face(&self, n: i64, m: usize) -> InnerFace {
+    pub(in crate::tyre) fn inner_face(&self, n: i64, m: usize) -> InnerFace {
         let ky = m as f64 * std::f64::consts::PI / self.width;
         InnerFace { cavity: self.cavity.filter(|_| m == 0), ..self.face_of_short_wave(n, ky) }
     }
 
     /// Inner face in a wave that does not move the air.
-    pub(super) fn face_of_short_wave(&self, n: i64, ky: f64) -> InnerFace {
+    pub(in crate::tyre) fn face_of_short_wave(&self, n: i64, ky: f64) -> InnerFace {
         let Self { pressure, sidewall_mass: mass, rotation: Rotation { angular_velocity: omega, .. }, .. } = *self;
         let turning = [mass * omega * omega, 2.0 * mass * omega];
         InnerFace { n, ky, radius: self.inner_radius(), pressure, cavity: None, turning, edges: 2.0 / self.width }
     }
 
     /// Tangential and normal stiffness of sidewalls and foundation at s, inertia included \[N/m^3\].
-    pub(super) fn foundation(&self, s: Complex64) -> [Complex64; 2] {
+    pub(in crate::tyre) fn foundation(&self, s: Complex64) -> [Complex64; 2] {
         let inertia = s * s * self.sidewall_mass;
         material::foundation_stiffness(&self.foundation, s).map(|stiffness| stiffness + inertia)
     }

@@ -153,12 +153,7 @@ impl Cylinder {
         let layers = self
             .layers
             .iter()
-            .map(|CurvedLayer { layer, cords, .. }| LayerValues {
-                shear: material::shear_modulus(&layer.material, s),
-                inertia: s * s * layer.material.density,
-                fibres: cords.at(s),
-                coriolis: self.stack.rotation.coriolis(layer.material.density, s),
-            })
+            .map(|CurvedLayer { layer, cords, .. }| LayerValues::new(layer, cords, &self.stack.rotation, s))
             .collect();
         let sidewall = self.stack.sidewall.as_ref().map(|sidewall| Arc::new(sidewall.at(s, self.stack.reach())));
         CylinderAt { layers, foundation: self.stack.foundation(s), s, sidewalls: sidewall.into_iter().collect() }

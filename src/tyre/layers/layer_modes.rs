@@ -6,13 +6,17 @@ use std::ops::Range;
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
+use num_complex::Complex64;
 
 use super::coriolis::{CoriolisModes, TurningModes};
+use super::elasticity::CordParts;
 use super::layer_wave::{LayerWave, by_fields, whole_inertia};
+use super::material;
 use super::radial_polynomials::RadialProducts;
+use super::rotation::Rotation;
 use super::triangle::{BLOCK, ENTRIES, upper, upper_places};
 use crate::numeric::ComplexField;
-use crate::scene::MOST_CORD_LOSSES;
+use crate::scene::{Layer, MOST_CORD_LOSSES};
 
 /// Pairs of modes of a block.
 const PAIRS: usize = BLOCK * (BLOCK - 1) / 2;
@@ -79,6 +83,18 @@ pub(super) struct LayerValues<T> {
     pub fibres: [T; MOST_CORD_LOSSES],
     /// 2 Omega rho s \[Pa/m^2\].
     pub coriolis: T,
+}
+
+impl LayerValues<Complex64> {
+    /// Values of a layer at s \[1/s\] in steady rotation.
+    pub(super) fn new(layer: &Layer, cords: &CordParts, rotation: &Rotation, s: Complex64) -> Self {
+        Self {
+            shear: material::shear_modulus(&layer.material, s),
+            inertia: s * s * layer.material.density,
+            fibres: cords.at(s),
+            coriolis: rotation.coriolis(layer.material.density, s),
+        }
+    }
 }
 
 /// Blocks of a layer: see [`super::faces`].

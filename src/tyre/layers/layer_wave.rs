@@ -56,7 +56,7 @@ impl LayerWave<'_> {
 
     /// K_material of an orthotropic material: int [Q_tt e_t^2 + Q_yy e_y^2 + 2 Q_ty e_t e_y + C_rr
     /// (e_r + a_t e_t + a_y e_y)^2 + G_tr g_rt^2 + G_yr g_ry^2 + G_ty g_ty^2] r dr.
-    fn orthotropic(&self, ratios: &MaterialRatios, products: &RadialProducts) -> Mat<f64> {
+    pub(super) fn orthotropic(&self, ratios: &MaterialRatios, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, .. } = *self;
         let MaterialRatios { plane: [tt, yy, ty], contraction: [at, ay], inverse_radial, shear } = *ratios;
         let [tr, yr, in_plane] = shear;
@@ -80,7 +80,7 @@ impl LayerWave<'_> {
     }
 
     /// Energy of strains in the layer's surface: int [tt e_t^2 + yy e_y^2 + 2 ty e_t e_y + G g_ty^2] r dr.
-    fn membrane(&self, [tt, yy, ty]: [f64; 3], in_plane: f64, products: &RadialProducts) -> Mat<f64> {
+    pub(super) fn membrane(&self, [tt, yy, ty]: [f64; 3], in_plane: f64, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, .. } = *self;
         by_fields(products.values.nrows(), |a, b| {
             let (i, f, m) = (products.values_over_r[(a, b)], products.values[(a, b)], products.values_r[(a, b)]);
@@ -117,7 +117,7 @@ impl LayerWave<'_> {
     }
 
     /// G: the prestress, less rho Omega^2 of rotation.
-    fn prestress(&self, products: &RadialProducts) -> Mat<f64> {
+    pub(super) fn prestress(&self, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, prestress: [along, across], softening, .. } = *self;
         by_fields(products.values.nrows(), |a, b| {
             let (i, m) = (along * products.values_over_r[(a, b)], across * ky * ky * products.values_r[(a, b)]);

@@ -7,6 +7,7 @@
 //! - `anisotropic`: the stack where not all layers are isotropic;
 //! - [`curved`]: C and D of the same layers as a hollow cylinder, under inflation, over a cavity;
 //! - [`cylinder`]: the same wave by wave, prepared once for all s;
+//! - [`lateral_split`]: energy of a layer by its derivatives across, for motion of any shape across;
 //! - [`rotation`]: growth and hoop stress of a tyre that turns;
 //! - [`lane_compliance`]: the flat stack at several s in lockstep;
 //! - [`surface_asymptote`]: the limit of C_zz at high wavenumbers, and of all components at real s;
@@ -21,6 +22,7 @@ pub(crate) mod cylinder;
 mod elasticity;
 mod faces;
 pub(crate) mod lane_compliance;
+pub(crate) mod lateral_split;
 pub(crate) mod layer;
 mod layer_modes;
 mod layer_wave;

@@ -56,7 +56,9 @@ fn spreads(measured: &Measured, published: &Published) -> Vec<Option<[f64; 2]>> 
                 }
             }
             // 3. Rows that a road does not change have no spread of it.
-            for (spread, extent) in spreads.iter_mut().zip(extents).filter(|(_, extent)| *extent != [0.0; 2]) {
+            for (spread, extent) in
+                spreads.iter_mut().zip(extents).filter(|(_, extent)| extent.iter().any(|end| end.abs() > 0.0))
+            {
                 let [below, above] = spread.unwrap_or([0.0; 2]);
                 *spread = Some([below + extent[0], above + extent[1]]);
             }

@@ -22,8 +22,8 @@ is not read.
 
 A curved tyre with \"sides\": \"free\" has free lateral edges: contact_width, edge_zone (0.015 m if it is left out), \
 sidewall (radius, angle, mass, shear, hoop, loss_factor; left out: none), tension as given and, with a speed, \
-\"centrifugal_tension\": \"given\". Its cases have n, parity (\"even\" or \"odd\") and waves, a list of lateral numbers; \
-they get C_waves, between these [m^2/(N/rad)], and if even H_strip, of the contact width [m/(N/rad)].
+\"centrifugal_tension\": \"given\". Its cases have n, parity (\"even\" or \"odd\") and waves, a list of lateral \
+numbers; they get C_waves, between these [m^2/(N/rad)], and if even H_strip, of the contact width [m/(N/rad)].
 
 `sidewalls` beside `tyres`, or without them, is a list of name, radius, angle (half the arc's, rad), pressure, mass, \
 shear, hoop (4 times shear if it is left out), edge_radius, omega (rad/s) and relaxation, pairs [g, T]. A case with \

@@ -33,8 +33,8 @@ const ALLOCATOR_BYTES: f64 = 4e6;
 const THREAD_BYTES: f64 = 8e6;
 /// Memory of a texture over that of its arrays: the allocator keeps smaller arrays freed before (measured).
 const TEXTURE_RESERVE: f64 = 1.6;
-/// Bytes in memory for a byte of a measured road's file while it is read whole (measured: grids of single precision 5.9,
-/// profiles of 16 bytes a line 3.9).
+/// Bytes in memory for a byte of a measured road's file while it is read whole (measured: grids of single precision
+/// 5.9, profiles of 16 bytes a line 3.9).
 const READING: f64 = 6.5;
 /// Memory of a grid that is read in pieces (measured: 118 MB).
 const PIECES_BYTES: f64 = 1.3e8;

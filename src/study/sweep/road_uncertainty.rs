@@ -15,8 +15,8 @@ pub(crate) const ROAD_KEYS: [&str; 2] = ["road.offset", "road.skewness"];
 /// Skewness of Gaussian heights, and of a scanned stone mastic asphalt: constructed roads lie between them.
 const SKEWNESS: [f64; 2] = [0.0, -1.85];
 
-/// Offsets \[dB\] and skewness of the corner cases of a named road about those that are stated, which come first; `None`
-/// for a road that was measured.
+/// Offsets \[dB\] and skewness of the corner cases of a named road about those that are stated, which come first;
+/// `None` for a road that was measured.
 pub(crate) fn corner_values(texture: NamedTexture, [offset, skewness]: [f64; 2]) -> Option<[Vec<f64>; 2]> {
     let off = texture.is_constructed().then_some(texture.uncertainty())?;
     let others = SKEWNESS.into_iter().filter(|other| (other - skewness).abs() > 1e-9);

@@ -4,8 +4,8 @@
 //! 2. [`measure()`] rolls the scene's tyre on the named roads at some speeds, by [`Trials`](super::trial::Trials), and
 //!    looks at it standing: [`Measured`].
 //! 3. [`rows`] compares the two, without rolling anything: a [`ValidationRow`] has the computed value, its numerical
-//!    error, how far it may lie off on roads as they may be ([`road_spread`]), the range, how far outside it is, and the
-//!    [`Missing`] physics that could explain it.
+//!    error, how far it may lie off on roads as they may be ([`road_spread`]), the range, how far outside it is, and
+//!    the [`Missing`] physics that could explain it.
 
 mod compare;
 mod measure;

@@ -14,7 +14,7 @@
 //! - `cases`: belts in files of compliance cases;
 //! - `strip`: the compliance of a strip, wave by wave: the reference path of the sum that the correction adds to.
 //!
-//! Fields and symbols as in [`super::layers::curved`]; energies and forces are per radian.
+//! Fields and symbols as in `tyre::layers::curved`; energies and forces are per radian.
 
 mod belt;
 pub(in crate::tyre) mod cases;

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use crate::report::validation;
 use crate::scene::{LoadedScene, Setting};
-use crate::study::validation::{Options, PUBLISHED_SPEEDS, Published, ROADS, base_scene, measure, rows};
+use crate::study::validation::{
+    Options, PUBLISHED_SPEEDS, Published, ROADS, base_scene, levels_of_one_tyre, measure, rows,
+};
 use clap::Args;
 
 use super::context::{Context, SceneFile, print};
@@ -88,15 +90,16 @@ impl ValidateArguments {
         let textures = ROADS.into_iter().filter(|texture| roads.iter().any(|road| road == texture.name()));
         let options = Options { speeds: ordered(speeds), textures: textures.collect(), with_cases: !roads_as_stated };
         let measured = measure(&loaded, &options, context.job(&mut context.progress()))?;
-        let rows = rows(&measured, &Published::embedded());
+        let published = Published::embedded();
+        let (rows, levels) = (rows(&measured, &published), levels_of_one_tyre(&measured, &published));
         let title =
             format!("Validation: {}", if given { side.loaded.title() } else { "the default car tyre".to_owned() });
         let report = validation::report(&title, &rows);
         let section = validation::markdown(&rows);
-        let pictures = validation::pictures(&rows, &measured);
+        let pictures = validation::pictures(&rows, &measured, &levels);
         side.file("validate.txt", report.to_string());
         side.file("validate.md", section.clone());
-        side.file("validate.html", validation::page(&title, &rows, &pictures));
+        side.file("validate.html", validation::page(&title, &rows, &levels, &pictures));
         side.json("validate.json", &validation::record(&title, &rows, &measured));
         for (name, picture, _) in pictures {
             side.file(name, picture);

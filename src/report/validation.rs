@@ -10,8 +10,8 @@ use crate::results::table::{Report, TextTable, aligned, words};
 use crate::scene::NamedTexture;
 use crate::sound::TotalLevel;
 use crate::study::validation::{
-    FLEET_ROADS, Group, GroupSummary, Measured, Missing, PUBLISHED_SPEEDS, Published, PublishedSet, ValidationRow,
-    ValidationRun, Verdict, bands as published_bands, summaries,
+    FLEET_ROADS, Group, GroupSummary, Measured, Missing, PUBLISHED_SPEEDS, TyreLevels, ValidationRow, ValidationRun,
+    Verdict, bands as published_bands, summaries,
 };
 
 /// Lines of a Markdown file between which the section is placed.
@@ -180,7 +180,11 @@ pub fn markdown(rows: &[ValidationRow]) -> String {
 }
 
 /// Pictures of a validation: name of the file, SVG, caption.
-pub(crate) fn pictures(rows: &[ValidationRow], measured: &Measured) -> Vec<(&'static str, String, String)> {
+pub(crate) fn pictures(
+    rows: &[ValidationRow],
+    measured: &Measured,
+    levels: &[TyreLevels],
+) -> Vec<(&'static str, String, String)> {
     let shapes =
         [(Group::Shape50, "shape_50.svg"), (Group::Shape80, "shape_80.svg"), (Group::Shape110, "shape_110.svg")];
     let mut pictures = Vec::new();
@@ -195,7 +199,7 @@ pub(crate) fn pictures(rows: &[ValidationRow], measured: &Measured) -> Vec<(&'st
         let caption = format!("{title}: the published range, and what was computed on two roads.");
         pictures.push(("growth.svg", svg, caption));
     }
-    if let Some(svg) = levels(rows) {
+    if let Some(svg) = levels_picture(levels) {
         let caption = "One tyre at the coast-by microphone, 80 km/h: each published set, and what was computed.";
         pictures.push(("levels_80.svg", svg, caption.to_owned()));
     }
@@ -232,31 +236,16 @@ fn bands(rows: &[ValidationRow], group: Group, title: &str, quantity: &str) -> O
     Some(LinePlot { title, x, y, series }.to_svg_over("published range", &range))
 }
 
-/// Levels of one tyre at the coast-by microphone at 80 km/h by band \[dB(A)\]: a name for each published set, and for
-/// each road on which they were computed. Computed ones are the third octaves relative to their sum, shifted to the
-/// maximum of the coast-by.
-fn levels_of_one_tyre(rows: &[ValidationRow]) -> Vec<(String, Vec<Option<f64>>)> {
-    let set = |set: &PublishedSet| (set.source.clone(), published_bands().map(|band| set.level(1, band)).collect());
-    let computed = |road: NamedTexture| {
-        let on = |group| rows.iter().filter(move |row| row.group == group && row.road == Some(road));
-        let maximum = on(Group::Levels).find(|row| row.title.contains("L_AFmax, 80 km/h") && row.unit == "dB(A)");
-        let maximum = maximum.and_then(|row| row.computed);
-        let levels = on(Group::Shape80).map(|row| Some(row.computed? + maximum?)).collect();
-        (format!("computed, {}", road.name()), levels)
-    };
-    Published::embedded().sets.iter().map(set).chain(FLEET_ROADS.map(computed)).collect()
-}
-
-/// Picture of these levels; `None` if none was computed.
-fn levels(rows: &[ValidationRow]) -> Option<String> {
-    let named = levels_of_one_tyre(rows);
+/// Picture of the levels of one tyre; `None` if none was computed.
+fn levels_picture(levels: &[TyreLevels]) -> Option<String> {
     let frequencies = || published_bands().map(ThirdOctaveBand::mid_frequency);
-    let series = named.iter().map(|(name, levels)| {
-        let points = frequencies().zip(levels).filter_map(|(frequency, level)| Some((frequency, (*level)?)));
-        Series { name, points: points.collect() }
-    });
-    let series: Vec<Series<'_>> = series.filter(|series| !series.points.is_empty()).collect();
-    let was_computed = series.iter().any(|series| series.name.starts_with("computed"));
+    let series = |of: &TyreLevels| {
+        let points = frequencies().zip(&of.levels).filter_map(|(frequency, level)| Some((frequency, (*level)?)));
+        (of.is_computed, of.name.clone(), points.collect::<Vec<_>>())
+    };
+    let drawn = levels.iter().map(series).filter(|(_, _, points)| !points.is_empty()).collect::<Vec<_>>();
+    let was_computed = drawn.iter().any(|(is_computed, ..)| *is_computed);
+    let series = drawn.iter().map(|(_, name, points)| Series { name, points: points.clone() }).collect();
     was_computed.then(|| plot("One tyre at 7.5 m, 80 km/h", "Level [dB(A)]", "Frequency [Hz]", series))
 }
 
@@ -292,7 +281,12 @@ fn plot(title: &str, quantity: &str, across: &str, series: Vec<Series<'_>>) -> S
 }
 
 /// Self-contained HTML page of a validation.
-pub(crate) fn page(title: &str, rows: &[ValidationRow], pictures: &[(&'static str, String, String)]) -> String {
+pub(crate) fn page(
+    title: &str,
+    rows: &[ValidationRow],
+    levels: &[TyreLevels],
+    pictures: &[(&'static str, String, String)],
+) -> String {
     let mut sources: Vec<(&str, &str, &str)> = Vec::new();
     for row in rows {
         let source = (row.source.as_str(), row.spread.as_str(), row.group.title());
@@ -311,10 +305,10 @@ pub(crate) fn page(title: &str, rows: &[ValidationRow], pictures: &[(&'static st
     );
     let frequencies = published_bands().map(|band| format!("{} Hz", band.nominal_frequency()));
     let cell = |level: Option<f64>| level.map_or_else(|| "-".to_owned(), value);
-    let line = |(name, levels): (String, Vec<Option<f64>>)| std::iter::once(name).chain(levels.into_iter().map(cell));
+    let line = |of: &TyreLevels| std::iter::once(of.name.clone()).chain(of.levels.iter().copied().map(cell)).collect();
     let levels = aligned(
         std::iter::once("dB(A) at the coast-by microphone".to_owned()).chain(frequencies),
-        levels_of_one_tyre(rows).into_iter().map(|named| line(named).collect::<Vec<_>>()),
+        levels.iter().map(line).collect::<Vec<Vec<String>>>(),
     );
     let lead = html! { p { "Compared with published values. " (LEGEND) } };
     let sections = [
@@ -336,7 +330,7 @@ mod tests {
     use super::*;
     use crate::response::BandLevel;
     use crate::results::pass_by::PassBySummary;
-    use crate::study::validation::{Lacks, Published, StandingTyre, rows};
+    use crate::study::validation::{Lacks, Published, StandingTyre, levels_of_one_tyre, rows};
 
     fn nothing() -> Measured {
         let lacks = Lacks { sidewalls: true, cells: true };
@@ -352,10 +346,11 @@ mod tests {
         let record = record("A tyre", &rows, &measured);
         assert_eq!(record["rows"].as_array().unwrap().len(), rows.len());
         assert!(record["rows"][0]["computed"].is_null() && record["rows"][0]["outside"].is_null());
-        let pictures = pictures(&rows, &measured);
+        let levels = levels_of_one_tyre(&measured, &Published::embedded());
+        let pictures = pictures(&rows, &measured, &levels);
         // Without runs only the textures have a picture.
         assert_eq!(pictures.iter().map(|picture| picture.0).collect::<Vec<_>>(), ["textures.svg"]);
-        let page = page("A tyre", &rows, &pictures);
+        let page = page("A tyre", &rows, &levels, &pictures);
         // Every published set stands in the page, of one tyre: Harmonoise and Nord2000 at 500 Hz.
         assert!(page.contains(">48.4<") && page.contains(">53.7<"));
         for source in ["NCHRP 630", "Nord2000", "748A", "captif", "10844"] {

@@ -79,6 +79,21 @@ impl Material {
     /// Default frequency below which a power-law modulus levels off \[Hz\]: low enough not to show in a spectrum, high
     /// enough for the mean force to settle within a second.
     pub const CORNER_FREQUENCY: f64 = 1.0;
+
+    /// A power law at the default frequencies: modulus \[Pa\], loss factor, Poisson's ratio, density \[kg/m^3\].
+    pub fn power_law(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Self {
+        Self {
+            law: Law::PowerLaw,
+            modulus,
+            loss_factor,
+            poisson,
+            density,
+            reference_frequency: Self::REFERENCE_FREQUENCY,
+            corner_frequency: Self::CORNER_FREQUENCY,
+            weights: Vec::new(),
+            times: Vec::new(),
+        }
+    }
 }
 
 impl Law {

@@ -37,6 +37,38 @@ pub(super) fn compared(measured: &Measured, published: &Published) -> Vec<Valida
     rows
 }
 
+/// Third octaves of one tyre at the coast-by microphone, of a published set or computed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TyreLevels {
+    /// Name of the set, or of the road.
+    pub name: String,
+    /// Computed, not published.
+    pub is_computed: bool,
+    /// Levels from 200 Hz to 2 kHz, where known \[dB(A)\].
+    pub levels: Vec<Option<f64>>,
+}
+
+/// Levels of one tyre at 80 km/h: each published set, then those computed on the roads for fleets, whose mean third
+/// octaves are shifted together to the maximum of the coast-by.
+pub(crate) fn levels_of_one_tyre(measured: &Measured, published: &Published) -> Vec<TyreLevels> {
+    let table = Table { measured, published, lacks: measured.lacks };
+    let sets = published.sets.iter().map(|set| TyreLevels {
+        name: set.source.clone(),
+        is_computed: false,
+        levels: bands().map(|band| set.level(1, band)).collect(),
+    });
+    let computed = FLEET_ROADS.map(|road| {
+        let run = table.run(road, 1);
+        let shift = run.and_then(|run| Some(run.coast_by.as_ref()?.level - energy_of(run, BANDS)?));
+        TyreLevels {
+            name: format!("computed, {}", road.name()),
+            is_computed: true,
+            levels: bands().map(|band| Some(run?.coast_by_band(band)? + shift?)).collect(),
+        }
+    });
+    sets.chain(computed).collect()
+}
+
 /// A computed value with its numerical error, where that is known.
 #[derive(Clone, Copy, Debug)]
 struct Computed {
@@ -368,6 +400,11 @@ mod tests {
         assert_eq!((error("coast-by, L_AFmax, 80 km/h"), shape[0].numerical_error), (Some(0.5), None));
         assert_eq!(shape[0].name(), "200 Hz, sma-8");
         assert!(energy_sum(shape.iter().filter_map(|row| row.computed)).abs() < 1e-9);
+        // Third octaves of one tyre add up to the maximum of its coast-by, here of dac-11.
+        let of_tyre = levels_of_one_tyre(&measured(), &Published::embedded());
+        let computed: Vec<&TyreLevels> = of_tyre.iter().filter(|levels| levels.is_computed).collect();
+        assert_eq!((of_tyre.len(), computed.len()), (7, 2));
+        assert!((energy_sum(computed[0].levels.iter().flatten().copied()) - 70.0).abs() < 1e-9);
         assert!(matches!(shape[0].verdict(), Verdict::Above(by) if by > 10.0));
         assert!(matches!(shape[10].verdict(), Verdict::Below(_)) && !shape[10].could_explain.is_empty());
     }

@@ -15,11 +15,12 @@ mod road_case;
 mod road_spread;
 mod row;
 
+pub(crate) use compare::{TyreLevels, levels_of_one_tyre};
 pub use measure::{Measured, StandingTyre};
 pub(crate) use measure::{Options, ValidationError, ValidationRun, base_scene, measure};
 pub use missing::Lacks;
 pub(crate) use missing::Missing;
 pub use published::Published;
-pub(crate) use published::{FLEET_ROADS, PUBLISHED_SPEEDS, PublishedSet, ROADS, bands};
+pub(crate) use published::{FLEET_ROADS, PUBLISHED_SPEEDS, ROADS, bands};
 pub use road_spread::rows;
 pub(crate) use row::{Group, GroupSummary, ValidationRow, Verdict, summaries};

@@ -99,13 +99,8 @@ impl FreeEdges {
             }
             None => None,
         };
-        let mut from = stack.inner_radius();
-        let polynomials = stack.layers.iter().map(|layer| {
-            let inner = from;
-            from += layer.thickness;
-            LayerPolynomials::new(layer, inner, resolution.degree)
-        });
-        let polynomials = polynomials.collect();
+        let layers = stack.layers_by_radius();
+        let polynomials = layers.map(|(layer, from)| LayerPolynomials::new(layer, from, resolution.degree)).collect();
         let thickness = stack.radius - stack.inner_radius();
         let rates: Vec<f64> = resolution.rates.iter().map(|rate| rate / thickness).collect();
         let shapes = [Parity::Even, Parity::Odd]
@@ -133,13 +128,8 @@ impl FreeEdges {
 
     /// Mass per width and radian, sum of rho h r \[kg/m\].
     pub(super) fn mass(&self) -> f64 {
-        let mut from = self.stack.inner_radius();
-        let mass = self.stack.layers.iter().map(|layer| {
-            let middle = from + 0.5 * layer.thickness;
-            from += layer.thickness;
-            layer.material.density * layer.thickness * middle
-        });
-        mass.sum()
+        let layers = self.stack.layers_by_radius();
+        layers.map(|(layer, from)| layer.material.density * layer.thickness * (from + 0.5 * layer.thickness)).sum()
     }
 
     /// Energy of the layers in motion of n periods round the tyre.

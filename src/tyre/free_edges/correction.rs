@@ -56,18 +56,18 @@ impl EdgeCorrection {
     /// Compliance between two waves, int cos(k_i y') w dy for a normal load cos(k_j y') N/m per radian \[m^2/(N/rad)\];
     /// waves above the largest of [`Self::waves`], or of the other parity, get none.
     pub fn between(&self, m: usize, other: usize) -> Complex64 {
-        let place = |m: usize| self.waves.iter().position(|wave| wave.number == m);
-        match (place(m), place(other)) {
-            (Some(i), Some(j)) => self.amplitudes[(i, j)] * (self.waves[i].norm * self.waves[j].norm),
-            _ => Complex64::ZERO,
-        }
+        let [Some(i), Some(j)] = self.places(m, other) else { return Complex64::ZERO };
+        self.amplitudes[(i, j)] * (self.waves[i].norm * self.waves[j].norm)
+    }
+
+    fn places(&self, m: usize, other: usize) -> [Option<usize>; 2] {
+        [m, other].map(|m| self.waves.iter().position(|wave| wave.number == m))
     }
 
     /// As [`Self::between`], of the whole belt: with the guided wave, where both are the same; `None` for a wave that
     /// the edges do not correct.
     pub fn compliance(&self, m: usize, other: usize) -> Option<Complex64> {
-        let place = |m: usize| self.waves.iter().position(|wave| wave.number == m);
-        let (i, j) = (place(m)?, place(other)?);
+        let [Some(i), Some(j)] = self.places(m, other) else { return None };
         let guided = if i == j { self.guided[i] } else { Complex64::ZERO };
         Some((self.amplitudes[(i, j)] + guided) * (self.waves[i].norm * self.waves[j].norm))
     }

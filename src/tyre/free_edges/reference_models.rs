@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::Parity;
 use super::belt::{FreeEdges, Resolution};
 use super::strip::strip_of;
-use crate::scene::{Cavity, Cords, Foundation, Law, Layer, Material};
+use crate::scene::{Cavity, Cords, Foundation, Layer, Material};
 use crate::sidewall::{Arc, Relaxation, Sidewall};
 use crate::test_models::reference;
 use crate::tyre::layers::curved::CurvedStack;
@@ -28,17 +28,7 @@ pub(super) fn complex(value: &Value) -> Complex64 {
 
 pub(super) fn layer(thickness: f64, material: [f64; 4], tension: [f64; 2], cords: Vec<Cords>) -> Layer {
     let [modulus, poisson, loss_factor, density] = material;
-    let material = Material {
-        law: Law::PowerLaw,
-        modulus,
-        loss_factor,
-        poisson,
-        density,
-        reference_frequency: Material::REFERENCE_FREQUENCY,
-        corner_frequency: Material::CORNER_FREQUENCY,
-        weights: Vec::new(),
-        times: Vec::new(),
-    };
+    let material = Material::power_law(modulus, loss_factor, poisson, density);
     Layer { name: String::new(), thickness, tension, material, cords, orthotropic: None }
 }
 

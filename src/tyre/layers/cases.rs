@@ -29,7 +29,7 @@ use thiserror::Error;
 use super::compliance::{Matrix3, Stack};
 use super::curved::{CurvedStack, FINE_STEP};
 use super::rotation::Rotation;
-use crate::scene::{Cavity, Cords, Foundation, Law, Layer, MOST_CORD_LOSSES, Material, Orthotropic};
+use crate::scene::{Cavity, Cords, Foundation, Layer, MOST_CORD_LOSSES, Material, Orthotropic};
 use crate::sidewall::cases::SidewallEntry;
 use crate::sidewall::{self, Sidewall};
 use crate::tyre::free_edges::Parity;
@@ -347,17 +347,7 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
             (None, Some(modulus), Some(poisson)) => (modulus, poisson),
             _ => return Err(refuse(&name, "a layer has modulus and poisson, or orthotropic without cords")),
         };
-        let material = Material {
-            law: Law::PowerLaw,
-            modulus,
-            loss_factor,
-            poisson,
-            density,
-            reference_frequency: Material::REFERENCE_FREQUENCY,
-            corner_frequency: Material::CORNER_FREQUENCY,
-            weights: Vec::new(),
-            times: Vec::new(),
-        };
+        let material = Material::power_law(modulus, loss_factor, poisson, density);
         Ok(LayerEntry {
             thickness,
             material,

@@ -330,13 +330,11 @@ impl CurvedStack {
         }
         // 1. Centrifugal load and hoop stiffness of the layers, and the foundation.
         let inner = self.inner_radius();
-        let mut from = inner;
         let (mut load, mut stiffness) = (self.sidewall_mass * inner * inner, 0.0);
-        for layer in &self.layers {
+        for (layer, from) in self.layers_by_radius() {
             let middle = from + 0.5 * layer.thickness;
             load += layer.material.density * layer.thickness * middle * middle;
             stiffness += hoop_modulus(layer) * layer.thickness / middle;
-            from += layer.thickness;
         }
         let [_, normal] = material::foundation_stiffness(&self.foundation, Complex64::ZERO);
         stiffness += normal.re * inner;
@@ -360,6 +358,16 @@ impl CurvedStack {
     /// Radius of the inner face \[m\].
     pub fn inner_radius(&self) -> f64 {
         self.radius - self.layers.iter().map(|layer| layer.thickness).sum::<f64>()
+    }
+
+    /// Layers, each with the radius of its inner face \[m\].
+    pub(in crate::tyre) fn layers_by_radius(&self) -> impl Iterator<Item = (&Layer, f64)> {
+        let mut from = self.inner_radius();
+        self.layers.iter().map(move |layer| {
+            let inner = from;
+            from += layer.thickness;
+            (layer, inner)
+        })
     }
 
     /// C and D at (n, m, s), k_y = m pi/B: displacement i \[m\] of the outer and of the inner face per unit traction j

@@ -124,10 +124,7 @@ impl Cylinder {
 
     /// As [`Self::new`], for a given stack.
     pub fn of(stack: CurvedStack, largest_s: f64, tolerance: f64) -> Self {
-        let mut from = stack.inner_radius();
-        let layers = stack.layers.iter().map(|layer| {
-            let inner = from;
-            from += layer.thickness;
+        let layers = stack.layers_by_radius().map(|(layer, from)| {
             let shear = material::shear_modulus(&layer.material, largest_s.into());
             let cords = CordParts::new(layer);
             CurvedLayer {
@@ -136,10 +133,10 @@ impl Cylinder {
                 ratios: MaterialRatios::new(layer),
                 steepness: ElasticityAt::new(layer, (REFERENCE * largest_s).into()).steepness(),
                 layer: layer.clone(),
-                from: inner,
+                from,
                 shear_waves: layer.material.density * largest_s * largest_s / shear.norm(),
                 shear: material::shear_modulus(&layer.material, (REFERENCE * largest_s).into()).norm(),
-                prestress: stack.rotation.prestress(layer, inner),
+                prestress: stack.rotation.prestress(layer, from),
                 softening: stack.rotation.softening(layer.material.density),
                 at_rest: largest_s <= 0.0,
                 products: (0..=HIGHEST_DEGREE).map(|_| OnceLock::new()).collect(),

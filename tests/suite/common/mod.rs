@@ -13,7 +13,7 @@ use tyrewave::internals::{ArrayRow, NpyWriter, read_force_levels, scene};
 use tyrewave::response::BandLevel;
 use tyrewave::run;
 use tyrewave::run::{Job, RunError, RunOptions, RunReport, Unwatched};
-use tyrewave::scene::{Law, LoadedScene, Material};
+use tyrewave::scene::{LoadedScene, Material};
 
 pub(super) mod hard_case;
 
@@ -188,15 +188,5 @@ pub(super) fn skipped(why: &str) {
 
 /// A viscoelastic material whose modulus follows the power law at the default frequencies.
 pub(super) fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
-    Material {
-        law: Law::PowerLaw,
-        modulus,
-        loss_factor,
-        poisson,
-        density,
-        reference_frequency: Material::REFERENCE_FREQUENCY,
-        corner_frequency: Material::CORNER_FREQUENCY,
-        weights: Vec::new(),
-        times: Vec::new(),
-    }
+    Material::power_law(modulus, loss_factor, poisson, density)
 }
